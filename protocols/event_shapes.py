@@ -8,13 +8,14 @@ are allowed. Whether an answer fits the study is what a replay shows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from palpate.protocols.canonical import encoded, parse
 from palpate.protocols.events import Event
 from palpate.protocols.requests import Samples
+from palpate.protocols.session_state import SessionState
 
 DEEPEST = 100
 """How many lists and objects may lie inside each other."""
@@ -146,24 +147,12 @@ _ANCHOR = fields(
 
 @dataclass
 class EventShapes:
-    """Checks the events of a session in their order; `take` raises ShapeError at the first that is wrong."""
+    """Checks the events of a session in their order and folds them; `state` is what those before came to."""
 
-    trial: tuple[int, int] | None = None
-    """Number and attempt of the trial that has started and not ended."""
-    request: Mapping[str, Any] | None = None
-    """The body of the request that waits for its reply."""
-
-    @classmethod
-    def after(cls, events: Sequence[Event]) -> EventShapes:
-        """Return what is open after these events, which were checked before."""
-        shapes = cls()
-        for event in events:
-            if event.kind in {"trial_started", "trial_ended", "request", "reply"}:
-                shapes._open(event, event.value if event.kind == "request" else {})
-        return shapes
+    state: SessionState = field(default_factory=SessionState)
 
     def take(self, event: Event) -> None:
-        """Check the next event and its body."""
+        """Check the next event and its body, and take it into the state. Raises ShapeError where it is wrong."""
         if event.kind not in _BODIES:
             raise ShapeError(f"an event of the kind {event.kind!r:.40} does not exist")
         self._demand_place(event)
@@ -177,7 +166,7 @@ class EventShapes:
             self._demand_reply(event, body)
         if "streams" in body:
             demand_fields(body["streams"], {}, dict.fromkeys(body["streams"], _STREAM))
-        self._open(event, body)
+        self.state.apply(event)
 
     def _demand_place(self, event: Event) -> None:
         """The event's own columns, and that it stands where an event of its kind can stand."""
@@ -189,19 +178,21 @@ class EventShapes:
         if (event.kind == "session_started") != (event.seq == 0):
             raise ShapeError("session_started is expected as the first event, and nowhere else")
         here = None if event.trial is None and event.attempt is None else (event.trial, event.attempt)
+        current = self.state.current
+        under_way = None if current is None else (current.trial, current.number)
         if event.kind == "trial_started":
             if here is None or None in here:
                 raise ShapeError("the numbers of the trial and of the attempt are expected, and one is missing")
-        elif event.kind != "session_ended" and here != self.trial:
-            raise ShapeError(f"it belongs to {_place(here)}, and {_place(self.trial)} is under way")
+        elif event.kind != "session_ended" and here != under_way:
+            raise ShapeError(f"it belongs to {_place(here)}, and {_place(under_way)} is under way")
         elif event.kind == "trial_ended" and here is None:
             raise ShapeError("no trial is under way that could end")
-        if event.kind in {"reply", "samples"} and self.request is None:
+        if event.kind in {"reply", "samples"} and self.state.request is None:
             raise ShapeError("no request is open that it could belong to")
 
     def _demand_reply(self, event: Event, body: Mapping[str, Any]) -> None:
         """The answers of a form in the shape that its readers rely on; a form that was left has none."""
-        request = self.request or {}
+        request = {} if self.state.request is None else self.state.request.value
         if request["do"] != "ask":
             if "go" in body:
                 raise ShapeError(f"go: only the reply to a form has this key, and {request['do']!r:.40} was requested")
@@ -220,17 +211,6 @@ class EventShapes:
             demand_fields(body["answers"], dict.fromkeys(request["items"], kind), {})
         except ShapeError as error:
             raise ShapeError(f"answers: {error}") from None
-
-    def _open(self, event: Event, body: Mapping[str, Any]) -> None:
-        match event.kind:
-            case "trial_started":
-                self.trial, self.request = (event.trial or 0, event.attempt or 0), None
-            case "trial_ended":
-                self.trial = self.request = None
-            case "request":
-                self.request = body
-            case "reply":
-                self.request = None
 
 
 def parse_canonical(text: bytes) -> Any:

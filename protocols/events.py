@@ -11,6 +11,9 @@ from palpate.protocols.requests import Came, Request, Samples
 
 NS = 1_000_000_000
 """Nanoseconds in a second."""
+ANSWERED, CAPTURED, LEFT, REPEATED, FAULTED = "answered", "captured", "left", "repeated", "faulted"
+"""How an attempt at a trial ends: with an answer, with a recording, because the participant went back, and two ways
+after which the trial is repeated: the experimenter had it so, or a device failed."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from palpate.protocols.canonical import Json, canonical
-from palpate.protocols.events import Event, Log, World
+from palpate.protocols.events import ANSWERED, CAPTURED, FAULTED, LEFT, REPEATED, Event, Log, World
 from palpate.protocols.plan import Plan, Trial
 from palpate.protocols.requests import (
     Aside,
@@ -26,8 +26,6 @@ from palpate.protocols.requests import (
 from palpate.protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack, feel_anchor
 
 COMPLETE, DECLINED, INELIGIBLE, ABORTED = "complete", "declined", "ineligible", "aborted"
-REPEATED, FAULTED = "repeated", "faulted"
-"""How a trial ends that is met again: by the experimenter's wish, and because a device failed."""
 
 
 def run(plan: Plan, world: World, log: Log, header: Mapping[str, Any]) -> None:
@@ -211,11 +209,11 @@ def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:
 def _ended_as(outcome: Outcome) -> str:
     match outcome:
         case WentBack():
-            return "left"
+            return LEFT
         case Answered():
-            return "answered"
+            return ANSWERED
         case _:
-            return "captured"
+            return CAPTURED
 
 
 def _interact(steps: Steps, record: _Recorder) -> Outcome:

@@ -25,6 +25,7 @@ from palpate.protocols.event_shapes import (
 )
 from palpate.protocols.events import Event
 from palpate.protocols.requests import Samples
+from palpate.protocols.session_state import Attempt, SessionState
 from palpate.protocols.wording import count, some
 from palpate.studies.ledger_schema import (
     APPLICATION_ID,
@@ -90,6 +91,8 @@ class Record:
     events: tuple[Event, ...]
     hashes: tuple[str, ...]
     sittings: tuple[Sitting, ...]
+    state: SessionState
+    """What the events come to: which attempt of each trial counts, what was answered, what is open."""
     lacks_wal: bool = False
     """Whether the session was left in the middle and the -wal file that may hold its last events is not there."""
 
@@ -118,6 +121,10 @@ class Record:
     def head(self) -> str:
         """The last link of the event chain."""
         return self.hashes[-1]
+
+    def events_of(self, attempt: Attempt) -> tuple[Event, ...]:
+        """Return the events of an attempt at a trial, from the one that it started with."""
+        return self.events[attempt.first : None if attempt.last is None else attempt.last + 1]
 
 
 def read(path: Path) -> Record:
@@ -234,7 +241,7 @@ def _verified(path: Path, connection: sqlite3.Connection) -> Record:
         hashes.append(previous)
     if not happened or happened[0].kind != "session_started":
         raise LedgerError(f"{path}: {_UNFOUNDED}")
-    return Record(path, tuple(happened), tuple(hashes), _sittings(path, connection, hashes))
+    return Record(path, tuple(happened), tuple(hashes), _sittings(path, connection, hashes), shapes.state)
 
 
 def demand_shape(path: Path, shapes: EventShapes, event: Event) -> None:

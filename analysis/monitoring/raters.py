@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from palpate.analysis.monitoring.course import Course, Met
 from palpate.analysis.ratings.diagnostics import Answered, Diagnostic, diagnose
 from palpate.analysis.ratings.word_diagnostics import Worded, diagnose_words
+from palpate.protocols.events import NS
 from palpate.protocols.plan import Plan
+from palpate.protocols.session_state import Answer, Pause, SessionState, TrialState, active_ns
 
 BINS = 21
 
@@ -33,63 +34,85 @@ class Rated:
         return tuple(sign for sign in self.signs if sign.flagged)
 
 
-def rated(course: Course, plan: Plan, over: bool) -> Rated | None:
+@dataclass(frozen=True)
+class _Trial:
+    """The answer of a trial that counts, and in how many seconds the trial was answered first."""
+
+    number: int
+    stimulus: str
+    practice: bool
+    answer: Answer
+    seconds: float | None
+
+
+def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
     """The diagnostics of a session; None where nothing is answered, or its task asks nothing (a capture).
 
     `over` says that every planned trial is owed; else those that the participant has come past.
     """
     practice = {trial.number for trial in plan.trials if trial.practice}
-    met = {number: one for number, one in sorted(course.trials.items()) if one.answers is not None}
-    if not any(number not in practice for number in met):
-        return None
-    owed = len(plan.trials) - len(practice) if over else sum(number not in practice for number in _passed(course))
-    scale = plan.study.scale
-    if scale is not None and all(_numeric(one.answers) for one in met.values()):
-        return _ratings(met, practice, (float(scale.low), float(scale.high)), owed)
-    return _words(met, practice, owed)
-
-
-def _passed(course: Course) -> Iterator[int]:
-    """Trials that the participant has come past."""
-    furthest = max((number for number, met in course.trials.items() if met.done), default=0)
-    yield from (number for number in course.trials if number <= furthest)
-
-
-def _numeric(answers: Mapping[str, Any] | None) -> bool:
-    return bool(answers) and all(type(value) in (int, float) for value in (answers or {}).values())
-
-
-def _ratings(met: Mapping[int, Met], practice: set[int], scale: tuple[float, float], owed: int) -> Rated:
-    low, high = scale
     trials = [
-        Answered(number, one.stimulus, dict(one.answers or {}), one.seconds, number in practice)
-        for number, one in met.items()
+        _Trial(number, counting.stimulus, number in practice, counting.answer, _seconds_of(trial, state.pauses))
+        for number, trial in sorted(state.trials.items())
+        if (counting := trial.counting) is not None and counting.answer is not None
     ]
-    counted = [each for each in trials if not each.practice]
-    values = [float(value) for each in counted for value in each.values.values()]
-    signs = diagnose(trials, low, high, owed)
-    return Rated("ratings", signs, _seconds(met, practice), _histogram(values, low, high), scale)
+    if all(trial.practice for trial in trials):
+        return None
+    owed = len(plan.trials) - len(practice) if over else sum(number not in practice for number in _passed(state))
+    scale = plan.study.scale
+    if scale is not None and all(_numeric(trial.answer.values) for trial in trials):
+        return _ratings(trials, (float(scale.low), float(scale.high)), owed)
+    return _words(trials, owed)
 
 
-def _words(met: Mapping[int, Met], practice: set[int], owed: int) -> Rated:
-    trials = [_worded(number, one, number in practice) for number, one in met.items()]
-    numbers = [float(len(each.words)) for each in trials if not each.practice]
+def _passed(state: SessionState) -> Iterator[int]:
+    """Trials that the participant has come past."""
+    furthest = max((number for number, trial in state.trials.items() if trial.counting is not None), default=0)
+    yield from (number for number in state.trials if number <= furthest)
+
+
+def _seconds_of(trial: TrialState, pauses: Sequence[Pause]) -> float | None:
+    """From the first look at the form to the first answer that still stands; a pause is no time for an answer."""
+    first = next(attempt for attempt in trial.attempts if attempt.valid)
+    if first.asked_ns is None or first.done_ns is None:
+        return None
+    return (active_ns(pauses, first.done_ns) - active_ns(pauses, first.asked_ns)) / NS
+
+
+def _numeric(values: Mapping[str, Any]) -> bool:
+    return bool(values) and all(type(value) in (int, float) for value in values.values())
+
+
+def _ratings(trials: Sequence[_Trial], scale: tuple[float, float], owed: int) -> Rated:
+    low, high = scale
+    answered = [
+        Answered(trial.number, trial.stimulus, dict(trial.answer.values), trial.seconds, trial.practice)
+        for trial in trials
+    ]
+    values = [float(value) for trial in answered if not trial.practice for value in trial.values.values()]
+    signs = diagnose(answered, low, high, owed)
+    return Rated("ratings", signs, _seconds(trials), _histogram(values, low, high), scale)
+
+
+def _words(trials: Sequence[_Trial], owed: int) -> Rated:
+    worded = [_worded(trial) for trial in trials]
+    numbers = [float(len(trial.words)) for trial in worded if not trial.practice]
     most = max([*numbers, 1.0])
-    signs = diagnose_words(trials, owed)
-    return Rated("words", signs, _seconds(met, practice), _histogram(numbers, 0.0, most), (0.0, most))
+    signs = diagnose_words(worded, owed)
+    return Rated("words", signs, _seconds(trials), _histogram(numbers, 0.0, most), (0.0, most))
 
 
-def _worded(number: int, met: Met, practice: bool) -> Worded:
+def _worded(trial: _Trial) -> Worded:
     """The words ticked of a list; else those in whatever lists the answers hold."""
-    answers = met.answers or {}
-    if "ticked" in answers:
-        return Worded(number, met.stimulus, tuple(answers["ticked"]), len(met.items), met.seconds, practice)
-    words = tuple(str(word) for value in answers.values() if isinstance(value, list) for word in value)
-    return Worded(number, met.stimulus, words, 0, met.seconds, practice)
+    values, offered = trial.answer.values, len(trial.answer.items)
+    if "ticked" in values:
+        return Worded(trial.number, trial.stimulus, tuple(values["ticked"]), offered, trial.seconds, trial.practice)
+    words = tuple(str(word) for value in values.values() if isinstance(value, list) for word in value)
+    return Worded(trial.number, trial.stimulus, words, 0, trial.seconds, trial.practice)
 
 
-def _seconds(met: Mapping[int, Met], practice: set[int]) -> tuple[float, ...]:
-    return tuple(one.seconds for number, one in met.items() if number not in practice and one.seconds is not None)
+def _seconds(trials: Sequence[_Trial]) -> tuple[float, ...]:
+    return tuple(trial.seconds for trial in trials if not trial.practice and trial.seconds is not None)
 
 
 def _histogram(values: list[float], low: float, high: float) -> tuple[int, ...]:

@@ -8,11 +8,11 @@ from datetime import datetime
 from statistics import median
 from typing import Any
 
-from palpate.analysis.monitoring.course import Course
 from palpate.analysis.monitoring.following import Followed
 from palpate.analysis.monitoring.raters import Rated
 from palpate.protocols.blinding import hider
-from palpate.protocols.events import NS
+from palpate.protocols.events import ANSWERED, CAPTURED, NS, Event
+from palpate.protocols.session_state import SessionState
 from palpate.protocols.study import Study
 
 LEAST_TRIALS = 3
@@ -66,16 +66,17 @@ class Session:
 
 def status_of(followed: Followed, is_held: bool) -> str:
     """complete, aborted, declined or ineligible as the session itself says; else running or interrupted."""
-    return followed.course.ended or ("running" if is_held else "interrupted")
+    return followed.session.ended or ("running" if is_held else "interrupted")
 
 
 def session_of(
     followed: Followed, status: str, digest: str, rated: Rated | None, withdrawn: bool, now: float, study: Study
 ) -> Session:
     """The session at the time `now` (seconds since 1970); what its study keeps blind is left out of devices' faults."""
-    course, header = followed.course, followed.course.header
+    state, header = followed.session, followed.session.header
+    done = len(state.counting)
     simulated = header["rig"]["kind"] == "simulated"
-    age = None if course.ended else max(0.0, now - followed.state.changed_at)
+    age = None if state.ended else max(0.0, now - followed.file.changed_at)
     since = age if age is not None and status == "running" and not simulated else 0.0
     return Session(
         file=followed.path.name,
@@ -88,15 +89,15 @@ def session_of(
         number=header["session"],
         simulated=simulated,
         status=status,
-        paused=course.paused,
+        paused=state.pause is not None,
         withdrawn=withdrawn,
-        trials_done=course.done,
+        trials_done=done,
         trials_planned=header["trials"],
-        elapsed_s=course.seconds + since,
-        left_s=_left(course, status),
+        elapsed_s=state.t_ns / NS + since,
+        left_s=_left(state, status, done),
         last_event_age_s=age,
         started_at=_when(followed.sittings[0].value),
-        ended_at=_when(followed.sittings[-1].value) if course.ended and followed.laid_down else None,
+        ended_at=_when(followed.sittings[-1].value) if state.ended and followed.laid_down else None,
         sittings=sum(sitting.kind == "opened" for sitting in followed.sittings),
         lacks_wal=followed.lacks_wal and status != "running",
         notes=tuple(_notes(followed, simulated, hider(study))),
@@ -104,27 +105,41 @@ def session_of(
     )
 
 
-def _left(course: Course, status: str) -> float | None:
+def _left(state: SessionState, status: str, done: int) -> float | None:
     """Seconds to go: the participant's own median from trial to trial, for every trial that is left."""
-    if status not in {"running", "interrupted"} or len(course.pace_ns) < LEAST_TRIALS:
+    if status not in {"running", "interrupted"} or len(paces_ns := list(_paces_ns(state))) < LEAST_TRIALS:
         return None
-    to_go: int = course.header["trials"] - course.done
-    return median(course.pace_ns) / NS * to_go
+    to_go: int = state.header["trials"] - done
+    return median(paces_ns) / NS * to_go
+
+
+def _paces_ns(state: SessionState) -> Iterator[int]:
+    """How long each attempt that ended well took, from the end of the one before or, of the first, from its start."""
+    since_ns = state.attempts[0].begun_ns if state.attempts else 0
+    for attempt in state.attempts:
+        if attempt.ended_ns is not None:
+            if attempt.ended_as in (ANSWERED, CAPTURED):
+                yield attempt.ended_ns - since_ns
+            since_ns = attempt.ended_ns
 
 
 def _notes(followed: Followed, simulated: bool, hide: Callable[[str], str]) -> Iterator[Note]:
-    for aside in followed.course.asides:
-        at = None if simulated else _wall_time(followed, aside.n, aside.t_ns)
-        text = hide(aside.text) if aside.do == "fault" else aside.text
-        yield Note(aside.t_ns / NS, at, aside.trial, aside.do, text)
+    for event in followed.session.asides:
+        body, at = event.value, None if simulated else _wall_time(followed, event)
+        if event.kind == "fault":
+            do, text = "fault", hide(f"{body.get('device')}: {body.get('message')}")
+        else:
+            by = "by the participant" if body.get("by") == "participant" else ""
+            do, text = str(body.get("do", "")), str(body.get("text") or "") or by
+        yield Note(event.t_ns / NS, at, event.trial, do, text)
 
 
-def _wall_time(followed: Followed, n: int, t_ns: int) -> float | None:
+def _wall_time(followed: Followed, event: Event) -> float | None:
     """The time of day of an event: the session's clock went on from the sitting that the event belongs to."""
-    opened = [sitting for sitting in followed.sittings if sitting.kind == "opened" and sitting.events <= n]
+    opened = [sitting for sitting in followed.sittings if sitting.kind == "opened" and sitting.events <= event.seq]
     if not opened or (begun := _when(opened[-1].value)) is None:
         return None
-    return begun + (t_ns - followed.course.times_ns[opened[-1].events - 1]) / NS
+    return begun + (event.t_ns - followed.times_ns[opened[-1].events - 1]) / NS
 
 
 def _when(body: Any) -> float | None:

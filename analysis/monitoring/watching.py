@@ -72,9 +72,9 @@ class _Known:
         return tuple(trial.stimulus.id for trial in self.plan.trials if not trial.practice)
 
     def diagnosed(self, over: bool) -> Rated | None:
-        at = (len(self.followed.course.times_ns), over)
+        at = (len(self.followed.times_ns), over)
         if self.rated_at != at:
-            self.rated, self.rated_at = rated(self.followed.course, self.plan, over), at
+            self.rated, self.rated_at = rated(self.followed.session, self.plan, over), at
         return self.rated
 
 
@@ -106,6 +106,8 @@ class Watch:
     finished: dict[Path, Finished] | None = None
     bad: dict[Path, _Bad] = field(default_factory=dict)
     studies: dict[str, Study] = field(default_factory=dict)
+    versions: dict[str, tuple[str, Study]] = field(default_factory=dict)
+    """Digest of a study as a ledger has it -> the digest of its conditions, by which it is known, and the study."""
     balances: dict[str, tuple[Any, StudyBalance]] = field(default_factory=dict)
     people: People = field(default_factory=People)
     looking: Lock = field(default_factory=Lock)
@@ -174,7 +176,7 @@ class Watch:
         try:
             self.known[path] = _Known(followed, *self._planned(followed))
         except LedgerError as error:
-            self.bad[path] = _Bad(followed.state, str(error))
+            self.bad[path] = _Bad(followed.file, str(error))
 
     def _bring(self, path: Path) -> None:
         bad = self.bad.get(path)
@@ -196,9 +198,9 @@ class Watch:
             followed = follow(path)
             self.known[path] = _Known(followed, *self._planned(followed))
             return
-        course = known.followed.course
+        session = known.followed.session
         known.followed = catch_up(known.followed)
-        if known.followed.course is not course:  # Another session lies there now.
+        if known.followed.session is not session:  # Another session lies there now.
             self.known[path] = _Known(known.followed, *self._planned(known.followed))
 
     def _planned(self, followed: Followed) -> tuple[str, Plan]:
@@ -206,21 +208,21 @@ class Watch:
 
         Raises LedgerError on what this version cannot compile.
         """
-        header = followed.course.header
+        header = followed.session.header
         try:
-            whole = digest(header["study"])
-            if whole not in self.studies:
-                self.studies[whole] = Study.model_validate(header["study"])
-            study = self.studies[whole]
-            name, plan = digest(study.conditions()), plan_from_header(header, study)
+            definition = digest(header["study"])
+            if definition not in self.versions:
+                study = Study.model_validate(header["study"])
+                self.versions[definition] = digest(study.conditions()), study
+            name, study = self.versions[definition]
+            plan = plan_from_header(header, study)
             self.studies[name] = study  # of one version the sample that was read last
         except (KeyError, TypeError, ValueError) as error:
             raise LedgerError(
                 f"{followed.path}: its first event declares no session that this version reads: {error}"
             ) from None
         order = {trial.number: trial.stimulus.id for trial in plan.trials}
-        met = {number: one.stimulus for number, one in followed.course.trials.items()}
-        if any(order.get(number) != stimulus for number, stimulus in met.items()):
+        if any(order.get(attempt.trial) != attempt.stimulus for attempt in followed.session.attempts):
             raise LedgerError(f"{followed.path}: the recorded study now compiles to another order of trials")
         return name, plan
 
@@ -243,19 +245,19 @@ class Watch:
     def _session(self, path: Path, finished: dict[Path, Finished], now: float) -> Session | None:
         """The session in a ledger that was read; one that is over goes among the finished."""
         known = self.known[path]
-        course, followed = known.followed.course, known.followed
-        might_run = course.ended is None and not followed.laid_down
+        followed, state = known.followed, known.followed.session
+        might_run = state.ended is None and not followed.laid_down
         status = status_of(followed, might_run and held(path))
-        withdrawn = course.header["participant"] in self.people.withdrawn
+        withdrawn = state.header["participant"] in self.people.withdrawn
         try:
             answers = None if withdrawn else known.diagnosed(over=status == "complete")
         except DiagnosticsError as error:
             del self.known[path]
-            self.bad[path] = _Bad(followed.state, f"{path}: {error}")
+            self.bad[path] = _Bad(followed.file, f"{path}: {error}")
             return None
         session = session_of(followed, status, known.digest, answers, withdrawn, now, known.plan.study)
-        if course.ended is not None and followed.laid_down and not withdrawn:
-            finished[path] = Finished(followed.state, followed.head, known.order, session)
+        if state.ended is not None and followed.laid_down and not withdrawn:
+            finished[path] = Finished(followed.file, followed.head, known.order, session)
             del self.known[path]
         return session
 

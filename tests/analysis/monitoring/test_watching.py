@@ -176,6 +176,16 @@ def test_bad_ledgers_are_named_with_their_reason_and_the_rest_goes_on(lab):
     assert found.others == ("copy of P002.sqlite",)
 
 
+def test_a_session_whose_trials_are_not_those_of_its_plan_is_refused(lab):
+    path = session.ledger_path(lab.path, "toy", "P002")
+    session.create(path, session.header_of(toy_plan("P002"), lab.rig), AT)
+    ledger = take_up(path, AT)
+    ledger.append(Event(1, 5, "trial_started", canonical({"stimulus": "Z", "block": "main"}), 1, 1))
+    ledger.close({**AT, "because": "interrupted"})
+    [refused] = Watch(lab.path).look().refused
+    assert "now compiles to another order of trials" in refused.reason
+
+
 def test_several_processes_read_what_one_reads(lab, monkeypatch):
     paths = [run(lab, who) for who in ("P001", "P002", "P003")]
     paths[1].write_bytes(paths[1].read_bytes()[:5000])

@@ -1,0 +1,235 @@
+"""The state of a session, folded from its events: what became of each trial, which attempt counts, what is open.
+
+The runner writes the events and every reader takes what they come to from here: collected tables, console, monitor,
+streams. The runner itself does not, so that its own course can be held against this fold (a test does, after every
+event of random sessions). Trials are numbered from 1 in the order of the plan, as `compile_plan` numbers them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from palpate.protocols.events import ANSWERED, CAPTURED, LEFT, REPEATED, Event
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A form that was answered; one that was left, or a setting that was only tried, is no answer.
+
+    `seq` and `t_ns` are the number and the time of the reply, `request` is the number of the request. `values`: item
+    -> value, or kind of words -> words.
+    """
+
+    seq: int
+    t_ns: int
+    trial: int | None
+    attempt: int | None
+    request: int
+    form: str
+    items: Sequence[str]
+    values: Mapping[str, Any]
+
+
+@dataclass
+class Attempt:
+    """One time that a trial was begun: its events have the numbers `first` to `last`, None while they go on.
+
+    `asked_ns` is when its form was first shown, in session time. `withdrawn`: the experimenter had the trial repeated
+    since, and what this attempt came to does not count.
+    """
+
+    trial: int
+    number: int
+    stimulus: str
+    first: int
+    begun_ns: int
+    asked_ns: int | None = None
+    answer: Answer | None = None
+    last: int | None = None
+    ended_ns: int | None = None
+    ended_as: str | None = None
+    withdrawn: bool = False
+
+    @property
+    def done_ns(self) -> int | None:
+        """Return when it came to its answer or recording; None where it did not."""
+        if self.answer is not None:
+            return self.answer.t_ns
+        return self.ended_ns if self.ended_as == CAPTURED else None
+
+    @property
+    def valid(self) -> bool:
+        """Return whether it came to an answer or a recording that was not withdrawn."""
+        return not self.withdrawn and self.done_ns is not None
+
+
+@dataclass
+class TrialState:
+    """What has become of one trial: its attempts in their order, at least one."""
+
+    attempts: list[Attempt] = field(default_factory=list)
+
+    @property
+    def counting(self) -> Attempt | None:
+        """Return the attempt that counts: the last valid one."""
+        for attempt in reversed(self.attempts):
+            if attempt.valid:
+                return attempt
+        return None
+
+    @property
+    def answer(self) -> Answer | None:
+        """Return the answer that counts."""
+        counting = self.counting
+        return None if counting is None else counting.answer
+
+    @property
+    def status(self) -> str:
+        """Return started, answered, captured, left, repeated or faulted; after the last two the trial is repeated."""
+        last = self.attempts[-1]
+        if last.ended_as is None:
+            return "started"
+        if last.withdrawn:
+            return REPEATED
+        return last.ended_as if self.answer is None else ANSWERED
+
+
+@dataclass(frozen=True)
+class Pause:
+    """A pause of the session, by the experimenter or by a participant who rests; `ended_ns` is None while it lasts."""
+
+    begun_ns: int
+    by_participant: bool
+    ended_ns: int | None = None
+
+
+@dataclass
+class SessionState:
+    """A session so far; `apply` takes in its next event.
+
+    attempts: all, in the order in which they were begun. answers: all forms that were answered, those outside trials
+    too. asides: the events of what the experimenter did, and of faults. current: the attempt under way. request: the
+    open one. next_trial: the number of the trial under way or, where none is, of the one that is begun next (one past
+    the last where none is left). Of other events only their numbers are kept: a monitor has thousands of states.
+    """
+
+    header: Mapping[str, Any] = field(default_factory=dict)
+    t_ns: int = 0
+    trials: dict[int, TrialState] = field(default_factory=dict)
+    attempts: list[Attempt] = field(default_factory=list)
+    answers: list[Answer] = field(default_factory=list)
+    asides: list[Event] = field(default_factory=list)
+    pauses: list[Pause] = field(default_factory=list)
+    current: Attempt | None = None
+    request: Event | None = None
+    next_trial: int = 1
+    ended: str | None = None
+
+    @property
+    def counting(self) -> list[Attempt]:
+        """Return the attempt that counts of each trial that has one, in the order in which they were begun."""
+        counting = [attempt for trial in self.trials.values() if (attempt := trial.counting) is not None]
+        return sorted(counting, key=lambda attempt: attempt.first)
+
+    @property
+    def pause(self) -> Pause | None:
+        """Return the pause that the session is in."""
+        last = self.pauses[-1] if self.pauses and self.ended is None else None
+        return last if last is not None and last.ended_ns is None else None
+
+    def counts(self, answer: Answer) -> bool:
+        """Return whether this answer is the one of its trial that counts; outside trials every one does."""
+        return answer.trial is None or self.trials[answer.trial].answer is answer
+
+    def apply(self, event: Event) -> None:
+        """Take in the next event: one that `palpate.protocols.event_shapes` accepts after those before it."""
+        self.t_ns = event.t_ns
+        match event.kind:
+            case "request":
+                self._request(event)
+            case "reply":
+                self._reply(event)
+            case "trial_started":
+                self._start(event)
+            case "trial_ended":
+                self._end(event)
+            case "experimenter":
+                self._experimenter(event)
+            case "fault":
+                self.asides.append(event)
+                self.request = None
+            case "session_started":
+                self.header = event.value
+            case "session_ended":
+                self.ended, self.current, self.request = event.ended_as, None, None
+
+    def _start(self, event: Event) -> None:
+        number = event.trial or 0
+        self.current = Attempt(number, event.attempt or 0, event.value["stimulus"], event.seq, event.t_ns)
+        self.request, self.next_trial = None, number
+        self.attempts.append(self.current)
+        self.trials.setdefault(number, TrialState()).attempts.append(self.current)
+
+    def _request(self, event: Event) -> None:
+        self.request, current = event, self.current
+        if current is not None and current.asked_ns is None and event.value["do"] == "ask":
+            current.asked_ns = event.t_ns
+
+    def _reply(self, event: Event) -> None:
+        request, reply, self.request = self.request, event.value, None
+        if request is None or request.value["do"] != "ask" or "answers" not in reply or reply.get("go") is not None:
+            return
+        form, items = request.value["form"], request.value["items"]
+        answer = Answer(event.seq, event.t_ns, event.trial, event.attempt, request.seq, form, items, reply["answers"])
+        self.answers.append(answer)
+        if self.current is not None:
+            self.current.answer = answer
+
+    def _end(self, event: Event) -> None:
+        current, self.current, self.request = self.current, None, None
+        if current is None:
+            return
+        current.last, current.ended_ns, current.ended_as = event.seq, event.t_ns, str(event.value["as"])
+        if current.ended_as in (ANSWERED, CAPTURED):
+            self.next_trial = current.trial + 1
+        elif current.ended_as == LEFT:
+            self.next_trial = max(1, current.trial - 1)
+
+    def _experimenter(self, event: Event) -> None:
+        self.asides.append(event)
+        match event.value["do"]:
+            case "pause" if self.pause is None:
+                self.pauses.append(Pause(event.t_ns, event.value.get("by") == "participant"))
+            case "go_on" if self.pause is not None:
+                self.pauses[-1] = replace(self.pause, ended_ns=event.t_ns)
+            case "abort":
+                self.request = None
+            case "repeat" if event.trial is not None:
+                self.request, self.next_trial = None, repeated_trial(event)
+                if self.next_trial in self.trials:
+                    for attempt in self.trials[self.next_trial].attempts:
+                        attempt.withdrawn = True
+
+
+def fold(events: Iterable[Event]) -> SessionState:
+    """Return the state after these events."""
+    state = SessionState()
+    for event in events:
+        state.apply(event)
+    return state
+
+
+def repeated_trial(event: Event) -> int:
+    """Return the number of the trial that the experimenter has repeated: the one under way, or the one before."""
+    number = event.trial or 1
+    return max(1, number - 1) if event.value.get("which") == "last" else number
+
+
+def active_ns(pauses: Sequence[Pause], t_ns: int) -> int:
+    """Return session time without the pauses that began before."""
+    if not pauses:
+        return t_ns
+    ends = [(pause.begun_ns, t_ns if pause.ended_ns is None else min(pause.ended_ns, t_ns)) for pause in pauses]
+    return t_ns - sum(end - begun for begun, end in ends if begun < t_ns)
