@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from palpate.protocols.canonical import canonical, digest
 from palpate.protocols.event_shapes import WORD_FORMS
 from palpate.protocols.events import NS, Event
 from palpate.protocols.files import file_sha256
-from palpate.protocols.plan import Plan
+from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.session_state import Answer, SessionState, fold
 from palpate.protocols.study import Study, conditions_of
 from palpate.studies.begun import by_twins
 from palpate.studies.model_versions import models_in
@@ -23,182 +24,26 @@ TEXT = "text"
 
 
 @dataclass(frozen=True)
-class SessionTables:
-    """Rows of one session for each collected table."""
+class Answers:
+    """What one session answered, as rows of the tables of these names."""
 
-    study: Row
-    participant: Row
-    session: Row
     trials: list[Row]
     responses: list[Row]
     words: list[Row]
     answers: list[Row]
     switches: list[Row]
     anchors: list[Row]
+
+
+@dataclass(frozen=True)
+class SessionTables(Answers):
+    """Rows of one session for each collected table."""
+
+    study: Row
+    participant: Row
+    session: Row
     events: list[Row]
     streams: list[Row]
-
-
-@dataclass
-class _Met:
-    """What has become of one trial so far."""
-
-    attempts: int = 0
-    status: str = "not met"
-    answered_at: int | None = None
-
-
-@dataclass
-class _Walk:
-    """One pass over the events."""
-
-    session: str
-    kinds: Mapping[str, str] = field(default_factory=dict)
-    met: dict[int, _Met] = field(default_factory=dict)
-    standing: dict[int, list[Row]] = field(default_factory=dict)
-    responses: list[Row] = field(default_factory=list)
-    words: list[Row] = field(default_factory=list)
-    answers: list[Row] = field(default_factory=list)
-    switches: list[Row] = field(default_factory=list)
-    anchors: list[Row] = field(default_factory=list)
-    request: Any = None
-
-    def take(self, event: Event) -> None:
-        if event.kind == "request":
-            self.request = event.value
-        if event.trial is not None:
-            self._progress(event, self.met.setdefault(event.trial, _Met()))
-        if event.kind == "experimenter" and event.value.get("which") == "last" and event.trial is not None:
-            self._repeat_before(event.trial)
-        if event.kind == "reply" and self.request["do"] == "ask" and "answers" in event.value:
-            self._answered(event)
-
-    def _progress(self, event: Event, trial: _Met) -> None:
-        if event.kind == "trial_started":
-            trial.attempts, trial.status = event.attempt or 0, "started"
-        elif event.kind == "trial_ended":
-            as_ = event.value["as"]
-            if as_ == "captured":
-                trial.answered_at = event.seq
-            if as_ == "repeated":
-                self._withdraw(event.trial or 0, trial)
-            trial.status = "answered" if trial.answered_at is not None and as_ != "captured" else as_
-
-    def _withdraw(self, number: int, trial: _Met) -> None:
-        """A trial that is repeated has no answer until it is answered anew."""
-        trial.answered_at = None
-        self._stand(number, [])
-
-    def _repeat_before(self, number: int) -> None:
-        """The trial before is to be answered anew, whether or not the session comes to it."""
-        if before := self.met.get(number - 1):
-            self._withdraw(number - 1, before)
-            before.status = "repeated"
-
-    def _stand(self, number: int, rows: list[Row]) -> None:
-        for row in self.standing.get(number, ()):
-            row["counts"] = False
-        self.standing[number] = rows
-
-    def _answered(self, event: Event) -> None:
-        if event.value.get("go") == "try":
-            return
-        table, made = self._unfolded(event)
-        rows = list(made)
-        table += rows
-        if event.trial is not None:
-            self.met[event.trial].answered_at = event.seq
-            self._stand(event.trial, rows)
-        self.switches += [
-            {
-                "session": self.session,
-                "seq": event.seq,
-                "n": n,
-                "trial": event.trial,
-                "side": each["to"],
-                "at_s": each["at_s"],
-            }
-            for n, each in enumerate(event.value.get("switches", ()))
-        ]
-
-    def _unfolded(self, event: Event) -> tuple[list[Row], Iterator[Row]]:
-        """The table that a form's answers belong to, and the rows they make."""
-        if self.request["form"] == "anchor":
-            return self.anchors, self._anchor(event)
-        if self.request["form"] in WORD_FORMS:
-            return self.words, self._words(event)
-        if event.trial is None:
-            return self.answers, self._about(event)
-        return self.responses, self._ratings(event)
-
-    def _ratings(self, event: Event) -> Iterator[Row]:
-        value = event.value
-        for attribute in self.request["items"]:
-            yield {
-                "session": self.session,
-                "trial": event.trial,
-                "attempt": event.attempt,
-                "attribute": attribute,
-                "value": float(value["answers"][attribute]),
-                "response_time_s": value.get("at_s", {}).get(attribute),
-                "revised": self.request["previous"] is not None,
-                "counts": True,
-            }
-
-    def _words(self, event: Event) -> Iterator[Row]:
-        said = [(kind, word) for kind, words in event.value["answers"].items() for word in words]
-        for n, (kind, word) in enumerate(said):
-            yield {
-                "session": self.session,
-                "seq": event.seq,
-                "n": n,
-                "form": self.request["form"],
-                "trial": event.trial,
-                "attempt": event.attempt,
-                "kind": kind,
-                "word": word,
-                "counts": True,
-            }
-
-    def _anchor(self, event: Event) -> Iterator[Row]:
-        """A reference as it was left; what was felt of it belongs to no trial."""
-        anchor = self.request["anchor"]
-        yield {
-            "session": self.session,
-            "seq": event.seq,
-            "block": anchor["block"],
-            "number": anchor["number"],
-            "stimulus": anchor["id"],
-            "label": anchor["label"],
-            "attribute": anchor.get("attribute"),
-            "value": float(anchor["value"]) if "value" in anchor else None,
-            "felt": event.value["answers"]["felt"],
-        }
-
-    def _kind(self, item: str) -> str:
-        """What an answer outside trials is: a question's kind, points, or agreed; a text of the participant's own."""
-        match self.request["form"]:
-            case "demographics":
-                return self.kinds.get(item, TEXT)
-            case "likert":
-                return "points"
-            case "consent":
-                return "agreed"
-        return TEXT
-
-    def _about(self, event: Event) -> Iterator[Row]:
-        for item in self.request["items"]:
-            answer = event.value["answers"][item]
-            number = float(answer) if type(answer) in (int, float) else None
-            yield {
-                "session": self.session,
-                "seq": event.seq,
-                "item": item,
-                "form": self.request["form"],
-                "kind": self._kind(item),
-                "value": answer if isinstance(answer, str) else canonical(answer).decode(),
-                "number": number,
-            }
 
 
 def tables(record: Record, withdrawn: bool = False, with_events: bool = True) -> SessionTables:
@@ -207,24 +52,16 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
     Without events, of these only the replies that name models stay, and no streams: what was answered is in the others.
     """
     plan = recompiled(record)
-    header = record.header
     session = session_name(record)
-    walk = _walked(plan, session, record.events)
-    if unknown := {row["attribute"] for row in walk.responses} - {
-        attribute.name for attribute in plan.study.attributes
-    }:
+    answers = _answers(plan, session, record.state, record.events)
+    if unknown := {row["attribute"] for row in answers.responses} - {each.name for each in plan.study.attributes}:
         raise LedgerError(f"{record.path}: {min(unknown)!r} was rated, which is no attribute of the recorded study")
     who = {"study": plan.study.study, "participant": plan.who.participant}
     return SessionTables(
+        **vars(answers),
         study=_study_row(plan.study),
-        participant={**who, "group_name": header["group"], "row": header["row"]},
-        session=_session_row(record, walk) | ({"status": "withdrawn"} if withdrawn else {}),
-        trials=_trial_rows(plan, walk),
-        responses=_response_rows(plan, walk),
-        words=walk.words,
-        answers=walk.answers,
-        switches=walk.switches,
-        anchors=walk.anchors,
+        participant={**who, "group_name": record.header["group"], "row": record.header["row"]},
+        session=_session_row(record) | ({"status": "withdrawn"} if withdrawn else {}),
         events=[
             _event_row(session, event, link)
             for event, link in zip(record.events, record.hashes, strict=True)
@@ -234,38 +71,128 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
     )
 
 
-@dataclass(frozen=True)
-class Answers:
-    """What one session answered, as rows of the tables trials, responses, words, answers and anchors."""
-
-    trials: list[Row]
-    responses: list[Row]
-    words: list[Row]
-    answers: list[Row]
-    anchors: list[Row]
-
-
-def answers_of(plan: Plan, session: str, events: Iterable[Event]) -> Answers:
+def answers_of(plan: Plan, session: str, events: Sequence[Event]) -> Answers:
     """The answers in the events of a session that need not be on file."""
-    walk = _walked(plan, session, events)
-    return Answers(_trial_rows(plan, walk), _response_rows(plan, walk), walk.words, walk.answers, walk.anchors)
+    return _answers(plan, session, fold(events), events)
 
 
-def _walked(plan: Plan, session: str, events: Iterable[Event]) -> _Walk:
-    questions = plan.lab_forms.questions if plan.lab_forms is not None else ()
-    walk = _Walk(session, {question.name: question.kind for question in questions})
-    for event in events:
-        walk.take(event)
-    return walk
-
-
-def _trial_rows(plan: Plan, walk: _Walk) -> list[Row]:
-    return [_trial_row(walk.session, trial, walk.met.get(trial.number, _Met())) for trial in plan.trials]
-
-
-def _response_rows(plan: Plan, walk: _Walk) -> list[Row]:
+def _answers(plan: Plan, session: str, state: SessionState, events: Sequence[Event]) -> Answers:
+    rows = Answers([_trial_row(session, trial, state) for trial in plan.trials], [], [], [], [], [])
     antonyms = {attribute.name: attribute.high for attribute in plan.study.attributes}
-    return [{**row, "antonym": antonyms[row["attribute"]]} for row in walk.responses]
+    questions = plan.lab_forms.questions if plan.lab_forms is not None else ()
+    kinds = {question.name: question.kind for question in questions}
+    for answer in state.answers:
+        request, reply = events[answer.request].value, events[answer.seq].value
+        if answer.form == "anchor":
+            rows.anchors.append(_anchor_row(session, answer, request["anchor"]))
+        elif answer.form in WORD_FORMS:
+            rows.words.extend(_word_rows(session, answer, state.counts(answer)))
+        elif answer.trial is None:
+            rows.answers.extend(_answer_rows(session, answer, kinds))
+        else:
+            shared = {"revised": request["previous"] is not None, "counts": state.counts(answer)}
+            rows.responses.extend(_response_rows(session, answer, reply.get("at_s", {}), shared, antonyms))
+        rows.switches.extend(_switch_rows(session, answer, reply.get("switches", ())))
+    return rows
+
+
+def _trial_row(session: str, trial: Trial, state: SessionState) -> Row:
+    done = state.trials.get(trial.number)
+    return {
+        "session": session,
+        "trial": trial.number,
+        "block": trial.block,
+        "practice": trial.practice,
+        "stimulus": trial.stimulus.id,
+        "attempts": 0 if done is None else done.attempts[-1].number,
+        "status": "not met" if done is None else done.status,
+    }
+
+
+def _response_rows(
+    session: str, answer: Answer, times_s: Mapping[str, float], shared: Row, antonyms: Mapping[str, str]
+) -> Iterator[Row]:
+    for attribute in answer.items:
+        yield {
+            "session": session,
+            "trial": answer.trial,
+            "attempt": answer.attempt,
+            "attribute": attribute,
+            "value": float(answer.values[attribute]),
+            "response_time_s": times_s.get(attribute),
+            **shared,
+            "antonym": antonyms.get(attribute),
+        }
+
+
+def _word_rows(session: str, answer: Answer, counts: bool) -> Iterator[Row]:
+    said = [(kind, word) for kind, words in answer.values.items() for word in words]
+    for n, (kind, word) in enumerate(said):
+        yield {
+            "session": session,
+            "seq": answer.seq,
+            "n": n,
+            "form": answer.form,
+            "trial": answer.trial,
+            "attempt": answer.attempt,
+            "kind": kind,
+            "word": word,
+            "counts": counts,
+        }
+
+
+def _anchor_row(session: str, answer: Answer, anchor: Mapping[str, Any]) -> Row:
+    """A reference as it was left; what was felt of it belongs to no trial."""
+    return {
+        "session": session,
+        "seq": answer.seq,
+        "block": anchor["block"],
+        "number": anchor["number"],
+        "stimulus": anchor["id"],
+        "label": anchor["label"],
+        "attribute": anchor.get("attribute"),
+        "value": float(anchor["value"]) if "value" in anchor else None,
+        "felt": answer.values["felt"],
+    }
+
+
+def _answer_rows(session: str, answer: Answer, kinds: Mapping[str, str]) -> Iterator[Row]:
+    """The rows of a form outside trials; `kinds` are those of the lab's questions by name."""
+    for item in answer.items:
+        value = answer.values[item]
+        yield {
+            "session": session,
+            "seq": answer.seq,
+            "item": item,
+            "form": answer.form,
+            "kind": _kind_of(answer.form, item, kinds),
+            "value": value if isinstance(value, str) else canonical(value).decode(),
+            "number": float(value) if type(value) in (int, float) else None,
+        }
+
+
+def _kind_of(form: str, item: str, kinds: Mapping[str, str]) -> str:
+    """What an answer outside trials is: a question's kind, points, or agreed; a text of the participant's own."""
+    match form:
+        case "demographics":
+            return kinds.get(item, TEXT)
+        case "likert":
+            return "points"
+        case "consent":
+            return "agreed"
+    return TEXT
+
+
+def _switch_rows(session: str, answer: Answer, switches: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
+    for n, switch in enumerate(switches):
+        yield {
+            "session": session,
+            "seq": answer.seq,
+            "n": n,
+            "trial": answer.trial,
+            "side": switch["to"],
+            "at_s": switch["at_s"],
+        }
 
 
 def session_name(record: Record) -> str:
@@ -284,10 +211,10 @@ def _study_row(study: Study) -> Row:
     return {"study_digest": digest(study.conditions()), "study": study.study, "title": study.title, "definition": text}
 
 
-def _session_row(record: Record, walk: _Walk) -> Row:
+def _session_row(record: Record) -> Row:
     header = record.header
     return {
-        "session": walk.session,
+        "session": session_name(record),
         "study": header["study"]["study"],
         "study_digest": digest(conditions_of(header["study"])),
         "participant": header["participant"],
@@ -298,7 +225,7 @@ def _session_row(record: Record, walk: _Walk) -> Row:
         "simulated": by_twins(header),
         "status": record.status,
         "trials_planned": header["trials"],
-        "trials_answered": sum(met.answered_at is not None for met in walk.met.values()),
+        "trials_answered": len(record.state.counting),
         "events": len(record.events),
         "first_hash": record.hashes[0],
         "head_hash": record.head,
@@ -308,18 +235,6 @@ def _session_row(record: Record, walk: _Walk) -> Row:
         "sittings": sum(sitting.kind == "opened" for sitting in record.sittings),
         "duration_s": record.events[-1].t_ns / NS,
         "palpate_version": header["environment"]["palpate"],
-    }
-
-
-def _trial_row(session: str, trial: Any, met: _Met) -> Row:
-    return {
-        "session": session,
-        "trial": trial.number,
-        "block": trial.block,
-        "practice": trial.practice,
-        "stimulus": trial.stimulus.id,
-        "attempts": met.attempts,
-        "status": met.status,
     }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -39,9 +38,9 @@ def demographics(lab: Path, with_simulated: bool = False) -> Answers:
         who = record.header["participant"]
         found.studies.setdefault(who, set()).add(record.header["study"]["study"])
         given = found.given.setdefault(who, {})
-        for name, value in _answered(record):
-            if value is not None:
-                given[name] = (value, record.path.name)
+        for answer in record.state.answers:
+            if answer.form == FORM:
+                given |= {name: (said, record.path.name) for name, said in answer.values.items() if said is not None}
     return found
 
 
@@ -53,15 +52,3 @@ def _in_order(lab: Path, refused: list[str]) -> list[Record]:
         except LedgerError as error:
             refused.append(str(error))
     return sorted(records, key=lambda record: (record.sittings[0].value["at"], record.path.name))
-
-
-def _answered(record: Record) -> Iterator[tuple[str, Any]]:
-    """(question, answer) of the session's last reply to the form."""
-    request: Any = {}
-    answers: dict[str, Any] = {}
-    for event in record.events:
-        if event.kind == "request":
-            request = event.value
-        elif event.kind == "reply" and request.get("form") == FORM and "answers" in event.value:
-            answers = event.value["answers"]
-    yield from answers.items()
