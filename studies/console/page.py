@@ -80,14 +80,14 @@ def _demand(view: View) -> RenderableType:
     if view.prompt is not None and not board.paused:
         text = Text.assemble((view.prompt.text, "bold bright_yellow"), "\n", (how_to_answer(view.prompt), "dim"))
         return Panel(text, title="your turn", title_align="left", border_style="bright_yellow", box=box.HEAVY)
-    if board.paused:
+    if board.pause is not None:
         told = "Paused. The participant sees the pause page.\np goes on"
-        if board.resting:
+        if board.pause.by_participant:
             told = "The participant rests, and goes on when ready.\np ends the rest"
         text = Text(told, style="bold yellow")
         return Panel(
             text,
-            title="resting" if board.resting else "paused",
+            title="resting" if board.pause.by_participant else "paused",
             title_align="left",
             border_style="yellow",
             box=box.ROUNDED,
@@ -114,8 +114,8 @@ def _progress(board: Board, t_ns: int) -> RenderableType:
         f"{share} ",
     )
     times = Text(f" {clock(t_ns / NS)} since the start, {about(board.left_s(t_ns))}", style="dim")
-    if board.paused_at_ns is not None:
-        times.append(f"   paused for {clock((t_ns - board.paused_at_ns) / NS)}", style="yellow")
+    if board.pause is not None:
+        times.append(f"   paused for {clock((t_ns - board.pause.begun_ns) / NS)}", style="yellow")
     return Padding(Group(line, times), (0, 0, 1, 0))
 
 
@@ -159,7 +159,7 @@ def _stimuli(board: Board) -> RenderableType:
     for name, coming in zip(("next", "then"), board.coming(2), strict=False):
         rest = "  (after a rest)" if coming.rest_before else ""
         rows.add_row(name, f"{described(coming.stimulus, blind)}{rest}")
-    if board.position + 1 >= board.total:
+    if not board.coming(1):
         rows.add_row("next", Text("none: this is the last", style="dim"))
     return rows
 

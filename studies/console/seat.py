@@ -15,7 +15,8 @@ from palpate.protocols.blinding import hider
 from palpate.protocols.events import Event
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Aside
-from palpate.studies.console.board import Board, after
+from palpate.protocols.session_state import SessionState
+from palpate.studies.console.board import Board, board_of
 from palpate.studies.console.entry import IDLE, press
 from palpate.studies.console.listening import Heard, Source
 from palpate.studies.console.orders import LINES, Order, OrderError, order_of
@@ -42,6 +43,7 @@ class Seat:
     source: Source
     display: Display
     clock: Callable[[], float] = time.monotonic
+    state: SessionState = field(default_factory=SessionState)
     view: View = field(init=False)
     _heard: deque[Heard] = field(default_factory=deque)
     _answer: float | bool | str | None = None
@@ -64,9 +66,11 @@ class Seat:
         """Take note of an event that is on record; those of earlier sittings come before the first poll."""
         if event.kind == "trial_started":
             self._trial_s = self.clock()
-        self._show(board=after(self.board, event))
-        if self._live and (told := line(event, self.board)) is not None:
-            self.display.say(told)
+        self.state.apply(event)
+        if self._live:
+            self._show(board=board_of(self.plan, self.state))
+            if (told := line(event, self.board)) is not None:
+                self.display.say(told)
 
     def poll(self) -> Aside | None:
         """The next thing the experimenter did. Raises Interrupted where it was to quit."""
@@ -123,6 +127,7 @@ class Seat:
     def _go_live(self) -> None:
         if not self._live:
             self._live = True
+            self.view = replace(self.view, board=board_of(self.plan, self.state))
             told = where(self.board)
             self.display.say(told if self.board.doing is None else f"{told}; {doing(self.board.doing)}")
             self._show()

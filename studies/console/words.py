@@ -95,7 +95,7 @@ def standing(board: Board) -> str:
     hidden = trial.block == "main" or _blocks_are_blind(board)
     block = "" if hidden else f" ({trial.block})"
     again = f", attempt {board.attempt}" if board.attempt > 1 else ""
-    return f"trial {board.position + 1} of {board.total}{block}{again}"
+    return f"trial {board.trial} of {board.total}{block}{again}"
 
 
 def _blocks_are_blind(board: Board) -> bool:

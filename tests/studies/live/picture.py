@@ -13,7 +13,8 @@ from palpate.devices.samples import mounting
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
 from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
-from palpate.studies.console.board import Board, after
+from palpate.protocols.session_state import SessionState
+from palpate.studies.console.board import board_of
 from palpate.studies.console.entry import Entry
 from palpate.studies.console.page import page
 from palpate.studies.console.view import View
@@ -33,20 +34,22 @@ def fifty() -> Plan:
     return compile_plan(study, ParticipantRow("P007", None, 3), seed=4)
 
 
-def half_way(plan: Plan, trials: int = 19) -> Board:
-    """The board once so many trials are over, twenty-eight seconds each, and the next sample is asked for."""
+def half_way(trials: int = 19) -> SessionState:
+    """The session once so many trials are over, twenty-eight seconds each, and the next sample is asked for."""
     header = {"rig": {"kind": "live", "twins": []}, "session": 1}
-    board = after(Board(plan), Event(0, 0, "session_started", canonical(header)))
+    state = SessionState()
+    state.apply(Event(0, 0, "session_started", canonical(header)))
     seq, t_s = 1, 95.0
 
     def happen(kind: str, body: dict, number: int, later_s: float) -> None:
-        nonlocal board, seq, t_s
+        nonlocal seq, t_s
         t_s += later_s
-        board = after(board, Event(seq, round(t_s * NS), kind, canonical(body), number, 1))
+        state.apply(Event(seq, round(t_s * NS), kind, canonical(body), number, 1))
         seq += 1
 
+    begun = {"stimulus": "", "block": "main"}
     for number in range(1, trials + 1):
-        happen("trial_started", {}, number, 0.2)
+        happen("trial_started", begun, number, 0.2)
         happen("request", {"do": "present", "stimulus": ""}, number, 0.0)
         if number == 12:
             happen("experimenter", {"do": "note", "text": "asked how long the break would be"}, number, 1.0)
@@ -57,17 +60,17 @@ def half_way(plan: Plan, trials: int = 19) -> Board:
             happen("experimenter", {"do": "note", "text": "T29 was mounted late: the tape had come off"}, number, 2.0)
         happen("reply", {}, number, 8.0)
         happen("request", FORM, number, 0.0)
-        happen("reply", {}, number, 19.5)
+        happen("reply", {"answers": {}}, number, 19.5)
         happen("trial_ended", {"as": "answered"}, number, 0.1)
-    happen("trial_started", {}, trials + 1, 0.2)
+    happen("trial_started", begun, trials + 1, 0.2)
     happen("request", {"do": "present", "stimulus": ""}, trials + 1, 0.0)
-    return board
+    return state
 
 
 def view() -> View:
     """What the experimenter sees then."""
     plan = fifty()
-    board = half_way(plan)
+    board = board_of(plan, half_way())
     current = board.current()
     return View(
         board,

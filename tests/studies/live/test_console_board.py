@@ -1,4 +1,4 @@
-"""The board is folded from events: progress, pauses, time left, remarks."""
+"""The board of a session: progress, pauses, time left, remarks."""
 
 from __future__ import annotations
 
@@ -6,23 +6,29 @@ import pytest
 
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
-from palpate.studies.console.board import REMEMBERED, Board, after
+from palpate.protocols.session_state import fold
+from palpate.studies.console.board import REMEMBERED, Board, board_of
 from palpate.studies.console.words import about, clock, doing, standing
 from tests.studies.live.halls import Hall, sheets_plan
 
 ASK = {"do": "ask", "form": "sliders", "items": ["Soft", "Cold"]}
+BEGUN, ANSWERS = {"stimulus": "T07", "block": "main"}, {"answers": {"Soft": 1, "Cold": 1}}
 
 
 def played(*happenings) -> Board:
     """(t_s, kind, body, trial) each."""
-    board = Board(sheets_plan())
-    for seq, (t_s, kind, body, trial) in enumerate(happenings):
-        board = after(board, Event(seq, round(t_s * NS), kind, canonical(body), trial, 1))
-    return board
+    events = [
+        Event(seq, round(t_s * NS), kind, canonical(body), trial, 1)
+        for seq, (t_s, kind, body, trial) in enumerate(happenings)
+    ]
+    return board_of(sheets_plan(), fold(events))
 
 
-def trial(number, begun_s, ended_s, how="answered"):
-    return (begun_s, "trial_started", {}, number), (ended_s, "trial_ended", {"as": how}, number)
+def trial(number, begun_s, ended_s):
+    return (
+        (begun_s, "trial_started", BEGUN, number), (begun_s, "request", ASK, number),
+        (ended_s, "reply", ANSWERS, number), (ended_s, "trial_ended", {"as": "answered"}, number),
+    )  # fmt: skip
 
 
 def test_time_left_is_the_pace_of_the_trials_so_far():
@@ -33,7 +39,7 @@ def test_time_left_is_the_pace_of_the_trials_so_far():
 
 
 def test_time_left_is_unknown_before_the_first_trial_is_over_and_nothing_at_the_end():
-    assert played((0, "trial_started", {}, 1)).left_s(NS) is None
+    assert played((0, "trial_started", BEGUN, 1)).left_s(NS) is None
     over = played(*trial(1, 0, 10), (11, "session_ended", {"as": "aborted"}, None))
     assert over.left_s(12 * NS) == 0.0 and standing(over) == "the session is aborted"
 
@@ -48,24 +54,22 @@ def test_who_takes_no_part_is_named_and_not_the_session(how, words):
 
 def test_a_pause_counts_in_no_time():
     pause = [(104, "experimenter", {"do": "pause"}, 1), (204, "experimenter", {"do": "go_on"}, 1)]
-    begun, ended = trial(1, 100, 210)
+    begun, _, *ended = trial(1, 100, 210)
     board = played(begun, (102, "request", ASK, 1), *pause)
     assert board.doing_s(206 * NS) == pytest.approx(4.0)
     paused = played(begun, (102, "request", ASK, 1), pause[0])
     assert paused.paused and paused.doing_s(150 * NS) == pytest.approx(2.0)
-    assert played(begun, *pause, ended).left_s(210 * NS) == pytest.approx(30.0)
+    assert played(begun, (102, "request", ASK, 1), *pause, *ended).left_s(210 * NS) == pytest.approx(30.0)
 
 
-def test_trials_that_were_left_or_repeated_are_not_done():
+def test_a_trial_that_is_repeated_is_named():
     repeat = (25, "experimenter", {"do": "repeat", "which": "last"}, 2)
-    left = played(*trial(1, 0, 10), *trial(2, 10, 20, "left"))
-    assert left.done == {1}
-    again = played(*trial(1, 0, 10), (20, "trial_started", {}, 2), repeat)
+    again = played(*trial(1, 0, 10), (20, "trial_started", BEGUN, 2), repeat)
     assert again.done == set() and again.remarks[-1].text == "trial 1 is repeated"
 
 
 def test_what_comes_next_follows_the_place_in_the_plan():
-    board = played(*trial(1, 0, 10), (10, "trial_started", {}, 2))
+    board = played(*trial(1, 0, 10), (10, "trial_started", BEGUN, 2))
     assert board.current().stimulus.id == "T12"
     assert [each.stimulus.id for each in board.coming()] == ["T33", "T41"]
     assert [each.stimulus.id for each in Board(sheets_plan()).coming()] == ["T07", "T12"]
@@ -82,9 +86,7 @@ def test_the_board_after_a_session_is_that_of_its_ledger(tmp_path):
 
     hall = Hall([(0.0, "confirm"), (1.0, "repeat"), *[(2.0, "confirm")] * 6])
     record = read(start(tmp_path, sheets_plan(), hall.rig).path)
-    board = Board(sheets_plan())
-    for event in record.events:
-        board = after(board, event)
+    board = board_of(sheets_plan(), record.state)
     assert board == hall.seat.board and board.ended == "complete" and len(board.done) == 4
 
 

@@ -16,13 +16,14 @@ from palpate.devices.samples import mounting
 from palpate.protocols import study
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
-from palpate.studies.console.board import Board, after
+from palpate.protocols.session_state import SessionState
+from palpate.studies.console.board import board_of
 from palpate.studies.console.entry import IDLE, Entry
 from palpate.studies.console.page import page
 from palpate.studies.console.view import View
 from palpate.studies.console.words import where
 from tests.studies.live.halls import sheets_plan
-from tests.studies.live.picture import view, words
+from tests.studies.live.picture import fifty, half_way, view, words
 
 PICTURE = Path(__file__).resolve().parents[3] / "docs" / "pictures" / "console.svg"
 
@@ -31,6 +32,14 @@ def printed(shown: View, width: int = 100, height: int = 28, t_s: float = 0.0) -
     console = Console(width=width, height=height, file=io.StringIO())
     console.print(page(shown, shown.board.t_ns + round(t_s * NS), width, height), height=height)
     return console.file.getvalue()
+
+
+def half_way_and(*events):
+    """The board half way through a session, after these things more."""
+    state = half_way()
+    for seq, (kind, body) in enumerate(events, start=99):
+        state.apply(Event(seq, state.t_ns, kind, canonical(body), 20, 1))
+    return board_of(fifty(), state)
 
 
 @pytest.mark.parametrize(("width", "height"), [(60, 16), (80, 24), (100, 28), (200, 60)])
@@ -54,7 +63,7 @@ def test_a_long_line_being_typed_shows_its_end():
 
 
 def test_a_pause_covers_the_demand_until_the_session_goes_on():
-    board = after(view().board, Event(99, view().board.t_ns, "experimenter", canonical({"do": "pause"}), 20, 1))
+    board = half_way_and(("experimenter", {"do": "pause"}))
     text = printed(replace(view(), board=board), t_s=75)
     assert "p goes on" in text and "paused for 1:15" in text and "Enter when it is done" not in text
 
@@ -69,25 +78,23 @@ def test_a_blind_console_shows_neither_the_column_nor_the_id_and_says_so():
 
 
 def test_a_rest_of_the_participants_is_said_to_be_one():
-    rest = canonical({"do": "pause", "by": "participant"})
-    board = after(view().board, Event(99, view().board.t_ns, "experimenter", rest, 20, 1))
+    board = half_way_and(("experimenter", {"do": "pause", "by": "participant"}))
     text = printed(replace(view(), board=board), t_s=75)
     assert "The participant rests" in text and "p ends the rest" in text and "the participant rests" in text
 
 
 def test_the_end_is_asked_for_although_the_session_was_paused_when_it_was_aborted():
-    board = view().board
-    for seq, body in enumerate(({"do": "pause"}, {"do": "abort", "text": "ill"})):
-        board = after(board, Event(100 + seq, board.t_ns, "experimenter", canonical(body), 20, 1))
-    board = after(board, Event(102, board.t_ns, "session_ended", canonical({"as": "aborted", "trials": 50})))
+    board = half_way_and(
+        ("experimenter", {"do": "pause"}), ("experimenter", {"do": "abort", "text": "ill"}),
+        ("session_ended", {"as": "aborted", "trials": 50}),
+    )  # fmt: skip
     text = printed(replace(view(), board=board, prompt=Prompt("The session is over.")))
     assert "The session is over." in text and "the session is aborted" in text and "aborted: ill" in text
 
 
 def test_stand_ins_and_rehearsals_are_marked():
     def marked(rig):
-        header = canonical({"rig": rig, "session": 2})
-        return printed(View(after(Board(sheets_plan()), Event(0, 0, "session_started", header)))).splitlines()[0]
+        return printed(View(board_of(sheets_plan(), SessionState({"rig": rig, "session": 2})))).splitlines()[0]
 
     assert "LIVE" in marked({"kind": "live", "twins": ["door_generator"]})
     assert "simulated: door generator" in marked({"kind": "live", "twins": ["door_generator"]})
