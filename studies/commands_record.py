@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,6 +13,7 @@ from palpate.studies.commands_sessions import report, sat_through, session_optio
 
 if TYPE_CHECKING:
     from palpate.protocols.events import Event
+    from palpate.studies.record import Record
 
 
 @click.command()
@@ -38,18 +39,17 @@ def record(study: str, as_json: bool, **asked: Any) -> None:
     if not as_json:
         from palpate.studies.record import read
 
-        for line in (line for each in sat for line in recorded(read(each.path).events)):
+        for line in (line for each in sat for line in recorded(read(each.path))):
             click.echo(line)
     report(sat, as_json, study, asked["live"].rig)
 
 
-def recorded(events: Sequence[Event]) -> Iterator[str]:
-    """What the recordings of a session that count came to, a line each; of a trial the last attempt counts."""
-    ended = [event for event in events if event.kind == "trial_ended" and event.value["as"] == "captured"]
-    counts = {event.trial: event.attempt for event in ended}
-    for event in events:
-        if event.kind == "reply" and event.value.get("recorded") and counts.get(event.trial) == event.attempt:
-            yield from (f"trial {event.trial}, {line}" for line in _of_reply(event))
+def recorded(record: Record) -> Iterator[str]:
+    """What the recordings of a session that count came to, a line each."""
+    for attempt in record.state.counting:
+        for event in record.events_of(attempt):
+            if event.kind == "reply" and event.value.get("recorded"):
+                yield from (f"trial {event.trial}, {line}" for line in _of_reply(event))
 
 
 def _of_reply(event: Event) -> Iterator[str]:

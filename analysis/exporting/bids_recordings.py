@@ -20,7 +20,7 @@ from palpate.analysis.exporting.cells import NOT_AVAILABLE, cell
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import Sat, Source
 from palpate.analysis.exporting.tabular import ExportRefused
-from palpate.analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in
 from palpate.analysis.streams.recorded import Gap, Stream
 from palpate.protocols.files import open_bytes, write_text
 from palpate.protocols.wording import count
@@ -90,7 +90,7 @@ class _Place:
     draft: Path
     sat: Sat
     task: str
-    attempt: Attempt
+    attempt: RecordedAttempt
 
     def path(self, stream: Stream, folder: str, before: str, after: str) -> Path:
         act = f"_acq-act{stream.act:02d}" if len(self.attempt.acts) > 1 else ""

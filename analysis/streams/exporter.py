@@ -9,7 +9,7 @@ from typing import Any
 
 from palpate.analysis.streams.alignment import Wanted, align_streams
 from palpate.analysis.streams.exporting import ledger_account, write_aligned, write_raw
-from palpate.analysis.streams.reading import Attempt, attempts_of, counting, streams_in, streams_of
+from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in, streams_of
 from palpate.analysis.streams.recorded import Stream, StreamError
 from palpate.protocols.files import staged_files
 from palpate.protocols.wording import count
@@ -40,7 +40,7 @@ class _Act:
     """Streams that were recorded together, and the name of their files."""
 
     stem: str
-    attempt: Attempt
+    attempt: RecordedAttempt
     streams: tuple[Stream, ...]
 
     def about(self, of_ledger: dict[str, Any]) -> dict[str, Any]:
@@ -128,7 +128,7 @@ def _acts(record: Record, chosen: Chosen) -> Iterator[_Act]:
     yield from found
 
 
-def _acts_of(record: Record, attempt: Attempt, act: int | None) -> Iterator[_Act]:
+def _acts_of(record: Record, attempt: RecordedAttempt, act: int | None) -> Iterator[_Act]:
     by_act: dict[int, list[Stream]] = {}
     for stream in streams_in(attempt):
         by_act.setdefault(stream.act, []).append(stream)

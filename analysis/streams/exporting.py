@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from palpate.analysis.streams.alignment import Together, described
-from palpate.analysis.streams.reading import Attempt
+from palpate.analysis.streams.reading import RecordedAttempt
 from palpate.analysis.streams.recorded import Stream
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import file_sha256, open_text, write_text
@@ -23,7 +23,7 @@ ROWS = 4096
 """Rows that are turned into text at a time."""
 
 
-def ledger_account(record: Record, attempts: Sequence[Attempt]) -> dict[str, Any]:
+def ledger_account(record: Record, attempts: Sequence[RecordedAttempt]) -> dict[str, Any]:
     """Which ledger it was, so that an export can be traced to it, and what became of every attempt."""
     header = record.header
     return {

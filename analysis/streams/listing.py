@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from palpate.analysis.streams.alignment import described
-from palpate.analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in
 from palpate.analysis.streams.recorded import StreamError
 from palpate.studies.record import Record
 from palpate.studies.tables import session_name
@@ -33,7 +33,7 @@ def listed(record: Record, trial: int | None = None) -> Row:
     }
 
 
-def _rows(record: Record, attempt: Attempt) -> list[Row]:
+def _rows(record: Record, attempt: RecordedAttempt) -> list[Row]:
     try:
         return [
             {
@@ -46,7 +46,7 @@ def _rows(record: Record, attempt: Attempt) -> list[Row]:
         raise StreamError(f"{record.path}: {error}") from error
 
 
-def _not_used(attempts: Iterable[Attempt], used: Iterable[Attempt]) -> list[str]:
+def _not_used(attempts: Iterable[RecordedAttempt], used: Iterable[RecordedAttempt]) -> list[str]:
     kept = list(used)
     lines = []
     for each in attempts:

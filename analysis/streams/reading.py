@@ -3,51 +3,69 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 from palpate.analysis.streams.recorded import Gap, Stream, StreamError
-from palpate.protocols.events import Event
+from palpate.protocols.events import ANSWERED, CAPTURED, Event
 from palpate.protocols.requests import Samples
+from palpate.protocols.session_state import Attempt
 from palpate.studies.record import Record
-
-KEPT = ("captured", "answered")
-"""How a trial ends whose recordings count; one that was repeated, left or faulted is listed and not used."""
 
 
 @dataclass(frozen=True)
-class Attempt:
-    """A trial that was met once: how it ended (None: not yet), and which events hold its samples, by request."""
+class RecordedAttempt:
+    """An attempt at a trial, and the events that hold its samples, request by request."""
 
-    trial: int
-    number: int
-    stimulus: str
-    ended_as: str | None
-    withdrawn: bool
+    attempt: Attempt
     acts: tuple[tuple[Event, ...], ...]
+
+    @property
+    def trial(self) -> int:
+        """The trial's number."""
+        return self.attempt.trial
+
+    @property
+    def number(self) -> int:
+        """Which attempt at the trial it is, from 1."""
+        return self.attempt.number
+
+    @property
+    def stimulus(self) -> str:
+        """The stimulus of the trial."""
+        return self.attempt.stimulus
 
     @property
     def kept(self) -> bool:
         """Whether it ended well, was not withdrawn since, and holds streams."""
-        return self.ended_as in KEPT and not self.withdrawn and bool(self.acts)
+        return self.attempt.valid and bool(self.acts)
 
     @property
     def told(self) -> str:
         """How it ended, in a word or two."""
-        withdrawn = ", then wished again" if self.withdrawn and self.ended_as in KEPT else ""
-        return f"{self.ended_as or 'not ended'}{withdrawn}"
+        ended_as = self.attempt.ended_as
+        again = self.attempt.withdrawn and ended_as in (ANSWERED, CAPTURED)
+        return f"{ended_as or 'not ended'}{', then wished again' if again else ''}"
 
 
-def attempts_of(record: Record) -> tuple[Attempt, ...]:
+def attempts_of(record: Record) -> tuple[RecordedAttempt, ...]:
     """Every attempt of every trial, in the order in which they were met."""
-    walk = _Walk()
-    for event in record.events:
-        walk.take(event)
-    return tuple(met.attempt(walk.withdrawn) for met in walk.met)
+    return tuple(RecordedAttempt(attempt, tuple(_acts(record, attempt))) for attempt in record.state.attempts)
 
 
-def counting(attempts: Iterable[Attempt]) -> dict[int, Attempt]:
+def _acts(record: Record, attempt: Attempt) -> Iterator[tuple[Event, ...]]:
+    """What came of each request of the attempt, where samples did."""
+    acts: list[list[Event]] = []
+    for event in record.events_of(attempt):
+        if event.kind == "request":
+            acts.append([])
+        elif event.kind in ("samples", "reply"):
+            acts[-1].append(event)
+    return (tuple(act) for act in acts if any(event.samples for event in act))
+
+
+def counting(attempts: Iterable[RecordedAttempt]) -> dict[int, RecordedAttempt]:
     """The attempt that counts of each trial that has one: the last that was kept."""
     return {each.trial: each for each in attempts if each.kept}
 
@@ -67,7 +85,7 @@ def streams_of(record: Record, trial: int, attempt: int | None = None) -> tuple[
         raise StreamError(f"{record.path}: {error}") from error
 
 
-def streams_in(attempt: Attempt) -> tuple[Stream, ...]:
+def streams_in(attempt: RecordedAttempt) -> tuple[Stream, ...]:
     """The streams of an attempt, act by act."""
     return tuple(
         _joined(attempt, number, act, name)
@@ -76,7 +94,7 @@ def streams_in(attempt: Attempt) -> tuple[Stream, ...]:
     )
 
 
-def _nothing(trial: int, attempt: int | None, met: Sequence[Attempt]) -> str:
+def _nothing(trial: int, attempt: int | None, met: Sequence[RecordedAttempt]) -> str:
     if not met:
         return f"trial {trial} was not met in this session"
     how = ", ".join(f"attempt {each.number} {each.told}{'' if each.acts else ', no streams'}" for each in met)
@@ -84,55 +102,7 @@ def _nothing(trial: int, attempt: int | None, met: Sequence[Attempt]) -> str:
     return f"trial {trial}: {wanted} ({how})"
 
 
-@dataclass
-class _Met:
-    trial: int
-    number: int
-    stimulus: str
-    ended_as: str | None = None
-    acts: list[list[Event]] = field(default_factory=list)
-    """What came of each request."""
-
-    def attempt(self, withdrawn: set[tuple[int, int]]) -> Attempt:
-        """What became of it."""
-        acts = tuple(tuple(act) for act in self.acts if any(event.samples for event in act))
-        gone = (self.trial, self.number) in withdrawn
-        return Attempt(self.trial, self.number, self.stimulus, self.ended_as, gone, acts)
-
-
-@dataclass
-class _Walk:
-    """One pass over the events."""
-
-    met: list[_Met] = field(default_factory=list)
-    withdrawn: set[tuple[int, int]] = field(default_factory=set)
-
-    def take(self, event: Event) -> None:
-        if event.trial is None:
-            return
-        match event.kind:
-            case "trial_started":
-                self.met.append(_Met(event.trial, event.attempt or 0, str(event.value["stimulus"])))
-            case "request":
-                self.met[-1].acts.append([])
-            case "samples" | "reply":
-                self.met[-1].acts[-1].append(event)
-            case "trial_ended":
-                self._end(event)
-            case "experimenter" if event.value.get("which") == "last":
-                self._withdraw(event.trial - 1)
-
-    def _end(self, event: Event) -> None:
-        self.met[-1].ended_as = str(event.value["as"])
-        if self.met[-1].ended_as == "repeated":
-            self._withdraw(self.met[-1].trial)
-
-    def _withdraw(self, trial: int) -> None:
-        """What was recorded of the trial so far is to be recorded anew."""
-        self.withdrawn |= {(each.trial, each.number) for each in self.met if each.trial == trial}
-
-
-def _joined(attempt: Attempt, number: int, act: Sequence[Event], name: str) -> Stream:
+def _joined(attempt: RecordedAttempt, number: int, act: Sequence[Event], name: str) -> Stream:
     """The blocks of one stream as they follow each other."""
     where = f"trial {attempt.trial}, attempt {attempt.number}: stream {name}"
     blocks = tuple(block for event in act for block in event.samples if block.stream == name and block.count)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.streams.reading import KEPT, attempts_of
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.seeing import Album, Picture
 from palpate.protocols.files import file_sha256
@@ -76,12 +75,11 @@ def taken_of(lab: Path, study: str) -> Iterator[Taken]:
 
 
 def _of_session(record: Record) -> Iterator[Taken]:
-    counts = {each.trial: each for each in attempts_of(record) if each.ended_as in KEPT and not each.withdrawn}
     made_up = by_twins(record.header)
-    for event in record.events:
-        kept = counts.get(event.trial) if event.trial is not None else None
-        if kept is not None and event.kind == "reply" and kept.number == event.attempt and PICTURES in event.value:
-            yield Taken(record, kept.stimulus, event.value[PICTURES], made_up)
+    for attempt in record.state.counting:
+        for event in record.events_of(attempt):
+            if event.kind == "reply" and PICTURES in event.value:
+                yield Taken(record, attempt.stimulus, event.value[PICTURES], made_up)
 
 
 def of_kind(taken: Sequence[Taken], simulated: bool | None) -> tuple[list[Taken], tuple[str, ...]]:

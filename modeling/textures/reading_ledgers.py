@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in
 from palpate.analysis.streams.recorded import Stream, StreamError
 from palpate.modeling.textures.preparing import UP, Touched, prepared
 from palpate.modeling.textures.rates import Sampled
@@ -41,7 +41,7 @@ class Capture:
     """One capture that counts: its samples stay in the ledger until they are asked for (`touched_in`)."""
 
     path: Path
-    attempt: Attempt
+    attempt: RecordedAttempt
     label: str
     category: str = ""
     notes: tuple[str, ...] = ()

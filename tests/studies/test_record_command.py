@@ -10,11 +10,10 @@ from click.exceptions import Exit
 
 from palpate.command_line import _status
 from palpate.devices.rig.file import rig_path
-from palpate.protocols.canonical import canonical
-from palpate.protocols.events import Event
 from palpate.studies.commands_record import recorded
 from palpate.studies.commands_sessions import report
 from palpate.studies.session import Sat
+from tests.analysis.streams.ledgers import Written
 
 STUDY = """study: quick
 title: A texture, quickly
@@ -157,24 +156,28 @@ def test_a_second_session_has_a_number_of_its_own(said, lab):
     assert ledgers(lab) == ["quick_P001_s1.sqlite", "quick_P001_s2.sqlite"]
 
 
-def event(kind, trial, attempt, **value):
-    return Event(0, 0, kind, canonical(value), trial, attempt)
-
-
 def stream(samples, lost=0, **more):
     return {"samples": samples, "lost": lost, "gaps": int(lost > 0), "rate_hz": 3000.0, **more}
 
 
-def test_a_recording_that_was_repeated_or_faulted_is_not_told():
-    events = [
-        event("reply", 1, 1, recorded=True, streams={"a": stream(10)}),
-        event("trial_ended", 1, 1, **{"as": "captured"}),
-        event("reply", 1, 2, recorded=True, streams={"a": stream(20, lost=3, drift_ppm=49.6)}),
-        event("trial_ended", 1, 2, **{"as": "captured"}),
-        event("reply", 2, 1, recorded=True, streams={"a": stream(30)}),
-        event("trial_ended", 2, 1, **{"as": "repeated"}),
-    ]
-    assert list(recorded(events)) == ["trial 1, a: 20 samples, 3000.00 Hz, 3 LOST in 1 gap, clock +50 ppm"]
+def test_a_recording_that_was_repeated_or_faulted_is_not_told(tmp_path):
+    written = Written(tmp_path / "session.sqlite")
+    written.begin(1, 1)
+    written.done(a=stream(10))
+    written.note("fault", {"device": "daq", "what": "silent", "message": "gone"})
+    written.end("faulted")
+    written.begin(1, 2)
+    written.done(a=stream(20, lost=3, drift_ppm=49.6))
+    written.end()
+    written.begin(2)
+    written.done(a=stream(30))
+    written.end()
+    written.begin(3)
+    written.experimenter(do="repeat", which="last")
+    written.end("repeated")
+    written.begin(2, 2)
+    written.experimenter(do="abort")
+    assert list(recorded(written.record())) == ["trial 1, a: 20 samples, 3000.00 Hz, 3 LOST in 1 gap, clock +50 ppm"]
 
 
 def test_the_way_to_go_on_names_the_rig_file_that_was_named(capsys):

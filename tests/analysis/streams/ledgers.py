@@ -45,6 +45,9 @@ class Written:
         self.note("request", {"do": do, **given[do]})
 
     def end(self, as_="captured"):
+        if as_ == "answered":
+            self.ask_for("ask")
+            self.note("reply", {"answers": {}})
         self.note("trial_ended", {"as": as_})
 
     def experimenter(self, **body):

@@ -115,10 +115,21 @@ def test_an_answer_revised_later_keeps_the_streams_of_the_attempt_that_felt(writ
     written.end("answered")
     written.trial, written.attempt = 1, 2
     written.note("trial_started", {"stimulus": "K8", "block": "main"})
-    written.ask_for("ask")
-    written.note("reply", {"answers": {}})
     written.end("answered")
     assert streams_of(written.record(), 1)[0].attempt == 1
+
+
+def test_the_streams_of_a_trial_that_was_being_revised_stay_when_the_one_before_is_to_be_repeated(written):
+    """The answer stands in the form when the trial is met again, and the stimulus is not presented anew."""
+    written.begin(2, 1)
+    one_second(written, 5.0)
+    written.end("answered")
+    written.trial, written.attempt = 2, 2
+    written.note("trial_started", {"stimulus": "K8", "block": "main"})
+    written.ask_for("ask")
+    written.experimenter(do="repeat", which="last")
+    written.end("repeated")
+    assert streams_of(written.record(), 2)[0].attempt == 1
 
 
 def test_gaps_are_where_and_why_they_were_told(written):
