@@ -131,24 +131,6 @@ def test_a_repeated_trial_s_first_answer_does_not_count(tmp_path, engine):
     ]  # fmt: skip
 
 
-def test_a_trial_that_was_to_be_repeated_and_was_not_has_no_answer(tmp_path, engine):
-    """As in the session itself: what the experimenter discards does not count, whether or not it is answered anew."""
-    plan = plan_of("matching", simulation={"latents": {}, "revise_rate": 0}, needs=())
-    last, abort = {"do": "repeat", "which": "last"}, {"do": "abort", "text": "felt unwell"}
-    planned = meddling(plan, tmp_path, 4, last)
-
-    def opened(plan, t_ns):
-        return Rig(Meddled(planned.open(plan, t_ns).world, 5, abort), lambda: None)
-
-    start(tmp_path, plan, RigPlan(planned.description, planned.check, opened))
-    gather(tmp_path, engine)
-    assert rows(engine, "SELECT trial, attempt, counts FROM responses WHERE attribute = 'Soft'") == [(1, 1, 0)]
-    assert rows(engine, "SELECT trial, attempts, status FROM trials ORDER BY 1")[:2] == [
-        (1, 2, "started"), (2, 1, "repeated"),
-    ]  # fmt: skip
-    assert rows(engine, "SELECT trials_answered FROM sessions") == [(0,)]
-
-
 def test_an_aborted_session_is_over_but_not_analysed(tmp_path, engine):
     sat = ran(tmp_path, "matching", at=4, does={"do": "abort", "text": "felt unwell"})
     assert (sat.status, sat.complete, sat.reason) == ("aborted", False, "aborted")

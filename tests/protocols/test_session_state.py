@@ -1,0 +1,258 @@
+"""The fold of a session's events: which attempt counts, what is open, what comes next, as the runner itself has it."""
+
+from contextlib import suppress
+
+import pytest
+
+from palpate.protocols.canonical import canonical
+from palpate.protocols.event_shapes import EventShapes
+from palpate.protocols.events import NS, Event
+from palpate.protocols.requests import Aside, Ask, Fault, Reply, Sense
+from palpate.protocols.runner import run
+from palpate.protocols.session_state import Pause, SessionState, active_ns, fold, repeated_trial
+from palpate.protocols.worlds import BROKEN_OFF, Recorded
+from palpate.studies.console.board import board_of
+from palpate.studies.tables import answers_of
+from tests.protocols.every_task import PARTS
+from tests.protocols.random_sessions import ABORT, FAULT, HEADER, Chance, go_on, plan_for, rough_session
+from tests.protocols.worlds_for_tests import Kept
+
+SEEDS = (1, 2, 3)
+LAST_IN_A_REVISION = (11, 20)
+"""Seeds of sessions in which the last trial is wished again while the present one is being revised."""
+OK, TRY, BACK = {}, {"go": "try"}, Reply({"go": "back"})
+THIS, LAST = (Aside({"do": "repeat", "which": which}) for which in ("this", "last"))
+END = Aside(ABORT)
+PLAIN = {"practice": None, "rest": None, "simulation": {"latents": {}, "revise_rate": 0}}
+REFERENCES = {"anchors": {"stimuli": [{"id": "A", "label": "This is 0.", "attribute": "Soft", "value": 0}]}}
+
+
+class Turns:
+    """A world in which these turns come, one at each form or recording of a trial."""
+
+    def __init__(self, plan, log, turns):
+        self.chance, self.turns, self.log = Chance(plan, log, 0), iter(turns), log
+
+    def now(self):
+        return 1_000 * len(self.log.events)
+
+    def perform(self, request):
+        if not isinstance(request, Ask | Sense) or self.log.events[-1].trial is None:
+            return self.chance.plain(request)
+        turn = next(self.turns)
+        if isinstance(turn, Reply | Aside | Fault):
+            return turn
+        reply = self.chance.plain(request)
+        answered = {name: value for name, value in reply.value.items() if name != "go"}
+        return Reply(answered | turn, reply.samples)
+
+
+STANDS = {
+    "an answer": ("matching", [OK, END], {1: ("answered", 1, 1), 2: ("started", 1, None)}),
+    "a recording": ("capture", [OK, END], {1: ("captured", 1, 1), 2: ("started", 1, None)}),
+    "left unanswered": ("matching", [OK, BACK, END], {1: ("started", 2, 1), 2: ("left", 1, None)}),
+    "left in a revision": ("matching", [OK, OK, BACK, BACK, END],
+                           {1: ("started", 2, 1), 2: ("answered", 2, 1), 3: ("left", 1, None)}),
+    "revised": ("matching", [OK, BACK, OK, END], {1: ("answered", 2, 2), 2: ("started", 2, None)}),
+    "this one again": ("matching", [OK, THIS, END], {1: ("answered", 1, 1), 2: ("started", 2, None)}),
+    "this one again, in a revision": ("matching", [OK, BACK, THIS, END],
+                                      {1: ("started", 3, None), 2: ("left", 1, None)}),
+    "the last one again": ("matching", [OK, LAST, END], {1: ("started", 2, None), 2: ("repeated", 1, None)}),
+    "the last one again, in a revision": ("matching", [OK, OK, BACK, LAST, END],
+                                          {1: ("started", 2, None), 2: ("answered", 2, 1), 3: ("left", 1, None)}),
+    "the last recording again": ("capture", [OK, LAST, END], {1: ("started", 2, None), 2: ("repeated", 1, None)}),
+    "the last one again, in the first": ("matching", [LAST, END], {1: ("started", 2, None)}),
+    "a fault": ("matching", [FAULT, END], {1: ("started", 2, None)}),
+    "a fault in a recording": ("capture", [OK, FAULT, OK, END],
+                               {1: ("captured", 1, 1), 2: ("captured", 2, 2), 3: ("started", 1, None)}),
+    "a fault in a revision": ("matching", [OK, BACK, FAULT, END], {1: ("started", 3, 1), 2: ("left", 1, None)}),
+    "a setting that was tried": ("authoring", [TRY, END], {1: ("started", 1, None)}),
+    "a setting that was tried and left so": ("authoring", [TRY, OK, END],
+                                             {1: ("answered", 1, 1), 2: ("started", 1, None)}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", STANDS)
+def test_which_attempt_of_a_trial_counts(case):
+    task, turns, expected = STANDS[case]
+    plan = plan_for(task, 0, **PLAIN)
+    events = go_on(plan, [], lambda log: Turns(plan, log, turns))
+    state = fold(events)
+    counting = {attempt.trial: attempt.number for attempt in state.counting}
+    assert {
+        number: (trial.status, len(trial.attempts), counting.get(number)) for number, trial in state.trials.items()
+    } == expected
+    assert board_of(plan, state).done == counting.keys()
+    rows = answers_of(plan, "s", events)
+    assert {row["trial"]: row["attempt"] for row in rows.responses if row["counts"]} == (
+        {} if task == "capture" else counting
+    )
+    stands = {row["trial"]: (row["status"], row["attempts"]) for row in rows.trials if row["status"] != "not met"}
+    assert stands == {number: (status, attempts) for number, (status, attempts, _) in expected.items()}
+
+
+@pytest.mark.parametrize(("which", "expected"), [(THIS, [1]), (LAST, [])])
+def test_what_is_to_be_repeated_does_not_count_before_it_is_met_again(which, expected):
+    """The session is aborted in the rest, or killed, before the trial is met again: what was wished is on record."""
+    plan = plan_for("matching", 0, **PLAIN)
+    events = go_on(plan, [], lambda log: Turns(plan, log, [OK, which, END]))
+    wished = next(place for place, event in enumerate(events, start=1) if event.kind == "experimenter")
+    for cut in (wished, wished + 1):
+        assert [attempt.trial for attempt in fold(events[:cut]).counting] == expected
+    statuses = {number: trial.status for number, trial in fold(events[: wished + 1]).trials.items()}
+    assert statuses == {1: "answered" if expected else "repeated", 2: "repeated"}
+
+
+def test_of_a_form_outside_trials_every_answer_counts():
+    plan = plan_for("matching", 0, **PLAIN)
+    state = fold(go_on(plan, [], lambda log: Turns(plan, log, [OK] * 4)))
+    outside = [answer for answer in state.answers if answer.trial is None]
+    assert [answer.form for answer in outside] == ["consent", "demographics", "likert", "suggestions"]
+    assert all(state.counts(answer) for answer in outside)
+
+
+class Watched:
+    """A world behind a record in which all is answered at once; what was performed live, and what was put on record.
+
+    `goes_back`: the participant first goes back as far as possible, so that every answer that the session has kept is
+    shown once more.
+    """
+
+    def __init__(self, plan, log, goes_back):
+        self.chance, self.log, self.goes_back = Chance(plan, log, 0), log, goes_back
+        self.performed, self.shown = [], {}
+
+    def now(self):
+        return 1_000 * len(self.log.events)
+
+    def perform(self, request):
+        self.performed.append(request)
+        if isinstance(request, Ask) and request.trial is not None:
+            self.shown.setdefault(request.trial.number, request.previous)
+            self.goes_back = self.goes_back and request.may_go_back
+            if self.goes_back:
+                return Reply({"go": "back"})
+        return self.chance.plain(request)
+
+
+class Begun(Exception):
+    """The next trial is begun: no more is looked at."""
+
+
+def gone_on_with(plan, events, goes_back):
+    """What a session becomes from here, to its end or to the start of the next trial; and the world that it met."""
+    log = Kept(list(events))
+    world = Watched(plan, log, goes_back)
+
+    def look(event):
+        if event.kind == "trial_started" and not goes_back:
+            log.events.append(event)
+            raise Begun
+
+    log.on_append = look
+    tape = Recorded(events, world, log)
+    with suppress(Begun):
+        run(plan, tape, tape, HEADER)
+    return log.events[len(events) :], world
+
+
+def demand_what_the_runner_does_next(plan, state, events):
+    """The open request is performed again, the trial under way goes on, the trial that comes next is begun next."""
+    new, world = gone_on_with(plan, events, goes_back=False)
+    if state.ended is not None:
+        assert new == []
+        return
+    aborted = new[0].ended_as == "aborted"
+    if state.request is not None:
+        asked = max(place for place, event in enumerate(events) if event.kind == "request")
+        if any(event.kind == "samples" for event in events[asked:]):
+            assert new[0].kind == "fault" and new[0].value == BROKEN_OFF.value
+        else:
+            assert world.performed[0].body() == state.request.value
+    if state.current is not None:
+        assert aborted or (new[0].trial, new[0].attempt) == (state.current.trial, state.current.number)
+    else:
+        begun = next((event for event in new if event.kind == "trial_started"), None)
+        attempts = len(state.trials[state.next_trial].attempts) if state.next_trial in state.trials else 0
+        assert (begun is None) == (state.next_trial > len(plan.trials) or aborted)
+        assert begun is None or (begun.trial, begun.attempt) == (state.next_trial, attempts + 1)
+
+
+@pytest.mark.untraced
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("task", PARTS)
+def test_after_every_event_the_state_is_what_the_runner_goes_on_from(task, seed):
+    plan = plan_for(task, seed, **(REFERENCES if task == "matching" else {}))
+    events = rough_session(plan, seed)
+    state = SessionState()
+    for cut, event in enumerate(events, start=1):
+        state.apply(event)
+        demand_what_the_runner_does_next(plan, state, events[:cut])
+    assert state == fold(events)
+
+
+@pytest.mark.untraced
+@pytest.mark.parametrize("seed", LAST_IN_A_REVISION)
+@pytest.mark.parametrize("task", ["slider_rating", "free_lexicon"])
+def test_after_every_event_the_answers_that_count_are_those_that_the_runner_shows_again(task, seed):
+    """A trial that is met again shows the answer that it has; without one the stimulus is presented anew."""
+    plan = plan_for(task, seed, practice=None)
+    events = rough_session(plan, seed)
+    state, revisions = SessionState(), 0
+    for cut, event in enumerate(events, start=1):
+        state.apply(event)
+        if event.value.get("which") == "last":
+            revisions += state.trials[event.trial].answer is not None
+        _, world = gone_on_with(plan, events[:cut], goes_back=True)
+        kept = {number: trial.answer.values for number, trial in state.trials.items() if trial.answer is not None}
+        assert world.shown == {number: kept.get(number) for number in world.shown}
+        if world.shown:
+            assert kept.keys() <= world.shown.keys()
+    assert revisions
+
+
+def test_among_the_random_sessions_everything_happens():
+    events = [event for task in PARTS for seed in SEEDS for event in rough_session(plan_for(task, seed), seed)]
+    done = {(e.value["do"], e.value.get("which")) for e in events if e.kind == "experimenter"}
+    assert {("repeat", "this"), ("repeat", "last"), ("pause", None), ("go_on", None), ("abort", None)} <= done
+    assert {e.value["as"] for e in events if e.kind == "trial_ended"} == {
+        "answered", "captured", "left", "repeated", "faulted",
+    }  # fmt: skip
+    assert {"samples", "fault"} <= {e.kind for e in events}
+    assert any(e.kind == "fault" and e.value == BROKEN_OFF.value for e in events), "killed in a recording"
+
+
+def test_the_check_of_shapes_folds_what_it_takes():
+    events = rough_session(plan_for("matching", 1), 1)
+    shapes = EventShapes(fold(events[:1]))
+    for event in events[1:]:
+        shapes.take(event)
+    assert shapes.state == fold(events)
+
+
+def happened(*events):
+    """(t_s, kind, body, trial) each."""
+    return [
+        Event(seq, round(t_s * NS), kind, canonical(body), trial, None if trial is None else 1)
+        for seq, (t_s, kind, body, trial) in enumerate(events)
+    ]
+
+
+def aside(t_s, trial=None, **body):
+    return (t_s, "experimenter", body, trial)
+
+
+def test_a_pause_takes_no_time_and_ends_with_the_session():
+    state = fold(happened(aside(10, do="pause"), aside(12, do="pause"), aside(15, do="go_on"), aside(16, do="go_on"),
+                          aside(20, do="pause", by="participant")))  # fmt: skip
+    assert state.pauses == [Pause(10 * NS, False, 15 * NS), Pause(20 * NS, True)]
+    times_s = {5: 5, 10: 10, 12: 10, 15: 10, 18: 13, 20: 15, 99: 15}
+    assert {t_s: active_ns(state.pauses, t_s * NS) / NS for t_s in times_s} == times_s
+    assert state.pause == state.pauses[-1]
+    state.apply(happened((30, "session_ended", {"trials": 4, "as": "aborted"}, None))[0])
+    assert state.pause is None and state.ended == "aborted"
+
+
+@pytest.mark.parametrize(("trial", "which", "number"), [(3, "this", 3), (3, "last", 2), (1, "last", 1)])
+def test_the_trial_that_is_to_be_repeated(trial, which, number):
+    assert repeated_trial(happened(aside(0, trial, do="repeat", which=which))[0]) == number
