@@ -85,7 +85,7 @@ def test_a_class_that_is_pickled_is_found_again_by_its_name(name):
         'VERBS = {"init": ("palpate.studies.participants.renamed:init", "Make a folder a lab.")}',
         '_AT = "palpate.analysis.plans.families"\nTESTS = {"anova": f"{_AT}.renamed:ANOVA"}',
         'for room in ROOMS:\n    import_module(f"palpate.devices.{room}.bench")',
-        'import_module("palpate.devices.render.window.open").renamed()',
+        'import_module("palpate.devices.render.window.app").renamed()',
         'run([sys.executable, "-m", "palpate.studies.renamed"])',
         '"""Makes pictures: `python -m palpate.devices.author.renamed`."""',
         'DECIDES = ("studies/renamed.csv",)',

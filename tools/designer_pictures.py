@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.devices.author.board import Board, Told
-from palpate.devices.author.making import Maker, maker_for
-from palpate.devices.author.screen import AuthorScreen
+from palpate.devices.author.screen import DesignerScreen
+from palpate.devices.author.view import DesignerStatus, DesignerView
 from palpate.devices.author.words import author_texts
 from palpate.devices.author.work import History, Setting, Work, neutral
+from palpate.devices.door.making import Maker, maker_for
 from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.screen import Page
@@ -40,13 +40,15 @@ def pictures(folder: Path, maker: Maker) -> list[Path]:
     ]
 
 
-def picture(maker: Maker, work: Work, told: Told, language: str = "en", size: tuple[int, int] = SIZE) -> Image.Image:
+def picture(
+    maker: Maker, work: Work, told: DesignerStatus, language: str = "en", size: tuple[int, int] = SIZE
+) -> Image.Image:
     """The window as it shows a work."""
     from PIL import Image
 
     page = Page(Metrics(*size, PX_PER_MM * size[0] / SIZE[0]), author_texts(language), find_fonts(language))
-    screen, image = AuthorScreen(page, Board(page, maker), History(work)), Image.new("RGB", size)
-    screen.show_told(told)
+    screen, image = DesignerScreen(page, DesignerView(page, maker), History(work)), Image.new("RGB", size)
+    screen.show_status(told)
     screen.paint(image)
     return image
 
@@ -62,9 +64,9 @@ def _saved(path: Path, maker: Maker, work: Work, language: str, state: str) -> P
     from PIL import Image
 
     texts = author_texts(language)
-    told = Told(door=texts(f"state_{state}", name=texts("twin")))
+    told = DesignerStatus(door=texts(f"state_{state}", name=texts("twin")))
     if state == "playing":
-        force = Board(Page(Metrics(*SIZE, PX_PER_MM), texts, find_fonts()), maker).made(work.setting).force_N
+        force = DesignerView(Page(Metrics(*SIZE, PX_PER_MM), texts, find_fonts()), maker).made(work.setting).force_N
         told = replace(told, play="stop", hand=(27.3, float(force[273])))
     made = picture(maker, work, told, language).quantize(COLOURS, dither=Image.Dither.NONE)
     with open_bytes(path) as file:

@@ -14,10 +14,10 @@ import numpy as np
 from palpate.devices.render.found import DEFAULT_METHOD, SHIPPED, available, card_for
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.headless import at_once
-from palpate.devices.render.window.board import Board, Told
 from palpate.devices.render.window.choice import Choice
 from palpate.devices.render.window.heard import SHOWN, Array, heard
-from palpate.devices.render.window.screen import RenderScreen
+from palpate.devices.render.window.screen import RendererScreen
+from palpate.devices.render.window.view import RendererStatus, RendererView
 from palpate.devices.render.window.words import method_word, render_texts, texture_word
 from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
@@ -40,13 +40,13 @@ def pictures(folder: Path, lab: Path) -> list[Path]:
 
 
 def picture(
-    lab: Path, choice: Choice, last: Array, told: Told, language: str = "en", metrics: Metrics | None = None
+    lab: Path, choice: Choice, last: Array, told: RendererStatus, language: str = "en", metrics: Metrics | None = None
 ) -> Image.Image:
     """The window as it shows (3, n): acceleration, speed and force of the last second."""
     from PIL import Image
 
     page = Page(metrics or Metrics(*SIZE, PX_PER_MM), render_texts(language), find_fonts(language))
-    screen = RenderScreen(page, Board(page, available(lab)), choice)
+    screen = RendererScreen(page, RendererView(page, available(lab)), choice)
     image = Image.new("RGB", (page.metrics.width_px, page.metrics.height_px))
     screen.show(heard(last), told)
     screen.paint(image)
@@ -60,7 +60,7 @@ def saved(path: Path, lab: Path, choice: Choice, language: str) -> Path:
     last, record = strokes(card_for(choice.texture, choice.method, lab))
     texts = render_texts(language)
     names = {"texture": texture_word(texts, choice.texture), "method": method_word(texts, choice.method)}
-    made = picture(lab, choice, last, Told(record, texts("switched", **names) + "."), language)
+    made = picture(lab, choice, last, RendererStatus(record=record, notice=texts("switched", **names) + "."), language)
     with open_bytes(path) as file:
         made.quantize(COLOURS, dither=Image.Dither.FLOYDSTEINBERG).save(file, "PNG", optimize=True)
     return path

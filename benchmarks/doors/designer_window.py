@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.devices.author.making import Array, Maker, maker_for
 from palpate.devices.author.work import History, Setting, Work, neutral
+from palpate.devices.door.making import Array, Maker, maker_for
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.plot import Axes, axes_for, line_mask
@@ -24,7 +24,7 @@ from palpate.protocols.bench import Case
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 
 if TYPE_CHECKING:
-    from palpate.devices.author.screen import AuthorScreen
+    from palpate.devices.author.screen import DesignerScreen
 
 SIZES = ((1280, 720), (1920, 1080))
 PX_PER_MM = 3.78
@@ -65,28 +65,28 @@ def painted_s(maker: Maker, size: tuple[int, int], count: int, seed: int = 1) ->
     return timed_moves(screen, lambda: screen.paint(image), count, seed)
 
 
-def screen_of(maker: Maker, size: tuple[int, int]) -> AuthorScreen:
+def screen_of(maker: Maker, size: tuple[int, int]) -> DesignerScreen:
     """The sliders, every wish in the middle."""
-    from palpate.devices.author.board import Board
-    from palpate.devices.author.screen import AuthorScreen
+    from palpate.devices.author.screen import DesignerScreen
+    from palpate.devices.author.view import DesignerView
     from palpate.devices.author.words import author_texts
     from palpate.devices.window.fonts import find_fonts
     from palpate.devices.window.geometry import Metrics
     from palpate.devices.window.screen import Page
 
     page = Page(Metrics(*size, PX_PER_MM), author_texts(), find_fonts())
-    return AuthorScreen(page, Board(page, maker), History(Work(neutral(len(maker.attributes)))))
+    return DesignerScreen(page, DesignerView(page, maker), History(Work(neutral(len(maker.attributes)))))
 
 
 def timed_moves(
-    screen: AuthorScreen, draw: Callable[[], object], count: int, seed: int,
+    screen: DesignerScreen, draw: Callable[[], object], count: int, seed: int,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Array:  # fmt: skip
     """Every slider in turn is dragged to random places; each place is a new door. Seconds of each move."""
     from palpate.devices.window.inputs import Moved, Pressed, Released
 
     chance, taken = np.random.Generator(np.random.PCG64(seed)), np.empty(count)
-    sliders = [screen.board.slider(screen.work, number) for number in range(len(screen.work.a.wish))]
+    sliders = [screen.view.slider(screen.work, number) for number in range(len(screen.work.a.wish))]
     for move in range(count):
         slider = sliders[move * len(sliders) // count]
         x, y = slider.box.middle[0], slider.row(round(chance.uniform(0, 100)))

@@ -8,7 +8,7 @@ import click
 
 from palpate.devices.options import LAB
 from palpate.devices.rig.options import RIG
-from palpate.devices.window.options import size_px
+from palpate.devices.window.options import window_options
 
 
 @click.command()
@@ -17,9 +17,7 @@ from palpate.devices.window.options import size_px
               "or a card.  [default: door-force]")  # fmt: skip
 @RIG
 @click.option("--twins", is_flag=True, help="A simulated door in place of the rig's.")
-@click.option("--language", default="en", show_default=True, help="The language of the window.")
-@click.option("--screen", type=click.IntRange(0, 15), help="The screen, from 0.  [default: as calibrated]")
-@click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size, not the full screen.")
+@window_options
 def author(
     lab: Path, model: str | None, rig_file: Path | None, twins: bool, language: str, screen: int | None,
     windowed: tuple[int, int] | None,
@@ -35,7 +33,9 @@ def author(
     """
     if twins and rig_file is not None:
         raise click.UsageError("--rig names a door to open, and with --twins none is: leave one out")
-    from palpate.devices.author.making import maker_for
-    from palpate.devices.author.open import Options, run_window
+    from palpate.devices.author.app import run_window
+    from palpate.devices.door.making import maker_for
+    from palpate.devices.window.app import WindowOptions
 
-    run_window(maker_for(lab, model), Options(lab, twins, rig_file, language, screen, windowed))
+    options = WindowOptions(lab=lab, rig=rig_file, twins=twins, language=language, screen=screen, windowed=windowed)
+    run_window(maker_for(lab, model), options)

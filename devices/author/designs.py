@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from palpate.devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
-from palpate.devices.author.work import Setting, Work
+from palpate.devices.author.work import MOST_SMOOTHING_DEG, Setting, Work
+from palpate.devices.door.making import Made, Maker
 from palpate.devices.door.stimuli import profile_text
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import write_text

@@ -33,7 +33,6 @@ class Upright(Target):
 
     wish: float = 50.0
     beside: float | None = None
-    held: bool = False
     colour: Colour = ACCENT
     other: Colour = ACCENT
 

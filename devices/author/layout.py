@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palpate.devices.author.typeset import LABEL_STEPS
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint_text import Laid
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.frame import fitted
+from palpate.devices.window.typeset import LABEL_STEPS
 
 COLUMN = 23.0
 """Width of a slider with its words, in the design's millimetres."""

@@ -5,22 +5,28 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+
+import numpy as np
 
 from palpate.devices.author.elements import BAND_MARK, FEELS, SIDES, Chip, Dot, Swatch
 from palpate.devices.author.layout import Layout
-from palpate.devices.author.making import Array
-from palpate.devices.author.rated import rated_range
-from palpate.devices.author.typeset import SMALL_STEPS, Typesetter
 from palpate.devices.author.work import Letter, Work
+from palpate.devices.door.making import Array
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint import INK, QUIET, Colour
 from palpate.devices.window.plot import Axes, Masks, axes_for
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.profile import Curve, Ground
+from palpate.devices.window.typeset import SMALL_STEPS, Typesetter
+from palpate.protocols.tables import read_table
+from palpate.signals.doors.grid import POINTS, DoorDataError
 
 Hand = tuple[float, float]
 """Where the door is while it plays: angle in degrees, force in newtons."""
 LETTERS: tuple[Letter, Letter] = ("A", "B")
+COLUMNS = ("angle_deg", "least_N", "most_N")
+FILE = Path(__file__).resolve().with_name("rated_range.csv")
 
 
 @dataclass
@@ -101,3 +107,18 @@ class Plotter:
             box = Box(x + side + unit(1), place.panel.legend.top, laid.width, place.panel.legend.height)
             yield self.setter.label(f"legend {name}", texts(name), box, QUIET, "left", SMALL_STEPS, within="door")
             x = box.right + unit(5)
+
+
+def rated_range() -> tuple[Array, Array]:
+    """Least and greatest force at each of the 621 angles, in newtons."""
+    _angles, least, most = map(np.asarray, read_table(FILE, COLUMNS).numbers(COLUMNS).values())
+    if len(least) != POINTS:
+        raise DoorDataError(f"{FILE}: {len(least)} rows found, {POINTS} expected")
+    return least, most
+
+
+def range_text(profiles: Array) -> str:
+    """The file's content for profiles (n, 621)."""
+    rows = zip(profiles.min(axis=0), profiles.max(axis=0), strict=True)
+    lines = (f"{number / 10:.1f},{low:.2f},{high:.2f}" for number, (low, high) in enumerate(rows))
+    return "\n".join((",".join(COLUMNS), *lines)) + "\n"

@@ -4,43 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Literal, cast
+from typing import ClassVar, cast
 
-from palpate.devices.author.board import Board, Told
 from palpate.devices.author.elements import Upright
-from palpate.devices.author.making import HIGHEST, LOWEST, MOST_SMOOTHING_DEG
-from palpate.devices.author.work import History, Letter, Setting, Work, neutral
+from palpate.devices.author.view import DesignerStatus, DesignerView
+from palpate.devices.author.work import MOST_SMOOTHING_DEG, History, Letter, Setting, Work, neutral
+from palpate.devices.door.making import HIGHEST, LOWEST
+from palpate.devices.window.app import AppScreen
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released
 from palpate.devices.window.screen import Page
-from palpate.devices.window.screens.base import Base
 from palpate.devices.window.screens.elements import Element
-from palpate.devices.window.screens.frame import Frame
-from palpate.devices.window.screens.targets import Track
 
-Act = Literal["play", "save", "open", "export", "help", "close"]
-ACTS: tuple[Act, ...] = ("play", "save", "open", "export", "help", "close")
-LETTERS = {
-    "p": "play", "u": "undo", "r": "redo", "c": "compare", "a": "side A", "b": "side B", "s": "save", "o": "open",
-    "e": "export", "h": "help", "q": "close",
-    "ㅔ": "play", "ㅕ": "undo", "ㄱ": "redo", "ㅊ": "compare", "ㅁ": "side A", "ㅠ": "side B", "ㄴ": "save",
-    "ㅐ": "open", "ㄷ": "export", "ㅗ": "help", "ㅂ": "close",
-}  # fmt: skip
-"""What a letter does, also where Hangul is on."""
+ACTS = ("play", "save", "open", "export", "help", "close")
 STEPS = {"up": 1.0, "down": -1.0, "pageup": 10.0, "pagedown": -10.0, "home": -HIGHEST, "end": HIGHEST}
 COARSE = 10.0
 """With shift, arrows move so many times as far."""
 
 
-class AuthorScreen(Base):
-    """The sliders and their door. `history` is the work, `asked` what somebody else is to do."""
+class DesignerScreen(AppScreen):
+    """The sliders and their door. `history` is the work."""
 
-    def __init__(self, page: Page, board: Board, history: History) -> None:
-        self.board, self.history = board, history
-        self.told = Told()
-        self.asked: list[Act] = []
+    LETTERS: ClassVar = {
+        "p": "play", "u": "undo", "r": "redo", "c": "compare", "a": "side A", "b": "side B", "s": "save", "o": "open",
+        "e": "export", "h": "help", "q": "close",
+        "ㅔ": "play", "ㅕ": "undo", "ㄱ": "redo", "ㅊ": "compare", "ㅁ": "side A", "ㅠ": "side B", "ㄴ": "save",
+        "ㅐ": "open", "ㄷ": "export", "ㅗ": "help", "ㅂ": "close",
+    }  # fmt: skip
+
+    def __init__(self, page: Page, view: DesignerView, history: History) -> None:
+        self.view, self.history = view, history
+        self.status = DesignerStatus()
         self._grip = 0.0
         self._gestures = 0
-        super().__init__(Frame(page, "", "", (), ()))
+        super().__init__(page)
 
     @property
     def work(self) -> Work:
@@ -48,10 +44,7 @@ class AuthorScreen(Base):
         return self.history.now
 
     def body(self) -> Iterable[Element]:
-        elements = self.board.elements(self.work, replace(self.told, moved=self._is_slider(self.held)))
-        return [
-            replace(e, held=True) if isinstance(e, Upright | Track) and e.name == self.held else e for e in elements
-        ]
+        return self.view.elements(self.work, replace(self.status, moved=self._is_slider(self.held)))
 
     def tell(self, key: str, /, **values: str) -> None:  # type: ignore[override]
         """Say something in place of what is said of the door, until the next move."""
@@ -59,12 +52,12 @@ class AuthorScreen(Base):
 
     def say(self, notice: str, wrong: bool = False) -> None:
         """The same with words of its own; `wrong` in the colour of what needs heed."""
-        self.show_told(replace(self.told, notice=notice, wrong=wrong))
+        self.show_status(replace(self.status, notice=notice, wrong=wrong))
 
-    def show_told(self, told: Told) -> None:
-        """What is said beside the work from now on."""
-        if told != self.told:
-            self.told, self._stale = told, True
+    def show_status(self, status: DesignerStatus) -> None:
+        """Say this beside the work from now on."""
+        if status != self.status:
+            self.status, self._stale = status, True
 
     def take_up(self, work: Work) -> None:
         """Another work is on, which can be undone."""
@@ -88,26 +81,18 @@ class AuthorScreen(Base):
             self._move_to(name, event)
 
     def chosen(self, name: str, /) -> None:
-        self._do(name)
-
-    def typed(self, _name: str | None, text: str, /) -> None:
-        for letter in text.strip().lower():
-            if letter in LETTERS:
-                self._do(LETTERS[letter])
+        self.do(name)
 
     def key(self, name: str | None, event: Key, /) -> bool:
         if event.name in ("left", "right") and not self._on_smoothing(name):
             self.move_focus(1 if event.name == "right" else -1, [f"wish {n}" for n in range(len(self.work.a.wish))])
             return True
         if event.name == "enter" and not self._is_button(name):
-            self._do("play")
+            self.do("play")
             return True
         if name is None or not self._is_slider(name):
             return False
         return self._step(name, event)
-
-    def go_back(self) -> None:
-        """Backspace undoes nothing: what is undone is asked for by name."""
 
     def _is_slider(self, name: str | None) -> bool:
         return name is not None and (name.startswith("wish ") or name == "smoothing")
@@ -127,7 +112,7 @@ class AuthorScreen(Base):
 
     def _move_to(self, name: str, event: Pressed | Moved | Released) -> None:
         if name == "smoothing":
-            share = self.board.smoother(self.work).share_at(event.x)
+            share = self.view.smoother(self.work).share_at(event.x)
             setting = self.work.setting.smoothed(share * MOST_SMOOTHING_DEG)
         else:
             value = self._slider(name).value_at(event.y - self._grip)
@@ -155,9 +140,10 @@ class AuthorScreen(Base):
             self.say("")
 
     def _slider(self, name: str) -> Upright:
-        return self.board.slider(self.work, _number(name))
+        return self.view.slider(self.work, _number(name))
 
-    def _do(self, name: str) -> None:
+    def do(self, name: str) -> None:
+        """Change the work, or leave what a button or letter stands for to the window."""
         self.say("")
         match name:
             case "undo" | "redo":
@@ -173,7 +159,7 @@ class AuthorScreen(Base):
             case "side A" | "side B":
                 self.history.put(self.work.switched(cast(Letter, name[-1])), "switched")
             case _ if name in ACTS:
-                self.asked.append(name)
+                self.requests.append(name)
 
 
 def _number(name: str) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from palpate.devices.author.making import NEUTRAL, Array, Maker
+from palpate.devices.door.making import NEUTRAL, Array, Maker
 from palpate.devices.window.texts import MASTER, Texts, window_texts
 
 FOLDER = Path(__file__).resolve().parent / "texts"

@@ -6,9 +6,11 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from palpate.devices.author.making import HIGHEST, LOWEST, MOST_SMOOTHING_DEG, NEUTRAL
+from palpate.devices.door.making import HIGHEST, LOWEST, NEUTRAL
 
 Letter = Literal["A", "B"]
+MOST_SMOOTHING_DEG = 5.0
+"""How far a profile can be smoothed."""
 MOST_STEPS = 1000
 """So many steps can be undone."""
 

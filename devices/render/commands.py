@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from click.core import ParameterSource
 from palpate.devices.options import JSON, LAB
 from palpate.devices.render.found import DEFAULT_METHOD
 from palpate.devices.rig.options import RIG
-from palpate.devices.window.options import size_px
+from palpate.devices.window.options import window_options
 
 if TYPE_CHECKING:
     from palpate.devices.render.headless import Played
@@ -37,9 +36,7 @@ if TYPE_CHECKING:
 @click.option("--accept-missed", is_flag=True, help="Play a model, too, that missed an aim of its training.")
 @RIG
 @click.option("--twins", is_flag=True, help="A simulated stylus and actuator in place of the rig's.")
-@click.option("--language", default="en", show_default=True, help="The language of the window.")
-@click.option("--screen", type=click.IntRange(0, 15), help="The screen, from 0.  [default: as calibrated]")
-@click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size, not the full screen.")
+@window_options
 @LAB
 @JSON
 def render(
@@ -65,11 +62,13 @@ def render(
 
     card = card_for(texture, method, lab)
     if hand is None:
-        from palpate.devices.render.asked import Asked
+        from palpate.devices.render.window.app import RenderOptions, run_window
 
-        asked = Asked(lab, texture, method, card, seed, not mean, accept_missed, ahead, real_time, rig_file, twins,
-                      language, screen, windowed)  # fmt: skip
-        import_module("palpate.devices.render.window.open").run_window(asked)
+        run_window(RenderOptions(
+            lab=lab, texture=texture, method=method, seed=seed, sampled=not mean, accept_missed=accept_missed,
+            ahead=ahead, real_time=real_time, rig=rig_file, twins=twins, language=language, screen=screen,
+            windowed=windowed,
+        ))  # fmt: skip
         return
     from palpate.signals.textures.sounds import Sounds
 

@@ -1,4 +1,4 @@
-"""A screen before the participant: its time, and what it hears, with the pauses taken out."""
+"""A screen before a person: its time, and what it hears, with the pauses taken out; and the one that is seen."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from palpate.devices.window.inputs import Input, Moved, Pressed, Released
-from palpate.devices.window.screen import Screen
+from palpate.devices.window.screen import Page, Screen
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -127,3 +127,31 @@ class Scene:
             case Released():
                 self.press = None
         return True
+
+
+@dataclass
+class Stage:
+    """Shows one scene at a time on a shell; the time of the others stands still. `on` is the one that is seen."""
+
+    shell: Shell
+    page: Page
+    picture: Image.Image = field(init=False)
+    on: Scene | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        from PIL import Image
+
+        metrics = self.page.metrics
+        self.picture = Image.new("RGB", (metrics.width_px, metrics.height_px), "white")
+
+    def scene(self, screen: Screen, name: str) -> Scene:
+        """Return a scene for the screen, not shown yet."""
+        return Scene(screen, self.shell, self.picture, name)
+
+    def put_on(self, scene: Scene) -> Scene:
+        """Show the scene in place of the one that is seen."""
+        if self.on is not None:
+            self.on.vanish()
+        self.on = scene
+        scene.appear()
+        return scene

@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from palpate.devices.desk import Desk, Prompt, confirmed
 from palpate.devices.window.build import RESTING, page_for, screen_for
 from palpate.devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, Calibration, demand_reading
-from palpate.devices.window.loop import Scene
+from palpate.devices.window.loop import Scene, Stage
 from palpate.devices.window.presenter import END, PAUSE, Presenter, Shown
 from palpate.devices.window.presenter_page import describe, prepare
-from palpate.devices.window.screen import Page, Screen
-from palpate.devices.window.shell import Shell, open_shell
+from palpate.devices.window.shell import open_shell
 from palpate.protocols.events import NS
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply
 from palpate.protocols.study import Study
-
-if TYPE_CHECKING:
-    from PIL import Image
 
 PARTICIPANT = "participant"
 END_S, END_AT_DESK_S = 6.0, 60.0
@@ -29,22 +25,18 @@ END_S, END_AT_DESK_S = 6.0, 60.0
 
 
 @dataclass
-class WindowPresenter:
+class WindowPresenter(Stage):
     """The presenter of a shell; see palpate.devices.window.presenter.Presenter.
 
-    `on` is the scene that is seen. The request's scene is kept while something else is shown in between, the pause
+    The request's scene is kept while something else is shown in between, the pause
     page above all; it is forgotten with its answer.
     """
 
-    shell: Shell
-    page: Page
-    picture: Image.Image
     description: Mapping[str, Any]
     on_side: Callable[[str], None] | None = None
     force_of: Callable[[Mapping[str, float]], Sequence[float]] | None = None
-    on: Scene | None = None
     request: Shown | None = None
-    scene: Scene | None = None
+    request_scene: Scene | None = None
     paused: bool = False
     resting: bool = False
     """Whether it is the participant who paused the session."""
@@ -99,7 +91,7 @@ class WindowPresenter:
     def finish(self, desk: Desk | None = None, page: str = END) -> None:
         """Show the last page. What the experimenter does now comes too late for the session's record."""
         self.paused = self.resting = False
-        scene = self._put_on(self._cover(page))
+        scene = self.put_on(self._cover(page))
         if desk is not None:
             desk.demand(Prompt("The session is over. Enter closes the participant's window."))
         while scene.seconds() < (END_S if desk is None else END_AT_DESK_S):
@@ -119,7 +111,7 @@ class WindowPresenter:
             return self._heed(aside, desk)
         seen = self._cover(RESTING if self.resting else PAUSE) if self.paused else scene
         if self.on is not seen:
-            self._put_on(seen)
+            self.put_on(seen)
             desk.tell({"window": seen.name})
         seen.turn()
         self._tell_sides(scene)
@@ -166,27 +158,17 @@ class WindowPresenter:
         return Reply({"measured_mm": float(read), "nominal_mm": NOMINAL_MM})
 
     def _scene_of(self, request: Shown) -> Scene:
-        if self.scene is None or request is not self.request:
+        if self.request_scene is None or request is not self.request:
             screen = screen_for(request, replace(self.page, force_of=self.force_of), 0)
-            self.request, self.scene = request, self._scene(screen, _name(request))
+            self.request, self.request_scene = request, self.scene(screen, _name(request))
             self.misread_mm = None
-        return self.scene
+        return self.request_scene
 
     def _cover(self, key: str) -> Scene:
         """The page of a text key; made once."""
         if key not in self.covers:
-            self.covers[key] = self._scene(page_for(key, self.page), key)
+            self.covers[key] = self.scene(page_for(key, self.page), key)
         return self.covers[key]
-
-    def _scene(self, screen: Screen, name: str) -> Scene:
-        return Scene(screen, self.shell, self.picture, name)
-
-    def _put_on(self, scene: Scene) -> Scene:
-        if self.on is not None:
-            self.on.vanish()
-        self.on = scene
-        scene.appear()
-        return scene
 
     def _tell_sides(self, scene: Scene) -> None:
         switched, scene.switched = scene.switched, []
@@ -197,7 +179,7 @@ class WindowPresenter:
     def _forget(self, desk: Desk) -> None:
         if isinstance(self.request, Confirm):
             desk.demand(None)
-        self.request = self.scene = None
+        self.request = self.request_scene = None
 
 
 def _timed(reply: Reply, t0_ns: int) -> Reply:
@@ -222,8 +204,5 @@ def open_presenter(
     all of its forms are laid out first. Raises WindowError before anything is seen: texts, fonts, sizes, display.
     """
     page = prepare(study, calibration, language, folder, pages, plan, texts_file)
-    from PIL import Image
-
     shell = open_shell(calibration, calibration.screen if screen is None else screen, fullscreen)
-    picture = Image.new("RGB", calibration.size_px, "white")
-    return WindowPresenter(shell, page, picture, describe(page) | {"renderer": shell.renderer})
+    return WindowPresenter(shell, page, describe(page) | {"renderer": shell.renderer})

@@ -31,7 +31,6 @@ class Touched(Target):
 
     shown: Image.Image | None = field(default=None, compare=False, repr=False)
     of: str = ""
-    held: bool = False
 
     @property
     def stops(self) -> bool:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palpate.devices.author.typeset import SMALL_STEPS
 from palpate.devices.render.window.photo import PLATE_MM
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.screen import Page
+from palpate.devices.window.typeset import SMALL_STEPS
 
 MOST_CHIPS = 6
 CELLS = (3, 2)

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
-from palpate.devices.render.window.board import Board, Told
 from palpate.devices.render.window.choice import FIRMEST_N, LIGHTEST_N, Choice, beside
-from palpate.devices.render.window.elements import Touched
 from palpate.devices.render.window.heard import Heard
+from palpate.devices.render.window.view import RendererStatus, RendererView
+from palpate.devices.window.app import AppScreen
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released
 from palpate.devices.window.screen import Page
-from palpate.devices.window.screens.base import Base
 from palpate.devices.window.screens.elements import Element
-from palpate.devices.window.screens.frame import Frame
-from palpate.devices.window.screens.targets import Track
 
 STEPS = {"right": 1, "left": -1, "pageup": 5, "pagedown": -5}
-LETTERS = {"m": "mute", "q": "close", "ㅡ": "mute", "ㅂ": "close"}
-"""What a letter does, also where Hangul is on."""
 SLIDERS = ("volume", "press")
 
 
@@ -32,26 +27,24 @@ class Stroke(NamedTuple):
     touching: bool
 
 
-class RenderScreen(Base):
-    """The window's one screen. `strokes` are taken by whoever plays; so are `asked`: close."""
+class RendererScreen(AppScreen):
+    """The picture and the choices. `strokes` over the picture are left for the window."""
 
-    def __init__(self, page: Page, board: Board, choice: Choice) -> None:
-        self.board, self.choice = board, choice
-        self.heard, self.told = Heard(), Told()
+    LETTERS: ClassVar = {"m": "mute", "q": "close", "ㅡ": "mute", "ㅂ": "close"}
+
+    def __init__(self, page: Page, view: RendererView, choice: Choice) -> None:
+        self.view, self.choice = view, choice
+        self.heard, self.status = Heard(), RendererStatus()
         self.strokes: list[Stroke] = []
-        self.asked: list[str] = []
-        super().__init__(Frame(page, "", "", (), ()))
+        super().__init__(page)
 
     def body(self) -> Iterable[Element]:
-        elements = self.board.elements(self.choice, self.heard, self.told)
-        return [
-            replace(e, held=True) if isinstance(e, Track | Touched) and e.name == self.held else e for e in elements
-        ]
+        return self.view.elements(self.choice, self.heard, self.status)
 
-    def show(self, heard: Heard, told: Told) -> None:  # type: ignore[override]
-        """What is played, and what is said of it, from now on."""
-        if (heard, told) != (self.heard, self.told):
-            self.heard, self.told, self._stale = heard, told, True
+    def show(self, heard: Heard, status: RendererStatus) -> None:  # type: ignore[override]
+        """Show what is played, and what is said of it, from now on."""
+        if (heard, status) != (self.heard, self.status):
+            self.heard, self.status, self._stale = heard, status, True
 
     def choose(self, choice: Choice) -> None:
         """Another choice is on."""
@@ -66,44 +59,38 @@ class RenderScreen(Base):
 
     def chosen(self, name: str, /) -> None:
         if name == "close":
-            self.asked.append(name)
+            self.do(name)
         elif name.startswith("texture "):
-            self.choose(self.choice.of_texture(name.removeprefix("texture "), self.board.models))
+            self.choose(self.choice.of_texture(name.removeprefix("texture "), self.view.models))
         else:
             self.choose(replace(self.choice, method=name.removeprefix("method ")))
 
-    def typed(self, _name: str | None, text: str, /) -> None:
-        self.asked += [LETTERS[letter] for letter in text.strip().lower() if letter in LETTERS]
-
     def key(self, name: str | None, event: Key, /) -> bool:
         if event.name == "escape":
-            self.asked.append("close")
+            self.do("close")
         elif name in SLIDERS and event.name in STEPS and self.by_key:
             self._slide(name, 0.05 * STEPS[event.name])
         elif event.name in ("left", "right"):
-            textures = tuple(self.board.models)
+            textures = tuple(self.view.models)
             texture = beside(textures, self.choice.texture, STEPS[event.name])
-            self.choose(self.choice.of_texture(texture, self.board.models))
+            self.choose(self.choice.of_texture(texture, self.view.models))
         elif event.name in ("up", "down"):
-            methods = tuple(self.board.models[self.choice.texture])
+            methods = tuple(self.view.models[self.choice.texture])
             method = beside(methods, self.choice.method, 1 if event.name == "down" else -1)
             self.choose(replace(self.choice, method=method))
         else:
             return False
         return True
 
-    def go_back(self) -> None:
-        """There is nothing to go back to."""
-
     def _move(self, name: str, event: Pressed | Moved | Released, touching: bool) -> None:
         if name == "picture":
-            inside = self.board.layout.picture.holds(event.x, event.y)
-            self.strokes.append(Stroke(event.t_s, *self.board.mm_at(event.x, event.y), touching and inside))
+            inside = self.view.layout.picture.holds(event.x, event.y)
+            self.strokes.append(Stroke(event.t_s, *self.view.mm_at(event.x, event.y), touching and inside))
         elif name in SLIDERS:
-            self._put(name, self.board.track(name, self.choice).share_at(event.x))
+            self._put(name, self.view.track(name, self.choice).share_at(event.x))
 
     def _slide(self, name: str, by: float) -> None:
-        share = self.board.track(name, self.choice).share or 0.0
+        share = self.view.track(name, self.choice).share or 0.0
         self._put(name, min(max(share + by, 0.0), 1.0))
 
     def _put(self, name: str, share: float) -> None:

@@ -157,7 +157,7 @@ def _opened(display: Display) -> Canvas:
     """The window on the screen that the tablet is, dark. Raises WindowError where there is none."""
     from PIL import Image
 
-    from palpate.devices.window.at_hand import NEVER
+    from palpate.devices.window.app import NEVER
     from palpate.devices.window.calibration import Calibration
     from palpate.devices.window.shell import open_shell, screen_sizes
     from palpate.devices.window.shell_checks import demand_screen

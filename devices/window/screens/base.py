@@ -31,6 +31,9 @@ class Base:
     `sheet` counts the sheets that a long form is turned over on; Next leads on from the last one only.
     """
 
+    shows_held: type[Target] = Button
+    """The targets that look pressed while they are."""
+
     def __init__(self, frame: Frame, sheets: int = 1, may_go_back: bool = False) -> None:
         self.frame = frame
         self.page: Page = frame.page
@@ -211,7 +214,8 @@ class Base:
             return element
         if element.name == self.focus and self.by_key:
             element = replace(element, focused=True)
-        return replace(element, held=True) if element.name == self.held and isinstance(element, Button) else element
+        held = element.name == self.held and isinstance(element, self.shows_held)
+        return replace(element, held=True) if held else element
 
     def wait_a_moment(self) -> None:
         """What has just come up is to be seen before the mouse decides on it."""

@@ -23,6 +23,7 @@ class Target(Element):
 
     laid: Laid | None = None
     focused: bool = False
+    held: bool = False
 
     @property
     def stops(self) -> bool:
@@ -51,7 +52,6 @@ class Button(Target):
 
     primary: bool = False
     on: bool = True
-    held: bool = False
     chosen: bool = False
 
     def paint(self, image: Image.Image, page: Page) -> None:
@@ -76,7 +76,6 @@ class Track(Target):
     line_px: int = 0
     ticks: tuple[float, ...] = ()
     share: float | None = None
-    held: bool = False
 
     @property
     def line(self) -> Box:

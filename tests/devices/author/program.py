@@ -3,7 +3,8 @@
 import sys
 from pathlib import Path
 
-from palpate.devices.author.open import Options, run_window
+from palpate.devices.author.app import run_window
+from palpate.devices.window.app import WindowOptions
 from tests.devices.author.fakes import FakeMaker
 
 RIG = """
@@ -18,7 +19,7 @@ needs:
 def main(lab):
     rig = Path(lab) / "rig.yaml"
     rig.write_text(RIG, encoding="utf-8")
-    run_window(FakeMaker(), Options(Path(lab), rig=rig))
+    run_window(FakeMaker(), WindowOptions(lab=Path(lab), rig=rig))
 
 
 if __name__ == "__main__":

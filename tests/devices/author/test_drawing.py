@@ -10,7 +10,7 @@ from PIL import Image
 
 from benchmarks.doors.designer_window import line_error_px, painted_s
 from palpate.devices.author.elements import FEELS, SIDES
-from palpate.devices.author.rated import FILE, range_text, rated_range
+from palpate.devices.author.plotting import FILE, range_text, rated_range
 from palpate.devices.author.words import FOLDER, author_texts
 from palpate.devices.author.work import Work, neutral
 from palpate.devices.window.geometry import Box, Metrics, WindowError, problems
@@ -19,7 +19,7 @@ from palpate.devices.window.plot import axes_for, line_mask
 from palpate.devices.window.texts import placeholders, read_words
 from palpate.signals.doors.profile_file import read_profile
 from tests.devices.author.fakes import FakeMaker
-from tests.devices.author.rooms_for_tests import begun, page_for, typed, wish
+from tests.devices.author.windows_for_tests import begun, page_for, typed, wish
 
 PROFILES = Path(__file__).parents[3] / "studies" / "door_ratings" / "profiles"
 BOX = Box(0, 0, 700, 400)
@@ -60,16 +60,16 @@ def test_the_range_behind_is_that_of_the_rated_doors():
                                                  ((1920, 1200), 3.7), ((3840, 2160), 7.0)])  # fmt: skip
 @pytest.mark.parametrize("language", ["en", "ko"])
 def test_nothing_overlaps_or_is_cut_on_any_screen_in_any_language(size, px_per_mm, language):
-    from palpate.devices.author.board import Board, Told
-    from palpate.devices.author.screen import AuthorScreen
+    from palpate.devices.author.screen import DesignerScreen
+    from palpate.devices.author.view import DesignerStatus, DesignerView
     from palpate.devices.author.work import History
 
     page = page_for(language, size, px_per_mm)
     begin = Work(neutral(7))
     for work in (begin, begin.put(neutral(7).wished(0, 100)).compared().put(neutral(7).wished(6, 0))):
         for play in ("play", "stop", "confirm"):
-            screen = AuthorScreen(page, Board(page, FakeMaker()), History(work))
-            screen.show_told(Told(door=page.texts("state_playing", name=page.texts("twin")), play=play))
+            screen = DesignerScreen(page, DesignerView(page, FakeMaker()), History(work))
+            screen.show_status(DesignerStatus(door=page.texts("state_playing", name=page.texts("twin")), play=play))
             assert problems(screen.placed(), Metrics(*size, px_per_mm)) == []
 
 

@@ -11,7 +11,7 @@ from palpate.devices.door.link.simulator import DoorSimulator, Setup
 from palpate.devices.door.live import LiveDoor
 from palpate.devices.signals import DeviceError
 from tests.devices.author.fakes import FakeMaker
-from tests.devices.author.rooms_for_tests import begun, click, typed, wish
+from tests.devices.author.windows_for_tests import begun, click, typed, wish
 from tests.devices.door_firmware.plants import TinyPlant
 from tests.devices.door_link.lines_for_tests import FRAME_MS, Bench
 
@@ -206,4 +206,4 @@ def test_while_it_plays_the_sliders_live_and_the_button_stops(tmp_path):
 def test_the_door_s_wish_to_be_put_right_is_shown(tmp_path):
     room = begun(tmp_path, player=HandedPlayer(Played("played")))
     room.door_is("asking", "the emergency stop is pressed. Put it right, then confirm.")
-    assert "emergency stop" in words(room) and room.main.told.play == "confirm"
+    assert "emergency stop" in words(room) and room.main.status.play == "confirm"

@@ -8,13 +8,12 @@ from PIL import Image
 
 from palpate.devices.render.found import available
 from palpate.devices.render.trace import Trace
-from palpate.devices.render.window.board import Board, Told
+from palpate.devices.render.window.app import RendererApp, on_picture
 from palpate.devices.render.window.choice import Choice, beside, in_view
 from palpate.devices.render.window.heard import columns, heard, scale_for, spectrum_dB
-from palpate.devices.render.window.open import on_picture
 from palpate.devices.render.window.photo import PICTURES, at_true_size, photo_file, read_photo
-from palpate.devices.render.window.room import Room
-from palpate.devices.render.window.screen import RenderScreen
+from palpate.devices.render.window.screen import RendererScreen
+from palpate.devices.render.window.view import RendererStatus, RendererView
 from palpate.devices.render.window.words import FOLDER, render_texts
 from palpate.devices.surfaces.fields import SIZE_MM
 from palpate.devices.tablet.reports import Report
@@ -72,16 +71,17 @@ def page_for(language="en", size=SIZE, px_per_mm=PX_PER_MM):
 
 
 def room_in(lab, **more):
-    made, board = [], Board(page_for(), only(lab))
+    made, board = [], RendererView(page_for(), only(lab))
 
     def begin(sounds):
         made.append(FakePlays(sounds))
         return made[-1]
 
-    room = Room(FakeShell(deque()), board.page, Image.new("RGB", SIZE), board, Choice("cloth", "ar"), begin,
+    screen = RendererScreen(board.page, board, Choice("cloth", "ar"))
+    room = RendererApp(FakeShell(deque()), board.page, screen, begin,
                 lambda card: Sounds(card, 3), epoch_s=99.0, **more)  # fmt: skip
     room._scene.appear()
-    room._put_on()
+    room._play()
     return room, made
 
 
@@ -144,7 +144,7 @@ def test_textures_and_methods_are_switched_by_button_and_key(lab):
 def test_volume_force_and_silence(lab):
     room, (plays,) = room_in(lab)
     for name, share in (("volume", 0.25), ("press", 1.0)):
-        track = room.board.track(name, room.choice)
+        track = room.main.view.track(name, room.choice)
         x = track.line.left + round(share * (track.line_px - 1))
         do(room, Pressed(x, track.box.middle[1], 0.0), Released(x, track.box.middle[1], 0.0))
     assert plays.gains[-1] == pytest.approx(0.25, abs=0.01) and room.choice.force_N == 3.0
@@ -160,10 +160,10 @@ def test_what_cannot_be_played_is_said_and_the_last_texture_goes_on(lab):
     room, (plays,) = room_in(lab)
     plays.fails = "the model is damaged"
     click(room, "method hapinf")
-    assert "the model is damaged" in room.main.told.notice and room.main.told.wrong
+    assert "the model is damaged" in room.main.status.notice and room.main.status.wrong
     plays.fails = ""
     click(room, "method ar")
-    assert not room.main.told.wrong
+    assert not room.main.status.wrong
 
 
 def test_a_damaged_card_or_picture_does_not_end_the_window(lab):
@@ -172,7 +172,7 @@ def test_a_damaged_card_or_picture_does_not_end_the_window(lab):
     plays.fails = "the card is damaged"
     click(room, "method hapinf")
     do(room)
-    assert "the card is damaged" in room.main.told.notice
+    assert "the card is damaged" in room.main.status.notice
     rubber = write(lab / "models", model(name="texture-rubber-ar", id="rubber", label="Rubber", picture="rubber.png"))
     rubber.with_name("rubber.png").write_bytes(b"none")
     plays.fails = ""
@@ -185,7 +185,7 @@ def test_a_renderer_that_has_ended_is_said_and_begun_anew_with_the_next_choice(l
     room, made = room_in(lab)
     made[0].running, made[0].fails = False, "the actuator is gone"
     do(room, *[Moved(0, 0, 0.0)] * 60)
-    assert "the actuator is gone. Choose" in room.main.told.notice
+    assert "the actuator is gone. Choose" in room.main.status.notice
     click(room, "texture rubber")
     assert len(made) == 2 and made[1].sounds[0].card.stem == "texture-rubber-ar"
 
@@ -256,8 +256,10 @@ def test_the_six_textures_have_pictures_of_a_sample_and_a_card_may_name_its_own(
 @pytest.mark.parametrize(("size", "px_per_mm"), [((1280, 720), 3.6), ((1024, 640), 3.8), ((2736, 1824), 10.5)])
 def test_everything_has_its_place_on_every_screen(lab, language, size, px_per_mm):
     page = page_for(language, size, px_per_mm)
-    screen = RenderScreen(page, Board(page, only(lab)), Choice("cloth", "ar"))
-    screen.show(heard(np.ones((3, 1000))), Told({"output": {"ahead_ms": 10}}, "A notice. " * 30))
+    screen = RendererScreen(page, RendererView(page, only(lab)), Choice("cloth", "ar"))
+    screen.show(
+        heard(np.ones((3, 1000))), RendererStatus(record={"output": {"ahead_ms": 10}}, notice="A notice. " * 30)
+    )
     assert problems(screen.placed(), page.metrics) == []
 
 

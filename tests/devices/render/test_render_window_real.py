@@ -12,10 +12,10 @@ import pytest
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
 from palpate.devices.render.found import available
-from palpate.devices.render.window.board import Board
 from palpate.devices.render.window.choice import Choice, beside
 from palpate.devices.render.window.elements import COURSE
-from palpate.devices.render.window.screen import RenderScreen
+from palpate.devices.render.window.screen import RendererScreen
+from palpate.devices.render.window.view import RendererView
 from palpate.devices.render.window.words import render_texts
 from palpate.devices.window.commands_calibrate import USUAL_PX_PER_MM
 from palpate.devices.window.fonts import find_fonts
@@ -35,7 +35,7 @@ class Window:
     def __init__(self, hand, lab, process):
         self.hand, self.lab, self.process = hand, lab, process
         page = Page(Metrics(*SIZE, USUAL_PX_PER_MM), render_texts(), find_fonts())
-        self.screen = RenderScreen(page, Board(page, available(lab)), Choice("cloth", "ar"))
+        self.screen = RendererScreen(page, RendererView(page, available(lab)), Choice("cloth", "ar"))
 
     def box(self, name):
         return next(each.box for each in self.screen.placed() if each.name == name)

@@ -2,7 +2,6 @@ from collections import deque
 from itertools import pairwise
 
 import pytest
-from PIL import Image
 
 from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released
@@ -31,13 +30,13 @@ def shell():
 
 @pytest.fixture
 def window(shell):
-    return WindowPresenter(shell, PAGE, Image.new("RGB", SIZE, "white"), {"size_px": list(SIZE)})
+    return WindowPresenter(shell, PAGE, {"size_px": list(SIZE)})
 
 
 def box_of(window, request, name):
     """Where an element of the request's screen stands; the request is left unanswered."""
     window.perform(request, FakeDesk({2: NOTE}), window.shell.now_ns)
-    return next(each.box for each in window.scene.screen.placed() if each.name == name)
+    return next(each.box for each in window.request_scene.screen.placed() if each.name == name)
 
 
 def press_at(box, share=0.5):
@@ -98,12 +97,12 @@ def test_the_second_half_of_a_press_begun_on_another_screen_is_not_heard(window,
 
     window.perform(request, FakeDesk({3: NOTE}), shell.now_ns)
 
-    assert window.scene.screen.value()["answers"] == {}
+    assert window.request_scene.screen.value()["answers"] == {}
 
 
 def test_samples_are_counted_in_session_time_from_the_moment_the_screen_was_seen(window, shell):
     request, inputs = answered(window)
-    seen_ns = shell.now_ns() - round(window.scene.since_s() * 1e9)
+    seen_ns = shell.now_ns() - round(window.request_scene.since_s() * 1e9)
     shell.turns.extend(inputs)
 
     reply = window.perform(request, FakeDesk(), shell.now_ns)
@@ -124,7 +123,7 @@ def test_an_aside_comes_back_at_once_and_the_form_keeps_its_state(window, shell)
 def test_time_paused_does_not_count_and_the_page_says_pause_meanwhile(window, shell):
     request, inputs = answered(window)
     desk = FakeDesk({1: PAUSE, 1001: GO_ON})
-    before = window.scene.seconds()
+    before = window.request_scene.seconds()
 
     assert window.perform(request, desk, shell.now_ns) == PAUSE
     assert window.perform(request, desk, shell.now_ns) == GO_ON
@@ -144,7 +143,7 @@ def test_what_is_done_on_the_pause_page_reaches_nobody(window, shell):
     shell.turns.extend([*inputs, *inputs])
     assert window.perform(request, desk, shell.now_ns) == GO_ON
     assert window.perform(request, desk, shell.now_ns) == NOTE
-    assert window.scene.screen.value()["answers"] == {}
+    assert window.request_scene.screen.value()["answers"] == {}
 
 
 def test_a_drag_that_a_pause_cuts_off_ends_where_it_was(window, shell):
@@ -156,10 +155,10 @@ def test_a_drag_that_a_pause_cuts_off_ends_where_it_was(window, shell):
     for _ in range(3):
         window.perform(request, desk, shell.now_ns)
 
-    assert window.scene.screen.value()["answers"] == {"Smooth": 25}
+    assert window.request_scene.screen.value()["answers"] == {"Smooth": 25}
     shell.turns.append([Moved(*line.middle, 0.0), Released(*line.middle, 0.0)])
     window.perform(request, FakeDesk({3: NOTE}), shell.now_ns)
-    assert window.scene.screen.value()["answers"] == {"Smooth": 25}
+    assert window.request_scene.screen.value()["answers"] == {"Smooth": 25}
 
 
 def test_a_pause_outlasts_a_repeated_trial(window, shell):
@@ -175,7 +174,7 @@ RESTS, GOES_ON = (Aside({"do": do, "by": "participant"}) for do in ("pause", "go
 
 
 def test_the_participant_rests_by_a_button_and_goes_on_with_the_form_as_it_was(shell):
-    window = WindowPresenter(shell, page(may_rest=True), Image.new("RGB", SIZE, "white"), {})
+    window = WindowPresenter(shell, page(may_rest=True), {})
     request, inputs = answered(window)
     rest = box_of(window, request, "rest")
     shell.turns.extend([inputs[0], press_at(rest), [], [Key("enter", False, 0.0)]])
@@ -189,7 +188,7 @@ def test_the_participant_rests_by_a_button_and_goes_on_with_the_form_as_it_was(s
 
 
 def test_the_experimenter_ends_a_rest_and_a_pause_of_theirs_is_not_the_participants_to_end(shell):
-    window = WindowPresenter(shell, page(may_rest=True), Image.new("RGB", SIZE, "white"), {})
+    window = WindowPresenter(shell, page(may_rest=True), {})
     request = ask()
     rest = press_at(box_of(window, request, "rest"))
     shell.turns.extend([rest, [], [], [Key("enter", False, 0.0)]])
@@ -204,7 +203,7 @@ def test_the_experimenter_ends_a_rest_and_a_pause_of_theirs_is_not_the_participa
 
 def test_there_is_no_button_to_rest_unless_the_study_offers_it(window, shell):
     window.perform(ask(), FakeDesk({2: NOTE}), shell.now_ns)
-    assert "rest" not in {each.name for each in window.scene.screen.placed()}
+    assert "rest" not in {each.name for each in window.request_scene.screen.placed()}
 
 
 def test_a_step_of_setting_up_is_confirmed_at_the_desk_while_the_participant_waits(window, shell):
@@ -220,7 +219,7 @@ def test_a_new_request_object_gets_a_new_form(window, shell):
     assert window.perform(first, FakeDesk({3: AGAIN}), shell.now_ns) == AGAIN
 
     window.perform(ask(), FakeDesk({3: NOTE}), shell.now_ns)
-    assert window.scene.screen.value()["answers"] == {}
+    assert window.request_scene.screen.value()["answers"] == {}
 
 
 def test_the_sides_switched_to_are_told(window, shell):
@@ -228,7 +227,7 @@ def test_the_sides_switched_to_are_told(window, shell):
     window.on_side = heard.append
     request = ask(SIDED)
     window.perform(request, FakeDesk({3: NOTE}), shell.now_ns)
-    names = {each.name: each.box for each in window.scene.screen.placed() if each.kind == "target"}
+    names = {each.name: each.box for each in window.request_scene.screen.placed() if each.kind == "target"}
     sides = [box for name, box in names.items() if name.startswith("side")]
     shell.turns.extend([press_at(box) for box in (*sides, sides[0])])
     window.perform(request, FakeDesk({9: NOTE}), shell.now_ns)
@@ -360,7 +359,7 @@ def test_a_live_form_says_where_its_line_stands_until_something_else_is_ready(wi
     seen, looks = [], iter(range(60))
     window.force_of = lambda setting: [setting["Smooth"]] * 621
     window.show_live(live(), FakeDesk({2: NOTE}), lambda: False, lambda *_: None)
-    line = next(each.box for each in window.scene.screen.placed() if each.name == "slider 0.line")
+    line = next(each.box for each in window.request_scene.screen.placed() if each.name == "slider 0.line")
     shell.turns.extend([press_at(line, 0.75)])
     request = window.request
 
@@ -368,7 +367,7 @@ def test_a_live_form_says_where_its_line_stands_until_something_else_is_ready(wi
     assert window.show_live(request, FakeDesk(), lambda: next(looks) >= 50, moved) is None
 
     assert seen[0] == (20.0, False) and seen[-1] == (75.0, False)
-    assert any(each.name.startswith("force") for each in window.scene.screen.scene())
+    assert any(each.name.startswith("force") for each in window.request_scene.screen.scene())
 
 
 def test_stop_on_a_live_form_is_said_once_it_is_pressed(window, shell):

@@ -18,16 +18,16 @@ from PIL import Image
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from palpate.devices.author.board import Board, Told
 from palpate.devices.author.designs import KEPT, designs_folder, read_design
 from palpate.devices.author.pages import RecoverScreen
-from palpate.devices.author.screen import AuthorScreen
+from palpate.devices.author.screen import DesignerScreen
+from palpate.devices.author.view import DesignerStatus, DesignerView
 from palpate.devices.author.work import History, Work, neutral
 from palpate.devices.door.link.device import Settings, make
 from palpate.devices.window.commands_calibrate import USUAL_PX_PER_MM
 from palpate.signals.doors.profile_file import read_profile
 from tests.devices.author.fakes import FakeMaker
-from tests.devices.author.rooms_for_tests import page_for
+from tests.devices.author.windows_for_tests import page_for
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
@@ -46,7 +46,7 @@ class Window:
 
     def __post_init__(self):
         self.page = page_for(px_per_mm=USUAL_PX_PER_MM)
-        self.board = Board(self.page, FakeMaker())
+        self.view = DesignerView(self.page, FakeMaker())
 
     def until(self, condition):
         limit = time.monotonic() + PATIENCE_S
@@ -69,14 +69,14 @@ class Window:
     def expected(self, work, told=None):
         """The pixels that the window must show."""
         state = self.page.texts("state_rest", name=self.page.texts("twin"))
-        screen = AuthorScreen(self.page, self.board, History(work))
-        screen.show_told(told or Told(door=state))
+        screen = DesignerScreen(self.page, self.view, History(work))
+        screen.show_status(told or DesignerStatus(door=state))
         image = Image.new("RGB", SIZE)
         screen.paint(image)
         return image
 
     def box(self, name, work):
-        screen = AuthorScreen(self.page, self.board, History(work))
+        screen = DesignerScreen(self.page, self.view, History(work))
         return next(each.box for each in screen.placed() if each.name == name)
 
     def click(self, name, work):
@@ -85,7 +85,7 @@ class Window:
     def shows(self, work, told=None):
         """Whether the display shows this door, with what is said of it."""
         expected, found = self.expected(work, told), self.hand.picture()
-        door = self.board.layout.door.grown(-3)
+        door = self.view.layout.door.grown(-3)
         part = (door.left, door.top, door.right, door.bottom)
         return found.crop(part).tobytes() == expected.crop(part).tobytes()
 
@@ -134,7 +134,7 @@ def window(opened):
 def drag_all(window, values):
     """Every slider dragged from the middle to a value, by way of both ends."""
     for number, value in enumerate(values):
-        slider = window.board.slider(NEUTRAL, number)
+        slider = window.view.slider(NEUTRAL, number)
         x = slider.box.middle[0]
         window.hand.drag([(x, slider.row(each)) for each in (50, 0, 100, value)])
     window.until(lambda: window.wishes() == [float(each) for each in values])
@@ -186,19 +186,19 @@ def test_the_door_is_played_on_the_twin_and_brought_back(window):
     texts = window.page.texts
     window.hand.key("p")
     rest = texts("state_rest", name=texts("twin"))
-    window.until(lambda: window.shows(work, Told(texts("played"), door=rest)))
+    window.until(lambda: window.shows(work, DesignerStatus(notice=texts("played"), door=rest)))
     window.hand.key("p")
     playing = texts("state_playing", name=texts("twin"))
     stop = window.box("play", work)
 
     def says_stop():
-        told = window.expected(work, Told(door=playing, play="stop"))
+        told = window.expected(work, DesignerStatus(door=playing, play="stop"))
         part = (stop.left, stop.top, stop.right, stop.bottom)
         return window.hand.picture().crop(part).tobytes() == told.crop(part).tobytes()
 
     window.until(says_stop)
     window.hand.click(*stop.middle)
-    window.until(lambda: window.shows(work, Told(texts("stopped"), door=rest)))
+    window.until(lambda: window.shows(work, DesignerStatus(notice=texts("stopped"), door=rest)))
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.devices.author.typeset import LABEL_STEPS, SMALL_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
 from palpate.devices.render.window.choice import FIRMEST_N as FIRMEST_PRESS_N
 from palpate.devices.render.window.choice import LIGHTEST_N, Choice, Models, in_view
 from palpate.devices.render.window.elements import DECIBELS, HERTZ, Gauge, Spectrum, Touched, Wave
@@ -16,11 +15,13 @@ from palpate.devices.render.window.heard import LEAST_DB, MOST_DB, Heard, scale_
 from palpate.devices.render.window.layout import MOST_CHIPS, Layout, Slider, lay_out
 from palpate.devices.render.window.photo import Photo, at_true_size, photo_file, read_photo
 from palpate.devices.render.window.words import method_word, texture_word
+from palpate.devices.window.app import AppView, Status
 from palpate.devices.window.geometry import Box, WindowError
 from palpate.devices.window.paint import ALERT, QUIET
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Card, Element, Label, rounding
 from palpate.devices.window.screens.targets import Button, Track
+from palpate.devices.window.typeset import LABEL_STEPS, SMALL_STEPS, WORD_STEPS
 from palpate.signals.models.card import Card as ModelCard
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import read_card
@@ -32,13 +33,11 @@ if TYPE_CHECKING:
 MINUS = "\N{MINUS SIGN}"
 
 
-@dataclass(frozen=True)
-class Told:
-    """What is said beside the choice: how well time is kept (a rendering's record), and a notice."""
+@dataclass(frozen=True, kw_only=True)
+class RendererStatus(Status):
+    """How well time is kept (a rendering's record), the notice, and whether the renderer is silent."""
 
     record: Mapping[str, Any] = field(default_factory=dict)
-    notice: str = ""
-    wrong: bool = False
     silent: bool = False
 
 
@@ -52,10 +51,9 @@ class Picture:
 
 
 @dataclass
-class Board:
+class RendererView(AppView):
     """Makes the elements. `by_mouse`: strokes come from the pointer, which presses as firmly as a slider says."""
 
-    page: Page
     models: Models
     by_mouse: bool = True
     _cards: dict[Path, ModelCard | None] = field(default_factory=dict)
@@ -66,23 +64,18 @@ class Board:
         """Where everything stands."""
         return lay_out(self.page)
 
-    @cached_property
-    def setter(self) -> Typesetter:
-        """What lays texts out."""
-        return Typesetter(self.page)
-
-    def elements(self, choice: Choice, heard: Heard, told: Told) -> Iterator[Element]:
+    def elements(self, choice: Choice, heard: Heard, status: RendererStatus) -> Iterator[Element]:
         """Everything, from the ground up."""
         place, radius = self.layout, rounding(self.page)
         yield from self._head()
         yield Card("touch", place.touch, radius=radius)
         yield Card("played", place.played, radius=radius)
         yield from self._picture(choice)
-        yield from self._sliders(choice, told.silent)
+        yield from self._sliders(choice, status.silent)
         yield from self._plots(choice, heard)
         yield from self._gauges(heard)
-        yield from self._figures(heard, told.record)
-        yield self._words(told)
+        yield from self._figures(heard, status.record)
+        yield self._words(status)
         yield from self._chips(choice)
 
     def track(self, name: str, choice: Choice) -> Track:
@@ -99,14 +92,13 @@ class Board:
 
     def _head(self) -> Iterator[Element]:
         place, texts, unit = self.layout, self.page.texts, self.page.metrics.unit
-        title = self.setter.text(texts("title"), unit(90), place.head.height, TITLE_STEPS, bold=True)
-        yield Label("title", Box(place.head.left, place.head.top, title.width, place.head.height), laid=title)
-        left = place.head.left + title.width + unit(6)
+        yield (title := self.title(place.head))
+        left = title.box.right + unit(6)
         box = Box(left, place.head.top, place.close.left - unit(5) - left, place.head.height)
         hint = texts("hint_mouse" if self.by_mouse else "hint_stylus")
         yield Label("hint", box, laid=self.setter.cut(hint, box.width, box.height, SMALL_STEPS), colour=QUIET,
                     align="right")  # fmt: skip
-        yield Button("close", place.close, laid=self.setter.text(texts("close"), place.close.width, place.close.height))
+        yield self.close_button(place.close)
 
     def _picture(self, choice: Choice) -> Iterator[Element]:
         found = self._photo(choice)
@@ -221,10 +213,10 @@ class Board:
             laid = self.setter.cut(value, below.width, below.height, SMALL_STEPS)
             yield Label(f"{name} figure", below, "played", laid)
 
-    def _words(self, told: Told) -> Label:
+    def _words(self, status: RendererStatus) -> Label:
         box = self.layout.words
-        laid = self.setter.cut(told.notice, box.width, box.height, SMALL_STEPS)
-        return Label("words", box, "played", laid, ALERT if told.wrong else QUIET)
+        laid = self.setter.cut(status.notice, box.width, box.height, SMALL_STEPS)
+        return Label("words", box, "played", laid, ALERT if status.wrong else QUIET)
 
     def _chips(self, choice: Choice) -> Iterator[Element]:
         texts = self.page.texts

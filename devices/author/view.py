@@ -10,32 +10,30 @@ import numpy as np
 
 from palpate.devices.author.elements import FEELS, SIDES, Felt, Pane, Upright
 from palpate.devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
-from palpate.devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
 from palpate.devices.author.plotting import Hand, Plotter
-from palpate.devices.author.typeset import NUMBER_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
 from palpate.devices.author.words import what_is_off, word
-from palpate.devices.author.work import Setting, Work
+from palpate.devices.author.work import MOST_SMOOTHING_DEG, Setting, Work
+from palpate.devices.door.making import Made, Maker
+from palpate.devices.window.app import AppView, Status
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint import ALERT, INK, QUIET
 from palpate.devices.window.paint_text import Laid
-from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Element, Label, rounding
 from palpate.devices.window.screens.targets import Button, Track
+from palpate.devices.window.typeset import NUMBER_STEPS, WORD_STEPS
 
 KEPT = 50
 """Doors that are kept."""
 
 
-@dataclass(frozen=True)
-class Told:
-    """What is said beside the work: a notice, the door's state, what the main button does, and where the hand is.
+@dataclass(frozen=True, kw_only=True)
+class DesignerStatus(Status):
+    """The notice, the door's state, what the main button does, and where the hand is.
 
     While a slider is being `moved`, what of it cannot be had is not told by name: the dots do that, and a sentence that
     changes with every pixel is neither read nor laid out in time.
     """
 
-    notice: str = ""
-    wrong: bool = False
     door: str = ""
     play: str = "play"
     hand: Hand | None = None
@@ -43,10 +41,9 @@ class Told:
 
 
 @dataclass
-class Board:
+class DesignerView(AppView):
     """Makes the elements. A door is made once for each setting."""
 
-    page: Page
     maker: Maker
     _made: dict[Setting, Made] = field(default_factory=dict)
     _foot_words: tuple[str, ...] = ()
@@ -56,11 +53,6 @@ class Board:
     def layout(self) -> Layout:
         """Where everything stands."""
         return lay_out(self.page, len(self.maker.attributes))
-
-    @cached_property
-    def setter(self) -> Typesetter:
-        """What lays texts out."""
-        return Typesetter(self.page)
 
     @cached_property
     def plotter(self) -> Plotter:
@@ -75,17 +67,17 @@ class Board:
             self._made[setting] = self.maker.design(np.array(setting.wish), setting.smoothing_deg)
         return self._made[setting]
 
-    def elements(self, work: Work, told: Told) -> Iterator[Element]:
+    def elements(self, work: Work, status: DesignerStatus) -> Iterator[Element]:
         """Everything, from the ground up."""
-        yield from self._head(work, told)
+        yield from self._head(work, status)
         yield Pane("wishes", self.layout.wishes, radius=rounding(self.page))
         yield Pane("door", self.layout.door, radius=rounding(self.page))
         yield from self._wishes(work)
         beside = None if work.other is None else self.made(work.other).force_N
-        yield from self.plotter.elements(work, self.made(work.setting).force_N, beside, told.hand)
+        yield from self.plotter.elements(work, self.made(work.setting).force_N, beside, status.hand)
         yield from self._smoothing(work)
-        yield self._words(work, told)
-        yield from self._foot(work, told)
+        yield self._words(work, status)
+        yield from self._foot(work, status)
 
     def slider(self, work: Work, number: int) -> Upright:
         """One of the upright sliders."""
@@ -102,16 +94,15 @@ class Board:
         share = work.setting.smoothing_deg / MOST_SMOOTHING_DEG
         return Track("smoothing", box, "door", line_px=box.width - self.page.metrics.unit(8), share=share)
 
-    def _head(self, work: Work, told: Told) -> Iterator[Element]:
+    def _head(self, work: Work, status: DesignerStatus) -> Iterator[Element]:
         head, unit, close = self.layout.head, self.page.metrics.unit, self.layout.close
-        title = self.setter.text(self.page.texts("title"), unit(90), head.height, TITLE_STEPS, bold=True)
-        yield Label("title", Box(head.left, head.top, title.width, head.height), laid=title)
-        left, right = head.left + title.width + unit(6), close.left - unit(5)
-        state = self.setter.cut(told.door, unit(105), head.height)
+        yield (title := self.title(head))
+        left, right = title.box.right + unit(6), close.left - unit(5)
+        state = self.setter.cut(status.door, unit(105), head.height)
         name = self.setter.cut(self._name(work), right - state.width - unit(4) - left, head.height)
         yield Label("name", Box(left, head.top, name.width, head.height), laid=name, colour=QUIET)
         yield Label("state", Box(right - state.width, head.top, state.width, head.height), laid=state, colour=QUIET)
-        yield Button("close", close, laid=self.setter.text(self.page.texts("close"), close.width, close.height))
+        yield self.close_button(close)
 
     def _name(self, work: Work) -> str:
         if not work.name:
@@ -151,23 +142,23 @@ class Board:
         value = texts("smoothing_value", degrees=f"{work.setting.smoothing_deg:.1f}")
         yield self.setter.label("smoothing value", value, place.panel.smoothing_value, QUIET, "right", within="door")
 
-    def _words(self, work: Work, told: Told) -> Label:
+    def _words(self, work: Work, status: DesignerStatus) -> Label:
         texts, box, made = self.page.texts, self.layout.panel.words, self.made(work.setting)
         text, colour = f"{texts('as_wished')}  {texts('hint')}", QUIET
-        if told.notice:
-            text, colour = told.notice, ALERT if told.wrong else INK
-        elif told.moved:
+        if status.notice:
+            text, colour = status.notice, ALERT if status.wrong else INK
+        elif status.moved:
             text, colour = (texts("as_wished"), QUIET) if made.attainable else (texts("not_all"), FEELS)
         elif not made.attainable:
             text, colour = what_is_off(texts, self.maker, work.setting.wish, made.predicted), FEELS
         return Label("words", box, "door", self.setter.cut(text, box.width, box.height, WORD_STEPS), colour)
 
-    def _foot(self, work: Work, told: Told) -> Iterator[Element]:
+    def _foot(self, work: Work, status: DesignerStatus) -> Iterator[Element]:
         texts = self.page.texts
         words = {name: texts(name) for name in LEFT_BUTTONS}
         if work.b is not None:
             words["compare"] = texts("keep_one", side=work.on)
-        for name, (box, laid) in self._buttons(words, told.play).items():
+        for name, (box, laid) in self._buttons(words, status.play).items():
             yield Button(name, box, laid=laid, primary=name == "play")
 
     def _buttons(self, words: dict[str, str], play: str) -> dict[str, tuple[Box, Laid]]:

@@ -10,7 +10,7 @@ from palpate.devices.author.work import neutral
 from palpate.devices.door.twin import open_door
 from palpate.signals.doors.profile_file import read_profile
 from tests.devices.author.fakes import LOWS, FakeMaker
-from tests.devices.author.rooms_for_tests import begun, click, do, keys, on, typed, wish
+from tests.devices.author.windows_for_tests import begun, click, do, keys, on, typed, wish
 
 
 def wishes(room):
@@ -107,7 +107,7 @@ def test_a_saved_design_holds_wish_models_and_profile_and_opens_again(tmp_path):
     save_as(room, "calm 1")
     design = read_design(tmp_path / "designs" / "calm 1.json")
     assert design.wish == dict(zip(LOWS, wishes(room), strict=True)) and design.models == room.maker.identity
-    assert list(design.force_N) == pytest.approx(room.main.board.made(room.main.work.setting).force_N, abs=5e-5)
+    assert list(design.force_N) == pytest.approx(room.main.view.made(room.main.work.setting).force_N, abs=5e-5)
     click(room, "reset")
     assert wishes(room) == neutral(7).wish
     click(room, "open")
@@ -167,7 +167,7 @@ def test_the_exported_profile_is_one_that_the_door_studies_read_and_the_twin_pla
     typed(room, *"heavy")
     keys(room, "enter")
     profile = read_profile(tmp_path / "designs" / "heavy.csv")
-    assert profile == pytest.approx(room.main.board.made(room.main.work.setting).force_N, abs=5e-5)
+    assert profile == pytest.approx(room.main.view.made(room.main.work.setting).force_N, abs=5e-5)
     assert max(open_door(profile, 3.0, 100.0).force_N) == pytest.approx(max(profile), abs=0.5)
     assert words(room).startswith("Exported:")
     wish(room, 0, 20)
@@ -198,7 +198,7 @@ def test_nothing_is_offered_where_everything_was_saved(tmp_path):
     save_as(room, "done")
     click(room, "close")
     assert room.over and not (designs_folder(tmp_path) / KEPT).exists()
-    assert on(begun(tmp_path)).__class__.__name__ == "AuthorScreen"
+    assert on(begun(tmp_path)).__class__.__name__ == "DesignerScreen"
 
 
 def test_damaged_work_is_put_aside_and_said(tmp_path):
@@ -262,10 +262,10 @@ def test_a_marker_taken_beside_its_middle_does_not_jump(tmp_path):
     from palpate.devices.window.inputs import Moved, Pressed, Released
 
     room = begun(tmp_path)
-    thumb = room.main.board.slider(room.main.work, 0).thumb
+    thumb = room.main.view.slider(room.main.work, 0).thumb
     x, y = thumb.middle[0], thumb.top + 1
     do(room, Pressed(x, y, 0.0), Released(x, y, 0.0))
     assert wishes(room)[0] == 50
-    line = room.main.board.slider(room.main.work, 0).line
+    line = room.main.view.slider(room.main.work, 0).line
     do(room, Pressed(x, y, 0.0), Moved(x, y - line.height / 4, 0.0), Released(x + 400, y - 2 * line.height, 0.0))
     assert wishes(room) == (100.0, *(50.0,) * 6)

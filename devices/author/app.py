@@ -1,55 +1,68 @@
-"""The window as a whole: which page is on, what its buttons come to, and the work kept at every change."""
+"""The designer's window: which page is on, what its buttons do, and the work kept at every change."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from palpate.devices.author import designs
-from palpate.devices.author.board import Board
 from palpate.devices.author.designs import DesignError
-from palpate.devices.author.making import Maker
 from palpate.devices.author.pages import Aside, HelpScreen, NameScreen, OpenScreen, RecoverScreen
 from palpate.devices.author.playing import Player
-from palpate.devices.author.screen import Act, AuthorScreen
+from palpate.devices.author.screen import DesignerScreen
+from palpate.devices.author.view import DesignerView
+from palpate.devices.author.words import author_texts
 from palpate.devices.author.work import History, Setting, Work, neutral
+from palpate.devices.door.link.simulator import DoorSimulator
 from palpate.devices.door.live import LiveDoor
+from palpate.devices.door.making import Maker
+from palpate.devices.window.app import WindowApp, WindowOptions, app_page, calibration_at_hand, opened_shell
 from palpate.devices.window.loop import Scene
-from palpate.devices.window.screen import Page
-from palpate.devices.window.shell import Shell
 
-if TYPE_CHECKING:
-    from PIL import Image
-
+LOCK = ".author.lock"
 Then = Callable[[str], None]
 
 
+def run_window(maker: Maker, options: WindowOptions) -> None:
+    """Show the window until it is closed. Raises WindowError, DesignError, RigFileError."""
+    calibration = calibration_at_hand(options)
+    door, why = _door(options)
+    with _alone(options.lab), opened_shell(calibration, options) as shell:
+        page = app_page(calibration.metrics, author_texts(options.language))
+        app = DesignerApp(shell, page, maker, options.lab, no_door=why)
+        if door is None:
+            app.run()
+            return
+        app.player = Player(door, app, time.monotonic_ns)
+        try:
+            app.run()
+        finally:
+            app.player.close()
+
+
 @dataclass
-class Room:
+class DesignerApp(WindowApp):
     """The designer's window. `player` is None where there is no door; `no_door` says why."""
 
-    shell: Shell
-    page: Page
-    picture: Image.Image
     maker: Maker
     lab: Path
     player: Player | None = None
     no_door: str = ""
-    over: bool = False
-    main: AuthorScreen = field(init=False)
+    main: DesignerScreen = field(init=False)
     _scene: Scene = field(init=False)
-    _on: Scene | None = None
     _aside: tuple[Aside, Callable[[Aside], None]] | None = None
     _kept: Work | None = None
     _live: LiveDoor[Setting] | None = None
     _reported: int = 0
 
     def __post_init__(self) -> None:
-        begun = Work(neutral(len(self.maker.attributes)))
-        self.main = AuthorScreen(self.page, Board(self.page, self.maker), History(begun))
-        self._scene = Scene(self.main, self.shell, self.picture, "author")
+        super().__post_init__()
+        start = Work(neutral(len(self.maker.attributes)))
+        self.main = DesignerScreen(self.page, DesignerView(self.page, self.maker), History(start))
+        self._scene = self.scene(self.main, "author")
 
     def begin(self) -> None:
         """Put the sliders on, or first ask about the work that was left."""
@@ -62,52 +75,42 @@ class Room:
             left = None
             self.main.say(str(error), wrong=True)
         if left is None or left.untouched:
-            self._put_on(self._scene)
+            self.put_on(self._scene)
         else:
             self._beside(RecoverScreen(self.page, left.name), lambda page: self._recovered(page, left))
 
-    def run(self) -> None:
-        """Until the window is closed."""
-        self.begin()
-        while not self.over:
-            self.turn()
-
     def turn(self) -> None:
         """One look at the window: what was done, drawn, kept, and acted upon."""
-        (self._on or self._scene).turn()
+        (self.on or self._scene).turn()
         self._keep()
         self._say_changes()
         if self._aside is not None and self._aside[0].reply is not None:
             page, then = self._aside
             self._aside = None
-            self._put_on(self._scene)
+            self.put_on(self._scene)
             then(page)
-        while self._aside is None and self.main.asked:
-            self._act(self.main.asked.pop(0))
+        while self._aside is None and self.main.requests:
+            self._act(self.main.requests.pop(0))
 
     def door_is(self, state: str, asked: str = "") -> None:
         """The door's state, beside the work; `asked` is what it wants to be put right."""
         texts, main = self.page.texts, self.main
         play = {"playing": "stop", "asking": "confirm"}.get(state, "play")
-        shown = "rest" if state == "asking" else state
-        told = replace(main.told, door=self._door_words(shown), play=play)
+        shown, door = "rest" if state == "asking" else state, texts("state_off")
+        if self.player is not None:
+            door = texts(f"state_{shown}", name=texts("twin" if self.player.simulated else "real"))
+        status = replace(main.status, door=door, play=play)
         if state == "asking":
-            told = replace(told, notice=texts("door_failed", why=asked), wrong=True)
+            status = replace(status, notice=texts("door_failed", why=asked), wrong=True)
         elif state == "playing":
-            told = replace(told, notice="", wrong=False)
-        main.show_told(told)
+            status = replace(status, notice="", wrong=False)
+        main.show_status(status)
 
     def hand_at(self, place: tuple[float, float] | None) -> None:
         """Where the door is while it plays."""
-        self.main.show_told(replace(self.main.told, hand=place))
+        self.main.show_status(replace(self.main.status, hand=place))
 
-    def _door_words(self, state: str) -> str:
-        texts = self.page.texts
-        if self.player is None:
-            return texts("state_off")
-        return texts(f"state_{state}", name=texts("twin" if self.player.simulated else "real"))
-
-    def _act(self, act: Act) -> None:
+    def _act(self, act: str) -> None:
         playing = self.player is not None and self.player.busy
         if act == "play":
             self._play()
@@ -129,7 +132,7 @@ class Room:
             self.player.press()
         else:
             setting, letter = self.main.work.setting, self.main.work.on
-            force = self.main.board.made(setting).force_N
+            force = self.main.view.made(setting).force_N
             self._live, self._reported = LiveDoor(lambda: self.main.work.setting, self._forces, setting), 0
             played = self.player.play(tuple(force.tolist()), f"design {letter}", self._live)
             self._live = None
@@ -138,8 +141,8 @@ class Room:
             self.main.say(words, wrong=played.wrong)
 
     def _forces(self, setting: Setting) -> tuple[float, ...]:
-        """The door of a setting, as the board draws it."""
-        return tuple(self.main.board.made(setting).force_N.tolist())
+        """The door of a setting, as the view draws it."""
+        return tuple(self.main.view.made(setting).force_N.tolist())
 
     def _say_changes(self) -> None:
         """Say why the door in the hand stays as it is, where it took a change last and could not."""
@@ -200,7 +203,7 @@ class Room:
 
     def _design(self, name: str) -> designs.Design:
         setting = self.main.work.setting
-        return designs.design_of(name, setting, self.maker, self.main.board.made(setting))
+        return designs.design_of(name, setting, self.maker, self.main.view.made(setting))
 
     def _open(self, name: str) -> None:
         """The design's wishes, on the sliders; the door is made of them by the models that are loaded.
@@ -222,16 +225,46 @@ class Room:
 
     def _beside(self, page: Aside, then: Callable[[Aside], None]) -> None:
         self._aside = page, then
-        self._put_on(Scene(page, self.shell, self.picture, type(page).__name__))
-
-    def _put_on(self, scene: Scene) -> None:
-        if self._on is not None:
-            self._on.vanish()
-        self._on = scene
-        scene.appear()
+        self.put_on(self.scene(page, type(page).__name__))
 
     def _keep(self) -> None:
         """The work on disk is the work on the screen."""
         if self.main.work is not self._kept and self.main.work != self._kept:
             self._kept = self.main.work
             designs.keep(self.lab, self.main.work, self.maker)
+
+
+def _door(options: WindowOptions) -> tuple[DoorSimulator | None, str]:
+    """The door to play on, not opened yet; None, and why, where the station has none. Raises RigFileError."""
+    from palpate.devices.rig.file import read_rig, rig_path
+    from palpate.devices.rig.kinds import made
+
+    if options.twins:
+        from palpate.devices.door.link.device import Settings, make
+
+        return make("door", Settings(kind="door", driver="twin"), options.lab), ""
+    path = options.rig or rig_path(options.lab)
+    if options.rig is None and not path.is_file():
+        return None, f"This station has no rig file ({path}): palpate rig simulate, or palpate author --twins"
+    file = read_rig(path)
+    name = file.names_for("door_generator")[0]
+    device = made(file.kind(name), name, file.devices[name], file.path.parent)
+    return (device, "") if isinstance(device, DoorSimulator) else (None, f"{path}: {name} is no door")
+
+
+@contextmanager
+def _alone(lab: Path) -> Iterator[None]:
+    """One window for a lab at a time: two would keep their work in one file. Raises DesignError."""
+    from filelock import FileLock, Timeout
+
+    folder = designs.designs_folder(lab)
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / LOCK, timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise DesignError(f"{lab}: another window is making a door for this lab; close it first") from None
+    try:
+        yield
+    finally:
+        lock.release()

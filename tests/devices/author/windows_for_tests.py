@@ -2,9 +2,7 @@
 
 from collections import deque
 
-from PIL import Image
-
-from palpate.devices.author.room import Room
+from palpate.devices.author.app import DesignerApp
 from palpate.devices.author.words import author_texts
 from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
@@ -22,7 +20,7 @@ def page_for(language="en", size=SIZE, px_per_mm=3.6):
 
 def room_in(lab, language="en", maker=None, **more):
     shell = FakeShell(deque())
-    return Room(shell, page_for(language), Image.new("RGB", SIZE), maker or FakeMaker(), lab, **more)
+    return DesignerApp(shell, page_for(language), maker or FakeMaker(), lab, **more)
 
 
 def begun(lab, **more):
@@ -49,7 +47,7 @@ def keys(room, *names, shift=False):
 
 def on(room):
     """The screen that is seen."""
-    return room._on.screen
+    return room.on.screen
 
 
 def box_of(room, name):
@@ -63,6 +61,6 @@ def click(room, name):
 
 def wish(room, number, value):
     """A tap on a slider at a value."""
-    slider = room.main.board.slider(room.main.work, number)
+    slider = room.main.view.slider(room.main.work, number)
     x, y = slider.box.middle[0], slider.row(value)
     do(room, Pressed(x, y, 0.0), Released(x, y, 0.0))

@@ -1,0 +1,155 @@
+"""A window that a command opens for itself: its options, how it is opened, and what its screens have in common."""
+
+from __future__ import annotations
+
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from palpate.devices.window.calibration import Calibration, read_calibration, station_file
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Box, Metrics
+from palpate.devices.window.hangul import needed
+from palpate.devices.window.loop import Stage
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base
+from palpate.devices.window.screens.elements import Label
+from palpate.devices.window.screens.frame import Frame
+from palpate.devices.window.screens.targets import Button, Target
+from palpate.devices.window.texts import MASTER, Texts
+from palpate.devices.window.typeset import TITLE_STEPS, Typesetter
+
+if TYPE_CHECKING:
+    from palpate.devices.window.shell import Shell
+
+NEVER = "never: not measured"
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowOptions:
+    """How the window is opened. `rig` None: the station's rig file; `screen` None: the calibrated one."""
+
+    lab: Path
+    rig: Path | None = None
+    twins: bool = False
+    language: str = MASTER
+    screen: int | None = None
+    windowed: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Status:
+    """What the window says beside its controls; `wrong` in the colour of a warning."""
+
+    notice: str = ""
+    wrong: bool = False
+
+
+@dataclass
+class WindowApp(Stage, ABC):
+    """A window and the one page that it is about. It runs until `over`."""
+
+    over: bool = field(default=False, kw_only=True)
+
+    def run(self) -> None:
+        """Show the window until it is closed."""
+        self.begin()
+        while not self.over:
+            self.turn()
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Show the first page."""
+
+    @abstractmethod
+    def turn(self) -> None:
+        """Take in what was done since the last turn, act on it, and paint what changed."""
+
+
+class AppScreen(Base):
+    """The page that the window is about. `requests` are left for the window to act on."""
+
+    LETTERS: ClassVar[Mapping[str, str]]
+    """What a letter does, also where Hangul is on."""
+    shows_held = Target
+
+    def __init__(self, page: Page) -> None:
+        """Fill the page without a frame's texts and buttons."""
+        self.requests: list[str] = []
+        super().__init__(Frame(page, "", "", (), ()))
+
+    def typed(self, _name: str | None, text: str, /) -> None:
+        for letter in text.strip().lower():
+            if letter in self.LETTERS:
+                self.do(self.LETTERS[letter])
+
+    def go_back(self) -> None:
+        """Do nothing: no page comes before this one."""
+
+    def do(self, name: str) -> None:
+        """Do what a button or a letter stands for."""
+        self.requests.append(name)
+
+
+@dataclass
+class AppView:
+    """Makes the elements of the page."""
+
+    page: Page
+
+    @cached_property
+    def setter(self) -> Typesetter:
+        """What lays texts out."""
+        return Typesetter(self.page)
+
+    def title(self, head: Box) -> Label:
+        """Return the window's title, at the left of its head."""
+        laid = self.setter.text(
+            self.page.texts("title"), self.page.metrics.unit(90), head.height, TITLE_STEPS, bold=True
+        )
+        return Label("title", Box(head.left, head.top, laid.width, head.height), laid=laid)
+
+    def close_button(self, box: Box) -> Button:
+        """Return the button that closes the window."""
+        return Button("close", box, laid=self.setter.text(self.page.texts("close"), box.width, box.height))
+
+
+def calibration_at_hand(options: WindowOptions) -> Calibration:
+    """Return the station's calibration; where its screen was never measured, one by what the system says of it.
+
+    The latter is confirmed `NEVER`.
+    """
+    if station_file(options.lab).is_file():
+        calibration = read_calibration(options.lab)
+        return calibration if options.windowed is None else replace(calibration, size_px=options.windowed)
+    from palpate.devices.window.commands_calibrate import USUAL_PX_PER_MM
+    from palpate.devices.window.shell import screen_sizes
+    from palpate.devices.window.shell_checks import demand_screen
+
+    sizes, screen = screen_sizes(), options.screen or 0
+    demand_screen(sizes, screen, None)
+    return Calibration(options.windowed or sizes[screen], USUAL_PX_PER_MM, screen, NEVER)
+
+
+@contextmanager
+def opened_shell(calibration: Calibration, options: WindowOptions) -> Iterator[Shell]:
+    """Open the window, and close it at the end. Raises WindowError."""
+    from palpate.devices.window.shell import open_shell
+
+    screen = calibration.screen if options.screen is None else options.screen
+    shell = open_shell(calibration, screen, options.windowed is None)
+    try:
+        yield shell
+    finally:
+        shell.close()
+
+
+def app_page(metrics: Metrics, texts: Texts) -> Page:
+    """Return the page of these texts, with fonts for their language. Raises WindowError."""
+    hangul = needed(texts.language, sys.platform)
+    return Page(metrics, texts, find_fonts(texts.language), hangul=hangul)
