@@ -126,7 +126,7 @@ def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> No
     from palpate.analysis.coding.agreement import agreement, code_counts, notes_on
     from palpate.analysis.coding.tables import answers_in, read_coders
     from palpate.analysis.exporting.source import opened
-    from palpate.analysis.reporting.csv_files import csv_text
+    from palpate.analysis.reporting.csv_files import csv_text, json_row
     from palpate.protocols.files import write_texts
     from palpate.protocols.wording import count
 
@@ -138,7 +138,7 @@ def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> No
     files = write_texts(_folder(wanted) / "codes", {name: csv_text(rows) for name, rows in tables.items()})
     if as_json:
         told = [{"coder": coder.name, "sha256": coder.sha256} for coder in coders]
-        rows = {"codes": _without_nan(counts), "agreement": _without_nan(agreed)}
+        rows = {"codes": [json_row(row) for row in counts], "agreement": [json_row(row) for row in agreed]}
         echo_json({"name": wanted.name, "coders": told, **rows, "notes": notes, "files": [str(path) for path in files]})
         return
     for row in counts:
@@ -152,14 +152,6 @@ def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> No
     for line in notes:
         click.echo(line)
     click.echo(f"Written to {_folder(wanted) / 'codes'}: {', '.join(path.name for path in files)}")
-
-
-def _without_nan(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows as JSON data: an undefined number is null."""
-    return [
-        {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()}
-        for row in rows
-    ]
 
 
 @click.command()

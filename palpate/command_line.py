@@ -7,12 +7,12 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import click
 
+from palpate.protocols.extras import installed_version
 from palpate.protocols.registry import load_object
 
 INTERRUPTED = 130
@@ -123,10 +123,7 @@ def _no_benchmarks(_arguments: tuple[str, ...]) -> None:
 
 def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
     if wanted:
-        try:
-            click.echo(f"palpate {version('palpate')}")
-        except PackageNotFoundError:
-            click.echo("palpate (not installed)")
+        click.echo(f"palpate {installed_version('palpate') or '(not installed)'}")
         ctx.exit()
 
 

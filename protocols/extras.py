@@ -25,6 +25,16 @@ def demand_packages(what: str, *packages: str, hint: str = "") -> None:
         raise ExtraMissing(missing_sentence(what, missing, hint))
 
 
+def installed_version(package: str) -> str | None:
+    """Return the version of an installed package, by the name that pip knows, without importing it."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
 def _is_there(name: str) -> bool:
     try:
         return find_spec(name) is not None

@@ -12,13 +12,13 @@ import hashlib
 import io
 import os
 import shutil
-import signal
 import stat
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
+
+from palpate.protocols.interrupts import holding_interrupts
 
 UNFINISHED = ".unfinished-"
 """Every name of an unfinished file or folder begins so."""
@@ -265,23 +265,6 @@ def sync_folder(folder: Path) -> None:
         _sync(handle, folder)
     finally:
         os.close(handle)
-
-
-@contextmanager
-def holding_interrupts() -> Iterator[None]:
-    """Hold back an interrupt (Ctrl-C) until the block has ended: for the few renames that belong together."""
-    before = signal.getsignal(signal.SIGINT)
-    if before is None or threading.current_thread() is not threading.main_thread():
-        yield  # interrupts reach the main thread only
-        return
-    came: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, _frame: came.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-        if came:
-            signal.raise_signal(signal.SIGINT)
 
 
 class _Raw(io.FileIO):

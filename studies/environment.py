@@ -5,11 +5,11 @@ from __future__ import annotations
 import platform
 from datetime import UTC, datetime
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from palpate.protocols.code_digest import files_digest, sources_in
+from palpate.protocols.extras import installed_version
 
 ROOMS = ("protocols", "signals", "devices", "studies")
 PACKAGES = ("pydantic", "pyyaml", "sqlalchemy", "filelock", "psychopy", "pyserial")
@@ -17,10 +17,7 @@ PACKAGES = ("pydantic", "pyyaml", "sqlalchemy", "filelock", "psychopy", "pyseria
 
 def palpate_version() -> str:
     """The installed version of Palpate."""
-    try:
-        return version("palpate")
-    except PackageNotFoundError:
-        return "unknown"
+    return installed_version("palpate") or "unknown"
 
 
 def session_code_digest() -> str:
@@ -37,17 +34,10 @@ def environment() -> dict[str, Any]:
         "code": session_code_digest(),
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
-        "packages": {name: found for name in PACKAGES if (found := _installed(name)) is not None},
+        "packages": {name: found for name in PACKAGES if (found := installed_version(name)) is not None},
     }
 
 
 def wall_time() -> str:
     """The wall clock, UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")
-
-
-def _installed(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None

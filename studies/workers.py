@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 import signal
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
@@ -16,6 +15,8 @@ from threading import Thread
 from typing import TypeVar
 
 import click
+
+from palpate.protocols.interrupts import uninterrupted
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -57,7 +58,7 @@ def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers:
     waiting: deque[Future[Result]] = deque()
     coming = iter(items)
     try:
-        with _interrupts_held_back():
+        with uninterrupted():
             waiting.extend(pool.submit(work, item) for item in islice(coming, workers * AHEAD))
         while waiting:
             result = waiting.popleft().result()
@@ -67,19 +68,6 @@ def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers:
         raise WorkerDied("a process that computed died, likely for want of memory; go on with --workers 1") from None
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _interrupts_held_back() -> Iterator[None]:
-    """Let no Ctrl-C reach a process while it starts: those begun within the block inherit that."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def serve_the_parent() -> None:

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from itertools import combinations, permutations, product
 from typing import Any
 
@@ -38,6 +37,7 @@ from palpate.analysis.crosschecking.variance_checks import check_anova, check_eq
 from palpate.analysis.plans.answers import Answer, Row, Value
 from palpate.analysis.regenerating.running import Answered
 from palpate.analysis.statistics.one_thread import one_thread
+from palpate.protocols.extras import installed_version
 
 LIMIT = 1e-6
 """A larger relative difference is a disagreement."""
@@ -130,10 +130,9 @@ def difference(pair: Pair) -> float:
 
 
 def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        raise NotChecked(f"{package} is not installed") from None
+    if (installed := installed_version(package)) is None:
+        raise NotChecked(f"{package} is not installed")
+    return installed
 
 
 def _check_anova(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from palpate.analysis.exporting.source import Source
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.protocols.canonical import json_text
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.extras import installed_version
 from palpate.protocols.wording import count
 
 OWN = "dataset_description.json"
@@ -52,10 +52,7 @@ def about(source: Source, dated: bool = False) -> About:
 
 def palpate_version() -> str:
     """The version that exports."""
-    try:
-        return version("palpate")
-    except PackageNotFoundError:
-        return "not installed"
+    return installed_version("palpate") or "not installed"
 
 
 def readme(of: About, source: Source, holds: Sequence[str]) -> str:

@@ -24,6 +24,7 @@ from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.normalising import rescaled_values
 from palpate.analysis.ratings.person_cells import person_cells, texts_of
+from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Text
 from palpate.protocols.wording import count
@@ -143,7 +144,7 @@ def _rows(
             mean = np.array([math.fsum(values) / len(values) if values else math.nan])
             mean = rescaled_values(mean, scale, ends)
             value = float(ends[0] + ends[1] - mean[0] if name in asked.reversed else mean[0])
-            row[name] = None if math.isnan(value) else value
+            row[name] = nan_to_none(value)
             people.append(len(values))
         rows.append({**row, "n": min(people)})
     return tuple(rows)

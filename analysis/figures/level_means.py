@@ -20,6 +20,7 @@ from palpate.analysis.ratings.person_cells import LISTWISE, constant_columns, le
 from palpate.analysis.ratings.trends import families_of
 from palpate.analysis.ratings.within_intervals import mean_intervals
 from palpate.analysis.statistics.refusals import IncompleteCells
+from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.study import Text
 
 if TYPE_CHECKING:
@@ -86,8 +87,8 @@ def _rows(
                 "attribute": attribute,
                 **{name: str(each[name]) for name in asked.by},
                 "n": int(each["n"]),
-                "mean": _known(each["mean"]),
-                "sd": _known(each["sd"]),
+                "mean": nan_to_none(float(each["mean"])),
+                "sd": nan_to_none(float(each["sd"])),
                 "low": float(each["mean"] - half) if known else None,
                 "high": float(each["mean"] + half) if known else None,
                 "ratings_min": int(each["ratings_min"]),
@@ -116,10 +117,6 @@ def _intervals(
             f"figure {asked.name!r}, {attribute}: {str(refusal).removesuffix(LISTWISE)}; whiskers within participants"
             " need every cell: choose `whiskers: sd`, `between` or `none`, or leave such participants out"
         ) from refusal
-
-
-def _known(value: float) -> float | None:
-    return None if math.isnan(value) else float(value)
 
 
 def _key(row: Row, by: Sequence[str]) -> Key:

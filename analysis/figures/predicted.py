@@ -11,10 +11,11 @@ import numpy as np
 from palpate.analysis.figures.drawn import FigureData, FigureKind, Shown
 from palpate.analysis.figures.predicted_drawing import draw
 from palpate.analysis.figures.predictions import Point, PredictionSettings, chosen, read_points
-from palpate.analysis.figures.shown_columns import in_order, pair_names, plain
+from palpate.analysis.figures.shown_columns import in_order, pair_names
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.undefined import nan_to_none
 
 __all__ = ["PREDICTED", "PredictedSettings", "data", "draw"]
 INNER, OUTER = 0.5, 1.0
@@ -111,11 +112,11 @@ def _row(
         "predicted": point.predicted,
         "error": point.error,
         **(
-            {end: plain(point.more[name]) for end, name in zip(("low", "high"), intervals, strict=True)}
+            {end: nan_to_none(point.more[name]) for end, name in zip(("low", "high"), intervals, strict=True)}
             if len(intervals) == 2
             else {}
         ),
-        "sd": plain(sd),
+        "sd": nan_to_none(sd),
         "within_half_sd": _within(point, INNER * sd) if known else None,
         "within_one_sd": _within(point, OUTER * sd) if known else None,
     }

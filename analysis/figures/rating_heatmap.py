@@ -22,6 +22,7 @@ from palpate.analysis.figures.shades import ladder
 from palpate.analysis.figures.shown_columns import require
 from palpate.analysis.figures.style import PAPER, SOFT
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells
+from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.study import Text
 from palpate.protocols.wording import count
 
@@ -110,7 +111,7 @@ def _rows(
                 j = place.get((attribute, level))
                 value = math.nan if j is None else float(cells.values[i, j])
                 head = {"attribute": attribute, "participant": cells.participants[i], by: level}
-                rows.append({**head, "mean": None if math.isnan(value) else value})
+                rows.append({**head, "mean": nan_to_none(value)})
     return tuple(rows)
 
 

@@ -93,11 +93,6 @@ def answer_of(figure: AskedFigure, shown: Shown, name: str) -> Answer:
     )
 
 
-def plain(value: float) -> float | None:
-    """A number for a table: None where it is undefined."""
-    return None if math.isnan(value) else value
-
-
 def real(value: Value, where: str) -> float:
     """A number out of a row; NaN where it is undefined. Raises DataRefused for what is none."""
     if value is None:

@@ -10,7 +10,7 @@ import pandas as pd
 from pydantic import Field
 
 from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from palpate.analysis.figures.shown_columns import answer_of, plain, require, uniform
+from palpate.analysis.figures.shown_columns import answer_of, require, uniform
 from palpate.analysis.figures.significance import not_drawn_said, pair_rows, stars_said
 from palpate.analysis.figures.similarity_bars_drawing import MOST_BRACKETS, draw
 from palpate.analysis.plans.answers import Selected
@@ -18,6 +18,7 @@ from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import PersonCells, levels_of, person_cells, texts_of
 from palpate.analysis.ratings.within_intervals import WITHIN, mean_intervals
+from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Text
 from palpate.protocols.wording import count, phrase
@@ -188,7 +189,11 @@ def _shown(settings: SimilarityBarsSettings, row: Mapping[str, Any]) -> dict[str
         else (row["mean"] - row["sd"], row["mean"] + row["sd"])
     )
     numbers = {"mean": row["mean"], "sd": row["sd"], "low": low, "high": high}
-    return {"n": int(row["n"]), **{name: plain(float(value)) for name, value in numbers.items()}, "note": row["note"]}
+    return {
+        "n": int(row["n"]),
+        **{name: nan_to_none(float(value)) for name, value in numbers.items()},
+        "note": row["note"],
+    }
 
 
 def _pairs(

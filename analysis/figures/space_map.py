@@ -8,12 +8,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from palpate.analysis.figures.shown_columns import answer_of, in_order, plain, real, require, uniform
+from palpate.analysis.figures.shown_columns import answer_of, in_order, real, require, uniform
 from palpate.analysis.figures.space_map_drawing import draw
 from palpate.analysis.plans.answers import Answer, Row, Selected
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
 from palpate.analysis.ratings.person_cells import texts_of
+from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.wording import phrase
 
 __all__ = ["MAP", "MapSettings", "data", "draw"]
@@ -204,7 +205,7 @@ def _vectors(settings: MapSettings, selected: Selected, answer: Answer) -> list[
         where = f"figure {settings.name!r}, vector {name!r}"
         r2, p = real(row["r2"], where), real(row.get("p"), where)
         antonym = str(row.get("antonym") or selected.antonyms.get(name, ""))
-        numbers = {"x": plain(x), "y": plain(y), "r2": plain(r2), "p": plain(p)}
+        numbers = {"x": nan_to_none(x), "y": nan_to_none(y), "r2": nan_to_none(r2), "p": nan_to_none(p)}
         found.append({"shows": "vector", "attribute": name, "antonym": antonym, **numbers})
     return found
 

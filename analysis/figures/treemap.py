@@ -15,12 +15,13 @@ from palpate.analysis.figures.drawn import AskedFigure, Drawn, FigureData, Figur
 from palpate.analysis.figures.lettering import broken, percent, width_pt
 from palpate.analysis.figures.marking import Marking
 from palpate.analysis.figures.shades import ink_on, ladder
-from palpate.analysis.figures.shown_columns import plain, real, the_answer, to_float
+from palpate.analysis.figures.shown_columns import real, the_answer, to_float
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT
 from palpate.analysis.figures.treemap_layout import Box, squarified
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
+from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.wording import count, phrase
 
 INCH = 72.0
@@ -73,9 +74,9 @@ def _row(settings: TreemapSettings, row: Row) -> dict[str, Any]:
         raise DataRefused(
             f"{where}: relevance {share:g}, {'kept' if kept else 'not kept'}: the test's threshold is not {least:g}"
         )
-    shown: dict[str, Any] = {"word": str(row["word"]), "relevance": plain(share)}
+    shown: dict[str, Any] = {"word": str(row["word"]), "relevance": nan_to_none(share)}
     for end in ("low", "high"):
-        shown[end] = plain(real(row.get(end, row.get(f"ci_{end}")), where))
+        shown[end] = nan_to_none(real(row.get(end, row.get(f"ci_{end}")), where))
     return shown | {"kept": kept} | {name: row[name] for name in ("ticks", "n") if name in row}
 
 

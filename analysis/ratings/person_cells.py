@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -154,8 +153,3 @@ def constant_columns(data: pd.DataFrame, names: Sequence[str], subject: str = "p
         if len(pairs) == len(people.labels) and len(codes.labels) > 1:
             found.append(name)
     return tuple(found)
-
-
-def nan_to_none(value: float) -> float | None:
-    """A number for an answer's row: None where it is undefined."""
-    return None if math.isnan(value) else value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,6 +9,7 @@ from palpate.analysis.plans.idle import effective
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating.running import Answered
 from palpate.analysis.statistics.self_check import self_check
+from palpate.analysis.statistics.undefined import nan_to_none
 
 RELATIVE = 1e-12
 
@@ -52,6 +52,6 @@ def _of(each: Answered) -> list[ExactCheck]:
         aggregate="mean",
     )
     return [
-        ExactCheck(name, str(row["Source"]), None if math.isnan(row["difference"]) else row["difference"], row["note"])
+        ExactCheck(name, str(row["Source"]), nan_to_none(row["difference"]), row["note"])
         for row in found.to_dict("records")
     ]

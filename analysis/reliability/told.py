@@ -11,16 +11,9 @@ import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.apa import number
-from palpate.protocols.did_you_mean import nearest
+from palpate.analysis.statistics.undefined import finite_or_none
 
 Plain: TypeAlias = float | int | str | bool | None
-
-
-def demand_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
-    """Refuse a plan that names a column which the rows lack, with the nearest."""
-    for name in names:
-        if name not in table.columns:
-            raise DataRefused(f"no column {name!r}; {nearest(name, map(str, table.columns))}")
 
 
 def demand_once(table: pd.DataFrame, names: Sequence[str], level: str) -> None:
@@ -46,7 +39,7 @@ def plain(value: Any) -> Plain:
     if isinstance(value, np.generic):
         return plain(value.item())
     if isinstance(value, float):
-        return value if np.isfinite(value) else None
+        return finite_or_none(value)
     return value if isinstance(value, int) else ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 

@@ -13,6 +13,7 @@ from palpate.analysis.ratings.design import check_ratings
 from palpate.analysis.ratings.design_report import DesignReport
 from palpate.analysis.reporting.pictures import level_means
 from palpate.analysis.reporting.study_statistics import Progress, Row, StudyStatistics, Test, study_statistics
+from palpate.protocols.extras import installed_version
 
 GREENHOUSE_GEISSER = "Greenhouse-Geisser"
 
@@ -76,13 +77,7 @@ def reported_p(row: Row) -> float | None:
 def software() -> Mapping[str, str]:
     """The versions that the numbers were computed with."""
     import platform
-    from importlib.metadata import PackageNotFoundError, version
-
-    def found(package: str) -> str:
-        try:
-            return version(package)
-        except PackageNotFoundError:
-            return "not installed"
 
     packages = ("palpate", "numpy", "scipy", "pandas", "matplotlib")
-    return {"python": platform.python_version(), **{package: found(package) for package in packages}}
+    found = {package: installed_version(package) or "not installed" for package in packages}
+    return {"python": platform.python_version(), **found}

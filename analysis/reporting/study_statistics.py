@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -15,6 +14,7 @@ from palpate.analysis.statistics.between import anova
 from palpate.analysis.statistics.pair_order import pairs_in_order
 from palpate.analysis.statistics.pairwise import pairwise_tests
 from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.undefined import finite_or_none
 from palpate.analysis.statistics.within import rm_anova
 from palpate.protocols.wording import count, phrase
 
@@ -228,5 +228,4 @@ def _plain(value: Any) -> Any:
         return value
     if isinstance(value, int):
         return int(value)
-    number = float(value)
-    return number if math.isfinite(number) else None
+    return finite_or_none(float(value))

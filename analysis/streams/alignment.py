@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.analysis.statistics.undefined import finite_or_none
 from palpate.analysis.streams.recorded import Stream, StreamError
 from palpate.analysis.streams.speeds import AXES, NO_SPEED, Moving, SpeedWanted, moving
 from palpate.signals.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align, grid_points
@@ -172,7 +173,7 @@ def _account(stream: Stream, each: Aligned, wanted: Wanted) -> dict[str, Any]:
         "latency_s": wanted.latency_s.get(stream.name, 0.0),
         "method": {
             "name": method.name, "told": method.told, "causal": method.causal, "delay_s": method.delay_s(*rates),
-            "ahead_s": _number(method.ahead_s(*rates)), "bound": method.bound,
+            "ahead_s": finite_or_none(float(method.ahead_s(*rates))), "bound": method.bound,
             "rms_error_of_a_sine": sine_error(method.name, stream.rate_hz, wanted.grid_hz), "sine_hz": HAND_HZ,
             "leak_from_above_the_grid": leak(method.name, stream.rate_hz, wanted.grid_hz),
         },
@@ -220,8 +221,3 @@ def _timed_from(stream: Stream) -> str:
 
 def _hole(hole: Hole) -> dict[str, Any]:
     return {"after_s": hole.after_s, "before_s": hole.before_s, "seconds": hole.seconds, "bridged": hole.bridged}
-
-
-def _number(value: float) -> float | None:
-    """JSON has no infinity: None says that there is no limit."""
-    return float(value) if np.isfinite(value) else None

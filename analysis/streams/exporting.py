@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from palpate.analysis.streams.alignment import Together, described
 from palpate.analysis.streams.reading import RecordedAttempt
 from palpate.analysis.streams.recorded import Stream
 from palpate.protocols.canonical import json_text
+from palpate.protocols.extras import installed_version
 from palpate.protocols.files import file_sha256, open_text, write_text
 from palpate.signals.aligning.refusals import Array
 from palpate.studies.record import Record
@@ -34,7 +34,7 @@ def ledger_account(record: Record, attempts: Sequence[RecordedAttempt]) -> dict[
         "participant": header["participant"],
         "session": header["session"],
         "simulated": header["rig"].get("kind") == "simulated" or bool(header["rig"].get("twins")),
-        "palpate": _palpate(),
+        "palpate": installed_version("palpate") or "not installed",
         "attempts": [
             {"trial": a.trial, "attempt": a.number, "ended": a.told, "recordings": len(a.acts)} for a in attempts
         ],
@@ -88,10 +88,3 @@ def _write(path: Path, header: Sequence[str], tables: Iterable[Array], leading: 
 
 def _write_json(path: Path, account: Mapping[str, Any]) -> Path:
     return write_text(path, json_text(account, indent=1))
-
-
-def _palpate() -> str:
-    try:
-        return version("palpate")
-    except PackageNotFoundError:
-        return "not installed"

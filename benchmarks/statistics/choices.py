@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from benchmarks.statistics.measuring import quietly, relative_error
 from palpate.analysis.choices.bradley_terry import bradley_terry
 from palpate.analysis.choices.intervals import profile_interval, resampled_answers
 from palpate.analysis.choices.posterior import posterior
@@ -55,7 +55,7 @@ def _scales(truth: Any) -> Iterator[Case]:
 
         ways: list[Way] = [(OURS, "numpy", ours), ("statsmodels GLM", "statsmodels", _glm_of_pairs(names, link))]
         kind = "relative, worst value; against R"
-        yield from _cases(title, "baseball, 7 teams", ways, table, _relative(right), kind)
+        yield from _cases(title, "baseball, 7 teams", ways, table, relative_error(right), kind)
 
 
 def _glm_of_pairs(names: list[str], link: str) -> Callable[[pd.DataFrame], Floats]:
@@ -95,7 +95,7 @@ def _plain(table: pd.DataFrame, truth: Any, offset: float) -> Iterator[Case]:
     name = f"{truth['set']}, {function}" + (f", offset {offset:g}" if offset else "")
     kind = "relative, worst of place and slope; against R"
     yield from _cases(
-        "psychometric function", name, ways, table.assign(level=table["level"] + offset), _relative(right), kind
+        "psychometric function", name, ways, table.assign(level=table["level"] + offset), relative_error(right), kind
     )
 
 
@@ -160,30 +160,12 @@ def _intervals(table: pd.DataFrame, draws: int) -> Iterator[Case]:
     yield from _cases("interval of a threshold", "yes_no", ways, table, error, kind)
 
 
-def _relative(right: Floats) -> Callable[[Floats], float]:
-    def error(found: Floats) -> float:
-        return float(np.max(np.abs(found - right) / np.abs(right)))
-
-    return error
-
-
 def _cases(
     title: str, name: str, ways: list[Way], given: pd.DataFrame, error: Callable[[Floats], float], kind: str
 ) -> Iterator[Case]:
     for method, package, run in ways:
         if find_spec(package) is not None:
-            yield Case(AREA, title, method, name, len(given), kind, _quietly(run, given), _or_refused(error))
-
-
-def _quietly(run: Callable[[Any], Any], given: Any) -> Callable[[], Any]:
-    """What others warn of is measured here as an error."""
-
-    def silent() -> Any:
-        with warnings.catch_warnings(record=True):
-            warnings.simplefilter("always")
-            return run(given)
-
-    return silent
+            yield Case(AREA, title, method, name, len(given), kind, quietly(run, given), _or_refused(error))
 
 
 def _or_refused(error: Callable[[Floats], float]) -> Callable[[Floats | None], float | None]:

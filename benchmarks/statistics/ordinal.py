@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterator, Mapping
 from importlib.util import find_spec
 from typing import Any, TypeAlias
@@ -11,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from benchmarks.statistics.measuring import quietly
 from benchmarks.statistics.ordinal_truth import (
     FRIEDMAN,
     RANGES,
@@ -56,17 +56,7 @@ def _cases(title: str, name: str, given: Any, n: int, methods: tuple[Method, ...
     for method, package, run in methods:
         if find_spec(package) is not None:
             kind = "relative, worst number; exact answer or R's"
-            yield Case(AREA, title, method, name, n, kind, _bound(run, given), _worst(truth))
-
-
-def _bound(run: Callable[[Any], Numbers], given: Any) -> Callable[[], Numbers]:
-    def quietly() -> Numbers:
-        """What others warn of is measured here as an error."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return run(given)
-
-    return quietly
+            yield Case(AREA, title, method, name, n, kind, quietly(run, given), _worst(truth))
 
 
 def _worst(truth: Numbers) -> Callable[[Numbers], float | None]:

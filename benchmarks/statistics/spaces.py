@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from importlib.util import find_spec
@@ -15,6 +14,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import procrustes as scipy_procrustes
 
+from benchmarks.statistics.measuring import quietly, relative_error
 from palpate.analysis.spaces.classical import classical_mds
 from palpate.analysis.spaces.components import pca
 from palpate.analysis.spaces.dissimilarities import Dissimilarities, dissimilarities_of
@@ -52,11 +52,11 @@ def _components(truth: Any) -> Iterator[Case]:
     for kind in ("covariance", "correlation"):
         right = np.array(truth["sdev"][kind])
         ways = _component_ways(kind)
-        title = "principal components against R"
-        yield from _cases(title, f"attitude, {kind}", ways, table, _relative(right), "relative, worst SD; against R")
+        title, error = "principal components against R", relative_error(right)
+        yield from _cases(title, f"attitude, {kind}", ways, table, error, "relative, worst SD; against R")
         far = table + 1e9
         title = "principal components, offset 1e9"
-        yield from _cases(title, f"attitude, {kind}", ways, far, _relative(right), "relative, worst SD; exact answer")
+        yield from _cases(title, f"attitude, {kind}", ways, far, error, "relative, worst SD; exact answer")
 
 
 def _component_ways(kind: Any) -> list[Way]:
@@ -90,7 +90,7 @@ def _maps(name: str, between: Dissimilarities, eigenvalues: list[float], stress:
 
     ways: list[Way] = [(OURS, "numpy", ours), ("scikit-learn", "sklearn", scikit)]
     kind = "relative, worst of two eigenvalues; against R"
-    yield from _cases("classical map", name, ways, between, _relative(np.array(eigenvalues[:2])), kind)
+    yield from _cases("classical map", name, ways, between, relative_error(np.array(eigenvalues[:2])), kind)
 
     def above(found: float) -> float:
         return max(0.0, found - stress) if math.isfinite(found) else math.nan
@@ -132,14 +132,7 @@ def _comparisons(truth: Any) -> Iterator[Case]:
             ("scipy", "scipy", lambda pair: np.array([scipy_procrustes(*pair)[2]])),
         ]
         kind = "relative, m2; against R's vegan"
-        yield from _cases("Procrustes", name, ways, moved, _relative(np.array([truth["m2"]])), kind)
-
-
-def _relative(right: Floats) -> Callable[[Floats], float]:
-    def error(found: Floats) -> float:
-        return float(np.max(np.abs(found - right) / np.abs(right)))
-
-    return error
+        yield from _cases("Procrustes", name, ways, moved, relative_error(np.array([truth["m2"]])), kind)
 
 
 def _cases(
@@ -148,15 +141,4 @@ def _cases(
     size = len(given.labels) if isinstance(given, Dissimilarities) else len(given)
     for method, package, run in ways:
         if find_spec(package) is not None:
-            yield Case(AREA, title, method, name, size, kind, _quietly(run, given), error)
-
-
-def _quietly(run: Callable[[Any], Any], given: Any) -> Callable[[], Any]:
-    """What others warn of is measured here as an error."""
-
-    def silent() -> Any:
-        with warnings.catch_warnings(record=True):
-            warnings.simplefilter("always")
-            return run(given)
-
-    return silent
+            yield Case(AREA, title, method, name, size, kind, quietly(run, given), error)

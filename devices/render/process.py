@@ -25,6 +25,7 @@ from palpate.devices.render.priority import by_itself, in_front, undisturbed
 from palpate.devices.render.trace import BYTES, Trace
 from palpate.devices.signals import DeviceFault
 from palpate.devices.tablet.reports import Report
+from palpate.protocols.interrupts import uninterrupted
 from palpate.signals.textures.sounds import RenderError, Sounds
 
 READY_S, ANSWER_S, GONE_S = 60.0, 10.0, 5.0
@@ -164,19 +165,6 @@ def _one_thread() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """What is started meanwhile hears no Ctrl-C, which a terminal sends to all: whoever started it will end it."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _serve(job: Job, memory: str, talk: Connection) -> None:

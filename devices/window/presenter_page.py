@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from palpate.devices.window.screen import SLIDER_MM, Page
 from palpate.devices.window.texts import load_texts
 from palpate.devices.window.texts_study import load_study_texts, study_texts
 from palpate.protocols.canonical import digest
+from palpate.protocols.extras import installed_version
 from palpate.protocols.forms import Form
 from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
@@ -55,7 +55,7 @@ def describe(page: Page) -> dict[str, Any]:
         "language": page.texts.language,
         "texts": digest(texts),
         "backend": "psychopy, pyglet",
-        "psychopy": _psychopy_version(),
+        "psychopy": installed_version("psychopy"),
     }
 
 
@@ -64,10 +64,3 @@ def _forms(plan: Plan) -> Iterator[Form]:
     yield from {trial.form: None for trial in plan.trials if trial.form is not None}
     yield from (anchor.form for anchor in plan.anchors.get(0, ()) if anchor.form is not None)
     yield from plan.closing
-
-
-def _psychopy_version() -> str | None:
-    try:
-        return version("psychopy")
-    except PackageNotFoundError:
-        return None

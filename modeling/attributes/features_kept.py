@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from palpate.modeling.attributes.material import MaterialError, Rows
 from palpate.modeling.files.finished import put_down, taken_up
+from palpate.protocols.extras import installed_version
 
 FOLDER = "features"
 """Of a lab."""
@@ -32,7 +32,7 @@ def key_of(decides: Mapping[str, object], code: Sequence[str], packages: Sequenc
     told = {
         "decides": {name: str(value) for name, value in decides.items()},
         "code": list(code),
-        "packages": {name: _version(name) for name in packages},
+        "packages": {name: installed_version(name) or "" for name in packages},
     }
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 
@@ -66,10 +66,3 @@ def _digest(rows: Mapping[str, Rows]) -> str:
         found.update(f"{kind} {rows[kind].dtype.str} {rows[kind].shape}\0".encode())
         found.update(np.ascontiguousarray(rows[kind]).tobytes())
     return found.hexdigest()
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return ""

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.analysis.statistics.undefined import finite_or_none
 from palpate.modeling.doors.evaluating_jobs import Context, Done, Job
 from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.files.finished import put_down, taken_up
@@ -82,7 +83,7 @@ def keep(done: Done, context: Context) -> None:
     job = done.job
     told = {
         "job": [job.direction, job.method, job.split, job.fold],
-        "numbers": {name: value if math.isfinite(value) else None for name, value in done.numbers.items()},
+        "numbers": {name: finite_or_none(value) for name, value in done.numbers.items()},
         "notes": list(done.notes),
     }
     put_down(context.kept / key(job, context), done.arrays, told)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.figures.drawn import FigureKind, Shown
 from palpate.analysis.figures.style import drawing, save
+from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_whole import Evaluation
 from palpate.modeling.doors.evaluation_overall import widths
@@ -149,7 +149,7 @@ def _histories(found: Gathered) -> dict[str, list[Epoch]]:
 
     histories: dict[str, list[Epoch]] = {}
     for row in curve_rows(found):
-        held = None if math.isnan(row["held_loss"]) else row["held_loss"]
+        held = nan_to_none(row["held_loss"])
         epoch = Epoch(int(row["epoch"]), row["seconds"], row["learning_rate"], row["train_loss"], held)
         histories.setdefault(f"fold {row['fold']}", []).append(epoch)
     return histories

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.modeling.training.history import COLUMNS, Epoch
 
 PREFIX = "curve_"
@@ -32,6 +32,6 @@ def history_in(arrays: Mapping[str, NDArray[Any]]) -> tuple[Epoch, ...]:
     epochs = []
     for i in range(len(columns.get("epoch", ()))):
         at = {name: float(values[i]) for name, values in columns.items()}
-        held = None if math.isnan(at["held_loss"]) else at["held_loss"]
+        held = nan_to_none(at["held_loss"])
         epochs.append(Epoch(int(at["epoch"]), at["seconds"], at["learning_rate"], at["train_loss"], held))
     return tuple(epochs)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict, is_dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from palpate.protocols.canonical import digest
+from palpate.protocols.extras import installed_version
 
 PACKAGES = ("palpate", "numpy", "scipy", "torch", "scikit-learn")
 BESIDE = ("librosa", "scikit-image", "pywavelets", "pillow")
@@ -40,15 +40,8 @@ def versions() -> dict[str, str | None]:
 
     None for one of `PACKAGES` that is not installed; one of `BESIDE` is not named then.
     """
-    beside = {name: told for name in BESIDE if (told := _version(name)) is not None}
-    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}, **beside}
-
-
-def _version(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
+    beside = {name: told for name in BESIDE if (told := installed_version(name)) is not None}
+    return {"python": platform.python_version(), **{name: installed_version(name) for name in PACKAGES}, **beside}
 
 
 def _plain(value: object) -> Any:

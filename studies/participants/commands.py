@@ -60,7 +60,7 @@ def add(
     Example:
       palpate participants add --name "Kim Hana" --contact hana@example.org --consented 2026-03-31 --lab LAB
     """
-    from palpate.protocols.files import holding_interrupts
+    from palpate.protocols.interrupts import holding_interrupts
     from palpate.studies.participants.identities import Identity, demand_good, demand_private, identify
     from palpate.studies.participants.lab import demand_lab
     from palpate.studies.participants.people import add as enter

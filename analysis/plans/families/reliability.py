@@ -107,10 +107,11 @@ class AskedRaters(Asked):
 
 def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:
     """The six intraclass correlations of one outcome."""
+    from palpate.analysis.plans.families.rows import require_columns
     from palpate.analysis.reliability.intraclass import icc
-    from palpate.analysis.reliability.told import averaged, demand_columns, plain_rows, with_interval
+    from palpate.analysis.reliability.told import averaged, plain_rows, with_interval
 
-    demand_columns(selected.table, (asked.targets, asked.raters, asked.value))
+    require_columns(selected.table, (asked.targets, asked.raters, asked.value))
     found = icc(selected.table, asked.value, asked.targets, asked.raters, confidence=asked.confidence, aggregate="mean")
     rows = plain_rows(found)
     headline = "; ".join(
@@ -132,12 +133,13 @@ def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:
 
 def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
     """Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
+    from palpate.analysis.plans.families.rows import require_columns
     from palpate.analysis.reliability.consistency import cronbach_alpha
-    from palpate.analysis.reliability.told import averaged, demand_columns, plain, plain_rows, with_interval
+    from palpate.analysis.reliability.told import averaged, plain, plain_rows, with_interval
 
     known = [name for name in ("participant", "stimulus") if name in selected.table.columns]
     cases = list(asked.cases or known)
-    demand_columns(selected.table, (asked.items, *cases, asked.value))
+    require_columns(selected.table, (asked.items, *cases, asked.value))
     missing: Any = "drop_cases" if asked.missing == "listwise" else "raise"
     options: dict[str, Any] = {"reverse": asked.reverse, "confidence": asked.confidence, "missing": missing}
     found = cronbach_alpha(selected.table, asked.value, asked.items, cases, aggregate="mean", **options)
@@ -171,11 +173,12 @@ def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
 
 def concordance_answer(selected: Selected, asked: AskedConcordance) -> Answer:
     """Kendall's W of one outcome."""
+    from palpate.analysis.plans.families.rows import require_columns
     from palpate.analysis.reliability.concordance import kendall_w
-    from palpate.analysis.reliability.told import averaged, coefficient, demand_columns, plain_rows
+    from palpate.analysis.reliability.told import averaged, coefficient, plain_rows
     from palpate.analysis.statistics.apa import apa_p, number
 
-    demand_columns(selected.table, (asked.targets, asked.raters, asked.value))
+    require_columns(selected.table, (asked.targets, asked.raters, asked.value))
     options: dict[str, Any] = {"p": asked.p, "aggregate": "mean"}
     if asked.p != "chi2":
         options |= {"draws": selected.draws, "seed": selected.seed}
@@ -203,10 +206,11 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
     """Krippendorff's alpha of one outcome, with whatever gaps there are."""
     from dataclasses import asdict
 
+    from palpate.analysis.plans.families.rows import require_columns
     from palpate.analysis.reliability.coincidence import krippendorff_alpha
-    from palpate.analysis.reliability.told import averaged, demand_columns, demand_once, plain, with_interval
+    from palpate.analysis.reliability.told import averaged, demand_once, plain, with_interval
 
-    demand_columns(selected.table, (*asked.units, asked.raters, asked.value))
+    require_columns(selected.table, (*asked.units, asked.raters, asked.value))
     if asked.level in ("nominal", "ordinal"):
         demand_once(selected.table, (*asked.units, asked.raters), asked.level)
     mean: Literal["mean"] | None = "mean" if asked.level in ("interval", "ratio") else None
@@ -228,10 +232,11 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
 
 def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
     """First against second answers of one outcome; people and pairs in `more`."""
+    from palpate.analysis.plans.families.rows import require_columns
     from palpate.analysis.reliability.repeated import retest
-    from palpate.analysis.reliability.told import demand_columns, plain_rows, with_interval
+    from palpate.analysis.reliability.told import plain_rows, with_interval
 
-    demand_columns(selected.table, (*asked.targets, *asked.order))
+    require_columns(selected.table, (*asked.targets, *asked.order))
     columns = ("participant", list(asked.targets), list(asked.order))
     found = retest(selected.table, "value", *columns, confidence=asked.confidence)
     rows = plain_rows(found.measures)
@@ -259,11 +264,12 @@ def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
     """Each participant against the others in each outcome; the signs of how they answered in `more`."""
     import pandas as pd
 
+    from palpate.analysis.plans.families.rows import require_columns
     from palpate.analysis.reliability.rater_signs import rater_signs
     from palpate.analysis.reliability.sessions import compared_within, session_signs
-    from palpate.analysis.reliability.told import averaged, demand_columns, plain_rows
+    from palpate.analysis.reliability.told import averaged, plain_rows
 
-    demand_columns(selected.table, asked.targets)
+    require_columns(selected.table, asked.targets)
     parts, sizes = [], []
     pools = compared_within(selected.table, asked.targets)
     for outcome in selected.outcomes:

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.devices.render.priority import by_itself
-from palpate.devices.render.process import uninterrupted
 from palpate.devices.render.window.photo import Photo, at_true_size, read_photo
 from palpate.devices.window.geometry import Box, WindowError
+from palpate.protocols.interrupts import uninterrupted
 from palpate.signals.textures.sounds import RenderError
 
 if TYPE_CHECKING:
