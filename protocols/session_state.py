@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from palpate.protocols.events import ANSWERED, CAPTURED, LEFT, REPEATED, Event
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     """A form that was answered; one that was left, or a setting that was only tried, is no answer.
 
     `seq` and `t_ns` are the number and the time of the reply, `request` is the number of the request. `values`: item
