@@ -16,7 +16,6 @@ from palpate.studies.options import JSON, echo_json, names_in, needs_packages
 if TYPE_CHECKING:
     from palpate.modeling.doors.evaluating_whole import Evaluation
     from palpate.modeling.doors.registry import Direction
-    from palpate.modeling.handed import Handed
 
 SEED = click.option(
     "--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True, help="For everything drawn."
@@ -64,9 +63,8 @@ def evaluate() -> None:
 @CLUSTER
 @click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
 @JSON
-@click.pass_obj
 def train_doors(
-    handed: Handed, asked: Asked, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
+    asked: Asked, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
     cluster: str | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Train both door models on all stimuli and write them as files that a rig reads.
@@ -92,7 +90,7 @@ def train_doors(
         methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}
         kept = kept_in(asked.lab)
         wanted = Wanted(seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, kept=kept)
-        written = train_pair(data, handed.doors(), Training(methods, to or asked.lab / "models", wanted), report)
+        written = train_pair(data, Training(methods, to or asked.lab / "models", wanted), report)
     if as_json:
         echo_json({way: each.plain() for way, each in written.items()})
         return
@@ -128,9 +126,8 @@ def _told(way: Direction, metrics: Any) -> str:
     "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/doors]"
 )
 @JSON
-@click.pass_obj
 def evaluate_doors(
-    handed: Handed, asked: Asked, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
+    asked: Asked, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
     cluster: str | None, figures: bool | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Judge every method of both directions on the same folds, and write tables, figures and a report.
@@ -158,7 +155,7 @@ def evaluate_doors(
     )
     with going_on("what is left"), progress_lines() as report:
         data, individual = read(asked)
-        found = evaluated(data, individual, handed.doors(), wanted, report)
+        found = evaluated(data, individual, wanted, report)
         paths = write_all(found, to or folder_for(asked.lab, split), report, not quick if figures is None else figures)
     if as_json:
         from palpate.modeling.doors.evaluation_results import as_json as results

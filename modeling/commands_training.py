@@ -22,7 +22,6 @@ from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import interval
 from palpate.modeling.doors.methods import Fitted, Method
 from palpate.modeling.doors.registry import Direction
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.training.threads import limited
 from palpate.signals.doors.grid import POINTS
 
@@ -56,14 +55,14 @@ class Training:
     known: Mapping[Direction, Mapping[str, Method]] = field(default_factory=lambda: ALL)
 
 
-def train_pair(data: DoorData, side: DoorSide, asked: Training, report: Report) -> dict[Direction, Written]:
+def train_pair(data: DoorData, asked: Training, report: Report) -> dict[Direction, Written]:
     """Cross-validate the two methods on grouped folds, train both on all stimuli, and write them with their cards.
 
     Trainings that an earlier, equal command finished are taken from where it kept them. Raises ModelDataError or what a
     method raises.
     """
     wanted = replace(asked.wanted, methods={way: (name,) for way, name in asked.methods.items()}, beside=False)
-    context = context_for(data, side, wanted, asked.known)
+    context = context_for(data, wanted, asked.known)
     every = np.arange(len(data), dtype=np.int64)
     context = replace(context, splits={**context.splits, WHOLE: (Fold(WHOLE, every, every),)})
     found = judge(context, wanted, report)
@@ -94,7 +93,7 @@ def _write(found: Judged, way: Direction, model: Fitted, seconds: float, folder:
         interval=_interval(folds), metrics=metrics, training=_run_card(found, folds, metrics, seconds),
         notes=_notes(found),
     )  # fmt: skip
-    _demand_equal(context.side, card, model, way, context.data)
+    _demand_equal(card, model, way, context.data)
     files = (card, card.with_suffix(".safetensors"), *_history(model, folder, NAMES[way]))
     return Written(card, folds.method, metrics, files)
 
@@ -143,12 +142,13 @@ def _notes(found: Judged) -> tuple[str, ...]:
     return tuple(told)
 
 
-def _demand_equal(side: DoorSide, card: Path, model: Fitted, way: Direction, data: DoorData) -> None:
+def _demand_equal(card: Path, model: Fitted, way: Direction, data: DoorData) -> None:
     """What the rig will read answers as the trained model does. Raises ModelDataError where it does not."""
     from palpate.modeling.doors.data import ModelDataError
+    from palpate.signals.models.file import read_model
 
     given = data.force_N if way == "forward" else np.clip(np.full((1, len(data.attributes)), 50.0), 0, 100)
-    ours, theirs = model.predict(given), np.asarray(side.load(card).run(given), dtype=np.float64)
+    ours, theirs = model.predict(given), np.asarray(read_model(card).run(given), dtype=np.float64)
     off = float(np.max(np.abs(ours - theirs)))
     if off > 1e-3 * max(1.0, float(np.max(np.abs(ours)))):
         raise ModelDataError(

@@ -5,16 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from palpate.modeling.doors.side import DoorSide
     from palpate.modeling.textures.set_side import TextureSetSide
     from palpate.modeling.textures.side import TextureSide
 
 
 class Handed(Protocol):
     """Modeling never imports a device: click's context object is one of these."""
-
-    def doors(self) -> DoorSide:
-        """The rig's side of doors."""
 
     def textures(self) -> TextureSide:
         """The rig's side of textures."""

@@ -141,10 +141,6 @@ def cli(ctx: click.Context) -> None:
 class Sides:
     """The rig's sides of what is modelled, for the rooms that may not import a device: they are handed them here."""
 
-    def doors(self) -> Any:
-        """That of doors."""
-        return load_object("palpate.devices.door.side:DoorSide")()
-
     def textures(self) -> Any:
         """That of textures."""
         return load_object("palpate.studies.texture_side:RigTextures")()

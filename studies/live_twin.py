@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from palpate.devices.blocks import interleaved
-from palpate.devices.door.link.limits import HANDLE_RADIUS_M
 from palpate.devices.door.live import PERIOD_NS, LiveDoor
 from palpate.devices.door.making import Doors
 from palpate.devices.door.plant.parameters import DEFAULT
@@ -20,6 +19,7 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Samples
 from palpate.protocols.worlds import Done
 from palpate.signals.doors.grid import POINTS_PER_DEG
+from palpate.signals.doors.limits import HANDLE_RADIUS_M
 from palpate.studies.live_doors import LiveRecord, Setting
 
 BEGINS_S, MOVES_S = 0.3, 1.5

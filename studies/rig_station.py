@@ -103,7 +103,7 @@ def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
 
         demand_usable(rig)
     if "door_generator" in plan.study.needs:
-        from palpate.signals.doors.playable import hardest
+        from palpate.signals.doors.limits import hardest
 
         door = cast("DoorSimulator", rig.of("door_generator")["door"])
         door.check(hardest(), "the hardest door that may be wished for")

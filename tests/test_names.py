@@ -21,7 +21,7 @@ from tests.names import (
     names_in_source,
 )
 
-PICKLED = ("palpate.devices.door.side:DoorSide", "palpate.studies.texture_side:RigTextures",
+PICKLED = ("palpate.studies.texture_side:RigTextures",
            "palpate.studies.texture_set:TextureSet",
            "palpate.modeling.doors.evaluating_jobs:Context", "palpate.modeling.textures.judging_jobs:Context",
            "palpate.studies.texture_set_rig:ToolAhead", "palpate.studies.texture_set_rig:Seen")  # fmt: skip

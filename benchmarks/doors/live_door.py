@@ -15,13 +15,13 @@ from palpate.devices.door.firmware.controller import Firmware
 from palpate.devices.door.firmware.twin_plant import TwinPlant
 from palpate.devices.door.firmware.wire import Wire
 from palpate.devices.door.link import dialogue
-from palpate.devices.door.link.limits import HANDLE_RADIUS_M, Limits, change_for_door, profile_for_door
+from palpate.devices.door.link.limits import Limits, change_for_door, profile_for_door
 from palpate.devices.door.link.link import Link
 from palpate.devices.door.live import LiveDoor
 from palpate.devices.door.making import NEUTRAL, Array
 from palpate.devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS
 from palpate.protocols.bench import Case
-from palpate.signals.doors.playable import bounded
+from palpate.signals.doors.limits import HANDLE_RADIUS_M, bounded
 
 AREA, BAUD, END_DEG = "doors", 1_000_000, 62.0
 MOVES, QUICK_MOVES = 200, 30

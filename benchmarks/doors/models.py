@@ -25,9 +25,10 @@ from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, met
 from palpate.modeling.doors.evaluation_tables import Row
 from palpate.modeling.doors.rated import Rated
 from palpate.modeling.doors.registry import DEFAULT, THESIS, Direction
-from palpate.modeling.doors.side import DoorSide, Runs
 from palpate.modeling.doors.simulated import simulated_ratings
 from palpate.protocols.bench import Case
+from palpate.signals.models.file import read_model
+from palpate.signals.models.runtime import Model
 
 AREA = "doors"
 QUICK_FOLDS, FOLDS = 2, 5
@@ -45,7 +46,6 @@ class Found:
 
     rated: Rated
     judged: Judged
-    side: DoorSide
     folder: Path
     seconds: float
     workers: int
@@ -60,21 +60,21 @@ class Found:
         """The numbers of each method of a direction."""
         return list(method_rows(self.judged, way))
 
-    def model(self, way: Direction, method: str) -> Runs | None:
+    def model(self, way: Direction, method: str) -> Model | None:
         """The first fold's model, from its file; None for a method that cannot be one."""
         card = self.folder / f"{way}-{method}.json"
-        return self.side.load(card) if card.exists() else None
+        return read_model(card) if card.exists() else None
 
 
-def cases(quick: bool, side: DoorSide, wanted: Wanted | None = None, rated: Rated | None = None) -> Iterator[Case]:
+def cases(quick: bool, wanted: Wanted | None = None, rated: Rated | None = None) -> Iterator[Case]:
     """Every figure of this area; `quick` takes fewer people and folds, and trains the networks for a few epochs.
 
-    `side` is handed in by the front door. Without `wanted` every method is trained, without `rated` simulated people
+    Without `wanted` every method is trained, without `rated` simulated people
     are asked.
     """
     with tempfile.TemporaryDirectory() as folder:
         people = QUICK_PEOPLE if quick else PEOPLE
-        found = trained(quick, side, Path(folder), wanted, rated or simulated_ratings(people))
+        found = trained(quick, Path(folder), wanted, rated or simulated_ratings(people))
         yield from _forward(found)
         yield from _inverse(found)
         yield from _floors(found)
@@ -82,16 +82,14 @@ def cases(quick: bool, side: DoorSide, wanted: Wanted | None = None, rated: Rate
         yield from _training(found)
 
 
-def trained(
-    quick: bool, side: DoorSide, folder: Path, wanted: Wanted | None, rated: Rated, clock: Clock = time.perf_counter
-) -> Found:
+def trained(quick: bool, folder: Path, wanted: Wanted | None, rated: Rated, clock: Clock = time.perf_counter) -> Found:
     """Train and ask every method once; the exported models stay in the folder."""
     base = wanted or Wanted(quick=quick, folds=QUICK_FOLDS if quick else FOLDS)
     asked = replace(base, beside=False, kept=folder / "jobs", files=folder / "models")
     start = clock()
-    judged = judge(context_for(rated.data, side, asked), asked)
+    judged = judge(context_for(rated.data, asked), asked)
     workers = asked.workers or os.cpu_count() or 1
-    return Found(rated, judged, side, folder / "models", clock() - start, workers)
+    return Found(rated, judged, folder / "models", clock() - start, workers)
 
 
 def named(way: Direction, method: str) -> str:
@@ -227,12 +225,12 @@ def _taken(seconds: float, _answer: object) -> float:
     return seconds
 
 
-def _one(model: Runs, given: Array) -> Array:
+def _one(model: Model, given: Array) -> Array:
     """One answer."""
     return model.run(given[0])
 
 
-def _p99(model: Runs, given: Array, _answer: object, clock: Clock = time.perf_counter) -> float:
+def _p99(model: Model, given: Array, _answer: object, clock: Clock = time.perf_counter) -> float:
     times = []
     for i in range(ANSWERS):
         start = clock()

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from palpate.devices.models.finding import FOLDER, SHIPPED, find_model
 from palpate.protocols.did_you_mean import nearest
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError
-from palpate.signals.doors.playable import LIMIT_N, STEEPEST_N_DEG, bounded
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, bounded
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import CARD_SUFFIX, read_model
 from palpate.signals.models.runtime import Model

@@ -182,26 +182,26 @@ def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_j
 
 
 def _made(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:
-    from palpate.devices.door.side import DoorSide
     from palpate.devices.door.stimuli import profile_text
     from palpate.devices.models.given import wish_of
     from palpate.protocols.files import write_text
+    from palpate.signals.doors.limits import refusal
 
     if not given:
         raise click.UsageError(f"what is wished for? Give --wish NAME=VALUE; {', '.join(asked.card.takes.names)}")
     wish = wish_of(given, asked.card.takes)
     force_N = asked.run(wish)
-    refusal = DoorSide().refusal(force_N)
+    why = refusal(force_N)
     if to is not None:
         write_text(to, profile_text(force_N))
     if as_json:
         named = dict(zip(asked.card.takes.names, wish.tolist(), strict=False))
-        _echo({"model": asked.card.name, "wish": named, "force_N": force_N.tolist(), "door_refuses": refusal,
+        _echo({"model": asked.card.name, "wish": named, "force_N": force_N.tolist(), "door_refuses": why,
                "file": None if to is None else str(to)})  # fmt: skip
         return
     click.echo(profile_text(force_N) if to is None else str(to), nl=to is not None)
-    if refusal is not None:
-        click.echo(f"the door would refuse to play it: {refusal}", err=True)
+    if why is not None:
+        click.echo(f"the door would refuse to play it: {why}", err=True)
 
 
 def _read(name: str, lab: Path) -> Model:

@@ -12,7 +12,6 @@ from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.plausibility import Plausibility, judged_all
 from palpate.modeling.doors.scaling import TOP
-from palpate.modeling.doors.side import DoorSide
 
 MIDDLE = TOP / 2
 TOLERANCE = 10.0
@@ -51,11 +50,11 @@ def singles(attributes: int, low: float = 0.0, high: float = TOP) -> Array:
     return wishes
 
 
-def extremes(inverse: Fitted, wishes: Array, forward: Fitted, measured_N: Array, side: DoorSide) -> tuple[Extreme, ...]:
+def extremes(inverse: Fitted, wishes: Array, forward: Fitted, measured_N: Array) -> tuple[Extreme, ...]:
     """What a model of the inverse makes of extreme wishes (n, attributes), judged beside measured profiles."""
     made = inverse.predict(wishes)
     felt = np.clip(forward.predict(made), 0.0, TOP)
-    judgements = judged_all(made, measured_N, side)
+    judgements = judged_all(made, measured_N)
     return tuple(Extreme(*each) for each in zip(wishes, felt, judgements, strict=True))
 
 

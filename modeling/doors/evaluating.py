@@ -18,7 +18,6 @@ from palpate.modeling.doors.folding import KINDS, Fold, Kinds, folds
 from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.registry import DEFAULT, ON_REQUEST, SLOW, Direction
 from palpate.modeling.doors.scaling import scaling_of
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.doors.training_variants import with_variants
 
 FOLDS, QUICK_FOLDS = 5, 3
@@ -75,7 +74,7 @@ def folds_for(quick: bool) -> int:
 
 
 def context_for(
-    data: DoorData, side: DoorSide, wanted: Wanted,
+    data: DoorData, wanted: Wanted,
     methods: Mapping[Direction, Mapping[str, Method]] = ALL, clock: Clock = time.perf_counter,
 ) -> Context:  # fmt: skip
     """What all jobs share. Raises ModelDataError for data that cannot be folded, or an unknown split."""
@@ -84,7 +83,6 @@ def context_for(
         data=data,
         splits={kind: _folds(data, kind, wanted) for kind in kinds if _foldable(data, kind, wanted)},
         scaling=scaling_of(data),
-        side=side,
         seed=wanted.seed,
         judge=DEFAULT["forward"],
         full=wanted.split,

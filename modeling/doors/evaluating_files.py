@@ -5,17 +5,20 @@ from __future__ import annotations
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.evaluating_jobs import Clock, Context, Job
 from palpate.modeling.doors.methods import Fitted
-from palpate.modeling.doors.preparing import WISH, furthest_N
+from palpate.modeling.doors.preparing import FURTHEST_N, WISH
 from palpate.modeling.doors.registry import Direction
-from palpate.modeling.doors.side import Runs
 from palpate.signals.doors.grid import POINTS
 from palpate.signals.models.card import Port
+
+if TYPE_CHECKING:
+    from palpate.signals.models.runtime import Model
 
 ENOUGH_S, LEAST, MOST = 0.3, 5, 400
 """Single answers are timed until this much has been timed, at least and at most so many."""
@@ -31,18 +34,18 @@ class Timed:
 
 def ports(context: Context, direction: Direction) -> tuple[Port, Port]:
     """What a model of this direction takes and gives; its file refuses the same inputs as its `predict`."""
-    data, furthest = context.data, furthest_N(context.side)
+    data = context.data
     force = Port(kind="force_profile", size=POINTS, unit="N")
     ratings = Port(
         kind="ratings", size=len(data.attributes), unit="0..100", names=data.attributes, antonyms=data.antonyms,
         scale=context.scaling.rating,
     )  # fmt: skip
     if direction == "forward":
-        return force.model_copy(update={"within": (-furthest, furthest)}), ratings
+        return force.model_copy(update={"within": (-FURTHEST_N, FURTHEST_N)}), ratings
     return ratings.model_copy(update={"within": WISH}), force
 
 
-def timed(runs: Runs, given: Array, clock: Clock) -> Timed:
+def timed(runs: Model, given: Array, clock: Clock) -> Timed:
     """One answer at a time, over the rows in turn, after one that does not count."""
     runs.run(given[0])
     times: list[float] = []
@@ -68,11 +71,12 @@ def as_file(context: Context, model: Fitted, job: Job, given: Array) -> dict[str
 
 def _measured(context: Context, model: Fitted, job: Job, given: Array, folder: Path) -> dict[str, float]:
     from palpate.modeling.files.writing import write_model
+    from palpate.signals.models.file import read_model
 
     takes, gives = ports(context, job.direction)
     name = f"{job.direction}-{job.method}"
     card = write_model(folder, name, model.exported(), title=job.name, method=job.method, takes=takes, gives=gives)
-    runs = context.side.load(card)
+    runs = read_model(card)
     speed = timed(runs, given, context.clock)
     off = float(np.max(np.abs(np.asarray(runs.run(given), dtype=np.float64) - model.predict(given))))
     low, high = context.scaling.force_N

@@ -16,7 +16,6 @@ from palpate.modeling.doors.folding import Fold, held_share
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.registry import FORWARD, INVERSE, Direction
 from palpate.modeling.doors.scaling import Scaling
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.doors.training_variants import with_variants
 
 HELD = 0.15
@@ -56,7 +55,6 @@ class Context:
     data: DoorData
     splits: Mapping[str, tuple[Fold, ...]]
     scaling: Scaling
-    side: DoorSide
     seed: int
     judge: str
     full: str = "grouped"
@@ -117,7 +115,6 @@ def learning_from(
         measured=measured,
         held=own.rows(held),
         scaling=context.scaling,
-        side=context.side,
         seed=context.seed,
         settings=settings,
     )

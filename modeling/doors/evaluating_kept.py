@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from palpate.analysis.statistics.undefined import finite_or_none
 from palpate.modeling.doors.evaluating_jobs import Context, Done, Job
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.files.finished import put_down, taken_up
 from palpate.modeling.training.run_card import versions
 from palpate.protocols.code_digest import code_digest, module_of
@@ -24,9 +23,9 @@ from palpate.protocols.code_digest import code_digest, module_of
 CHECKPOINTS = "checkpoints"
 
 
-def code(side: DoorSide) -> str:
-    """SHA-256 over all that a job's result depends on, every method and the rig's side included."""
-    return code_digest("palpate.modeling.doors.evaluating_run", module_of(side), registries=True)
+def code() -> str:
+    """SHA-256 over all that a job's result depends on, every method included."""
+    return code_digest("palpate.modeling.doors.evaluating_run", registries=True)
 
 
 def key(job: Job, context: Context) -> str:
@@ -42,7 +41,7 @@ def key(job: Job, context: Context) -> str:
         "judge": context.judge,
         "settings": {name: str(value) for name, value in sorted(context.settings.items())},
         "versions": versions(),
-        "code": [code(context.side), code_digest(module_of(context.methods[job.direction][job.method].fit))],
+        "code": [code(), code_digest(module_of(context.methods[job.direction][job.method].fit))],
     }
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 

@@ -19,11 +19,11 @@ PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
 Arrays = dict[str, NDArray[Any]]
 
 
-def perceivers_for(data: DoorData, context: Context) -> Perceivers | None:
+def perceivers_for(data: DoorData) -> Perceivers | None:
     """Simulated people who never saw the data; None where its ratings come from real people, or from another study."""
     if not data.simulated:
         return None
-    people = Perceivers(context.side)
+    people = Perceivers()
     same = people.attributes == data.attributes and (people.scale.low, people.scale.high) == tuple(data.scale)
     return people if same else None
 
@@ -35,7 +35,7 @@ def made(context: Context, test: DoorData, made_N: Array, known_N: Array, judge:
     """
     wish = context.scaling.rating_up(test.rating)
     found: Arrays = {"wish": wish, **_loop(context, test, wish, made_N, judge)}
-    judgements = judged_all(made_N, known_N, context.side)
+    judgements = judged_all(made_N, known_N)
     for name in PLAUSIBLE:
         found[name] = np.array([getattr(each, name) for each in judgements])
     found["playable"] = np.array([float(each.playable) for each in judgements])
@@ -43,7 +43,7 @@ def made(context: Context, test: DoorData, made_N: Array, known_N: Array, judge:
 
 
 def _loop(context: Context, test: DoorData, wish: Array, made_N: Array, judge: Fitted) -> Arrays:
-    people = perceivers_for(test, context)
+    people = perceivers_for(test)
     if people is None:
         return {"loop_judge": judge.predict(made_N)}
     loop = loop_error(wish, made_N, judge, people, context.scaling)
@@ -55,7 +55,7 @@ def at_the_ends(
 ) -> tuple[Arrays, dict[str, float]]:
     """All corners of the sliders, and each slider alone at 10 and 90 (thesis 5.7.1)."""
     wishes = corners(len(test.attributes))
-    found = extremes(model, wishes, judge, known_N, context.side)
+    found = extremes(model, wishes, judge, known_N)
     nearest = np.array([each.nearest for each in found])
     numbers = {
         "corners": float(len(found)),
@@ -66,6 +66,6 @@ def at_the_ends(
         "corners_steepest_N_deg": max(each.plausibility.steepest_N_deg for each in found),
     }
     alone = model.predict(singles(len(test.attributes), LOW, HIGH))
-    people = perceivers_for(test, context)
+    people = perceivers_for(test)
     felt = judge.predict(alone) if people is None else context.scaling.rating_up(people.rate(alone))
     return {"corner_nearest": nearest, "alone": felt}, numbers

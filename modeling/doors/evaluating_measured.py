@@ -86,7 +86,7 @@ def _recovered(
 ) -> Recovered:
     predicted = models["forward"].predict(force_N[None])[0]
     made_N = models["inverse"].predict(np.clip(predicted, 0.0, TOP)[None])[0]
-    people = perceivers_for(context.data, context)
+    people = perceivers_for(context.data)
     felt = None if people is None else context.scaling.rating_up(people.rate(made_N[None]))[0]
     return Recovered(
         name=name,
@@ -97,7 +97,7 @@ def _recovered(
         made_N=made_N,
         again=models["forward"].predict(made_N[None])[0],
         felt=felt,
-        why=against(made_N, context.side),
+        why=against(made_N),
     )
 
 

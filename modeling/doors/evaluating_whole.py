@@ -15,7 +15,6 @@ from palpate.modeling.doors.evaluating_measured import Recovered, measured
 from palpate.modeling.doors.evaluation_overall import method_rows
 from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.registry import Direction
-from palpate.modeling.doors.side import DoorSide
 
 Row = dict[str, Any]
 
@@ -44,11 +43,11 @@ class Evaluation:
 
 
 def evaluate(
-    data: DoorData, individual: Individual | None, side: DoorSide, wanted: Wanted,
+    data: DoorData, individual: Individual | None, wanted: Wanted,
     report: Callable[[str], None] = lambda _line: None,
 ) -> Evaluation:  # fmt: skip
     """Judge every method that is wanted. Raises ModelDataError or what a method raises."""
-    context = context_for(data, side, wanted)
+    context = context_for(data, wanted)
     found = judge(context, wanted, report)
     forward, inverse = method_rows(found, "forward"), method_rows(found, "inverse")
     choices: dict[Direction, Choice] = {}

@@ -16,6 +16,7 @@ from palpate.modeling.doors.registry import THESIS
 from palpate.modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
 from palpate.modeling.report.drawn import Pictured
 from palpate.modeling.report.pictures import chosen, figure_block
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 
 ERRORS = (
     Column("title", "method"),
@@ -92,7 +93,13 @@ def inverse_section(found: Evaluation, pictured: Sequence[Pictured]) -> Section 
     rows = list(found.inverse)
     blocks: list[Block] = [
         Words(words.WISHES),
-        table("All methods on the same folds: error", rows, ERRORS, ours=ours, note=_limits(found)),
+        table(
+            "All methods on the same folds: error",
+            rows,
+            ERRORS,
+            ours=ours,
+            note=words.LIMITS.format(force=LIMIT_N, slope=STEEPEST_N_DEG),
+        ),
         table("Error and time", [_timed(row) for row in rows], TIMES, ours=ours, note=with_refusals(words.TIMES, rows)),
         *(figure_block(each) for each in chosen(pictured, "work_precision_inverse", "made_profiles")),
         *_loop(found),
@@ -110,11 +117,6 @@ def _timed(row: Row) -> Row:
     """The row with the loop error that counts, and the time of an answer where there is no file to take it from."""
     loop = row["loop_judge"] if row["loop_fresh"] is None else row["loop_fresh"]
     return {**row, "loop": loop, "without_file_ms": row["trained_ms"] if row["file_ms"] is None else None}
-
-
-def _limits(found: Evaluation) -> str:
-    side = found.judged.context.side
-    return words.LIMITS.format(force=side.limit_N, slope=side.steepest_N_deg)
 
 
 def _title(found: Evaluation, method: str) -> str:
@@ -221,6 +223,8 @@ def _plausibility(found: Evaluation, ours: str) -> list[Block]:
     made = [plausible_row(each) for each in methods]
     return [
         Heading("Could it be a door?", "plausibility"),
-        table("Made profiles", made, PLAUSIBLE, ours=ours, note=_limits(found)),
+        table(
+            "Made profiles", made, PLAUSIBLE, ours=ours, note=words.LIMITS.format(force=LIMIT_N, slope=STEEPEST_N_DEG)
+        ),
         table("All corners: every slider at 0 or 100", corner_rows(methods), CORNERS, ours=ours, note=words.CORNERS),
     ]

@@ -159,7 +159,7 @@ def as_json(found: Evaluation) -> dict[str, Any]:
         "settings": {name: str(value) for name, value in context.settings.items()},
         "scaling": {"force_N": list(context.scaling.force_N), "rating": list(context.scaling.rating)},
         "software": versions(),
-        "code": code(context.side),
+        "code": code(),
         "seconds": judged.seconds,
         "jobs": judged.jobs,
         "jobs_kept": judged.taken,

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from palpate.modeling.columns import Standard, standard_of
 from palpate.modeling.doors.data import Array
-from palpate.modeling.doors.methods import Learning
-from palpate.modeling.doors.preparing import Rows, checked_forces, furthest_N
-from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.doors.preparing import Rows, checked_forces
+from palpate.signals.doors.model_features import FEATURES, features
 from palpate.signals.models.card import Affine, DoorFeatures, Step
 
 
@@ -20,18 +19,16 @@ class Featured:
     A feature that was constant in training becomes 0: nothing is known of its effect.
     """
 
-    side: DoorSide
     standard: Standard
-    furthest_N: float
 
     def __call__(self, force_N: Array) -> Array:
         """Raises ModelDataError for profiles that are none."""
-        return self.standard(self.side.features(checked_forces(force_N, self.furthest_N)))
+        return self.standard(features(checked_forces(force_N)))
 
     @property
     def steps(self) -> tuple[Step, ...]:
         """The same as steps of a card."""
-        return DoorFeatures(names=tuple(self.side.feature_names)), Affine(gain="feature_gain", offset="feature_offset")
+        return DoorFeatures(names=FEATURES), Affine(gain="feature_gain", offset="feature_offset")
 
     @property
     def tensors(self) -> Mapping[str, Array]:
@@ -39,8 +36,8 @@ class Featured:
         return {"feature_gain": self.standard.gain, "feature_offset": self.standard.offset}
 
 
-def featured(learning: Learning, rows: Rows) -> tuple[Featured, Array]:
+def featured(rows: Rows) -> tuple[Featured, Array]:
     """The way to the features, fitted to these rows, and their standardised features (n, features)."""
-    raw = learning.side.features(rows.force_N)
+    raw = features(rows.force_N)
     standard = standard_of(raw)
-    return Featured(learning.side, standard, furthest_N(learning.side)), standard(raw)
+    return Featured(standard), standard(raw)

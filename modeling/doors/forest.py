@@ -47,7 +47,7 @@ def fit(learning: Learning) -> Forest:
     from sklearn.ensemble import RandomForestRegressor
 
     rows = rows_of(learning, "train", least=2)
-    front, z = featured(learning, rows)
+    front, z = featured(rows)
     grown = RandomForestRegressor(
         TREES, min_samples_leaf=LEAST_IN_LEAF, max_features=1 / 3, random_state=learning.seed % 2**32, n_jobs=1
     ).fit(z, rows.rating)

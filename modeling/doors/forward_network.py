@@ -13,7 +13,7 @@ from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
 from palpate.modeling.doors.networks import ForceToPerception
-from palpate.modeling.doors.preparing import Rows, checked_forces, furthest_N
+from palpate.modeling.doors.preparing import Rows, checked_forces
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded
@@ -35,12 +35,11 @@ class FeltThrough:
     """A trained network from forces in newtons to ratings on 0..100, and how its training went."""
 
     network: nn.Sequential
-    furthest_N: float
     trained: Trained
 
     def predict(self, given: Array) -> Array:
         """(n, 621) newtons to (n, attributes) on 0..100. Raises ModelDataError for profiles that are none."""
-        return answers(self.network, checked_forces(given, self.furthest_N))
+        return answers(self.network, checked_forces(given))
 
     def exported(self) -> Exported:
         """The network as steps and float32 tensors."""
@@ -63,7 +62,7 @@ def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings:
     watched = None if held is None else _pairs(held)
     trained = train(network, _pairs(rows), watched, huber, asked, report=learning.report)
     network.zero_grad(set_to_none=True)
-    return FeltThrough(network, furthest_N(learning.side), trained)
+    return FeltThrough(network, trained)
 
 
 def huber(answer: Tensor, target: Tensor) -> Tensor:

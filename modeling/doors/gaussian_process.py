@@ -74,7 +74,7 @@ class GaussianProcess:
 def fit(learning: Learning) -> GaussianProcess:
     """Squared exponential kernel and white noise on standardised features and ratings."""
     rows = rows_of(learning, least=2)
-    front, z = featured(learning, rows)
+    front, z = featured(rows)
     standard = standard_of(rows.rating)
     process = process_of(z, standard(rows.rating))
     learning.report(f"gaussian_process: length {process.length:.3g}, noise {process.noise:.3g} of the variance")

@@ -24,11 +24,11 @@ from palpate.modeling.doors.generator_networks import Generator, How, Layers, Si
 from palpate.modeling.doors.generator_shapes import Code, code_of, opened, plausible
 from palpate.modeling.doors.generator_teacher import Teacher, foreign_to
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.preparing import checked_wishes, on_one_thread, rows_of
+from palpate.modeling.doors.preparing import PLAYABLE, checked_wishes, on_one_thread, rows_of
 from palpate.modeling.doors.scaling import TOP
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.files.exported import Exported
-from palpate.signals.models.card import Activation, Affine, Clip, Dense, Playable
+from palpate.signals.doors.limits import bounded_profiles
+from palpate.signals.models.card import Activation, Affine, Clip, Dense
 
 STRAY = 0.3
 """SD by which half of the generator's own codes are moved before they are rated: the student sees around them."""
@@ -62,11 +62,10 @@ QUICK = Recipe(
 
 @dataclass(frozen=True)
 class Generated:
-    """A fitted generator: its layers, what its codes mean, and the limits of a door."""
+    """A fitted generator: its layers, and what its codes mean."""
 
     layers: Layers
     code: Code
-    side: DoorSide
 
     def predict(self, given: Array) -> Array:
         """(n, attributes) on 0..100 to (n, 621) newtons within the limits; a wish beyond 0..100 counts as its end.
@@ -74,7 +73,7 @@ class Generated:
         Raises ModelDataError for wishes that are not finite or far off the scale.
         """
         wish = checked_wishes(given, self.layers.numbers[0][0].shape[1])
-        return np.array([self.side.bounded(force) for force in self.code.decoded(self.layers.code(wish))])
+        return bounded_profiles(self.code.decoded(self.layers.code(wish)))
 
     def exported(self) -> Exported:
         """Clip, scale, three dense layers each with tanh, one more that decodes, and the limits."""
@@ -83,8 +82,7 @@ class Generated:
         for number, (weight, bias) in enumerate(self.layers.numbers, start=1):
             tensors |= {f"weight_{number}": weight, f"bias_{number}": bias}
             steps += [Dense(weight=f"weight_{number}", bias=f"bias_{number}"), Activation(function="tanh")]
-        limits = Playable(force_N=self.side.limit_N, slope_N_deg=self.side.steepest_N_deg)
-        return Exported((*steps, Dense(weight="decode", bias="mean"), limits), tensors)
+        return Exported((*steps, Dense(weight="decode", bias="mean"), PLAYABLE), tensors)
 
 
 @on_one_thread
@@ -101,13 +99,13 @@ def fit_by(recipe: Recipe, learning: Learning) -> Generated:
     if learning.forward is None:
         raise ModelDataError("the generator learns from a forward model; none was given (needs_forward).")
     rows = rows_of(learning, least=2)
-    doors = opened(rows.force_N, learning.side)
+    doors = opened(rows.force_N)
     profiles = np.r_[doors, plausible(doors, recipe.profiles, _chance(learning.seed, 1))]
     code = code_of(profiles, recipe.components)
-    teacher = Teacher(learning.forward, foreign_to(rows.force_N, learning.side), code)
+    teacher = Teacher(learning.forward, foreign_to(rows.force_N), code)
     first = np.clip(code.encoded(profiles), -recipe.span, recipe.span)
     how = How(learning.seed, **_given(learning.settings), report=learning.report)
-    return Generated(_trained(recipe, teacher, first, rows.rating, how), code, learning.side)
+    return Generated(_trained(recipe, teacher, first, rows.rating, how), code)
 
 
 def _trained(recipe: Recipe, teacher: Teacher, codes: Array, had: Array, how: How) -> Layers:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import Generator
 
 from palpate.modeling.doors.data import Array, ModelDataError
-from palpate.modeling.doors.side import DoorSide
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
+from palpate.signals.doors.limits import bounded_profiles
 
 MIXED = 3
 """At most so many measured profiles are mixed."""
@@ -41,12 +41,12 @@ class Code:
         return code
 
 
-def opened(force_N: Array, side: DoorSide) -> Array:
+def opened(force_N: Array) -> Array:
     """Profiles (n, 621) as doors that open all the way, within the limits: the last force goes on to the end.
 
     Zeros behind the end of a motion are padding; mixed with other doors they would become a step in the force.
     """
-    return np.array([side.bounded(_filled(profile)) for profile in force_N])
+    return bounded_profiles(np.array([_filled(profile) for profile in force_N]))
 
 
 def plausible(doors: Array, count: int, chance: Generator) -> Array:

@@ -10,7 +10,8 @@ from palpate.modeling.columns import Standard, standard_of
 from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.generator_shapes import Code
 from palpate.modeling.doors.methods import Fitted
-from palpate.modeling.doors.side import DoorSide
+from palpate.signals.doors.limits import bounded_profiles
+from palpate.signals.doors.model_features import features
 
 SHRINK = 0.1
 """Added to the variance of every standardised feature, so that 72 doors tell about forty of them."""
@@ -26,25 +27,24 @@ class Foreign:
     where a model of these features begins to guess (Hoaglin and Welsch 1978). `usual` is the median of the measured.
     """
 
-    side: DoorSide
     standard: Standard
     inverse: Array
     usual: float
 
     def __call__(self, force_N: Array) -> Array:
         """(n, 621) newtons to (n,), at most MOST_FOREIGN."""
-        distance = _distance(self.standard(self.side.features(force_N)), self.inverse)
+        distance = _distance(self.standard(features(force_N)), self.inverse)
         return np.minimum(distance / self.usual, MOST_FOREIGN)
 
 
-def foreign_to(measured_N: Array, side: DoorSide) -> Foreign:
+def foreign_to(measured_N: Array) -> Foreign:
     """The measure for these measured profiles (n, 621)."""
-    raw = side.features(measured_N)
+    raw = features(measured_N)
     standard = standard_of(raw)
     z = standard(raw)
     inverse = np.asarray(np.linalg.inv(z.T @ z / len(z) + SHRINK * np.eye(z.shape[1])), dtype=np.float64)
     usual = float(np.median(_distance(z, inverse)))
-    return Foreign(side, standard, inverse, usual if usual > 0 else 1.0)
+    return Foreign(standard, inverse, usual if usual > 0 else 1.0)
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,7 @@ class Teacher:
 
     def profiles(self, code: Array) -> Array:
         """(n, components) to (n, 621) newtons within the limits."""
-        bounded = self.foreign.side.bounded
-        return np.array([bounded(force) for force in self.code.decoded(code)])
+        return bounded_profiles(self.code.decoded(code))
 
     def says(self, code: Array) -> Array:
         """(n, components) to (n, attributes + 1): ratings on 0..100, and how foreign the profile is."""

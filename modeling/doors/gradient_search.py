@@ -21,9 +21,9 @@ from palpate.modeling.doors.data import Array, ModelDataError
 from palpate.modeling.doors.forward_network import FeltThrough
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.training.seeding import training_state
+from palpate.signals.doors.limits import bounded_profiles
 
 RATING_SD = 3.0
 """On 0..100: about what the mean of twenty raters scatters by."""
@@ -72,7 +72,6 @@ class Searching:
     reach: float
     drawn: Array
     steps: tuple[int, int]
-    side: DoorSide
 
     def predict(self, given: Array) -> Array:
         """(n, attributes) on 0..100 to (n, 621) newtons within what may be played.
@@ -81,7 +80,7 @@ class Searching:
         """
         wish = checked_wishes(given, self.rating.shape[1])
         parts = [self._found(wish[at : at + AT_ONCE]) for at in range(0, len(wish), AT_ONCE)]
-        return np.array([self.side.bounded(force) for force in self.codes.decoded(np.concatenate(parts))])
+        return bounded_profiles(self.codes.decoded(np.concatenate(parts)))
 
     def exported(self) -> Exported:
         """Raises ModelDataError: a search needs gradients, and the runtime of model files has none."""
@@ -156,7 +155,7 @@ def fit(learning: Learning) -> Searching:
     drawn: Array = Generator(PCG64(SeedSequence([learning.seed]))).standard_normal((code.shape[1],))
     steps = QUICK if learning.settings.get("quick") else (FIRST, MORE)
     reach = float(np.linalg.norm(code, axis=1).max())
-    return Searching(learning.forward.network, codes, rows.rating, code, reach, drawn, steps, learning.side)
+    return Searching(learning.forward.network, codes, rows.rating, code, reach, drawn, steps)
 
 
 SEARCH = Method(

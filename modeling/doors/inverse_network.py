@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import cast
 
-import numpy as np
 import torch
 from torch import nn
 from torch.nn.functional import mse_loss
@@ -16,16 +15,16 @@ from palpate.modeling.doors.forward_network import FeltThrough
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
 from palpate.modeling.doors.networks import ATTRIBUTES, ForceToPerception, PerceptionToForce
-from palpate.modeling.doors.preparing import Rows, checked_wishes
+from palpate.modeling.doors.preparing import PLAYABLE, Rows, checked_wishes
 from palpate.modeling.doors.scaling import TOP, Scaling
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Pairs, pairs
 from palpate.signals.doors.grid import POINTS
-from palpate.signals.models.card import Affine, Playable
+from palpate.signals.doors.limits import bounded_profiles
+from palpate.signals.models.card import Affine
 
 SETTINGS = Settings(
     epochs=200, batch=8, learning_rate=1e-4, least_rate=1e-6, plateau_patience=None, stop_patience=6, every_epochs=10
@@ -40,20 +39,18 @@ class MadeThrough:
 
     network: nn.Sequential
     scaling: Scaling
-    side: DoorSide
     trained: Trained
 
     def predict(self, given: Array) -> Array:
         """(n, 7) on 0..100 to (n, 621) newtons within what may be played. Raises ModelDataError for other ratings."""
         scaled = answers(self.network, checked_wishes(given, ATTRIBUTES))
-        return np.array([self.side.bounded(force) for force in self.scaling.force_down(scaled)])
+        return bounded_profiles(self.scaling.force_down(scaled))
 
     def exported(self) -> Exported:
         """The network as steps and float32 tensors, then to newtons and within what may be played."""
         low, high = self.scaling.force_N
         newtons = Affine(gain=(high - low) / TOP, offset=low)
-        limits = Playable(force_N=self.side.limit_N, slope_N_deg=self.side.steepest_N_deg)
-        return exported_network(self.network, newtons, limits)
+        return exported_network(self.network, newtons, PLAYABLE)
 
 
 def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
@@ -76,7 +73,7 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
     watched = None if held is None else _pairs(held, learning.scaling)
     trained = train(network, _pairs(rows, learning.scaling), watched, mse_loss, asked, report=learning.report)
     network.zero_grad(set_to_none=True)
-    return MadeThrough(network, learning.scaling, learning.side, trained)
+    return MadeThrough(network, learning.scaling, trained)
 
 
 def _forward(learning: Learning) -> FeltThrough:

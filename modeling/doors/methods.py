@@ -10,7 +10,6 @@ import numpy as np
 
 from palpate.modeling.doors.data import Array, DoorData, ModelDataError
 from palpate.modeling.doors.scaling import Scaling
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.files.exported import Exported
 
 
@@ -38,7 +37,6 @@ class Learning:
     measured: DoorData
     held: DoorData
     scaling: Scaling
-    side: DoorSide
     seed: int
     settings: Mapping[str, Any] = field(default_factory=dict)
     """Epochs, threads, checkpoint folder: what the caller wants of the training, by name (see training/settings.py)."""

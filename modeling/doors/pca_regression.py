@@ -12,32 +12,27 @@ from palpate.modeling.doors.components import components_of
 from palpate.modeling.doors.data import Array, Indices
 from palpate.modeling.doors.linear import PENALTIES, Linear, path_of
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.preparing import Rows, checked_wishes, inner_folds, on_one_thread, rows_of
-from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.doors.preparing import PLAYABLE, Rows, checked_wishes, inner_folds, on_one_thread, rows_of
 from palpate.modeling.files.exported import Exported
-from palpate.signals.models.card import Playable
+from palpate.signals.doors.limits import bounded_profiles
 
 COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)
 
 
 @dataclass(frozen=True)
 class Regressed:
-    """A linear model from ratings to newtons, and the limits of what may be played."""
+    """A linear model from ratings to newtons, within the limits of what may be played."""
 
     linear: Linear
-    side: DoorSide
 
     def predict(self, given: Array) -> Array:
         """(n, attributes) on 0..100 to (n, 621) newtons within the limits."""
-        return np.array([self.side.bounded(force) for force in self.linear.predict(given)])
+        return bounded_profiles(self.linear.predict(given))
 
     def exported(self) -> Exported:
         """One dense step, then the limits."""
-        dense, limits = (
-            self.linear.exported(),
-            Playable(force_N=self.side.limit_N, slope_N_deg=self.side.steepest_N_deg),
-        )
-        return Exported((*dense.steps, limits), dense.tensors)
+        dense = self.linear.exported()
+        return Exported((*dense.steps, PLAYABLE), dense.tensors)
 
 
 @on_one_thread
@@ -52,7 +47,7 @@ def fit(learning: Learning) -> Regressed:
     weight = (path_of(z, found.codes(rows.force_N)).weights(penalty) @ found.directions).T
     check = partial(checked_wishes, attributes=rows.rating.shape[1])
     linear = Linear(weight * standard.gain, found.mean + weight @ standard.offset, check)
-    return Regressed(linear, learning.side)
+    return Regressed(linear)
 
 
 def _chosen(z: Array, rows: Rows) -> tuple[int, float]:

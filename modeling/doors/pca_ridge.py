@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
 from palpate.modeling.doors.components import components_of
 from palpate.modeling.doors.data import Array, Indices
 from palpate.modeling.doors.linear import PENALTIES, Linear, path_of
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.preparing import Rows, checked_forces, furthest_N, inner_folds, on_one_thread, rows_of
+from palpate.modeling.doors.preparing import Rows, checked_forces, inner_folds, on_one_thread, rows_of
 
 COMPONENTS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40)
 
@@ -25,9 +23,7 @@ def fit(learning: Learning) -> Linear:
     codes = found.codes(rows.force_N)
     path = path_of(codes / _size(codes), rows.rating)
     weight = path.weights(penalty).T @ found.directions / _size(codes)
-    return Linear(
-        weight, path.y_mean - weight @ found.mean, partial(checked_forces, furthest=furthest_N(learning.side))
-    )
+    return Linear(weight, path.y_mean - weight @ found.mean, checked_forces)
 
 
 def _chosen(rows: Rows) -> tuple[int, float]:

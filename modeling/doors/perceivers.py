@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -11,11 +10,11 @@ import numpy as np
 
 from palpate.modeling.doors.data import Array, ModelDataError
 from palpate.modeling.doors.methods import as_rows
-from palpate.modeling.doors.side import DoorSide
 from palpate.protocols.keyed import Key
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import ParticipantRow, compile_plan
 from palpate.protocols.study import Scale, Study
+from palpate.signals.doors.features import as_profile, describe
 from palpate.signals.doors.grid import POINTS
 from palpate.studies.catalogue import SHIPPED, read_study
 
@@ -38,7 +37,6 @@ class Perceivers:
     nor what else is rated changes an answer.
     """
 
-    side: DoorSide
     people: int = PEOPLE
     seed: int = 1
     study: Study = field(default_factory=door_ratings)
@@ -87,5 +85,5 @@ class Perceivers:
         return mean
 
     def _latents(self, profile: Array) -> list[float]:
-        columns: Mapping[str, float] = self.side.described(profile)
+        columns = describe(as_profile(profile))
         return [self.persons[0].latent_of(attribute, columns) for attribute in self.attributes]

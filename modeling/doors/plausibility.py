@@ -8,8 +8,8 @@ import numpy as np
 
 from palpate.modeling.doors.data import Array, ModelDataError
 from palpate.modeling.doors.methods import as_rows
-from palpate.modeling.doors.side import DoorSide
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, refusal
 
 ROUNDING = 1e-9
 """How far beyond a limit a profile may lie by rounding, as a share of the limit."""
@@ -39,22 +39,22 @@ class Plausibility:
         return self.why is None
 
 
-def judged(force_N: Array, measured_N: Array, side: DoorSide) -> Plausibility:
+def judged(force_N: Array, measured_N: Array) -> Plausibility:
     """The judgement of one profile (621,) in newtons beside measured ones (n, 621), at least two of them distinct.
 
     Raises ModelDataError for a profile that is none.
     """
-    return judged_all(as_rows(force_N, POINTS, "made profile"), measured_N, side)[0]
+    return judged_all(as_rows(force_N, POINTS, "made profile"), measured_N)[0]
 
 
-def judged_all(force_N: Array, measured_N: Array, side: DoorSide) -> tuple[Plausibility, ...]:
+def judged_all(force_N: Array, measured_N: Array) -> tuple[Plausibility, ...]:
     """As `judged`, for profiles (n, 621)."""
     made = as_rows(force_N, POINTS, "made profiles")
     measured = np.unique(as_rows(measured_N, POINTS, "measured profiles"), axis=0)
     if len(measured) < 2:
         raise ModelDataError(f"{len(measured)} distinct measured profile: distances among them need at least two.")
     among = np.array([np.delete(distances_N(each, measured), at).min() for at, each in enumerate(measured)])
-    return tuple(_judged(profile, measured, among, side) for profile in made)
+    return tuple(_judged(profile, measured, among) for profile in made)
 
 
 def distances_N(profile: Array, others: Array) -> Array:
@@ -68,17 +68,17 @@ def work_J_m(profile: Array) -> float:
     return float(np.trapezoid(profile, dx=np.radians(1 / POINTS_PER_DEG)))
 
 
-def against(profile: Array, side: DoorSide) -> str | None:
+def against(profile: Array) -> str | None:
     """What speaks against playing a profile (621,): a limit that it breaks, or why the door refuses it; else None."""
     force, slope = _greatest(profile), _steepest(profile)
-    if force > side.limit_N * (1 + ROUNDING):
-        return f"a force of {force:.1f} N; at most {side.limit_N:g} N may be made"
-    if slope > side.steepest_N_deg * (1 + ROUNDING):
-        return f"a change of {slope:.1f} N/deg; at most {side.steepest_N_deg:g} N/deg may be made"
-    return side.refusal(profile)
+    if force > LIMIT_N * (1 + ROUNDING):
+        return f"a force of {force:.1f} N; at most {LIMIT_N:g} N may be made"
+    if slope > STEEPEST_N_DEG * (1 + ROUNDING):
+        return f"a change of {slope:.1f} N/deg; at most {STEEPEST_N_DEG:g} N/deg may be made"
+    return refusal(profile)
 
 
-def _judged(profile: Array, measured: Array, among: Array, side: DoorSide) -> Plausibility:
+def _judged(profile: Array, measured: Array, among: Array) -> Plausibility:
     distance = float(distances_N(profile, measured).min())
     return Plausibility(
         greatest_N=_greatest(profile),
@@ -86,7 +86,7 @@ def _judged(profile: Array, measured: Array, among: Array, side: DoorSide) -> Pl
         work_J_m=work_J_m(profile),
         distance_N=distance,
         beyond=float(np.mean(among < distance)),
-        why=against(profile, side),
+        why=against(profile),
     )
 
 

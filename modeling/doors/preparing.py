@@ -12,13 +12,16 @@ import numpy as np
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.modeling.doors.data import Array, DoorData, Indices, ModelDataError
 from palpate.modeling.doors.methods import Learning, as_rows
-from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.doors.sources import source_groups
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
+from palpate.signals.models.card import Playable
 
 INNER_FOLDS = 5
-LIMITS = 10.0
-"""A profile with a force beyond this many times what the door may be told to play is refused: it was never felt."""
+FURTHEST_N = 10.0 * LIMIT_N
+"""A profile with a force beyond ten times what may be made, either way, is refused: it was never felt."""
+PLAYABLE = Playable(force_N=LIMIT_N, slope_N_deg=STEEPEST_N_DEG)
+"""The last step of a model that makes profiles: the limits of what may be made."""
 WISH = (-100.0, 200.0)
 """Ratings beyond these are refused: the scale is 0..100."""
 STIMULI = ("measured", "train")
@@ -61,25 +64,20 @@ def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> Ro
     data: DoorData = getattr(learning, which)
     if len(data) < least:
         raise ModelDataError(f"the training side has {len(data)} stimuli; at least {least} are needed.")
-    force = checked_forces(data.force_N, furthest_N(learning.side))
+    force = checked_forces(data.force_N)
     rating = learning.scaling.rating_up(as_rows(data.rating, len(data.attributes), "ratings"))
     order = _order(force, rating, data)
     return Rows(force[order], rating[order], source_groups(data.rows(order)))
 
 
-def furthest_N(side: DoorSide) -> float:
-    """The greatest force, either way, that a model answers to."""
-    return LIMITS * side.limit_N
-
-
-def checked_forces(force_N: Array, furthest: float) -> Array:
-    """(n, 621) finite newtons as float64. Raises ModelDataError that names the row otherwise or beyond `furthest`."""
+def checked_forces(force_N: Array) -> Array:
+    """(n, 621) finite newtons as float64. Raises ModelDataError that names the row otherwise or beyond FURTHEST_N."""
     force = as_rows(force_N, POINTS, "force profiles")
-    if (bad := np.argwhere(np.abs(force) > furthest)).size:
+    if (bad := np.argwhere(np.abs(force) > FURTHEST_N)).size:
         row, place = bad[0]
         raise ModelDataError(
             f"force profiles: row {row + 1} holds {force[row, place]:g} N at {place / POINTS_PER_DEG:g} deg; no door "
-            f"is opened with more than {furthest:g} N. Mend the spike or leave the profile out."
+            f"is opened with more than {FURTHEST_N:g} N. Mend the spike or leave the profile out."
         )
     return force
 

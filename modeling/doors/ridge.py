@@ -36,7 +36,7 @@ class Ridge:
 def fit(learning: Learning) -> Ridge:
     """The penalty is that of least squared error over inner folds grouped by source."""
     rows = rows_of(learning, least=2)
-    front, z = featured(learning, rows)
+    front, z = featured(rows)
     penalty = best_penalty(z, rows.rating, rows.group)
     path = path_of(z, rows.rating)
     weights = path.weights(penalty)

@@ -32,7 +32,7 @@ def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
 
 def playable(step: Playable, form: Form, at: At) -> Built:
     """Every profile within the limits."""
-    from palpate.signals.doors.playable import bounded
+    from palpate.signals.doors.limits import bounded
 
     _require_profile(form, at)
 

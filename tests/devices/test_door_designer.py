@@ -12,7 +12,7 @@ from palpate.devices.door.designer import Designer, designer_for, smoothed
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.writing import write_model
 from palpate.signals.doors.grid import DoorDataError
-from palpate.signals.doors.playable import LIMIT_N, STEEPEST_N_DEG
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from palpate.signals.models.card import Affine, Clip, Dense, Playable, Port
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import read_model

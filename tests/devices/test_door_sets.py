@@ -10,7 +10,7 @@ from palpate.devices.door.commands import doors
 from palpate.devices.door.making import Doors, maker_for
 from palpate.devices.door.sets import differences, make
 from palpate.signals.doors.grid import DoorDataError
-from palpate.signals.doors.playable import LIMIT_N, STEEPEST_N_DEG
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from palpate.studies.catalogue import SHIPPED
 
 MADE = ("door_adjectives", "door_capture", "door_matching")

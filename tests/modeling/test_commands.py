@@ -8,9 +8,9 @@ from click.testing import CliRunner
 
 from palpate import command_line
 from palpate.command_line import Sides
-from palpate.devices.door.side import DoorSide
 from palpate.modeling.commands import evaluate, train
 from palpate.modeling.files.evaluation_folder import RESULTS
+from palpate.signals.models.file import read_model
 from palpate.studies.catalogue import SHIPPED
 from tests.modeling.doors.evaluated_small import small_data
 
@@ -67,10 +67,9 @@ def test_train_writes_two_models_that_the_rig_reads_with_metrics_interval_and_ru
     assert card["metrics"]["mae"] > 0
     assert card["training"]["data"]["data"] == small_digest(table)
     assert card["training"]["versions"]["numpy"]
-    side = DoorSide()
-    answers = side.load(models / "door-perception.json").run(small_data().force_N)
+    answers = read_model(models / "door-perception.json").run(small_data().force_N)
     assert answers.shape == (15, 7)
-    assert side.load(models / "door-force.json").run([50.0] * 7).shape == (621,)
+    assert read_model(models / "door-force.json").run([50.0] * 7).shape == (621,)
 
 
 def small_digest(table):

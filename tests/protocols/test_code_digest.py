@@ -121,9 +121,11 @@ def test_a_partial_is_of_the_module_of_its_function():
             {"palpate.studies.session", "palpate.devices.window.presenter", "palpate.devices.render.commands"},
         ),
         (
-            {"modules": ("palpate.modeling.doors.evaluating_run", "palpate.devices.door.side"), "registries": True},
+            {"modules": ("palpate.modeling.doors.evaluating_run",), "registries": True},
             {
                 "palpate.signals.doors.features",
+                "palpate.signals.doors.limits",
+                "palpate.signals.models.file",
                 "palpate.modeling.doors.ridge",
                 "palpate.modeling.training.loop",
                 "palpate.analysis.statistics",

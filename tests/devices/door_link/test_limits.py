@@ -1,12 +1,16 @@
 import csv
 import math
+from pathlib import Path
 
 import pytest
 
+from palpate.devices.door.link.device import Settings, make
 from palpate.devices.door.link.limits import Limits, ProfileRefused, profile_for_door
 from palpate.signals.doors.grid import POINTS
+from palpate.signals.doors.limits import refusal
 from palpate.signals.doors.profile_file import read_profile
 from palpate.studies.catalogue import SHIPPED
+from tests.signals.doors.test_limits import REFUSED
 
 DOORS = SHIPPED / "door_ratings"
 FLAT = [10.0] * POINTS
@@ -56,3 +60,11 @@ def test_a_profile_at_the_limit_is_allowed():
     profile_for_door([60.0] * POINTS, 1.0, Limits())
     with pytest.raises(ProfileRefused):
         profile_for_door([60.0] * POINTS, 1.0, Limits(torque_Nm=59.9))
+
+
+@pytest.mark.parametrize(("force", "words"), REFUSED)
+def test_a_twin_that_is_set_up_by_default_refuses_what_the_default_limits_do(force, words):
+    door = make("door", Settings(kind="door", driver="twin"), Path())
+    with pytest.raises(ProfileRefused) as refused:
+        door.check(force.tolist(), "the profile")
+    assert str(refused.value) == refusal(force) == f"the profile: {words}"

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from palpate.devices.door.side import DoorSide
 from palpate.devices.door.stimuli import profile_text
 from palpate.devices.models import finding
 from palpate.devices.models.commands import models, predict
+from palpate.signals.doors.limits import refusal
 from palpate.signals.doors.profile_file import read_profile
 from tests.signals.models.cards import FORCE, RATINGS, edited, feeling, saved, shape
 
@@ -178,7 +178,7 @@ def test_a_wish_becomes_a_profile_that_the_door_accepts(lab):
     assert printed.stdout == Path("a/made.csv").read_text()
     force = np.array(read_profile("a/made.csv"))
     np.testing.assert_allclose(force, 1 + 4 + np.arange(621) * 0.03, atol=5e-5)
-    assert DoorSide().refusal(force) is None
+    assert refusal(force) is None
     assert printed.stderr == ""
 
 

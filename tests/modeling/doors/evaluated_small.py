@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.devices.door.side import DoorSide
 from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.evaluating import Wanted
@@ -21,7 +20,6 @@ from palpate.modeling.files.exported import Exported
 from palpate.signals.models.card import Nearest
 from palpate.studies.catalogue import SHIPPED
 
-SIDE = DoorSide()
 ATTRIBUTES = ("Easy-to-pull", "Damped", "Consistent", "Pleasant", "New", "Comfort", "Luxurious")
 ANTONYMS = ("Hard-to-pull", "Recoiling", "Stepwise", "Unpleasant", "Old", "Discomfort", "Cheap")
 DOORS, VARIANTS = ("BC3", "FORD", "K8"), ("g0", "g1", "g4", "g8", "g12")

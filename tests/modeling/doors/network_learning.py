@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.devices.door.side import DoorSide
 from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.scaling import scaling_of
@@ -48,7 +47,7 @@ def learning(train=None, held=None, forward=None, seed=5, **settings):
     train = data_of(SEEN) if train is None else train
     held = data_of(UNSEEN) if held is None else held
     return Learning(
-        train=train, measured=train, held=held, scaling=scaling_of(train), side=DoorSide(), seed=seed,
+        train=train, measured=train, held=held, scaling=scaling_of(train), seed=seed,
         settings={"threads": 1, **settings}, forward=forward,
     )  # fmt: skip
 

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.doors.models import AREA, Found, cases
 from palpate.analysis.measuring.rows import MEASURED, measure
-from tests.modeling.doors.evaluated_small import SIDE, small_rated, wanted
+from tests.modeling.doors.evaluated_small import small_rated, wanted
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.needs("torch")
 def rows():
     """The rows of two cheap methods: each case is measured while the models lie there, as the bench does."""
     asked = wanted("mean ridge", "nearest", folds=2, quick=True)
-    return [measure(case) for case in cases(True, SIDE, asked, small_rated())]
+    return [measure(case) for case in cases(True, asked, small_rated())]
 
 
 def test_every_figure_is_measured(rows):
@@ -56,7 +56,7 @@ def test_a_training_stands_with_its_methods_error_and_the_seconds_that_it_took(r
 def test_a_method_without_a_file_has_the_time_of_its_trained_model(monkeypatch):
     monkeypatch.setattr(Found, "model", lambda *_: None)
     asked = wanted("mean", "nearest", folds=2, quick=True)
-    of_mean = [case for case in cases(True, SIDE, asked, small_rated()) if case.method == "mean (no file)"]
+    of_mean = [case for case in cases(True, asked, small_rated()) if case.method == "mean (no file)"]
     row = measure(of_mean[0])
     assert row.case == "force to feeling" and row.runs == 1 and 0 < row.seconds < 0.1
 
@@ -64,7 +64,7 @@ def test_a_method_without_a_file_has_the_time_of_its_trained_model(monkeypatch):
 def test_nothing_stays_behind(tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
-    left = cases(True, SIDE, wanted("mean", folds=2, quick=True), small_rated())
+    left = cases(True, wanted("mean", folds=2, quick=True), small_rated())
     next(left)
     left.close()
     assert list(Path(tmp_path).iterdir()) == []

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from palpate.devices.door.side import DoorSide
 from palpate.modeling.doors.corners import corners, extremes, singles, unplayable
 
 ANGLE = np.arange(621) / 10
@@ -39,14 +38,14 @@ def test_a_single_slider_leaves_the_others_in_the_middle():
 
 def test_a_wish_that_cannot_be_had_comes_with_the_nearest_door_found():
     wishes = np.array([[10.0, 50.0], [100.0, 50.0], [100.0, 0.0]])
-    found = extremes(Lines(0.5), wishes, Reads(), MEASURED, DoorSide())
+    found = extremes(Lines(0.5), wishes, Reads(), MEASURED)
     assert [each.had for each in found] == [True, True, False] and unplayable(found) == 0
     assert found[2].nearest.tolist() == [100, 45]
     assert found[2].plausibility.distance_N == pytest.approx(36)
 
 
 def test_a_door_that_does_not_play_is_counted_and_says_why():
-    found = extremes(Lines(0.61), np.array([[100.0, 50.0], [10.0, 50.0]]), Reads(), MEASURED, DoorSide())
+    found = extremes(Lines(0.61), np.array([[100.0, 50.0], [10.0, 50.0]]), Reads(), MEASURED)
     assert unplayable(found) == 1
     assert found[0].plausibility.why == "a force of 61.0 N; at most 60 N may be made"
     assert found[0].nearest.tolist() == [100, 45]

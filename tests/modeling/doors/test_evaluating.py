@@ -12,13 +12,13 @@ from palpate.modeling.doors.evaluating_floors import floors
 from palpate.modeling.doors.evaluating_kept import key, load
 from palpate.modeling.doors.evaluating_whole import evaluate
 from palpate.modeling.doors.evaluation_results import as_json, tables
-from tests.modeling.doors.evaluated_small import METHODS, SIDE, small_data, wanted
+from tests.modeling.doors.evaluated_small import METHODS, small_data, wanted
 
 pytestmark = pytest.mark.needs("torch")
 
 
 def judged(data, asked):
-    return judge(context_for(data, SIDE, asked, METHODS), asked)
+    return judge(context_for(data, asked, METHODS), asked)
 
 
 def test_every_stimulus_is_tested_once_by_a_model_that_never_saw_its_profile():
@@ -52,10 +52,10 @@ def test_other_data_other_settings_and_another_seed_are_other_jobs(tmp_path):
     asked = wanted("ridge", kept=tmp_path)
     data = small_data()
     contexts = [
-        context_for(data, SIDE, asked, METHODS),
-        context_for(data, SIDE, replace(asked, settings={"epochs": 3}), METHODS),
-        context_for(data, SIDE, replace(asked, seed=1), METHODS),
-        context_for(replace(data, rating=data.rating + 0.01), SIDE, asked, METHODS),
+        context_for(data, asked, METHODS),
+        context_for(data, replace(asked, settings={"epochs": 3}), METHODS),
+        context_for(data, replace(asked, seed=1), METHODS),
+        context_for(replace(data, rating=data.rating + 0.01), asked, METHODS),
     ]
     job = plan(contexts[0], asked)[0][0]
     assert len({key(job, context) for context in contexts}) == 4
@@ -84,7 +84,7 @@ def test_the_checkpoints_of_a_forward_method_go_though_only_what_builds_on_it_wa
     methods = {way: dict(known) for way, known in METHODS.items()}
     methods["forward"]["below"] = replace(METHODS["forward"]["below"], fit=with_checkpoint)
     asked = wanted("", "above", kept=tmp_path / "jobs", settings={"log": str(tmp_path / "log")})
-    judge(context_for(small_data(), SIDE, asked, methods), asked)
+    judge(context_for(small_data(), asked, methods), asked)
     assert (tmp_path / "log").read_text().count("below") == 3
     assert list((tmp_path / "jobs" / "checkpoints").glob("*")) == []
 
@@ -98,7 +98,7 @@ def test_a_model_to_be_used_is_fitted_once_whichever_direction_needs_it(tmp_path
     log = tmp_path / "log"
     asked = wanted(kept=tmp_path / "jobs", settings={"log": str(log)})
     pair = Training({"forward": "below", "inverse": "above"}, tmp_path / "models", asked, METHODS)
-    written = train_pair(small_data(), SIDE, pair, lambda _line: None)
+    written = train_pair(small_data(), pair, lambda _line: None)
     assert [each.method for each in written.values()] == ["below", "above"]
     fits = [line.split()[0] for line in log.read_text().splitlines()]
     assert (fits.count("below"), fits.count("above")) == (3 + 3 + 1, 3 + 1)
@@ -147,12 +147,12 @@ def test_the_measured_door_is_predicted_by_models_that_never_met_it():
 
 
 def evaluate_small(data):
-    return evaluate(data, None, SIDE, wanted("mean ridge", "nearest"))
+    return evaluate(data, None, wanted("mean ridge", "nearest"))
 
 
 def test_the_oracle_is_under_every_method_that_gives_back_a_known_profile():
     asked = wanted("", "nearest")
-    context = context_for(small_data(), SIDE, asked, METHODS)
+    context = context_for(small_data(), asked, METHODS)
     oracle, code = floors(context)
     nearest = judge(context, asked).methods("inverse")[0]
     assert 0 < oracle["mae"] <= float(np.abs(nearest.predicted - nearest.actual).mean())
@@ -162,14 +162,14 @@ def test_the_oracle_is_under_every_method_that_gives_back_a_known_profile():
 def test_two_stimuli_and_ratings_that_are_all_equal_are_refused():
     data = small_data()
     with pytest.raises(ModelDataError):
-        context_for(data.rows(np.array([0, 1])), SIDE, wanted("ridge"), METHODS)
+        context_for(data.rows(np.array([0, 1])), wanted("ridge"), METHODS)
     with pytest.raises(ModelDataError, match="all ratings are"):
-        context_for(replace(data, rating=np.ones_like(data.rating)), SIDE, wanted("ridge"), METHODS)
+        context_for(replace(data, rating=np.ones_like(data.rating)), wanted("ridge"), METHODS)
 
 
 def test_the_slow_methods_are_not_trained_on_the_splits_beside_unless_it_is_asked():
     asked = Wanted(methods={"forward": ("ridge", "network"), "inverse": ()})
-    context = context_for(small_data(), SIDE, asked)
+    context = context_for(small_data(), asked)
     splits = {
         name: {job.split for job in plan(context, asked)[0] if job.method == name} for name in ("ridge", "network")
     }

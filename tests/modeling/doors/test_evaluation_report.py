@@ -9,14 +9,14 @@ from palpate.modeling.doors.evaluating_whole import evaluate
 from palpate.modeling.doors.evaluation_inverse import inverse_section
 from palpate.modeling.doors.evaluation_report import report_html
 from palpate.modeling.report.blocks import Column, in_bytes, in_seconds, table, written
-from tests.modeling.doors.evaluated_small import SIDE, small_data, wanted
+from tests.modeling.doors.evaluated_small import small_data, wanted
 
 pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")
 def found():
-    return evaluate(small_data(simulated=True), None, SIDE, wanted("mean ridge", "nearest", beside=True))
+    return evaluate(small_data(simulated=True), None, wanted("mean ridge", "nearest", beside=True))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.devices.door.side import DoorSide
 from palpate.modeling.doors.corners import corners, extremes, singles, unplayable
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.generator import GENERATOR, Recipe, fit_by
@@ -17,7 +16,6 @@ from tests.modeling.doors.network_learning import SEEN, data_of, felt, learning,
 
 pytestmark = pytest.mark.needs("torch")
 
-SIDE = DoorSide()
 TINY = Recipe(
     components=6, profiles=150, own=60, rounds=1,
     size=Size(student=24, generator=16, student_epochs=12, generator_epochs=12, wishes=768, batch=64),
@@ -58,7 +56,7 @@ def test_wishes_that_can_be_had_come_nearer_than_by_any_measured_door(learned, f
 
 def test_every_corner_and_every_single_end_plays(learned, fitted):
     wishes = np.r_[corners(7), singles(7)]
-    found = extremes(fitted, wishes, learned.forward, learned.measured.force_N, SIDE)
+    found = extremes(fitted, wishes, learned.forward, learned.measured.force_N)
     assert unplayable(found) == 0
     assert all(each.plausibility.greatest_N <= 60 and each.plausibility.steepest_N_deg <= 60 + 1e-9 for each in found)
 
@@ -133,7 +131,7 @@ def test_two_doors_are_enough_to_make_playable_ones(learned):
 
 
 def test_plausible_doors_are_like_measured_ones_and_the_code_holds_them():
-    doors = opened(data_of(SEEN).force_N, SIDE)
+    doors = opened(data_of(SEEN).force_N)
     made = plausible(doors, 80, np.random.default_rng(3))
     assert made.shape == (80, 621) and made.max() <= 1.4 * doors.max() and made.min() >= 1.4 * doors.min()
     codes = [code_of(made, components) for components in (4, 12, 40)]
@@ -146,17 +144,17 @@ def test_plausible_doors_are_like_measured_ones_and_the_code_holds_them():
 
 def test_zeros_behind_a_motion_that_ended_do_not_become_a_step():
     short = np.r_[np.full(500, 20.0), np.zeros(121)]
-    found = opened(np.array([short, np.zeros(621)]), SIDE)
+    found = opened(np.array([short, np.zeros(621)]))
     assert np.array_equal(found, [np.full(621, 20.0), np.zeros(621)])
 
 
 def test_what_lies_outside_the_measured_doors_is_foreign():
     doors = data_of(SEEN).force_N
-    foreign = foreign_to(doors, SIDE)
+    foreign = foreign_to(doors)
     assert np.median(foreign(doors)) == pytest.approx(1)
     saw = 8 * (np.arange(621) % 20 < 10) + doors[0]
     assert foreign(np.array([saw]))[0] > 2 * foreign(doors).max() or foreign(np.array([saw]))[0] == MOST_FOREIGN
-    code = code_of(opened(doors, SIDE), 3)
+    code = code_of(opened(doors), 3)
     said = Teacher(Knows(given().scaling), foreign, code).says(np.zeros((2, 3)))
     assert said.shape == (2, 8) and np.array_equal(said[0], said[1])
 

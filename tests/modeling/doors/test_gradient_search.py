@@ -9,6 +9,7 @@ import torch
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.gradient_search import RATING_SD, SEARCH, codes_of
 from palpate.modeling.doors.mlp import MLP
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, refusal
 from tests.modeling.doors.network_learning import SEEN, data_of, learning, profiles
 
 pytestmark = pytest.mark.needs("torch")
@@ -53,9 +54,9 @@ def test_what_is_found_costs_less_than_every_rated_profile(fitted, forward):
 
 def test_impossible_wishes_give_playable_profiles_no_farther_out_than_the_measured_ones(fitted):
     made = fitted.predict(CORNERS)
-    assert [fitted.side.refusal(force) for force in made] == [None] * 4
-    assert np.abs(made).max() <= fitted.side.limit_N
-    assert np.abs(np.diff(made)).max() * 10 <= fitted.side.steepest_N_deg * (1 + 1e-12)
+    assert [refusal(force) for force in made] == [None] * 4
+    assert np.abs(made).max() <= LIMIT_N
+    assert np.abs(np.diff(made)).max() * 10 <= STEEPEST_N_DEG * (1 + 1e-12)
     farthest = np.linalg.norm(fitted.codes.of(profiles(SEEN)), axis=1).max()
     assert np.linalg.norm(fitted.codes.of(made), axis=1).max() <= 1.25 * farthest  # a limited slope moves it a little
 

@@ -11,6 +11,7 @@ from palpate.modeling.doors.forward_network import NETWORK
 from palpate.modeling.doors.inverse_network import INVERSE_NETWORK, SETTINGS, fit
 from palpate.modeling.doors.mlp import MLP
 from palpate.modeling.doors.networks import PerceptionToForce
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, refusal
 from tests.modeling.doors.network_learning import SEEN, data_of, learning, run_by_numpy
 
 pytestmark = pytest.mark.needs("torch")
@@ -82,9 +83,9 @@ def test_numpy_alone_makes_the_same_profiles(fitted):
 def test_every_profile_is_within_what_may_be_played(fitted):
     made = fitted.predict(CORNERS)
     assert made.shape == (4, 621)
-    assert np.abs(made).max() <= fitted.side.limit_N
-    assert np.abs(np.diff(made)).max() * 10 <= fitted.side.steepest_N_deg * (1 + 1e-12)
-    assert [fitted.side.refusal(force) for force in made] == [None] * 4
+    assert np.abs(made).max() <= LIMIT_N
+    assert np.abs(np.diff(made)).max() * 10 <= STEEPEST_N_DEG * (1 + 1e-12)
+    assert [refusal(force) for force in made] == [None] * 4
 
 
 @pytest.mark.parametrize("wish", [np.zeros(6), np.full(7, np.nan), np.full(7, 1e6), np.zeros((2, 8))])

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from palpate.devices.door.side import DoorSide
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.loop import loop_error
 from palpate.modeling.doors.perceivers import Perceivers
@@ -25,7 +24,7 @@ class Says:
 
 def test_people_and_model_are_asked_about_the_made_profiles_on_the_models_scale():
     """-5 to 5 on the study's scale is 0..100 here, so a felt -7 is -20: nothing is clipped away."""
-    people = Perceivers(DoorSide(), people=5)
+    people = Perceivers(people=5)
     wish = np.full((3, 7), 50.0)
     loop = loop_error(wish, DOORS, Says(1, 2, 3, 4, 5, 6, 7), people, SCALING)
     assert loop.perceived == pytest.approx((people.rate(DOORS) + 5) * 10)
@@ -35,7 +34,7 @@ def test_people_and_model_are_asked_about_the_made_profiles_on_the_models_scale(
 
 
 def test_wishes_without_a_profile_each_are_refused():
-    people = Perceivers(DoorSide(), people=1)
+    people = Perceivers(people=1)
     with pytest.raises(ModelDataError, match="2 wishes and 3 made profiles"):
         loop_error(np.zeros((2, 7)), DOORS, Says(*range(7)), people, SCALING)
     with pytest.raises(ModelDataError, match="7 numbers a row"):

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from palpate.devices.door.side import DoorSide
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.perceivers import Perceivers, door_ratings
 from palpate.modeling.doors.profile_files import read_profile
@@ -29,34 +28,34 @@ def quiet(**changes):
 
 def test_a_profile_of_the_study_is_felt_as_the_study_has_it(doors):
     """The table's columns are those of the file, rounded to four decimals: the latents agree to 1e-3."""
-    people = Perceivers(DoorSide(), people=1)
+    people = Perceivers(people=1)
     person, stimuli = people.persons[0], {s.id: s for s in people.study.stimuli}
     expected = [person.latent(name, stimuli["BC3_g0"]) for name in people.attributes]
     assert people.felt(doors[:1])[0] == pytest.approx(expected, abs=1e-3)
 
 
 def test_people_without_gain_bias_or_noise_answer_what_is_felt_in_steps(doors):
-    people = Perceivers(DoorSide(), people=3, study=quiet())
+    people = Perceivers(people=3, study=quiet())
     assert np.abs(people.rate(doors) - people.felt(doors)).max() <= 0.5
     assert np.array_equal(people.rate(doors), np.round(people.rate(doors)))
 
 
 def test_an_answer_depends_on_the_person_and_the_profile_alone(doors):
-    people = Perceivers(DoorSide(), people=8)
+    people = Perceivers(people=8)
     assert np.array_equal(people.rate(doors)[::-1], people.rate(doors[::-1]))
     assert np.array_equal(people.rate(doors[2:3])[0], people.rate(doors)[2])
-    assert np.abs(people.rate(doors) - Perceivers(DoorSide(), people=8, seed=2).rate(doors)).max() > 0.3
+    assert np.abs(people.rate(doors) - Perceivers(people=8, seed=2).rate(doors)).max() > 0.3
 
 
 def test_nobody_of_them_is_in_a_simulated_study_and_both_groups_are():
-    people = Perceivers(DoorSide(), people=40)
+    people = Perceivers(people=40)
     whom = [person.plan.who for person in people.persons]
     assert {who.participant for who in whom}.isdisjoint(f"P{n:03d}" for n in range(1000)) and len(set(whom)) == 40
     assert [sum(who.group == group for who in whom) for group in ("1", "2")] == [20, 20]
 
 
 def test_the_mean_of_more_people_lies_nearer_to_what_is_felt(doors):
-    few, many = (Perceivers(DoorSide(), people=n) for n in (4, 100))
+    few, many = (Perceivers(people=n) for n in (4, 100))
     felt = np.clip(few.felt(doors), -6, 6)
     inside = np.abs(few.felt(doors)) < 6
     off = [np.abs(p.rate(doors) - felt)[inside].mean() for p in (few, many)]
@@ -65,20 +64,20 @@ def test_the_mean_of_more_people_lies_nearer_to_what_is_felt(doors):
 
 def test_what_cannot_judge_is_refused(doors):
     with pytest.raises(ModelDataError, match="0 people cannot judge"):
-        Perceivers(DoorSide(), people=0)
+        Perceivers(people=0)
     with pytest.raises(ModelDataError, match="does not say how simulated people perceive"):
-        Perceivers(DoorSide(), study=door_ratings().model_copy(update={"simulation": None}))
+        Perceivers(study=door_ratings().model_copy(update={"simulation": None}))
     with pytest.raises(ModelDataError, match="621 numbers a row"):
-        Perceivers(DoorSide(), people=1).rate(doors[:, :620])
+        Perceivers(people=1).rate(doors[:, :620])
     broken = doors.copy()
     broken[1, 7] = np.nan
     with pytest.raises(ModelDataError, match="row 2 holds nan at place 8"):
-        Perceivers(DoorSide(), people=1).felt(broken)
+        Perceivers(people=1).felt(broken)
 
 
 def test_they_pickle_for_other_processes(doors):
     import pickle
 
-    people = Perceivers(DoorSide(), people=2)
+    people = Perceivers(people=2)
     assert np.array_equal(pickle.loads(pickle.dumps(people)).rate(doors[:1]), people.rate(doors[:1]))
     assert dataclasses.replace(people, people=3) != people

@@ -24,6 +24,7 @@ from palpate.modeling.doors.pca_regression import PCA_REGRESSION
 from palpate.modeling.doors.pca_ridge import PCA_RIDGE
 from palpate.modeling.doors.preparing import inner_folds, rows_of
 from palpate.modeling.doors.ridge import RIDGE
+from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, asked, data_of, learn, profiles
 
 
@@ -86,7 +87,7 @@ def test_a_column_that_is_constant_in_training_is_dropped():
 @pytest.mark.parametrize("method", ON_FEATURES, ids=lambda method: method.name)
 def test_a_feature_without_variance_in_training_has_no_say(method):
     given = learn()
-    front, z = featured(given, rows_of(given))
+    front, z = featured(rows_of(given))
     dropped = np.flatnonzero(front.standard.gain == 0)
     assert all(np.ptp(z[:, one]) == 0 for one in dropped)
     exported = method.fit(given).exported()
@@ -105,7 +106,7 @@ def test_the_forest_answers_as_sklearn_does():
 
     given = learn()
     rows = rows_of(given, "train")
-    front, z = featured(given, rows)
+    front, z = featured(rows)
     other = RandomForestRegressor(
         forest.TREES, min_samples_leaf=forest.LEAST_IN_LEAF, max_features=1 / 3, random_state=given.seed
     ).fit(z, rows.rating)
@@ -126,7 +127,7 @@ def test_another_seed_grows_another_forest():
 def test_the_gaussian_process_answers_as_sklearn_does_and_is_at_least_as_likely():
     given = learn(noisy())
     rows = rows_of(given)
-    front, z = featured(given, rows)
+    front, z = featured(rows)
     y = standard_of(rows.rating)(rows.rating)
     fitted = GAUSSIAN_PROCESS.fit(given)
     own = fitted.process
@@ -223,8 +224,8 @@ def test_what_pca_regression_makes_is_playable_at_every_corner():
     given = learn()
     corners = np.array(list(product((0.0, 100.0), repeat=7)))
     made = PCA_REGRESSION.fit(given).predict(corners)
-    assert np.abs(made).max() <= given.side.limit_N
-    assert np.abs(np.diff(made)).max() <= given.side.steepest_N_deg / 10 + 1e-9
+    assert np.abs(made).max() <= LIMIT_N
+    assert np.abs(np.diff(made)).max() <= STEEPEST_N_DEG / 10 + 1e-9
 
 
 def test_the_nearest_profile_is_the_one_that_was_rated_so():

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from palpate.devices.door.side import DoorSide
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.plausibility import distances_N, judged, judged_all, work_J_m
-from palpate.signals.doors.playable import hardest
+from palpate.signals.doors.limits import LIMIT_N, hardest
 
 ANGLE = np.arange(621) / 10
-SIDE = DoorSide()
 
 
 def line(level, slope=0.0):
@@ -21,25 +19,25 @@ MEASURED = np.array([line(10), line(12), line(16), line(10)])
 
 def test_force_slope_and_work_of_a_straight_line():
     """The work of 20 N over 62 degrees is 20 x 62 pi / 180 J for each metre of handle radius; 0..62 N is half of 62."""
-    found = judged(line(20), MEASURED, SIDE)
+    found = judged(line(20), MEASURED)
     assert (found.greatest_N, found.steepest_N_deg) == (20, 0)
     assert found.work_J_m == pytest.approx(20 * np.radians(62))
-    ramp = judged(line(0, -0.5), MEASURED, SIDE)
+    ramp = judged(line(0, -0.5), MEASURED)
     assert ramp.greatest_N == pytest.approx(31) and ramp.steepest_N_deg == pytest.approx(0.5)
     assert work_J_m(line(0, -0.5)) == pytest.approx(-15.5 * np.radians(62))
 
 
 def test_the_distance_is_to_the_nearest_and_is_held_against_those_among_the_measured():
     """Among 10, 12, 16 N (10 counts once) the nearest neighbours lie 2, 2 and 4 N away."""
-    assert [round(judged(line(level), MEASURED, SIDE).distance_N, 9) for level in (10, 13, 19, 21)] == [0, 1, 3, 5]
-    found = judged_all(np.array([line(10), line(13), line(19), line(21)]), MEASURED, SIDE)
+    assert [round(judged(line(level), MEASURED).distance_N, 9) for level in (10, 13, 19, 21)] == [0, 1, 3, 5]
+    found = judged_all(np.array([line(10), line(13), line(19), line(21)]), MEASURED)
     assert [each.beyond for each in found] == pytest.approx([0, 0, 2 / 3, 1])
     assert distances_N(line(11), MEASURED) == pytest.approx([1, 1, 5, 1])
 
 
 def test_the_hardest_profile_that_may_be_made_is_playable():
-    found = judged(np.array(hardest()), MEASURED, SIDE)
-    assert found.playable and found.greatest_N == SIDE.limit_N and found.steepest_N_deg == pytest.approx(60)
+    found = judged(np.array(hardest()), MEASURED)
+    assert found.playable and found.greatest_N == LIMIT_N and found.steepest_N_deg == pytest.approx(60)
 
 
 @pytest.mark.parametrize(
@@ -47,26 +45,23 @@ def test_the_hardest_profile_that_may_be_made_is_playable():
     [(line(61), "a force of 61.0 N; at most 60 N"), (np.where(ANGLE > 30, 7.0, 0.0), "a change of 70.0 N/deg")],
 )
 def test_a_limit_that_is_broken_is_named(profile, why):
-    found = judged(profile, MEASURED, SIDE)
+    found = judged(profile, MEASURED)
     assert not found.playable and why in found.why
 
 
 def test_what_the_door_refuses_is_not_playable():
-    class Refusing(DoorSide):
-        def refusal(self, force_N):
-            return "too much for this door"
-
-    assert judged(line(3), MEASURED, Refusing()).why == "too much for this door"
+    found = judged(line(0), MEASURED)
+    assert not found.playable and found.why == "the profile: no force beyond 0 degrees: a door that does not open"
 
 
 def test_extreme_input_is_refused_or_judged_but_never_nan():
     spike = line(5)
     spike[300] = 1e6
-    assert "a force of 1000000.0 N" in judged(spike, MEASURED, SIDE).why
-    assert np.isfinite(judged(line(1e300), MEASURED, SIDE).work_J_m)
-    assert judged(line(5).astype(np.float16), MEASURED, SIDE).playable
+    assert "a force of 1000000.0 N" in judged(spike, MEASURED).why
+    assert np.isfinite(judged(line(1e300), MEASURED).work_J_m)
+    assert judged(line(5).astype(np.float16), MEASURED).playable
     for bad in (np.full(621, np.nan), np.zeros(620), np.zeros(622)):
         with pytest.raises(ModelDataError):
-            judged(bad, MEASURED, SIDE)
+            judged(bad, MEASURED)
     with pytest.raises(ModelDataError, match="at least two"):
-        judged(line(5), MEASURED[[0, 3]], SIDE)
+        judged(line(5), MEASURED[[0, 3]])

@@ -11,15 +11,12 @@ from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.evaluating_files import ports
 from palpate.modeling.doors.nearest import NEAREST
-from palpate.modeling.doors.preparing import LIMITS
+from palpate.modeling.doors.preparing import FURTHEST_N
 from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.files.writing import write_model
-from palpate.signals.doors.playable import LIMIT_N
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.file import read_model
 from tests.modeling.doors.baseline_learning import asked, learn
-
-FURTHEST_N = LIMITS * LIMIT_N
 
 
 @pytest.mark.parametrize(
@@ -33,7 +30,7 @@ FURTHEST_N = LIMITS * LIMIT_N
 def test_file_and_trained_model_answer_and_refuse_the_same_inputs(tmp_path, method, direction, low, high):
     learning = learn()
     fitted = method.fit(learning)
-    context = SimpleNamespace(data=learning.measured, scaling=learning.scaling, side=learning.side)
+    context = SimpleNamespace(data=learning.measured, scaling=learning.scaling)
     takes, gives = ports(context, direction)
     card = write_model(tmp_path, "m", fitted.exported(), title="", method=method.name, takes=takes, gives=gives)
     read = read_model(card)

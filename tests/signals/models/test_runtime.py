@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from palpate.signals.doors.limits import bounded
 from palpate.signals.doors.model_features import features
-from palpate.signals.doors.playable import bounded
 from palpate.signals.models.card import (
     Activation,
     Affine,
