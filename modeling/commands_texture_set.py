@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.modeling.commands_data import going_on, progress_lines
-from palpate.modeling.handed import Handed
 from palpate.protocols.shell_command import shell_command
 from palpate.studies.options import JSON, LAB, echo_json, names_in
 
 if TYPE_CHECKING:
-    from palpate.modeling.textures.set_side import SetSession
+    from palpate.modeling.textures.simulator import GetSimulator, SetSession
 
 
 @click.command()
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 @click.option("--quick", is_flag=True, help="10 textures x 8 s, 2 pictures, 6 raters: to try everything out.")
 @JSON
 @click.pass_obj
-def simulate(sides: Handed, /, lab: Path, textures: tuple[str, ...], as_json: bool, **asked: Any) -> None:
+def simulate(get_simulator: GetSimulator, /, lab: Path, textures: tuple[str, ...], as_json: bool, **asked: Any) -> None:
     """Fill a lab with simulated textures: touched, photographed and rated, in real ledgers.
 
     Runs texture_capture (50 textures x 60 s), texture_photos (10 pictures of each) and texture_ratings (20 people)
@@ -46,7 +45,7 @@ def simulate(sides: Handed, /, lab: Path, textures: tuple[str, ...], as_json: bo
     if textures and not named:
         raise click.UsageError("--textures names none: T01,T15,T33 for instance, or leave it out for all")
     with going_on("what is left"), progress_lines() as report:
-        made = sides.texture_set().make(lab, report, textures=named, **asked)
+        made = get_simulator().make_set(lab, report, textures=named, **asked)
     if as_json:
         echo_json([_plain(each) for each in made])
     else:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from palpate.modeling.textures.judging_whole import Judged, Wanted
     from palpate.modeling.textures.reading_tables import Held
     from palpate.modeling.textures.recording import Recording
-    from palpate.modeling.textures.side import TextureSide
+    from palpate.modeling.textures.simulator import GetSimulator, TextureSimulator
 
 Report = Callable[[str], None]
 COLUMNS = (
@@ -28,13 +28,6 @@ COLUMNS = (
     ("train_s", "train", "s"),
 )  # fmt: skip
 """What is printed of each method: its name in the rows, its heading, how it is written."""
-
-
-class Sides(Protocol):
-    """What the front door hands over."""
-
-    def textures(self) -> TextureSide:
-        """The rig's side of textures."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +86,7 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
     return with_options(with_asked, OPTIONS)
 
 
-def recordings_for(asked: Asked, side: TextureSide, report: Report) -> tuple[Recording, ...]:
+def recordings_for(asked: Asked, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:
     """The recordings that were asked for. Raises TextureDataError, or what reading a lab raises."""
     from palpate.modeling.textures.evaluation_outputs import kept_in
     from palpate.modeling.textures.recording import TextureDataError
@@ -106,7 +99,7 @@ def recordings_for(asked: Asked, side: TextureSide, report: Report) -> tuple[Rec
         unknown = [name for name in asked.textures if name not in SIX]
         if unknown:
             raise TextureDataError(f"--textures: no texture {unknown[0]!r}; {nearest(unknown[0], SIX)}")
-        return simulated(side, asked.textures or SIX, cache=kept_in(asked.lab) / "recordings", report=report)
+        return simulated(simulator, asked.textures or SIX, cache=kept_in(asked.lab) / "recordings", report=report)
     found = _recorded(asked)
     known = {each.texture: each for each in found}
     unknown = [name for name in asked.textures if name not in known]
@@ -154,7 +147,7 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, .
 @click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
 @JSON
 @click.pass_obj
-def train_textures(sides: Sides, asked: Asked, to: Path | None, as_json: bool) -> None:
+def train_textures(get_simulator: GetSimulator, asked: Asked, to: Path | None, as_json: bool) -> None:
     """Train a model of each texture and write it as a file that the renderer plays.
 
     Writes texture-TEXTURE-METHOD, a card (JSON) and its numbers (safetensors), to LAB/models. The cards hold the
@@ -168,10 +161,10 @@ def train_textures(sides: Sides, asked: Asked, to: Path | None, as_json: bool) -
 
     asked_for = wanted_for(asked, asked.methods or None)
     with going_on("what is left"), progress_lines() as report:
-        side = sides.textures()
-        recordings = recordings_for(asked, side, report)
+        simulator = get_simulator()
+        recordings = recordings_for(asked, simulator, report)
         methods = asked_for.methods or (default_of(asked.lab, recordings),)
-        written = trained(recordings, side, wanted_for(asked, methods), to or asked.lab / "models", report)
+        written = trained(recordings, simulator, wanted_for(asked, methods), to or asked.lab / "models", report)
     if as_json:
         echo_json([each.plain() for each in written])
         return
@@ -209,7 +202,13 @@ def _told(metrics: Any) -> str:
 @JSON
 @click.pass_obj
 def evaluate_textures(
-    sides: Sides, asked: Asked, figure_4_5: bool, table_4_2: bool, figures: bool, to: Path | None, as_json: bool
+    get_simulator: GetSimulator,
+    asked: Asked,
+    figure_4_5: bool,
+    table_4_2: bool,
+    figures: bool,
+    to: Path | None,
+    as_json: bool,
 ) -> None:
     """Judge every method on every texture, running free and one step ahead, and write tables, figures and a report.
 
@@ -228,9 +227,9 @@ def evaluate_textures(
     grid = VARIANTS if table_4_2 else (THESIS,) if figure_4_5 else ()
     wanted = wanted_for(asked, asked.methods or None, grid)
     with going_on("what is left"), progress_lines() as report:
-        side = sides.textures()
-        recordings = recordings_for(asked, side, report)
-        found = judge(context_for(recordings, side, wanted), wanted, report)
+        simulator = get_simulator()
+        recordings = recordings_for(asked, simulator, report)
+        found = judge(context_for(recordings, simulator, wanted), wanted, report)
         paths = write_all(found, to or folder_for(asked.lab), report, figures)
     if as_json:
         echo_json({**results(found), "files": list(map(str, paths))})

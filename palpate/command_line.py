@@ -135,19 +135,12 @@ def cli(ctx: click.Context) -> None:
 
     A lab is a folder (--lab, default: the current one). Sessions lie in LAB/sessions/*.sqlite.
     """
-    ctx.obj = Sides()
+    ctx.obj = texture_simulator
 
 
-class Sides:
-    """The rig's sides of what is modelled, for the rooms that may not import a device: they are handed them here."""
-
-    def textures(self) -> Any:
-        """That of textures."""
-        return load_object("palpate.studies.texture_side:RigTextures")()
-
-    def texture_set(self) -> Any:
-        """What makes sets of simulated textures."""
-        return load_object("palpate.studies.texture_set:TextureSet")()
+def texture_simulator() -> Any:
+    """Return the simulator of textures: it is handed to modeling, which may not import a device."""
+    return load_object("palpate.studies.texture_simulator:SimulatedTextures")()
 
 
 @click.command()

@@ -75,6 +75,11 @@ def scene(texture: str, seconds: float, seed: int, realisation: int = 0) -> Arra
     return np.stack([one_axis(vibration, RATE_HZ), np.maximum(hand[:, 0], 0.0), hand[:, 1]])
 
 
+def scene_again(texture: str, seconds: float, seed: int) -> Array:
+    """Return the exploration that `scene` gives for this seed, made elsewhere on the surface. Raises RigError."""
+    return scene(texture, seconds, seed, realisation=1)
+
+
 def _thinned(felt: Array) -> Array:
     """At 1 kHz, by the band that recordings keep on their way there (palpate.signals.aligning.bandlimited)."""
     from scipy.signal import firwin, kaiserord, oaconvolve

@@ -74,21 +74,16 @@ class Made:
     ended: str
 
 
-@dataclass(frozen=True)
-class TextureSet:
-    """Makes sets of simulated textures; what the front door hands to the verbs that may not import a device."""
-
-    def make(
-        self, lab: Path, report: Report, *, textures: tuple[str, ...] = (), seconds: float | None = None,
-        pictures: int | None = None, raters: int | None = None, seed: int = 0, workers: int = 1, quick: bool = False,
-    ) -> list[Made]:  # fmt: skip
-        """Make the set in a lab, or go on with it: see `make_set`. What is None is 60 s, 10 pictures, 20 raters;
-        `quick`: a small set, where nothing else is said."""
-        some = QUICK if quick and not textures else textures
-        given = chosen(some, seconds if seconds is not None else (QUICK_S if quick else SECONDS))
-        shown = pictures if pictures is not None else (QUICK_PICTURES if quick else PICTURES)
-        people = raters if raters is not None else (QUICK_RATERS if quick else RATERS)
-        return make_set(lab, SetWanted(given, shown, people, seed, workers), report)
+def set_wanted(
+    textures: tuple[str, ...], seconds: float | None, pictures: int | None, raters: int | None, seed: int,
+    workers: int, quick: bool,
+) -> SetWanted:  # fmt: skip
+    """Return what is to be made. What is None is 60 s, 10 pictures, 20 raters, or that of a quick set."""
+    some = QUICK if quick and not textures else textures
+    given = chosen(some, seconds if seconds is not None else (QUICK_S if quick else SECONDS))
+    shown = pictures if pictures is not None else (QUICK_PICTURES if quick else PICTURES)
+    people = raters if raters is not None else (QUICK_RATERS if quick else RATERS)
+    return SetWanted(given, shown, people, seed, workers)
 
 
 def make_set(lab: Path, wanted: SetWanted, report: Report) -> list[Made]:

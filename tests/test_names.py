@@ -21,8 +21,7 @@ from tests.names import (
     names_in_source,
 )
 
-PICKLED = ("palpate.studies.texture_side:RigTextures",
-           "palpate.studies.texture_set:TextureSet",
+PICKLED = ("palpate.studies.texture_simulator:SimulatedTextures",
            "palpate.modeling.doors.evaluating_jobs:Context", "palpate.modeling.textures.judging_jobs:Context",
            "palpate.studies.texture_set_rig:ToolAhead", "palpate.studies.texture_set_rig:Seen")  # fmt: skip
 """What travels to worker processes: pickle names its class by module and name. None of it lies in a file."""

@@ -81,7 +81,7 @@ LINES = [
 @pytest.mark.parametrize("line", LINES)
 def test_every_command_of_a_page_has_the_verbs_arguments_and_options_that_it_names(line):
     words = shlex.split(re.split(r" && | \| | > ", line)[0], comments=True)
-    context, command = click.Context(command_line.cli, obj=command_line.Sides()), command_line.cli
+    context, command = click.Context(command_line.cli, obj=command_line.texture_simulator), command_line.cli
     try:
         while isinstance(command, click.Group):
             name, command, words = command.resolve_command(context, words)

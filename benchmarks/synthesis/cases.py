@@ -9,15 +9,15 @@ from benchmarks.synthesis import steps, training
 from benchmarks.synthesis.runtimes import other_runtimes
 from palpate.devices.render.found import SHIPPED, available
 from palpate.protocols.bench import Case
-from palpate.studies.texture_side import RigTextures
+from palpate.studies.texture_simulator import SimulatedTextures
 
 
 def cases(quick: bool) -> Iterator[Case]:
     """Yield the cases of a step, other programs' runtimes beside, and of training."""
     yield from steps.cases(quick, other_runtimes)
-    yield from training.cases(quick, RigTextures())
+    yield from training.cases(quick, SimulatedTextures())
 
 
 def free_running(quick: bool) -> Iterator[Case]:
     """Yield the cases of the shipped texture models under hands of their own."""
-    yield from hands.cases(quick, RigTextures(), available(SHIPPED))
+    yield from hands.cases(quick, SimulatedTextures(), available(SHIPPED))

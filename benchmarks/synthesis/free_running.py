@@ -11,8 +11,9 @@ from pathlib import Path
 
 from palpate.modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL, Numbers, ceiling, judged
 from palpate.modeling.textures.judging_drive import explored
-from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.protocols.bench import Case
+from palpate.signals.textures.voice import play
 
 AREA = "free running"
 AGAIN, METHODS = "another realisation", ("foten_generative", "ar")
@@ -42,7 +43,7 @@ LOOKS: tuple[tuple[str, str, Summary], ...] = (
 class Hands:
     """One texture under all hands: judged once, whatever is asked of it first. `models` are cards by method."""
 
-    side: TextureSide
+    simulator: TextureSimulator
     texture: str
     models: Mapping[str, Path]
     seeds: Sequence[int]
@@ -60,23 +61,23 @@ class Hands:
 
     def _play(self, seed: int) -> None:
         began = self.clock()
-        drive = explored(self.side, self.texture, self.seconds, seed)
+        drive = explored(self.simulator, self.texture, self.seconds, seed)
         self._keep(AGAIN, ceiling(drive), began)
         for method, card in self.models.items():
             began = self.clock()
-            self._keep(method, judged(self.side.played(card, drive.speed, drive.force, seed), drive), began)
+            self._keep(method, judged(play(card, drive.speed, drive.force, seed), drive), began)
 
     def _keep(self, method: str, found: Numbers, began: float) -> None:
         self.took.setdefault(method, []).append(self.clock() - began)
         self.numbers.setdefault(method, []).append(found)
 
 
-def cases(quick: bool, side: TextureSide, cards: Cards, clock: Clock = time.perf_counter) -> Iterator[Case]:
+def cases(quick: bool, simulator: TextureSimulator, cards: Cards, clock: Clock = time.perf_counter) -> Iterator[Case]:
     """Each texture under each look, the default method beside autoregression and the truth made again."""
     seeds, seconds = (QUICK_HANDS, QUICK_SECONDS) if quick else (HANDS, SECONDS)
     for texture, models in cards.items():
         chosen = {method: models[method] for method in METHODS if method in models}
-        hands = Hands(side, texture, chosen, seeds, seconds, clock)
+        hands = Hands(simulator, texture, chosen, seeds, seconds, clock)
         told = f"{texture}, {len(seeds)} hands of {seconds:g} s"
         for name, kind, summary in LOOKS:
             for method in (AGAIN, *chosen):

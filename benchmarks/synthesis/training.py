@@ -23,8 +23,8 @@ from palpate.modeling.textures.foten_network import WINDOW, Foten
 from palpate.modeling.textures.heads import huber
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Recording
-from palpate.modeling.textures.side import TextureSide
 from palpate.modeling.textures.simulated import captured
+from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.splitting import split
 from palpate.modeling.training.loop import Optimise, adam, train
 from palpate.modeling.training.seeding import seeded, training_state
@@ -70,10 +70,10 @@ class Came:
 
 
 def cases(
-    quick: bool, side: TextureSide, recording: Recording | None = None, clock: Clock = time.process_time
+    quick: bool, simulator: TextureSimulator, recording: Recording | None = None, clock: Clock = time.process_time
 ) -> Iterator[Case]:
     """Every figure of this area; `quick` learns from 3 s of texture, and compares after one epoch of the plain way."""
-    found = recording or captured(side, TEXTURE, QUICK_SECONDS if quick else SECONDS)
+    found = recording or captured(simulator, TEXTURE, QUICK_SECONDS if quick else SECONDS)
     rows = rows_of(Learning(found, split(found)), WINDOW)
     given = f"{len(rows.train)} windows of {WINDOW}, one thread"
     one = {way.name: trained(way, rows, 1, clock) for way in WAYS}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from palpate.modeling.textures.joined import pieces_of
 from palpate.modeling.textures.metrics_running import CYCLE, cycle
 from palpate.modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
-from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.windows import Stretches, samples_of
 
 LEAST_S = 2.0
@@ -61,13 +61,13 @@ class Drive:
         return float(len(self.truth) / RATE_HZ)
 
 
-def explored(side: TextureSide, texture: str, seconds: float, seed: int) -> Drive:
+def explored(simulator: TextureSimulator, texture: str, seconds: float, seed: int) -> Drive:
     """Another free exploration of a simulated surface, and its ceiling: the same hand elsewhere on it.
 
-    Raises what the side raises, TextureDataError for what is no exploration.
+    Raises what the simulator raises, TextureDataError for what is no exploration.
     """
-    truth, speed, force = _three(texture, side.scene(texture, seconds, seed))
-    again = _three(texture, side.again(texture, seconds, seed))[0]
+    truth, speed, force = _three(texture, simulator.scene(texture, seconds, seed))
+    again = _three(texture, simulator.again(texture, seconds, seed))[0]
     return Drive(texture, "another exploration", speed, force, truth, again, same_hand=True, cycle=cycle(truth))
 
 

@@ -16,6 +16,7 @@ from palpate.modeling.textures.outputs import write_texture
 from palpate.modeling.textures.recording import Array, Parts, Recording, TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
 from palpate.modeling.training.curves import curve_of
+from palpate.signals.textures.voice import play
 
 LONGEST = 40
 """So many samples at the start of each test stretch are no one's to predict: all windows end with the same samples."""
@@ -29,7 +30,7 @@ def fitted(job: Fit, context: Context) -> Done:
     card = None
     if not job.of_the_grid:
         card = write_texture(
-            model_folder(job, context), recording, parts, model, method, side=context.side, seed=context.seed
+            model_folder(job, context), recording, parts, model, method, with_start=True, seed=context.seed
         )
         numbers["bytes"] = float(sum(path.stat().st_size for path in card.parent.glob(f"{card.stem}.*")))
     if method.kind == "block":
@@ -80,7 +81,7 @@ def _of_blocks(context: Context, recording: Recording, parts: Parts, card: Path)
     """The same samples of a model that does not look at the past: what it makes for the test part's hand."""
     kept = [np.arange(stop - start) >= LONGEST for start, stop in parts.test]
     acceleration, speed, force = samples_of(recording, parts.test)
-    made = context.side.played(card, speed, force, context.seed)
+    made = play(card, speed, force, context.seed)
     within = np.concatenate(kept)
     return acceleration[within], np.asarray(made)[within]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import Array, Parts, Recording
 from palpate.modeling.textures.registry import METHODS
-from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.simulator import TextureSimulator
 
 Clock = Callable[[], float]
 SECONDS, QUICK_SECONDS = 60.0, 10.0
@@ -80,7 +80,7 @@ class Context:
 
     recordings: Mapping[str, Recording]
     parts: Mapping[str, Parts]
-    side: TextureSide
+    simulator: TextureSimulator
     work: Path
     seed: int = 0
     seconds: float = SECONDS

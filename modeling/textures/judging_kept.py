@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from palpate.modeling.files.finished import put_down, taken_up
 from palpate.modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job
 from palpate.modeling.textures.recording import Recording
-from palpate.modeling.textures.side import side_digest
+from palpate.modeling.textures.simulator import simulation_digest
 from palpate.modeling.training.run_card import versions
 from palpate.protocols.code_digest import code_digest, module_of
 from palpate.protocols.files import file_sha256
 
 CHECKPOINTS, MODELS = "checkpoints", "models"
+PLAYER = "palpate.signals.textures.voice"
+"""What a model runs free in, and makes the start of a touch with."""
 
 
 def key(job: Job, context: Context) -> str:
@@ -32,10 +34,14 @@ def key(job: Job, context: Context) -> str:
 
 def _decides(job: Job, context: Context) -> dict[str, Any]:
     if isinstance(job, Explore):
-        side = type(context.side)
+        simulator = context.simulator
+        kind = type(simulator)
         return {
-            "explore": [job.texture, context.seconds, f"{side.__module__}.{side.__qualname__}"],
-            "code": [code_digest("palpate.modeling.textures.judging_drive"), side_digest(context.side)],
+            "explore": [job.texture, context.seconds, f"{kind.__module__}.{kind.__qualname__}"],
+            "code": [
+                code_digest("palpate.modeling.textures.judging_drive"),
+                simulation_digest(simulator.scene, simulator.again),
+            ],
         }
     if isinstance(job, Fit):
         method = context.methods[job.method]
@@ -45,12 +51,12 @@ def _decides(job: Job, context: Context) -> dict[str, Any]:
             "parts": repr(context.parts[job.texture]),
             "settings": {name: str(value) for name, value in sorted(context.settings.items())},
             "code": code_digest(module_of(method.fit), "palpate.modeling.textures.judging_fit"),
-            "player": side_digest(context.side) if method.kind == "block" else "",
+            "player": code_digest(PLAYER, registries=True),
         }
     return {
         "play": [key(job.fit, context), job.sampled, context.seconds, context.explore],
         "drive": key(Explore(job.fit.texture), context) if context.explore else "",
-        "code": [code_digest("palpate.modeling.textures.judging"), side_digest(context.side)],
+        "code": [code_digest("palpate.modeling.textures.judging"), code_digest(PLAYER, registries=True)],
     }
 
 

@@ -13,6 +13,7 @@ from palpate.modeling.textures.judging_fit import fitted
 from palpate.modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job, Play
 from palpate.modeling.textures.judging_kept import forget_checkpoints, keep, load
 from palpate.modeling.textures.recording import TextureDataError
+from palpate.signals.textures.voice import play
 
 Arrays = dict[str, NDArray[Any]]
 HEARD = ("speed", "force", "truth", "again")
@@ -43,13 +44,13 @@ def _computed(job: Job, context: Context) -> Done:
 
 
 def _explored(job: Explore, context: Context) -> Done:
-    drive = explored(context.side, job.texture, context.seconds, context.seed)
+    drive = explored(context.simulator, job.texture, context.seconds, context.seed)
     arrays = {name: getattr(drive, name) for name in HEARD}
     return Done(job, {"cycle": drive.cycle}, arrays)
 
 
 def drive_for(texture: str, context: Context) -> Drive:
-    """What the models of a texture are driven by. Raises TextureDataError, or what the rig's side raises."""
+    """What the models of a texture are driven by. Raises TextureDataError, or what the simulator raises."""
     if not context.explore:
         return from_recording(context.recordings[texture], context.parts[texture], context.seconds)
     done = run(Explore(texture), context)
@@ -71,7 +72,7 @@ def _played(job: Play, context: Context) -> Done:
         raise TextureDataError(model.refused or f"{job.fit.name}: there is no file of it.")
     drive = drive_for(job.fit.texture, context)
     start = context.clock()
-    made = np.asarray(context.side.played(model.card, drive.speed, drive.force, context.seed, job.sampled))
+    made = np.asarray(play(model.card, drive.speed, drive.force, context.seed, job.sampled))
     numbers: Mapping[str, float | None] = {"played_s": context.clock() - start, **judged(made, drive)}
     arrays: Arrays = {"density": density(made)[1], "envelope": envelope(made), "made": made.astype(np.float32)}
     return Done(job, numbers, arrays)

@@ -17,9 +17,10 @@ from palpate.modeling.textures.judging_run import drive_for, run
 from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
 from palpate.modeling.textures.registry import DEFAULT, METHODS, ON_REQUEST, demand_known
-from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.splitting import split, told
 from palpate.modeling.textures.windows import LENGTHS
+from palpate.signals.textures.timing import step_us
 
 Report = Callable[[str], None]
 LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
@@ -85,7 +86,7 @@ class Judged:
 
 
 def context_for(
-    recordings: Sequence[Recording], side: TextureSide, wanted: Wanted,
+    recordings: Sequence[Recording], simulator: TextureSimulator, wanted: Wanted,
     methods: Mapping[str, Method] = METHODS, clock: Clock = time.perf_counter,
 ) -> Context:  # fmt: skip
     """What all jobs share. A recording that cannot be split is left out.
@@ -101,7 +102,7 @@ def context_for(
         recordings={name: by_name[name] for name in parts},
         parts=parts,
         left_out=left_out,
-        side=side,
+        simulator=simulator,
         work=wanted.work,
         seed=wanted.seed,
         seconds=QUICK_SECONDS if wanted.quick else SECONDS,
@@ -138,7 +139,7 @@ def judge(context: Context, wanted: Wanted, report: Report = lambda _line: None)
         drives,
         {name: ceiling(each) for name, each in drives.items()},
         {name: truth_of(each) for name, each in drives.items()},
-        _steps(context, wanted, [done[job] for job in fits], report),
+        _steps(wanted, [done[job] for job in fits], report),
         _notes(context, why),
         context.clock() - start, len(done), taken,
     )  # fmt: skip
@@ -216,7 +217,7 @@ def _drives(context: Context) -> tuple[dict[str, Drive], dict[str, str]]:
     return found, why
 
 
-def _steps(context: Context, wanted: Wanted, fits: Sequence[Done], report: Report) -> dict[str, Steps]:
+def _steps(wanted: Wanted, fits: Sequence[Done], report: Report) -> dict[str, Steps]:
     """The time of a step of each method by runtime, alone on the machine: its size is the same for all textures."""
     found: dict[str, Steps] = {}
     for done in fits:
@@ -224,7 +225,7 @@ def _steps(context: Context, wanted: Wanted, fits: Sequence[Done], report: Repor
         if isinstance(job, Fit) and done.card is not None and job.method not in found:
             report(f"timing steps of {job.method}")
             try:
-                found[job.method] = context.side.step_us(done.card, QUICK_STEPS if wanted.quick else STEPS)
+                found[job.method] = step_us(done.card, QUICK_STEPS if wanted.quick else STEPS, time.perf_counter_ns)
             except ValueError as refusal:
                 report(f"{job.method}: no step was timed: {refusal}")
     return found

@@ -13,9 +13,9 @@ import numpy as np
 
 from palpate.modeling.textures.methods import Fitted, Method
 from palpate.modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
-from palpate.modeling.textures.side import TextureSide
 from palpate.modeling.textures.windows import samples_of
 from palpate.signals.models.card import Port, Texture
+from palpate.signals.textures.voice import play
 
 START_SPEED_MM_S, START_FORCE_N = 45.0, 0.8
 """What hands begin with (thesis 4.5.1; 45 m/s there is a misprint)."""
@@ -47,15 +47,15 @@ class BlockFitted(Fitted, Protocol):
 
 def write_texture(
     folder: Path, recording: Recording, parts: Parts, fitted: Fitted, method: Method, *,
-    side: TextureSide | None = None, seed: int = 0, name: str | None = None,
+    with_start: bool = False, seed: int = 0, name: str | None = None,
     metrics: Mapping[str, float] | None = None, training: Mapping[str, Any] | None = None, notes: Sequence[str] = (),
 ) -> Path:  # fmt: skip
     """Write a fitted texture as a model (NAME.json, NAME.safetensors) and return its card's path.
 
-    NAME is texture-TEXTURE-METHOD unless given. With a `side`, the file also holds what a touch begins with: the last
+    NAME is texture-TEXTURE-METHOD unless given. `with_start`: the file also holds what a touch begins with: the last
     window of a second that the model itself makes at 45 mm/s and 0.8 N, by the renderer (thesis 4.5.1); without, or
     where a model gives spectra, a touch begins without. Raises ModelWritingError for what cannot be written,
-    TextureDataError for a training part without samples, and what the side raises.
+    TextureDataError for a training part without samples.
     """
     from palpate.modeling.files.writing import write_model
 
@@ -69,9 +69,9 @@ def write_texture(
     name = name or model_name(recording.texture, method.name)
     texture = texture_of(recording, parts, fitted, method)
     card = write_model(folder, name, exported, texture=texture, **told)
-    if side is None or method.kind == "block":
+    if not with_start or method.kind == "block":
         return card
-    start = started(side, card, fitted.window, seed)
+    start = started(card, fitted.window, seed)
     held = replace(exported, tensors={**exported.tensors, START: start})
     return write_model(folder, name, held, texture=texture.model_copy(update={"start": START}), **told)
 
@@ -121,9 +121,9 @@ def ports(fitted: Fitted, method: Method) -> tuple[Port, Port]:
     )
 
 
-def started(side: TextureSide, card: Path, window: int, seed: int = 0) -> Array:
+def started(card: Path, window: int, seed: int = 0) -> Array:
     """The last `window` samples in m/s^2 of a second that the card's model makes at 45 mm/s and 0.8 N."""
     steps = round(START_S * RATE_HZ) + window
-    made = side.played(card, np.full(steps, START_SPEED_MM_S), np.full(steps, START_FORCE_N), seed)
+    made = play(card, np.full(steps, START_SPEED_MM_S), np.full(steps, START_FORCE_N), seed)
     found: Array = np.asarray(made, dtype=np.float64)[-window:]
     return found

@@ -13,7 +13,7 @@ from palpate.modeling.textures.cached import content_key, read_cached, write_cac
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import Sampled, evenly
 from palpate.modeling.textures.recording import Array, Recording, TextureDataError
-from palpate.modeling.textures.side import TextureSide, side_digest
+from palpate.modeling.textures.simulator import TextureSimulator, simulation_digest
 
 SIX = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
 """The textures that are rendered (thesis 4.3.2)."""
@@ -24,7 +24,7 @@ STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 
 
 def simulated(
-    side: TextureSide, textures: Sequence[str] = SIX, seconds: float = SECONDS, seed: int = 1,
+    simulator: TextureSimulator, textures: Sequence[str] = SIX, seconds: float = SECONDS, seed: int = 1,
     cache: Path | None = None, report: Callable[[str], None] = lambda _line: None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[Recording, ...]:  # fmt: skip
@@ -32,35 +32,37 @@ def simulated(
 
     The same texture, seconds and seed give the same recording. In a folder `cache` it is kept under the SHA-256 of all
     that decides it, the program's own files included, and checked when it is read; `report` is told the seconds that
-    each took. Raises TextureDataError, and what `side` raises on a texture that it does not have.
+    each took. Raises TextureDataError, and what `simulator` raises on a texture that it does not have.
     """
     found = []
     for texture in textures:
         began = clock()
-        recording, kept = _one(side, texture, seconds, seed, cache)
+        recording, kept = _one(simulator, texture, seconds, seed, cache)
         how = "read from the cache" if kept else "captured"
         report(f"{texture}: {recording.seconds:.1f} s {how} in {clock() - began:.2f} s")
         found.append(recording)
     return tuple(found)
 
 
-def captured(side: TextureSide, texture: str, seconds: float = SECONDS, seed: int = 1) -> Recording:
+def captured(simulator: TextureSimulator, texture: str, seconds: float = SECONDS, seed: int = 1) -> Recording:
     """As `simulated`, of one texture and without a cache."""
-    streams = side.captured(texture, seconds, seed)
+    streams = simulator.captured(texture, seconds, seed)
     told = (f"simulated {texture}, {seconds:g} s, seed {seed} {_digest(streams)}",)
     return prepared(texture, texture.replace("_", " "), [_touched(texture, streams, told)])
 
 
-def _one(side: TextureSide, texture: str, seconds: float, seed: int, cache: Path | None) -> tuple[Recording, bool]:
+def _one(
+    simulator: TextureSimulator, texture: str, seconds: float, seed: int, cache: Path | None
+) -> tuple[Recording, bool]:
     if cache is None:
-        return captured(side, texture, seconds, seed), False
-    kind = type(side)
-    decides = (texture, seconds, seed, f"{kind.__module__}.{kind.__qualname__}", side_digest(side))
+        return captured(simulator, texture, seconds, seed), False
+    kind = type(simulator)
+    decides = (texture, seconds, seed, f"{kind.__module__}.{kind.__qualname__}", simulation_digest(simulator.captured))
     file = cache / f"texture-{texture}-{content_key(*decides)}"
     kept = read_cached(file)
     if kept is not None:
         return kept, True
-    made = captured(side, texture, seconds, seed)
+    made = captured(simulator, texture, seconds, seed)
     write_cached(file, made)
     return made, False
 

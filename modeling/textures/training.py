@@ -15,7 +15,7 @@ from palpate.modeling.textures.judging_whole import Wanted, context_for, finishe
 from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.registry import METHODS
-from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.training.curves import history_in
 from palpate.modeling.training.run_card import run_card
 
@@ -48,7 +48,7 @@ class Written:
 
 
 def train_textures(
-    recordings: Sequence[Recording], side: TextureSide, wanted: Wanted, folder: Path,
+    recordings: Sequence[Recording], simulator: TextureSimulator, wanted: Wanted, folder: Path,
     report: Report = lambda _line: None, methods: Mapping[str, Method] = METHODS,
 ) -> tuple[Written, ...]:  # fmt: skip
     """Fit the wanted methods to every texture, let each run free, and write texture-TEXTURE-METHOD into the folder.
@@ -59,7 +59,7 @@ def train_textures(
     earlier, equal command or an evaluation finished is taken from `wanted.work`. Raises TextureDataError for a
     recording that cannot be split, or where a method refuses one.
     """
-    context = context_for(recordings, side, wanted, methods)
+    context = context_for(recordings, simulator, wanted, methods)
     for why in context.left_out.values():
         raise TextureDataError(why)
     fits = [Fit(texture, name) for texture in context.recordings for name in wanted.names]

@@ -7,7 +7,6 @@ import pytest
 from click.testing import CliRunner
 
 from palpate import command_line
-from palpate.command_line import Sides
 from palpate.modeling.commands import evaluate, train
 from palpate.modeling.files.evaluation_folder import RESULTS
 from palpate.signals.models.file import read_model
@@ -32,7 +31,7 @@ def table(tmp_path):
 
 
 def done(command, *arguments):
-    result = CliRunner().invoke(command, ["doors", *map(str, arguments)], obj=Sides(), catch_exceptions=False)
+    result = CliRunner().invoke(command, ["doors", *map(str, arguments)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result
 
@@ -115,7 +114,7 @@ def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
 
     monkeypatch.setattr("palpate.modeling.doors.evaluating_whole.evaluate", stop)
     arguments = ["doors", "--data", str(table), "--lab", str(tmp_path)]
-    result = CliRunner().invoke(evaluate, arguments, obj=Sides())
+    result = CliRunner().invoke(evaluate, arguments)
     assert result.exit_code == 130
     assert "the same command goes on" in result.stderr
 

@@ -1,4 +1,4 @@
-"""`palpate textures simulate` on a side that makes nothing: what is asked, what is told, how it ends."""
+"""`palpate textures simulate` on a simulator that makes nothing: what is asked, what is told, how it ends."""
 
 import json
 from dataclasses import dataclass, field
@@ -28,10 +28,10 @@ class Front:
     made: list
     asked: dict = field(default_factory=dict)
 
-    def texture_set(self):
+    def __call__(self):
         return self
 
-    def make(self, lab, report, **asked):
+    def make_set(self, lab, report, **asked):
         report("50 textures")
         self.asked = {"lab": lab, **asked}
         return self.made
@@ -77,11 +77,6 @@ def test_as_json(tmp_path):
 @pytest.mark.parametrize(("option", "words"), [("--hatt", "no XML file"), ("--cluster-data", "sensor_data/accel")])
 def test_foreign_data_can_be_trained_on(tmp_path, option, words):
     with pytest.raises(TextureDataError, match=words):
-        CliRunner().invoke(evaluate_textures, [option, str(tmp_path)], obj=Side(), catch_exceptions=False)
-    result = CliRunner().invoke(evaluate_textures, [option, str(tmp_path), "--simulated"], obj=Side())
+        CliRunner().invoke(evaluate_textures, [option, str(tmp_path)], obj=lambda: None, catch_exceptions=False)
+    result = CliRunner().invoke(evaluate_textures, [option, str(tmp_path), "--simulated"], obj=lambda: None)
     assert result.exit_code == 2 and "one of them is expected" in result.output
-
-
-class Side:
-    def textures(self):
-        return self

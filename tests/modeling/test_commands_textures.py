@@ -7,17 +7,10 @@ from click.testing import CliRunner
 from palpate.modeling.commands_textures import evaluate_textures, train_textures
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.signals.models.file import read_model
-from palpate.studies.texture_side import RigTextures
+from palpate.studies.texture_simulator import SimulatedTextures
 from tests.modeling.textures.made_up_recording import recording
 
 pytestmark = pytest.mark.needs("torch")
-
-
-class Front:
-    """What the front door hands over."""
-
-    def textures(self):
-        return RigTextures()
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +26,7 @@ def tables(tmp_path_factory):
 
 
 def done(command, *arguments):
-    result = CliRunner().invoke(command, [*map(str, arguments)], obj=Front(), catch_exceptions=False)
+    result = CliRunner().invoke(command, [*map(str, arguments)], obj=SimulatedTextures, catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result
 
@@ -97,13 +90,13 @@ def test_a_name_that_is_none_is_refused_with_the_nearest(tables, tmp_path, argum
 
 
 def test_two_sources_at_once_are_refused(tables):
-    result = CliRunner().invoke(evaluate_textures, ["--tables", str(tables), "--simulated"], obj=Front())
+    result = CliRunner().invoke(evaluate_textures, ["--tables", str(tables), "--simulated"], obj=SimulatedTextures)
     assert result.exit_code == 2
     assert "--tables and --simulated: one of them" in result.output
 
 
 def test_a_hand_held_still_without_tables_is_refused():
-    result = CliRunner().invoke(train_textures, ["--simulated", "--force-n", "1"], obj=Front())
+    result = CliRunner().invoke(train_textures, ["--simulated", "--force-n", "1"], obj=SimulatedTextures)
     assert result.exit_code == 2
     assert "--tables is expected" in result.output
 

@@ -111,14 +111,19 @@ def test_a_partial_is_of_the_module_of_its_function():
     ("asked", "there", "not_there"),
     [
         (
-            {"modules": ("palpate.studies.texture_side",), "registries": True},
+            {"modules": ("palpate.signals.textures.voice",), "registries": True},
+            {"palpate.signals.models.native.library", "palpate.signals.models.runtime"},
+            {"palpate.studies.texture_capturing", "palpate.devices.surfaces.hand"},
+        ),
+        (
+            {"modules": ("palpate.studies.texture_capturing",), "registries": True},
+            {"palpate.devices.daq.force_torque", "palpate.devices.surfaces.hand", "palpate.protocols.keyed"},
             {
-                "palpate.devices.daq.force_torque",
-                "palpate.signals.models.native.library",
-                "palpate.devices.surfaces.hand",
-                "palpate.protocols.keyed",
+                "palpate.studies.texture_set",
+                "palpate.studies.session",
+                "palpate.devices.window.presenter",
+                "palpate.devices.render.commands",
             },
-            {"palpate.studies.session", "palpate.devices.window.presenter", "palpate.devices.render.commands"},
         ),
         (
             {"modules": ("palpate.modeling.doors.evaluating_run",), "registries": True},

@@ -32,10 +32,11 @@ from palpate.studies.replay import replay
 from palpate.studies.rig import simulated
 from palpate.studies.scenes import WHOLE, Strokes
 from palpate.studies.session import ledger_path, resume, start
-from palpate.studies.texture_set import QUICK, SetWanted, TextureSet, estimate, make_set, room_bytes
+from palpate.studies.texture_set import QUICK, SetWanted, estimate, make_set, room_bytes
 from palpate.studies.texture_set_pace import Pace
 from palpate.studies.texture_set_rig import ToolAhead, felt, rig_for
 from palpate.studies.texture_set_studies import LEAST_S, STUDIES, TextureSetError, all_textures, chosen, planned
+from palpate.studies.texture_simulator import SimulatedTextures
 from palpate.studies.twins import ToolTwin
 
 SMALL = {"textures": ("T46", "T15"), "seconds": 6.0, "pictures": 1, "raters": 2}
@@ -43,7 +44,7 @@ ALL = ("texture_capture P001", "texture_photos P001", "texture_ratings P001", "t
 
 
 def make(lab, report=lambda _line: None, **changed):
-    return TextureSet().make(lab, report, **{**SMALL, **changed})
+    return SimulatedTextures().make_set(lab, report, **{**SMALL, **changed})
 
 
 def events(lab, study, who="P001"):

@@ -11,7 +11,7 @@ from palpate.modeling.attributes.reading import read_material
 from palpate.modeling.attributes.registry import METHODS
 from palpate.modeling.attributes.training import train_attributes
 from palpate.modeling.commands_library import textures
-from palpate.studies.texture_set import TextureSet
+from palpate.studies.texture_simulator import SimulatedTextures
 
 pytestmark = [pytest.mark.long, pytest.mark.needs("torch", "librosa", "pywt", "skimage")]
 
@@ -26,7 +26,7 @@ FELT_AND_SEEN = {**FELT, "ridge": (("dwt",), ("resnet",))}
 def lab(tmp_path_factory):
     """A simulated tool touched each for 7 s, a camera took one picture of each, three simulated people rated it."""
     place = tmp_path_factory.mktemp("set") / "lab"
-    made = TextureSet().make(place, lambda _line: None, textures=TEXTURES, seconds=7.0, pictures=1, raters=3)
+    made = SimulatedTextures().make_set(place, lambda _line: None, textures=TEXTURES, seconds=7.0, pictures=1, raters=3)
     assert all(each.complete for each in made)
     return place
 

@@ -1,4 +1,4 @@
-"""Small things to judge: recordings of a resonance that follows the hand, methods without torch, a side without rig."""
+"""Small things to judge: recordings of a resonance that follows the hand, methods without torch, made-up surfaces."""
 
 from dataclasses import dataclass, replace
 
@@ -10,7 +10,7 @@ from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
 from palpate.signals.models.card import Dense
-from palpate.studies.texture_side import RigTextures
+from palpate.studies.texture_simulator import SimulatedTextures
 from tests.modeling.textures.made_up_recording import recording
 
 ORDER = 12
@@ -21,33 +21,14 @@ def recordings(seconds=8.0, names=("smooth", "rough")):
 
 
 @dataclass(frozen=True)
-class SmallSide(RigTextures):
-    """The rig's own player and clock; surfaces that are made up."""
+class MadeUpSurfaces(SimulatedTextures):
+    """Explorations that are made up."""
 
     def scene(self, texture, seconds, seed):
         return recording(seconds, 100 + seed, texture).signals
 
     def again(self, texture, seconds, seed):
         return recording(seconds, 900 + seed, texture).signals
-
-
-@dataclass(frozen=True)
-class OtherHands:
-    """A side that plays what it is told to."""
-
-    made: np.ndarray | None = None
-
-    def scene(self, texture, seconds, seed):
-        return recording(seconds, seed, texture).signals
-
-    def again(self, texture, seconds, seed):
-        return recording(seconds, 900 + seed, texture).signals
-
-    def played(self, _card, speed_mm_s, _force_N, _seed, sampled=True):
-        return np.zeros(len(speed_mm_s)) if self.made is None else np.resize(self.made, len(speed_mm_s))
-
-    def step_us(self, _card, _steps=2000):
-        return {"made up": (20.0, 30.0, 1e-7)}
 
 
 @dataclass(frozen=True)
@@ -107,10 +88,10 @@ def wanted(work, methods=("foten", "foten_generative"), explore=True, **more):
     return Wanted(work=work, methods=methods, explore=explore, quick=True, workers=1, **more)
 
 
-def context(work, found=None, side=None, known=METHODS, methods_of=("foten", "foten_generative"), **more):
+def context(work, found=None, simulator=None, known=METHODS, methods_of=("foten", "foten_generative"), **more):
     asked = wanted(work, methods_of, **more)
     clock = iter(range(10**6)).__next__
-    return context_for(found or recordings(), side or SmallSide(), asked, known, clock=clock), asked
+    return context_for(found or recordings(), simulator or MadeUpSurfaces(), asked, known, clock=clock), asked
 
 
 def windows_of(judged, texture):

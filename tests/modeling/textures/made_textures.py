@@ -29,8 +29,8 @@ def recording(n=20_000, seed=0, texture="made"):
     return Recording(texture, texture, np.stack([vibration(n, seed) * speed / 80, speed, force]))
 
 
-class MadeSide:
-    """A side whose captures are made up: streams of the rates and channels of a session."""
+class MadeSimulator:
+    """A simulator whose captures are made up: streams of the rates and channels of a session."""
 
     def __init__(self):
         self.asked = 0

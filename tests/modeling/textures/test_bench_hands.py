@@ -1,22 +1,19 @@
 """Shipped models under fresh hands: every look at every method, judged once, and the truth made again beside them."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.synthesis import free_running
 from benchmarks.synthesis.free_running import AGAIN, LOOKS, METHODS, cases
 from tests.modeling.textures.made_up_recording import recording
 
 CARDS = {"rough": {"ar": Path("rough-ar.json"), "foten_generative": Path("rough-foten.json"), "gan": Path("gan.json")}}
 
 
-@dataclass
-class Side:
-    """Another realisation of the truth as autoregression, and half of it as the generative network."""
-
-    asked: list = field(default_factory=list)
+class Surfaces:
+    """The truth, and another realisation of it."""
 
     def scene(self, texture, seconds, seed):
         return recording(seconds, seed, texture).signals
@@ -26,20 +23,23 @@ class Side:
         found[0] = recording(seconds, 900 + seed, texture).signals[0]
         return found
 
-    def played(self, card, speed, _force, seed, sampled=True):
-        self.asked.append((card.stem, seed))
+
+def test_every_look_at_every_method_from_one_run_of_each(monkeypatch):
+    played = []
+
+    def play(card, speed, _force, seed):
+        """Another realisation of the truth as autoregression, and half of it as the generative network."""
+        played.append((card.stem, seed))
         share = 1.0 if "ar" in card.stem else 0.5
         return share * recording(len(speed) / 1000, seed, "rough").signals[0]
 
-
-def test_every_look_at_every_method_from_one_run_of_each():
-    side = Side()
-    found = list(cases(True, side, CARDS, clock=iter(np.arange(100.0)).__next__))
+    monkeypatch.setattr(free_running, "play", play)
+    found = list(cases(True, Surfaces(), CARDS, clock=iter(np.arange(100.0)).__next__))
     assert [each.method for each in found] == [AGAIN, *METHODS] * len(LOOKS)
     errors = {(each.case, each.method): each.error(each.run()) for each in found}
     assert errors["rough: level", "foten_generative"] == pytest.approx(0.5)
     assert errors["rough: felt_dB", "ar"] == pytest.approx(0.0, abs=1e-9)
     assert 0 < errors["rough: felt_dB", AGAIN] < errors["rough: felt_dB", "foten_generative"]
     assert errors["rough: smoothed_gfc", "foten_generative"] == pytest.approx(0.0, abs=1e-9)
-    assert [name for name, _ in side.asked] == ["rough-foten", "rough-ar"]
+    assert [name for name, _ in played] == ["rough-foten", "rough-ar"]
     assert found[0].seconds(found[0].run()) == 1.0

@@ -6,13 +6,13 @@ import pytest
 from palpate.modeling.textures.judging import LIMITS, beyond, ceiling, judged, truth_of
 from palpate.modeling.textures.judging_drive import explored, from_recording
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
-from tests.modeling.textures.judged_small import OtherHands, SmallSide
+from tests.modeling.textures.judged_small import MadeUpSurfaces
 from tests.modeling.textures.made_up_recording import parts, recording
 
 
 @pytest.fixture(scope="module")
 def drive():
-    return explored(SmallSide(), "cloth", 20.0, 1)
+    return explored(MadeUpSurfaces(), "cloth", 20.0, 1)
 
 
 def test_the_truth_itself_is_without_fault(drive):
@@ -104,10 +104,10 @@ def test_a_hand_that_rests_cannot_drive_anything():
 
 
 def test_an_exploration_that_is_none_is_refused():
-    side = OtherHands()
-    object.__setattr__(side, "scene", lambda *_: np.full((3, 100), np.nan))
+    simulator = MadeUpSurfaces()
+    object.__setattr__(simulator, "scene", lambda *_: np.full((3, 100), np.nan))
     with pytest.raises(TextureDataError, match="finite"):
-        explored(side, "cloth", 1.0, 0)
+        explored(simulator, "cloth", 1.0, 0)
 
 
 def test_the_truths_envelope_goes_with_the_hand(drive):

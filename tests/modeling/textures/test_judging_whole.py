@@ -138,7 +138,7 @@ def test_two_recordings_of_one_name_and_unknown_methods_are_refused(tmp_path):
     with pytest.raises(TextureDataError, match="one of each"):
         small.context(tmp_path, found=(recording(4.0, 1, "same"), recording(4.0, 2, "same")))
     with pytest.raises(TextureDataError, match="foten"):
-        context_for(small.recordings(), small.SmallSide(), small.wanted(tmp_path, methods=("fotan",)))
+        context_for(small.recordings(), small.MadeUpSurfaces(), small.wanted(tmp_path, methods=("fotan",)))
 
 
 def test_a_short_recording_without_more_surface_is_driven_by_itself(tmp_path):

@@ -3,6 +3,7 @@ import re
 import numpy as np
 import pytest
 
+from palpate.modeling.textures import outputs
 from palpate.modeling.textures.outputs import model_name, texture_of, write_texture
 from palpate.modeling.textures.recording import Parts, TextureDataError
 from palpate.signals.models.file import read_model
@@ -24,9 +25,7 @@ def fitted(found, method):
 
 def test_the_file_plays_and_holds_what_a_touch_begins_with(found, tmp_path):
     model = fitted(found, small.SAMPLED)
-    card = write_texture(
-        tmp_path, found, parts(found), model, small.SAMPLED, side=small.SmallSide(), metrics={"mae": 1.0}
-    )
+    card = write_texture(tmp_path, found, parts(found), model, small.SAMPLED, with_start=True, metrics={"mae": 1.0})
     read = read_model(card)
     start = read.tensors[read.card.texture.start]
     assert card.name == "texture-smooth-foten_generative.json"
@@ -37,16 +36,16 @@ def test_the_file_plays_and_holds_what_a_touch_begins_with(found, tmp_path):
     assert read_model(alone).card.texture.start is None
 
 
-def test_the_start_is_the_models_own_at_45_mm_s_and_0_8_N_and_the_same_each_time(found, tmp_path):
+def test_the_start_is_the_models_own_at_45_mm_s_and_0_8_N_and_the_same_each_time(found, tmp_path, monkeypatch):
     asked = []
 
-    class Told(small.OtherHands):
-        def played(self, card, speed_mm_s, force_N, seed, sampled=True):
-            asked.append((set(speed_mm_s), set(force_N), len(speed_mm_s)))
-            return np.arange(float(len(speed_mm_s)))
+    def play(_card, speed_mm_s, force_N, _seed):
+        asked.append((set(speed_mm_s), set(force_N), len(speed_mm_s)))
+        return np.arange(float(len(speed_mm_s)))
 
+    monkeypatch.setattr(outputs, "play", play)
     model = fitted(found, small.PLAIN)
-    card = write_texture(tmp_path, found, parts(found), model, small.PLAIN, side=Told())
+    card = write_texture(tmp_path, found, parts(found), model, small.PLAIN, with_start=True)
     assert asked == [({45.0}, {0.8}, 1000 + model.window)]
     read = read_model(card)
     np.testing.assert_array_equal(read.tensors[read.card.texture.start], np.arange(1000.0, 1000.0 + model.window))

@@ -7,7 +7,7 @@ from palpate.modeling.textures.cached import content_key, read_cached, write_cac
 from palpate.modeling.textures.joined import joined
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.simulated import SIX, simulated
-from tests.modeling.textures.made_textures import MadeSide, recording
+from tests.modeling.textures.made_textures import MadeSimulator, recording
 
 
 def same(one, other):
@@ -15,8 +15,8 @@ def same(one, other):
 
 
 def test_six_textures_by_default_and_each_says_how_it_was_made():
-    side = MadeSide()
-    found = simulated(side, seconds=1.0)
+    simulator = MadeSimulator()
+    found = simulated(simulator, seconds=1.0)
     assert tuple(each.texture for each in found) == SIX
     assert all(each.seconds == pytest.approx(1.0, abs=0.07) for each in found)
     assert found[0].notes[0] == "simulated"
@@ -24,23 +24,23 @@ def test_six_textures_by_default_and_each_says_how_it_was_made():
 
 
 def test_the_cache_gives_the_same_and_only_for_the_same_question(tmp_path):
-    side, lines, ticks = MadeSide(), [], iter(range(100))
+    simulator, lines, ticks = MadeSimulator(), [], iter(range(100))
     ask = {"textures": ("cloth",), "seconds": 1.0, "cache": tmp_path, "report": lines.append}
-    (first,) = simulated(side, **ask, clock=lambda: float(next(ticks)))
-    (again,) = simulated(side, **ask, clock=lambda: float(next(ticks)))
-    assert side.asked == 1
+    (first,) = simulated(simulator, **ask, clock=lambda: float(next(ticks)))
+    (again,) = simulated(simulator, **ask, clock=lambda: float(next(ticks)))
+    assert simulator.asked == 1
     assert same(first, again)
     assert lines == ["cloth: 0.9 s captured in 1.00 s", "cloth: 0.9 s read from the cache in 1.00 s"]
-    (other,) = simulated(side, **(ask | {"seconds": 1.2}), seed=1)
-    (seeded,) = simulated(side, **ask, seed=2)
-    assert side.asked == 3
+    (other,) = simulated(simulator, **(ask | {"seconds": 1.2}), seed=1)
+    (seeded,) = simulated(simulator, **ask, seed=2)
+    assert simulator.asked == 3
     assert not same(first, other) and not same(first, seeded)
 
 
 @pytest.mark.parametrize("harm", ["numbers", "cut", "words", "gone"])
 def test_a_damaged_cache_is_made_again(tmp_path, harm):
-    side = MadeSide()
-    (first,) = simulated(side, ("cloth",), 1.0, cache=tmp_path)
+    simulator = MadeSimulator()
+    (first,) = simulated(simulator, ("cloth",), 1.0, cache=tmp_path)
     numbers, about = next(tmp_path.glob("*.npy")), next(tmp_path.glob("*.json"))
     data = numbers.read_bytes()
     if harm == "numbers":
@@ -51,11 +51,11 @@ def test_a_damaged_cache_is_made_again(tmp_path, harm):
         about.write_text("{")
     else:
         numbers.unlink()
-    (again,) = simulated(side, ("cloth",), 1.0, cache=tmp_path)
-    assert side.asked == 2
+    (again,) = simulated(simulator, ("cloth",), 1.0, cache=tmp_path)
+    assert simulator.asked == 2
     assert same(first, again)
-    simulated(side, ("cloth",), 1.0, cache=tmp_path)
-    assert side.asked == 2
+    simulated(simulator, ("cloth",), 1.0, cache=tmp_path)
+    assert simulator.asked == 2
 
 
 def test_a_joined_recording_keeps_its_borders(tmp_path):
@@ -73,8 +73,8 @@ def test_the_key_changes_with_everything_that_decides():
 
 
 def test_a_stream_that_lacks_is_named():
-    side = MadeSide()
-    whole = side.captured
-    side.captured = lambda *asked: {name: each for name, each in whole(*asked).items() if name != "tool_force"}
+    simulator = MadeSimulator()
+    whole = simulator.captured
+    simulator.captured = lambda *asked: {name: each for name, each in whole(*asked).items() if name != "tool_force"}
     with pytest.raises(TextureDataError, match="no stream 'tool_force'"):
-        simulated(side, ("cloth",), 1.0)
+        simulated(simulator, ("cloth",), 1.0)

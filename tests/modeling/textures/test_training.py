@@ -19,7 +19,7 @@ pytestmark = pytest.mark.needs("torch")
 def trained(tmp_path, found=None, methods=("foten_generative",), **more):
     asked = small.wanted(tmp_path / "work", methods, **more)
     return train_textures(
-        found or small.recordings(4.0), small.SmallSide(), asked, tmp_path / "models", methods=small.METHODS
+        found or small.recordings(4.0), small.MadeUpSurfaces(), asked, tmp_path / "models", methods=small.METHODS
     )
 
 
