@@ -23,7 +23,8 @@ Rows = NDArray[np.int64]
 class Mesh:
     """Points (k, 2), speed and force divided by `PER`; triangles (t, 3) of them; the outer edges (s, 2).
 
-    Points on a line, two or one have triangles without area: [i, j, j], [i, i, i].
+    Points on a line, two or one have triangles without area: [i, j, j], [i, i, i]. What plays the model has
+    `signals.models.triangles.Triangles`, whose shares differ in the last digits.
     """
 
     points: Array

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from palpate.modeling.textures.recording import Array, TextureDataError
+from palpate.signals.xml_text import EntitiesDeclared, xml_root
 
 LARGEST = 256 * 1024**2
 """Bytes of a file; ten seconds of every signal at 10 kHz take some 30 million."""
@@ -90,7 +91,13 @@ def read_document(file: Path) -> Document:
     """The file's elements. Raises TextureDataError: no such file, too large, no XML, cut short, entities declared."""
     where = str(file)
     try:
-        root = ElementTree.fromstring(_text(file))
+        root = xml_root(_content(file))
+    except UnicodeDecodeError as error:
+        raise TextureDataError(f"{file}: byte {error.start} is not UTF-8; a recording of the toolkit is") from None
+    except EntitiesDeclared:
+        raise TextureDataError(
+            f"{file}: it declares entities, which recordings have no need of; it is not read"
+        ) from None
     except (ElementTree.ParseError, ValueError) as error:
         raise TextureDataError(f"{where}: no whole XML ({error}); is the file cut short?") from None
     elements: dict[str, ElementTree.Element] = {}
@@ -100,19 +107,14 @@ def read_document(file: Path) -> Document:
     return Document(where, root, elements)
 
 
-def _text(file: Path) -> str:
+def _content(file: Path) -> bytes:
     try:
         size = file.stat().st_size
         if size > LARGEST:
             raise TextureDataError(f"{file}: {size} bytes; a recording of the toolkit has at most {LARGEST}")
-        text = file.read_bytes().decode("utf-8-sig")
+        return file.read_bytes()
     except OSError as error:
         raise TextureDataError(f"{file}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        raise TextureDataError(f"{file}: byte {error.start} is not UTF-8; a recording of the toolkit is") from None
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise TextureDataError(f"{file}: it declares entities, which recordings have no need of; it is not read")
-    return text
 
 
 def _name(element: ElementTree.Element) -> str:

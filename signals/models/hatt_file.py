@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.signals.models.errors import ModelFileError, reading
+from palpate.signals.xml_text import EntitiesDeclared, xml_root
 
 Array = NDArray[np.float64]
 
@@ -69,13 +70,11 @@ class _Odd(Exception):
 
 def _tree(content: bytes) -> ElementTree.Element:
     try:
-        text = content.decode("utf-8-sig")
+        root = xml_root(content)
     except UnicodeDecodeError:
         raise _Odd("it is no UTF-8 text") from None
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise _Odd("it declares entities, which models have no need of; it is not read")
-    try:
-        root = ElementTree.fromstring(text)
+    except EntitiesDeclared:
+        raise _Odd("it declares entities, which models have no need of; it is not read") from None
     except (ElementTree.ParseError, ValueError) as error:
         raise _Odd(f"it is no XML ({error})") from None
     if root.tag != "modelSet":
