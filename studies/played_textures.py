@@ -50,8 +50,7 @@ DECIMALS = 3
 def rendered(voice: Voice, card: Path, felt: Array, friction: float | None) -> Rendered:
     """Play a voice for the hand of `felt` (3, n), and compare; `friction` None: there is nothing to compare with."""
     from palpate.devices.render.hands import Scripted
-    from palpate.devices.render.loop import Loop
-    from palpate.devices.render.pace import AtOnce
+    from palpate.devices.render.loop import AtOnce, Loop
     from palpate.devices.render.sinks import Kept
 
     sink, hand = Kept(), Scripted(felt[1].tolist(), felt[2].tolist())

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.devices.author.screen import DesignerScreen
-from palpate.devices.author.view import DesignerStatus, DesignerView
-from palpate.devices.author.words import author_texts
+from palpate.devices.author.view import DesignerStatus, DesignerView, author_texts
 from palpate.devices.author.work import History, Setting, Work, neutral
 from palpate.devices.door.making import Maker, maker_for
 from palpate.devices.window.fonts import find_fonts

@@ -14,11 +14,10 @@ import numpy as np
 from palpate.devices.render.found import DEFAULT_METHOD, SHIPPED, available, card_for
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.headless import at_once
-from palpate.devices.render.window.choice import Choice
-from palpate.devices.render.window.heard import SHOWN, Array, heard
+from palpate.devices.render.window.choice import Choice, method_word, render_texts, texture_word
+from palpate.devices.render.window.elements import SHOWN, Array, heard
 from palpate.devices.render.window.screen import RendererScreen
 from palpate.devices.render.window.view import RendererStatus, RendererView
-from palpate.devices.render.window.words import method_word, render_texts, texture_word
 from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.screen import Page

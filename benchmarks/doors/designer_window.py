@@ -68,8 +68,7 @@ def painted_s(maker: Maker, size: tuple[int, int], count: int, seed: int = 1) ->
 def screen_of(maker: Maker, size: tuple[int, int]) -> DesignerScreen:
     """The sliders, every wish in the middle."""
     from palpate.devices.author.screen import DesignerScreen
-    from palpate.devices.author.view import DesignerView
-    from palpate.devices.author.words import author_texts
+    from palpate.devices.author.view import DesignerView, author_texts
     from palpate.devices.window.fonts import find_fonts
     from palpate.devices.window.geometry import Metrics
     from palpate.devices.window.screen import Page

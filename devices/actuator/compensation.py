@@ -1,13 +1,17 @@
-"""Wished accelerations become voltages, sample by sample."""
+"""Wished accelerations become voltages, sample by sample, within what the coil bears: a peak, and heat."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from palpate.devices.actuator.calibration import Calibration
-from palpate.devices.actuator.queue import Array
+from palpate.devices.actuator.queue import RATE_HZ, Array
+
+EASE = 0.75
+"""Share of the thermal limit from which on the output is turned down."""
 
 
 @dataclass
@@ -37,3 +41,35 @@ class Compensation:
         whole = np.concatenate([self._past, held])
         self._past = whole[len(whole) - len(self.taps) + 1 :]
         return np.convolve(whole, self.taps, mode="valid")
+
+
+@dataclass
+class Limiter:
+    """Keeps every sample within the peak, and the RMS over the thermal window within its limit, always.
+
+    The heat is the square of what is played, averaged with the window's time constant. From three quarters of the
+    limit on, the gain falls in a straight line to nothing at the limit: a signal that is too loud is turned down
+    smoothly and stays between 0.87 and 1 of the RMS limit. `limited` counts the samples that were changed.
+    """
+
+    peak: float
+    rms: float
+    window_s: float
+    heat: float = 0.0
+    limited: int = 0
+
+    def limit(self, samples: Array) -> Array:
+        """The samples as they may be played; they must be finite."""
+        keep = math.exp(-1 / (self.window_s * RATE_HZ))
+        full = self.rms**2
+        clipped = np.clip(samples, -self.peak, self.peak)
+        out = clipped.copy()
+        for place, value in enumerate(clipped.tolist()):
+            cooled = keep * self.heat
+            gain = min(1.0, max(0.0, (full - self.heat) / (full * (1 - EASE))))
+            most = math.sqrt(max(0.0, (full - cooled) / (1 - keep)))
+            played = max(-most, min(most, gain * value))
+            self.heat = cooled + (1 - keep) * played * played
+            out[place] = played
+        self.limited += int(np.count_nonzero(out != samples))
+        return out

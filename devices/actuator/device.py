@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from palpate.devices.actuator.calibration import Calibration
-    from palpate.devices.actuator.compensation import Compensation
-    from palpate.devices.actuator.limits import Limiter
+    from palpate.devices.actuator.compensation import Compensation, Limiter
     from palpate.devices.actuator.queue import Array, Queue
     from palpate.devices.sound.output import Output
 
@@ -161,7 +160,7 @@ class VoiceCoil:
 
 def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> VoiceCoil:
     """The voice coil of that name; opens nothing. A calibration's name is that of a file in `folder`."""
-    from palpate.devices.actuator.limits import Limiter
+    from palpate.devices.actuator.compensation import Limiter
     from palpate.devices.actuator.outputs import output_of
     from palpate.devices.actuator.queue import Queue
 

@@ -13,8 +13,7 @@ from palpate.devices.author.designs import DesignError
 from palpate.devices.author.pages import Aside, HelpScreen, NameScreen, OpenScreen, RecoverScreen
 from palpate.devices.author.playing import Player
 from palpate.devices.author.screen import DesignerScreen
-from palpate.devices.author.view import DesignerView
-from palpate.devices.author.words import author_texts
+from palpate.devices.author.view import DesignerView, author_texts
 from palpate.devices.author.work import History, Setting, Work, neutral
 from palpate.devices.door.link.simulator import DoorSimulator
 from palpate.devices.door.live import LiveDoor

@@ -1,29 +1,33 @@
-"""What the window shows of the work: every element as it looks now."""
+"""What the window shows of the work: every element as it looks now, in the words of its language."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from palpate.devices.author.elements import FEELS, SIDES, Felt, Pane, Upright
 from palpate.devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
 from palpate.devices.author.plotting import Hand, Plotter
-from palpate.devices.author.words import what_is_off, word
 from palpate.devices.author.work import MOST_SMOOTHING_DEG, Setting, Work
-from palpate.devices.door.making import Made, Maker
+from palpate.devices.door.making import NEUTRAL, Array, Made, Maker
 from palpate.devices.window.app import AppView, Status
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint import ALERT, INK, QUIET
 from palpate.devices.window.paint_text import Laid
 from palpate.devices.window.screens.elements import Element, Label, rounding
 from palpate.devices.window.screens.targets import Button, Track
+from palpate.devices.window.texts import MASTER, Texts, window_texts
 from palpate.devices.window.typeset import NUMBER_STEPS, WORD_STEPS
 
 KEPT = 50
 """Doors that are kept."""
+FOLDER = Path(__file__).resolve().parent / "texts"
+NAMED_OFF, NOTICED = 3, 10.0
+"""So many of the wishes that cannot be had are named at most: those missed by more than people just notice."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,3 +170,32 @@ class DesignerView(AppView):
         if key != self._foot_words:
             self._foot_words, self._foot_found = key, buttons(self.page, self.layout.foot, words, play)
         return self._foot_found
+
+
+def author_texts(language: str = MASTER) -> Texts:
+    """The words of the window and of the pages that it shares with others. Raises WindowError."""
+    return window_texts(FOLDER, "designer", language)
+
+
+def word(texts: Texts, name: str) -> str:
+    """An attribute's word in the language; as the model has it where there is none."""
+    return texts.words.get(f"word.{name}", name)
+
+
+def what_is_off(texts: Texts, maker: Maker, wish: tuple[float, ...], predicted: Array) -> str:
+    """In the language's own words: which wishes the nearest door misses most."""
+    off = [abs(felt - wished) for felt, wished in zip(predicted.tolist(), wish, strict=True)]
+    misses = sorted((number for number in range(len(wish)) if off[number] > NOTICED), key=lambda number: -off[number])
+    parts = [
+        texts(
+            "not_had_part", word=word(texts, _end(maker, number, wish[number])), wished=f"{wish[number]:.0f}",
+            feels=f"{predicted[number]:.0f}",
+        )
+        for number in sorted(misses[:NAMED_OFF])
+    ]  # fmt: skip
+    return texts("not_had", list=", ".join(parts))
+
+
+def _end(maker: Maker, number: int, wish: float) -> str:
+    """The word of the slider's end that is wished towards."""
+    return (maker.antonyms if wish >= NEUTRAL else maker.attributes)[number]

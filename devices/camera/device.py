@@ -201,8 +201,7 @@ class Camera:
         return Prompt(f"{said}: take the picture. Confirm only where no more come.")
 
     def _take(self, request: Sense, arrived: Arrived) -> None:
-        from palpate.devices.camera.keeping import keep
-        from palpate.devices.camera.look import Incomplete, Limits, look
+        from palpate.devices.camera.look import Incomplete, Limits, keep, look
 
         chosen = self.settings
         light = self._wanted()

@@ -215,8 +215,7 @@ def _inputs(models: Sequence[Model], files: Sequence[Path]) -> Inputs:
     """What is asked of all models that are compared."""
     import numpy as np
 
-    from palpate.devices.models.comparing import STUDY, Inputs, wishes
-    from palpate.devices.models.comparing_textures import DRIVE, WINDOW, texture_drives, texture_windows
+    from palpate.devices.models.comparing import DRIVE, STUDY, WINDOW, Inputs, texture_drives, texture_windows, wishes
     from palpate.devices.models.given import profile_of
 
     kind = models[0].card.takes.kind

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.render.deadlines import Deadlines
-from palpate.devices.render.hand_files import read_hand
 from palpate.devices.render.hand_simulated import simulated_hand
-from palpate.devices.render.hands import RATE_HZ, Scripted
+from palpate.devices.render.hands import RATE_HZ, Scripted, read_hand
 from palpate.devices.render.job import Job
+from palpate.devices.render.loop import Deadlines
 from palpate.devices.render.opened import told
 from palpate.devices.render.process import Rendering
 from palpate.protocols.files import open_bytes

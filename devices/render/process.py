@@ -8,9 +8,11 @@ import signal
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from multiprocessing.shared_memory import SharedMemory
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +22,6 @@ from palpate.devices.render.hands import Pushed
 from palpate.devices.render.job import Ask, End, Job, Reports, Switch, Volume
 from palpate.devices.render.loop import NEVER
 from palpate.devices.render.opened import Playing, playing, sounding
-from palpate.devices.render.outside import outside
 from palpate.devices.render.priority import by_itself, in_front, undisturbed
 from palpate.devices.render.trace import BYTES, Trace
 from palpate.devices.signals import DeviceFault
@@ -30,6 +31,9 @@ from palpate.signals.textures.sounds import RenderError, Sounds
 
 READY_S, ANSWER_S, GONE_S = 60.0, 10.0, 5.0
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+STAT, SCHEDULED = Path("/proc/stat"), Path("/proc/thread-self/schedstat")
+STEAL = 8
+"""The field of the line `cpu`, its name counted, that holds the ticks a hypervisor gave to others (proc(5))."""
 
 
 class Rendering:
@@ -241,3 +245,35 @@ def over(shared: SharedMemory) -> NDArray[np.float64]:
     if shared.buf is None:
         raise RenderError("the trace's memory is gone")
     return np.frombuffer(shared.buf, dtype=np.float64, count=BYTES // 8)
+
+
+@dataclass(frozen=True)
+class Outside:
+    """Seconds since the machine was started, None where the system does not tell.
+
+    `stolen_s` is of all processors together, in ticks of usually 10 ms; `waited_s` of the calling thread: it could have
+    run and was not let in.
+    """
+
+    stolen_s: float | None
+    waited_s: float | None
+
+    def since(self, before: Outside) -> dict[str, float | None]:
+        """What has been added, as a record keeps it."""
+        return {
+            "stolen_s": _less(self.stolen_s, before.stolen_s), "waited_s": _less(self.waited_s, before.waited_s),
+        }  # fmt: skip
+
+
+def outside(stat: Path = STAT, scheduled: Path = SCHEDULED) -> Outside:
+    """Now, for the calling thread."""
+    stolen = waited = None
+    with suppress(OSError, ValueError, IndexError, AttributeError):
+        stolen = int(stat.read_text(encoding="ascii").split(maxsplit=STEAL + 1)[STEAL]) / os.sysconf("SC_CLK_TCK")
+    with suppress(OSError, ValueError, IndexError):
+        waited = int(scheduled.read_text(encoding="ascii").split()[1]) * 1e-9
+    return Outside(stolen, waited)
+
+
+def _less(after: float | None, before: float | None) -> float | None:
+    return None if after is None or before is None else round(after - before, 4)

@@ -1,4 +1,4 @@
-"""One signal being recorded: its blocks put together to samples, its gaps, its clock."""
+"""One signal being recorded: its blocks put together to samples, its gaps, its clock, how strong it is."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from palpate.devices.signals import Block, DeviceFault, Signal
 from palpate.devices.streams.drift import ClockFit
-from palpate.devices.streams.levels import Level, level
 from palpate.devices.streams.ring import NO_ROOM, Ring
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Samples
@@ -26,6 +28,8 @@ WINDOW_S = 3.0
 """Whoever reads may be held up; within so long, what piled up has come."""
 MOST_DEVICE_PPM = 100_000.0
 """A device's own clock that runs further off was set meanwhile."""
+SHOWN = 2048
+"""The level is of so many rows, the last ones: it is looked at, not kept."""
 
 
 @dataclass(frozen=True)
@@ -270,3 +274,30 @@ class Stream:
     def _lateness(self, block: Block) -> float:
         rate_hz = self.signal.rate_hz
         return block.at_ns - self._last(block) * NS / rate_hz if rate_hz else 0.0
+
+
+@dataclass(frozen=True)
+class Level:
+    """Per channel the root mean square about the mean; rows with a value that is no finite number, and at the end."""
+
+    rms: tuple[float, ...]
+    bad: int
+    bad_at_end: int
+
+
+def level(data: bytes, channels: int) -> Level:
+    """The level of rows of little-endian float32; rows with a value that is not finite count as bad and for nothing."""
+    rows = np.frombuffer(data, "<f4").reshape(-1, channels)
+    finite = np.isfinite(rows)
+    if finite.all():
+        return Level(_spread(rows), 0, 0)
+    bad = ~finite.all(axis=1)
+    good = np.flatnonzero(~bad)
+    at_end = len(bad) - 1 - int(good[-1]) if len(good) else len(bad)
+    return Level(_spread(rows[good[-SHOWN:]]), int(bad.sum()), at_end)
+
+
+def _spread(rows: NDArray[np.float32]) -> tuple[float, ...]:
+    if not len(rows):
+        return (0.0,) * int(rows.shape[1])
+    return tuple(float(each) for each in rows[-SHOWN:].std(axis=0, dtype=np.float64))

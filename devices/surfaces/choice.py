@@ -1,16 +1,18 @@
-"""Which simulated surface stands in for a stimulus."""
+"""Which simulated surface stands in for a stimulus, by what its table says of the sample."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 
-from palpate.devices.surfaces.estimates import Estimate, estimate_of
-from palpate.devices.surfaces.table import SPANS, Surface, read_surfaces
+from palpate.devices.surfaces.table import SPANS, Surface, SurfaceDataError, read_surfaces
 
 BUMPS_UM = 8.0
 """RMS height of the large bumps per point of bumpiness (0 to 100)."""
+PREFIX = "sim_"
+AVERAGE = "50"
+"""What a surface is taken for where its table says nothing: a lab's own samples need no simulation."""
 
 
 def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
@@ -43,3 +45,43 @@ def _apart(surface: Surface, wanted: Estimate) -> float:
     """How far a surface is from what is wanted, in bumps and in stiffness."""
     stiffer = math.log10(surface.stiffness_N_mm / stiffness_N_mm(wanted)) / 3.4
     return abs(surface.bumps_um / BUMPS_UM - wanted.bumpiness) / 100 + abs(stiffer)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A sample from 0 (smooth, flat, sticky, hard) to 100 (rough, bumpy, slippery, soft).
+
+    Engineering judgement for simulation only: no measured property of any material.
+    """
+
+    roughness: float
+    bumpiness: float
+    slipperiness: float
+    softness: float
+
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction: 0.9 where it is sticky, 0.15 where it is slippery."""
+        return 0.9 - 0.0075 * self.slipperiness
+
+
+def estimate_of(columns: Mapping[str, str], where: str) -> Estimate:
+    """The estimate in the columns sim_roughness, sim_bumpiness, sim_slipperiness and sim_softness of a stimulus.
+
+    A column that is not there counts as 50. Raises SurfaceDataError naming the stimulus `where` and the column that
+    holds anything but a number from 0 to 100.
+    """
+    return Estimate(*(_number(columns, PREFIX + field.name, where) for field in fields(Estimate)))
+
+
+def _number(columns: Mapping[str, str], name: str, where: str) -> float:
+    text = columns.get(name, AVERAGE)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value <= 100:
+        raise SurfaceDataError(
+            f"stimulus {where!r}: {text!r} in the column {name!r}; a simulated surface needs a number from 0 to 100"
+        )
+    return value

@@ -13,11 +13,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
-from palpate.devices.surfaces.albedo import albedo
-from palpate.devices.surfaces.fields import SIZE_MM, Field, chance, shares
+from palpate.devices.surfaces.fields import SIZE_MM, Field, chance, lattice, self_affine, shares
 from palpate.devices.surfaces.relief import Relief
-from palpate.devices.surfaces.shading import hollowness, shadow, slopes
 from palpate.devices.surfaces.table import Surface, SurfaceDataError
 from palpate.protocols.files import open_bytes
 from palpate.protocols.keyed import Key, uniform
@@ -38,6 +37,12 @@ GRAY = 0.25
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """What linear red, green and blue weigh in the brightness that is metered (ITU-R BT.709)."""
 Image = NDArray[np.uint8]
+RING_MM = 7.0
+"""Distance of a board's growth rings, about."""
+REACH_MM = 6.0
+"""Longest shadow that is looked for."""
+HOLLOWS_MM = (0.25, 0.8, 2.5)
+"""Sizes of the surroundings in which a point lies deep or high."""
 
 
 @dataclass(frozen=True)
@@ -162,3 +167,97 @@ def _developed(colour: Field, name: str, lamp: Light, *key: Key) -> Image:
     linear = np.clip(exposed + spread * bell.reshape(exposed.shape), 0, 1)
     curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-6) ** (1 / 2.4) - 0.055)
     return np.asarray(np.round(255 * curve), dtype=np.uint8)
+
+
+def albedo(surface: Surface, field: Relief, *key: Key) -> Field:
+    """Linear reflectance, of shape (pixels, pixels, 3).
+
+    `pattern` and `height` follow the relief (threads, wires, grains); `grain` and `speckle` and the mottle do not.
+    """
+    pixels = field.mix.shape[0]
+    key = ("paint", surface.id, *key)
+    share = _share(surface, field, key)[..., np.newaxis]
+    first, second = linear(surface.colour), linear(surface.colour2)
+    painted = (1 - share) * first + share * second
+    if surface.mottle > 0:
+        cloud = self_affine(pixels, 2.0, 0.3, 0.15, surface.stretch, surface.grain_deg, *key, "mottle")
+        painted = painted * np.exp(np.float32(0.35 * surface.mottle) * cloud)[..., np.newaxis]
+    return np.asarray(np.clip(painted, 0, 1), dtype=np.float32)
+
+
+def linear(colour: str) -> Field:
+    """#rrggbb as linear reflectance: the sRGB curve undone."""
+    coded = np.array([int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5)])
+    return np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def _share(surface: Surface, field: Relief, key: tuple[Key, ...]) -> Field:
+    """Where the second colour lies, 0 to 1."""
+    if surface.paint == "pattern":
+        return field.mix
+    if surface.paint == "height":
+        low, high = np.percentile(field.height_um[::8, ::8], (5, 95))
+        return np.clip((field.height_um - np.float32(low)) / np.float32(max(high - low, 1e-6)), 0, 1)
+    if surface.paint == "grain":
+        return _grain(surface, field, key)
+    if surface.paint == "speckle":
+        fine = self_affine(field.mix.shape[0], 0.4, 0.3, 0.2, 1.0, 0.0, *key, "speckle")
+        return np.clip(fine * np.float32(0.35) + np.float32(0.3), 0, 1)
+    return np.zeros_like(field.mix)
+
+
+def _grain(surface: Surface, field: Relief, key: tuple[Key, ...]) -> Field:
+    """A board's figure: dark late wood at the end of each ring, streaks along the grain, darker pores."""
+    pixels = field.mix.shape[0]
+    _, across = lattice(pixels, RING_MM, 1.0, surface.grain_deg, 0.0, 1)
+    bent = self_affine(pixels, 18.0, 1.0, 2.0, 7.0, surface.grain_deg, *key, "figure")
+    streaks = self_affine(pixels, 0.8, 0.3, 0.15, 25.0, surface.grain_deg, *key, "streaks")
+    ring = (across + np.float32(1.1) * bent) % 1
+    late = ring**3 * np.clip((1 - ring) * 8, 0, 1)
+    dark = np.float32(0.15) + np.float32(0.75) * late + np.float32(0.16) * streaks + np.float32(0.5) * field.mix
+    return np.asarray(np.clip(dark, 0, 1), dtype=np.float32)
+
+
+def slopes(height_um: Field) -> tuple[Field, Field]:
+    """Rise per length to the right and upward, by central differences."""
+    step_um = np.float32(2000 * SIZE_MM / height_um.shape[0])
+    right = (np.roll(height_um, -1, 1) - np.roll(height_um, 1, 1)) / step_um
+    up = (np.roll(height_um, 1, 0) - np.roll(height_um, -1, 0)) / step_um
+    return right, up
+
+
+def shadow(height_um: Field, azimuth_deg: float, elevation_deg: float, penumbra_deg: float) -> Field:
+    """Share of the lamp that each point sees: 1 in full light, 0 in full shadow.
+
+    The steepest rise towards the lamp, on steps that grow by a quarter, against the lamp's height. Between steps
+    nothing is looked at: an object thinner than a step may cast no shadow beyond five times its breadth.
+    """
+    step_mm = SIZE_MM / height_um.shape[0]
+    steepest = np.full_like(height_um, -np.inf)
+    for reach in _steps(step_mm):
+        rows = -round(reach * math.sin(math.radians(azimuth_deg)))
+        columns = round(reach * math.cos(math.radians(azimuth_deg)))
+        away_um = 1000 * step_mm * max(math.hypot(rows, columns), 1e-9)
+        ahead = np.roll(height_um, (-rows, -columns), (0, 1))
+        np.maximum(steepest, (ahead - height_um) / np.float32(away_um), out=steepest)
+    low, high = (math.radians(elevation_deg + side * penumbra_deg) for side in (-1, 1))
+    hidden = (np.arctan(steepest) - np.float32(low)) / np.float32(high - low)
+    return np.asarray(1 - np.clip(hidden, 0, 1), dtype=np.float32)
+
+
+def _steps(step_mm: float) -> list[float]:
+    """Distances in points: 1, 2, 3, ... then growing by a quarter."""
+    reaches, reach = [], 1.0
+    while reach * step_mm <= REACH_MM:
+        reaches.append(reach)
+        reach = max(reach + 1, reach * 1.25)
+    return reaches
+
+
+def hollowness(height_um: Field) -> Field:
+    """How far each point lies in a hollow, 0 (open) to 1: depth below its surroundings of three sizes."""
+    deep = np.zeros_like(height_um)
+    for size_mm in HOLLOWS_MM:
+        around = gaussian_filter(height_um, size_mm * height_um.shape[0] / SIZE_MM / 2, mode="wrap", truncate=3)
+        deep += np.maximum(around - height_um, 0) / np.float32(1000 * size_mm / 2)
+    return np.asarray(1 - 1 / (1 + deep), dtype=np.float32)

@@ -1,16 +1,22 @@
-"""Font files of this machine that cover the characters of a study, and text split into runs of one font each."""
+"""Font files of this machine that cover the characters of a study, and text split into runs of one font each.
+
+Which characters a file can draw is read from its character map (OpenType `cmap`, formats 4 and 12).
+"""
 
 from __future__ import annotations
 
+import os
+import struct
+import sys
 import unicodedata
-from collections.abc import Iterable, Sequence
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
-from palpate.devices.window.fonts_cmap import Coverage, NotAFont, coverage
-from palpate.devices.window.fonts_files import BOLD, REGULAR, font_files, in_order
-from palpate.devices.window.fonts_scripts import is_complex, packages_for
 from palpate.devices.window.geometry import WindowError
 from palpate.protocols.wording import some
 
@@ -23,6 +29,49 @@ V = TypeVar("V")
 MOST_NAMED = 12
 CJK_INDEX = {"ja": 0, "ko": 1, "zh": 2}
 """Which font of Noto Sans CJK's collection writes a language's Chinese characters as its readers know them."""
+UNICODE = ((3, 10), (0, 6), (0, 4), (3, 1), (0, 3), (0, 2), (0, 1), (0, 0))
+"""(platform, encoding) of Unicode subtables, the widest first."""
+LARGEST_TABLE = 4_000_000
+REGULAR = (
+    "NotoSans-Regular.ttf", "NotoSans[[]*[]].ttf", "segoeui.ttf", "HelveticaNeue.ttc", "Arial.ttf", "arial.ttf",
+    "DejaVuSans.ttf", "LiberationSans-Regular.ttf",
+    "NotoSansKR-Regular.*", "NotoSansCJK-Regular.ttc", "NotoSansCJK-VF*.ttc", "malgun.ttf", "AppleSDGothicNeo.ttc",
+    "NanumGothic.ttf", "NotoSansJP-Regular.*", "NotoSansSC-Regular.*", "YuGothR.ttc", "msyh.ttc", "PingFang.ttc",
+    "NotoSansDevanagari-Regular.ttf", "Nirmala.ttf", "Nirmala.ttc", "Kohinoor.ttc", "mangal.ttf",
+    "Lohit-Devanagari.ttf",
+    "NotoSans*-Regular.ttf", "NotoSansSymbols*-Regular.ttf", "seguisym.ttf",
+)  # fmt: skip
+"""File names in order of preference: Latin with accents, then Korean and its neighbours, Devanagari, all else."""
+BOLD = (
+    "NotoSans-Bold.ttf", "segoeuib.ttf", "Arial Bold.ttf", "arialbd.ttf", "DejaVuSans-Bold.ttf",
+    "LiberationSans-Bold.ttf", "NotoSansKR-Bold.*", "NotoSansCJK-Bold.ttc", "malgunbd.ttf", "NanumGothicBold.ttf",
+    "NotoSansDevanagari-Bold.ttf", "NirmalaB.ttf", "NotoSans*-Bold.ttf",
+)  # fmt: skip
+ENDINGS = (".ttf", ".ttc", ".otf", ".otc")
+COMPLEX = (
+    (0x0590, 0x08FF),
+    (0x0900, 0x0DFF),
+    (0x0E00, 0x0FFF),
+    (0x1000, 0x109F),
+    (0x1100, 0x11FF),
+    (0x1780, 0x17FF),
+    (0xA8E0, 0xA8FF),
+    (0xFB1D, 0xFDFF),
+    (0xFE70, 0xFEFC),
+)
+"""Hebrew to Arabic, the scripts of India, Thai to Tibetan, Myanmar, loose Hangul letters, Khmer, and extensions."""
+_CJK = ("fonts-noto-cjk", "the system's Korean, Japanese or Chinese language pack")
+SOURCES = (
+    (0x1100, 0x11FF, *_CJK),
+    (0x3000, 0x9FFF, *_CJK),
+    (0xA960, 0xD7FF, *_CJK),
+    (0xF900, 0xFAFF, *_CJK),
+    (0xFF00, 0xFFEF, *_CJK),
+    (0x20000, 0x3FFFF, "fonts-noto-cjk", "the system's Chinese language pack"),
+    (0x0900, 0x0DFF, "fonts-noto-core", "the system's Hindi or Indian language pack (Nirmala UI, Kohinoor)"),
+    (0x1F000, 0x1FAFF, "fonts-symbola", "or leave pictures such as these out of the text"),
+)
+ANY = ("fonts-noto-core or fonts-noto-extra", "Noto Sans from notofonts.github.io")
 
 
 @dataclass(frozen=True)
@@ -189,3 +238,162 @@ def _invisible(character: str) -> bool:
 
 def _named(characters: Sequence[str]) -> str:
     return some((f"{c!r} ({unicodedata.name(c, f'U+{ord(c):04X}')})" for c in characters), MOST_NAMED)
+
+
+class NotAFont(ValueError):
+    """The file is no OpenType or TrueType font with a Unicode character map."""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Ranges of code points, sorted: first[n] to last[n], both inside."""
+
+    first: tuple[int, ...]
+    last: tuple[int, ...]
+
+    def holds(self, character: str) -> bool:
+        """Whether the font has a glyph for the character."""
+        place = bisect_right(self.first, ord(character)) - 1
+        return place >= 0 and ord(character) <= self.last[place]
+
+
+def coverage(path: Path, index: int = 0) -> Coverage:
+    """The characters that font number `index` of a file can draw. Raises NotAFont; OSError if it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            data = _subtable(_table(file, index))
+            ranges = sorted(_ranges(data))
+    except (struct.error, IndexError) as error:
+        raise NotAFont(f"{path}: a broken character map ({error})") from None
+    except NotAFont as error:
+        raise NotAFont(f"{path}: {error}") from None
+    return Coverage(tuple(first for first, _ in ranges), tuple(last for _, last in ranges))
+
+
+def _table(file: BinaryIO, index: int) -> bytes:
+    """The bytes of the cmap table."""
+    start = 0
+    if file.read(4) == b"ttcf":
+        _, count = struct.unpack(">II", file.read(8))
+        if not 0 <= index < count:
+            raise NotAFont(f"font {index} of {count}")
+        file.seek(12 + 4 * index)
+        (start,) = struct.unpack(">I", file.read(4))
+    file.seek(start + 4)
+    (tables,) = struct.unpack(">H", file.read(2))
+    file.seek(start + 12)
+    for _ in range(tables):
+        tag, _, offset, length = struct.unpack(">4sIII", file.read(16))
+        if tag == b"cmap":
+            file.seek(offset)
+            return file.read(min(length, LARGEST_TABLE))
+    raise NotAFont("no character map")
+
+
+def _subtable(table: bytes) -> bytes:
+    """The widest Unicode subtable of a format that is read here."""
+    _, count = struct.unpack_from(">HH", table)
+    found = {}
+    for number in range(count):
+        platform, encoding, offset = struct.unpack_from(">HHI", table, 4 + 8 * number)
+        (kind,) = struct.unpack_from(">H", table, offset)
+        if kind in (4, 12):
+            found[platform, encoding] = table[offset:]
+    for key in UNICODE:
+        if key in found:
+            return found[key]
+    raise NotAFont("no Unicode character map of format 4 or 12")
+
+
+def _ranges(data: bytes) -> Iterator[tuple[int, int]]:
+    (kind,) = struct.unpack_from(">H", data)
+    return _groups(data) if kind == 12 else _segments(data)
+
+
+def _groups(data: bytes) -> Iterator[tuple[int, int]]:
+    (count,) = struct.unpack_from(">I", data, 12)
+    for first, last, glyph in struct.iter_unpack(">III", data[16 : 16 + 12 * count]):
+        yield first + (glyph == 0), last
+
+
+def _segments(data: bytes) -> Iterator[tuple[int, int]]:
+    (twice,) = struct.unpack_from(">H", data, 6)
+    columns = [
+        struct.unpack_from(f">{twice // 2}H", data, 14 + twice * n + 2 * (n > 0)) for n in range(4)
+    ]  # ends; a pad; starts; deltas; range offsets
+    for place, (last, first, delta, offset) in enumerate(zip(*columns, strict=True)):
+        if offset == 0 and not first <= (-delta & 0xFFFF) <= last:
+            yield first, last
+        else:
+            where = 16 + 3 * twice + 2 * place + offset
+            yield from ((c, c) for c in range(first, last + 1) if _glyph(data, c, first, delta, offset, where))
+
+
+def _glyph(data: bytes, code: int, first: int, delta: int, offset: int, where: int) -> int:
+    """The glyph of a code point; 0 is none."""
+    if offset == 0:
+        return (code + delta) & 0xFFFF
+    place = where + 2 * (code - first)
+    if place + 2 > len(data):
+        return 0
+    (glyph,) = struct.unpack_from(">H", data, place)
+    return (glyph + delta) & 0xFFFF if glyph else 0
+
+
+def font_files(folders: Sequence[Path] | None = None) -> dict[str, Path]:
+    """Font files by name below the folders (default: the system's); of equal names the first one found counts."""
+    found: dict[str, Path] = {}
+    for folder in system_folders() if folders is None else folders:
+        for place, inner, names in os.walk(folder):
+            inner.sort()
+            for name in sorted(names):
+                if name.lower().endswith(ENDINGS):
+                    found.setdefault(name, Path(place, name))
+    return found
+
+
+def in_order(files: dict[str, Path], wanted: Sequence[str]) -> list[Path]:
+    """The files that a list of name patterns asks for, in its order, each once."""
+    chosen: dict[Path, None] = {}
+    for pattern in wanted:
+        exact = pattern in files
+        names = [pattern] if exact else sorted(name for name in files if fnmatch(name, pattern))
+        chosen.update((files[name], None) for name in names)
+    return list(chosen)
+
+
+def system_folders(platform: str = sys.platform) -> tuple[Path, ...]:
+    """Where this kind of system keeps fonts; last, those of matplotlib, so that Latin can be drawn."""
+    home = Path.home()
+    own: tuple[Path, ...]
+    if platform == "win32":
+        local = Path(os.environ.get("LOCALAPPDATA", home / "AppData/Local"))
+        own = (Path(os.environ.get("WINDIR", "C:/Windows"), "Fonts"), local / "Microsoft/Windows/Fonts")
+    elif platform == "darwin":
+        own = (home / "Library/Fonts", Path("/Library/Fonts"), Path("/System/Library/Fonts"))
+    else:
+        shared = os.environ.get("XDG_DATA_DIRS") or "/usr/local/share:/usr/share"
+        data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local/share")
+        own = (data / "fonts", home / ".fonts", *(Path(each, "fonts") for each in shared.split(":") if each))
+    return (*own, *_of_matplotlib())
+
+
+def _of_matplotlib() -> tuple[Path, ...]:
+    spec = find_spec("matplotlib")
+    if spec is None or spec.origin is None:
+        return ()
+    return (Path(spec.origin).parent / "mpl-data/fonts/ttf",)
+
+
+def is_complex(character: str) -> bool:
+    """Whether the script joins or reorders letters, so that one glyph after another would be wrong."""
+    return any(first <= ord(character) <= last for first, last in COMPLEX)
+
+
+def packages_for(characters: Sequence[str]) -> str:
+    """What to install for characters that no font has: Debian's packages, and what other systems call it."""
+    found: dict[tuple[str, str], None] = {}
+    for character in characters:
+        rows = ((debian, other) for first, last, debian, other in SOURCES if first <= ord(character) <= last)
+        found[next(rows, ANY)] = None
+    return " and ".join(f"{debian} (Debian, Ubuntu) / {other} (Windows, macOS)" for debian, other in found)

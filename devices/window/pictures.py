@@ -11,8 +11,7 @@ from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.inputs import Typed
 from palpate.devices.window.screen import Page, Screen
-from palpate.devices.window.screens.specimen_words import Wording, wording
-from palpate.devices.window.screens.specimens import TRIALS, Specimen, specimens
+from palpate.devices.window.screens.specimens import TRIALS, Specimen, Wording, specimens, wording
 from palpate.devices.window.texts import load_texts
 from palpate.protocols.files import open_bytes, staged_files
 from palpate.protocols.forms import Sliders

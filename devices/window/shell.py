@@ -1,4 +1,8 @@
-"""The real window: PsychoPy's, one picture on it, and ears that miss nothing. Imported by whoever opens a window."""
+"""The real window: PsychoPy's, one picture on it, and ears that miss nothing. Imported by whoever opens a window.
+
+The whole-screen picture is one texture on the graphics card, drawn pixel for pixel. What was drawn comes before the eye
+by a flip, or, where the processor draws, only what changed is copied to the front.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ import select
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import reduce
@@ -17,17 +21,18 @@ from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import Box, WindowError
 from palpate.devices.window.inputs import Input
 from palpate.devices.window.shell_checks import demand_display, demand_screen, demand_unscaled
-from palpate.devices.window.shell_ears import Ears
-from palpate.devices.window.shell_front import Copy, copier
+from palpate.devices.window.shell_ears import Ears, keys_of
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from palpate.devices.window.shell_texture import Texture
-
 TITLE = "Palpate"
 VIEWING_CM = 60.0
 AWAKE_S, SIZE_S = 20.0, 0.5
+SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer")
+"""What the renderers call themselves that draw with the processor."""
+EXTENSION = "GLX_MESA_copy_sub_buffer"
+Copy = Callable[[Box], None]
 
 
 class Shell(Protocol):
@@ -170,9 +175,6 @@ def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> Psych
 
 def _furnished(window: Any, pyglet: Any, calibration: Calibration) -> PsychopyShell:
     """The opened window with its texture and ears, checked against the calibration."""
-    from palpate.devices.window.shell_keys import keys_of
-    from palpate.devices.window.shell_texture import Texture
-
     handle, size = window.winHandle, calibration.size_px
     demand_unscaled(handle.get_pixel_ratio())
     calibration.demand_size((int(window.size[0]), int(window.size[1])))
@@ -265,3 +267,99 @@ def _stay_awake(handle: Any) -> None:
         from psychopy import platform_specific
 
         platform_specific.sendStayAwake()
+
+
+def copier(handle: Any, renderer: str, height: int) -> Copy | None:
+    """What copies a box of the drawn picture to the window of `handle` and leaves the drawn picture as it is.
+
+    None where there is nothing but a flip: on a graphics card only a flip waits for the screen to be through, so that
+    no frame is seen half old, and what was drawn before is then lost. A software renderer has no screen to wait for,
+    and each pixel that it need not draw again is time won.
+    """
+    if not any(name in renderer.lower() for name in SOFTWARE) or not hasattr(handle, "_x_display"):
+        return None
+    from pyglet.gl import glFinish
+    from pyglet.gl.glx_info import GLXInfo
+    from pyglet.gl.glxext_arb import glXCopySubBufferMESA
+    from pyglet.libs.x11.xlib import XSync
+
+    display, drawable = handle._x_display, getattr(handle.context, "glx_window", None)
+    if drawable is None or not GLXInfo(display).have_extension(EXTENSION):
+        return None
+
+    def copy(box: Box) -> None:
+        glFinish()
+        glXCopySubBufferMESA(display, drawable, box.left, height - box.bottom, box.width, box.height)
+        XSync(display, False)
+
+    return copy
+
+
+class Texture:
+    """One texture of the window's size, in the window's current context; `gl` is pyglet's."""
+
+    def __init__(self, gl: Any, size: tuple[int, int]) -> None:
+        self._gl, self._size = gl, size
+        self._demand_room()
+        self._name = gl.GLuint()
+        gl.glGenTextures(1, self._name)
+        gl.glBindTexture(gl.GL_TEXTURE_2D, self._name)
+        for which in (gl.GL_TEXTURE_MIN_FILTER, gl.GL_TEXTURE_MAG_FILTER):
+            gl.glTexParameteri(gl.GL_TEXTURE_2D, which, gl.GL_NEAREST)
+        for which in (gl.GL_TEXTURE_WRAP_S, gl.GL_TEXTURE_WRAP_T):
+            gl.glTexParameteri(gl.GL_TEXTURE_2D, which, gl.GL_CLAMP_TO_EDGE)
+        width, height = size
+        gl.glTexImage2D(gl.GL_TEXTURE_2D, 0, gl.GL_RGBA8, width, height, 0, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, None)
+
+    def upload(self, picture: Image.Image, box: Box) -> None:
+        """Take over a box of the picture; what of it lies outside of the window is left out.
+
+        Pillow keeps a pixel of an RGB picture in four bytes, as the texture does: nothing need be converted.
+        """
+        inside = box.common(Box(0, 0, *self._size))
+        if not inside.width or not inside.height:
+            return
+        gl = self._gl
+        part = picture.crop((inside.left, inside.top, inside.right, inside.bottom))
+        gl.glBindTexture(gl.GL_TEXTURE_2D, self._name)
+        gl.glPixelStorei(gl.GL_UNPACK_ALIGNMENT, 4)
+        gl.glTexSubImage2D(
+            gl.GL_TEXTURE_2D, 0, inside.left, inside.top, inside.width, inside.height,
+            gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, part.tobytes("raw", "RGBX"),
+        )  # fmt: skip
+
+    def draw(self, boxes: Iterable[Box]) -> None:
+        """Cover these boxes of the window with the texture: the picture's first row is at the top."""
+        gl = self._gl
+        self._plain_state()
+        for box in boxes:
+            gl.glScissor(box.left, self._size[1] - box.bottom, box.width, box.height)
+            gl.glBegin(gl.GL_QUADS)
+            for right, top in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                gl.glTexCoord2f(right, 1 - top)
+                gl.glVertex2f(2 * right - 1, 2 * top - 1)
+            gl.glEnd()
+        gl.glDisable(gl.GL_TEXTURE_2D)
+
+    def _plain_state(self) -> None:
+        """No shader, no blending, no view but the window's own: PsychoPy leaves its own behind."""
+        gl = self._gl
+        gl.glUseProgram(0)
+        for matrix in (gl.GL_PROJECTION, gl.GL_MODELVIEW):
+            gl.glMatrixMode(matrix)
+            gl.glLoadIdentity()
+        for off in (gl.GL_BLEND, gl.GL_DEPTH_TEST, gl.GL_LIGHTING):
+            gl.glDisable(off)
+        gl.glViewport(0, 0, *self._size)
+        gl.glEnable(gl.GL_SCISSOR_TEST)
+        gl.glActiveTexture(gl.GL_TEXTURE0)
+        gl.glEnable(gl.GL_TEXTURE_2D)
+        gl.glBindTexture(gl.GL_TEXTURE_2D, self._name)
+        gl.glTexEnvi(gl.GL_TEXTURE_ENV, gl.GL_TEXTURE_ENV_MODE, gl.GL_REPLACE)
+
+    def _demand_room(self) -> None:
+        gl = self._gl
+        most = gl.GLint()
+        gl.glGetIntegerv(gl.GL_MAX_TEXTURE_SIZE, most)
+        if most.value < max(self._size):
+            raise WindowError(f"the graphics card draws pictures up to {most.value} px; {self._size} px are needed")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks import actuator, camera, profiles, sound
-from palpate.devices.actuator.resonance import Coil
+from palpate.devices.actuator.outputs import Coil
 from palpate.devices.sound.noise import rms_of
 
 BENCHES = (actuator, profiles, sound, camera)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from palpate.devices.door.firmware.plant import Plant
+from palpate.devices.door.firmware.twin_plant import Plant
 from palpate.devices.door.plant.machine import Mode, Tick
 
 Ailment = Callable[[Tick, Tick], Tick]

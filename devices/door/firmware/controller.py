@@ -1,7 +1,7 @@
 """The firmware of the car-door simulator as a pure state machine: bytes and milliseconds in, bytes out.
 
-Nothing moves before ARM and PLAY; whatever goes wrong ends in `safe` with the fault latched.
-docs/reference/door-protocol.md has the states as a table.
+Nothing moves before ARM and PLAY; whatever goes wrong ends in `safe` with the fault latched. A profile comes in parts,
+and counts only once it is complete, whole and allowed. docs/reference/door-protocol.md has the states as a table.
 """
 
 from __future__ import annotations
@@ -9,17 +9,28 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
-from palpate.devices.door.firmware.limits import Limits
-from palpate.devices.door.firmware.memory import Memory
-from palpate.devices.door.firmware.plant import Plant
-from palpate.devices.door.firmware.sensor_check import Found, SensorCheck
+from palpate.devices.door.firmware.sensor_check import Found, Limits, SensorCheck
+from palpate.devices.door.firmware.twin_plant import Plant
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import FOLLOWS_FROM, HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
+from palpate.devices.door.link.codes import (
+    CHUNK_POINTS,
+    FOLLOWS_FROM,
+    HEARTBEAT_MS,
+    MAGIC,
+    RATES_HZ,
+    VERSION,
+    Fault,
+    Reason,
+    State,
+)
 from palpate.devices.door.link.frames import Frame, Parser
+from palpate.devices.door.link.messages import Part, Profile, ReadBack, UploadBegin, UploadChunk, UploadEnd, profile_crc
 from palpate.devices.door.plant.machine import Tick
-from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS
+from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 
 FIRMWARE = FOLLOWS_FROM
 BOOT_MS = 20
@@ -27,7 +38,6 @@ TICKS_PER_S = 1000
 REMEMBERED = 32
 """Answers kept for requests that come twice because the answer was lost."""
 FLOAT32_MOST = 3.4e38
-
 ANYWHERE = frozenset(State)
 BOOTED = ANYWHERE - {State.boot}
 ONLY_SAFE = frozenset({State.safe})
@@ -46,7 +56,6 @@ BEFORE_CHANGE: Mapping[type[says.Message], frozenset[State]] = {
 """The same of firmware 1."""
 ALWAYS_DONE = (says.Hello, says.Heartbeat, says.Stop, says.EStop)
 """Done however often they come; every other request is done once, and a copy of it gets the same answer."""
-
 Answer = says.Identity | says.Part | Reason | Literal[True]
 """What was asked for, why it is refused, or that it is done."""
 
@@ -252,3 +261,95 @@ class Firmware:
 def _sendable(value: float) -> float:
     """The value as near as a float32 can hold it."""
     return value if math.isnan(value) else min(max(value, -FLOAT32_MOST), FLOAT32_MOST)
+
+
+@dataclass
+class Memory:
+    """What has come of an upload, and the last profile that was accepted."""
+
+    limits: Limits
+    profile: Profile | None = None
+    begun: UploadBegin | None = None
+    points: dict[int, float] = field(default_factory=dict)
+    following: Profile | None = None
+    """What was uploaded while `profile` is being played, and may follow it."""
+
+    def take(self, message: UploadBegin | UploadChunk | UploadEnd, playing: bool = False) -> Reason | None:
+        """A part of an upload; a reason where it is refused. While playing, the old profile stays in force."""
+        match message:
+            case UploadBegin():
+                return self.begin(message, playing)
+            case UploadChunk():
+                return self.chunk(message)
+            case UploadEnd():
+                return self.end(message, playing)
+
+    def begin(self, message: UploadBegin, playing: bool = False) -> Reason | None:
+        """A new profile replaces the old one from here on, or is laid beside it while playing."""
+        if message.points != POINTS or not 0 < message.end_deg <= MAX_ANGLE_DEG:
+            return Reason.bad_value
+        self.begun, self.points, self.following = message, {}, None
+        if not playing:
+            self.profile = None
+        return None
+
+    def chunk(self, message: UploadChunk) -> Reason | None:
+        """Keep some points; the same ones may come twice."""
+        if self.begun is None:
+            return Reason.incomplete
+        count = len(message.torque_Nm)
+        if not 1 <= count <= CHUNK_POINTS or message.first + count > POINTS:
+            return Reason.bad_value
+        if not all(map(math.isfinite, message.torque_Nm)):
+            return Reason.bad_value
+        self.points.update(enumerate(message.torque_Nm, message.first))
+        return None
+
+    def end(self, message: UploadEnd, playing: bool = False) -> Reason | None:
+        """Take the profile if nothing lacks, nothing is damaged and nothing is beyond the limits."""
+        if self.begun is None or len(self.points) < POINTS:
+            return Reason.incomplete
+        torque = tuple(self.points[index] for index in range(POINTS))
+        if not self.begun.crc == message.crc == profile_crc(torque, self.begun.end_deg):
+            return Reason.wrong_crc
+        if not self.allowed(torque):
+            return Reason.over_limit
+        taken = Profile(torque, self.begun.end_deg)
+        if playing:
+            self.following = taken
+        else:
+            self.profile = taken
+        self.begun, self.points = None, {}
+        return None
+
+    def change(self, crc: int) -> Reason | None:
+        """The profile beside the one in force takes its place; a reason where it may not."""
+        if self.profile is None or self.following is None:
+            return Reason.incomplete
+        if not crc == self.following.crc == profile_crc(self.following.torque_Nm, self.following.end_deg):
+            return Reason.wrong_crc
+        if self.following.end_deg != self.profile.end_deg:
+            return Reason.bad_value
+        self.profile, self.following = self.following, None
+        return None
+
+    def allowed(self, torque: tuple[float, ...]) -> bool:
+        """Whether torque and slope stay within the limits; a hair is left for the rounding to float32."""
+        hair = 1 + 1e-6
+        steepest = max(abs(after - before) for before, after in pairwise(torque)) * POINTS_PER_DEG
+        highest = max(map(abs, torque))
+        return highest <= self.limits.torque_Nm * hair and steepest <= self.limits.slope_Nm_deg * hair
+
+    def part(self, message: ReadBack) -> Part | Reason:
+        """Points of the profile as they are held."""
+        if self.profile is None:
+            return Reason.incomplete
+        if not 1 <= message.count <= CHUNK_POINTS or message.first + message.count > POINTS:
+            return Reason.bad_value
+        return Part(message.first, self.profile.torque_Nm[message.first : message.first + message.count])
+
+    @property
+    def damaged(self) -> bool:
+        """Whether what is held is no longer what was accepted."""
+        held = self.profile
+        return held is not None and held.crc != profile_crc(held.torque_Nm, held.end_deg)

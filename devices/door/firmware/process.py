@@ -21,8 +21,8 @@ from typing import IO, Any
 
 from palpate.devices.door.firmware.ailments import AILMENTS, Ailing
 from palpate.devices.door.firmware.controller import FIRMWARE, Firmware
-from palpate.devices.door.firmware.limits import Limits
-from palpate.devices.door.firmware.plant import Plant
+from palpate.devices.door.firmware.sensor_check import Limits
+from palpate.devices.door.firmware.twin_plant import Plant
 from palpate.devices.door.firmware.wire import Wire
 
 AT_ONCE = 5

@@ -1,4 +1,4 @@
-"""The firmware's watch over its own sensors: what they give is believed only while it can be true."""
+"""The firmware's limits, and its check of its own sensors: they are believed only while what they give can be true."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-from palpate.devices.door.firmware.limits import Limits
 from palpate.devices.door.link.codes import Fault, State
 from palpate.devices.door.plant.machine import Tick
 
@@ -21,7 +20,6 @@ STUCK_DEG_S = 25.0
 PULLED_NM = 25.0
 """Nor does the arm stand still against a hand that pulls this much more than is rendered."""
 FROM_A_STOP_DEG = 1.0
-
 Found = tuple[Fault, float]
 
 
@@ -80,3 +78,17 @@ class SensorCheck:
     def _came_deg_s(self) -> float:
         """How fast the arm was before it stood."""
         return abs(self.angles_deg[BEFORE_MS] - self.angles_deg[0]) * 1000 / BEFORE_MS
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a profile and of the motion while the motor is on, and what the sensors can read at all."""
+
+    torque_Nm: float = 60.0
+    slope_Nm_deg: float = 100.0
+    speed_deg_s: float = 180.0
+    angle_deg: tuple[float, float] = (-15.0, 80.0)
+    sensed_Nm: tuple[float, float] = (-250.0, 250.0)
+    brake_A: tuple[float, float] = (-0.5, 20.0)
+    still_deg_s: float = 5.0
+    """The arm may move no faster than this where the motor is switched on."""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from random import Random
+from typing import Protocol
 
 from palpate.devices.door.plant.hand import NOBODY, Hand, minimum_jerk
 from palpate.devices.door.plant.machine import Machine, Mode, Tick
@@ -83,3 +84,21 @@ def _path(moves: Sequence[tuple[float, float, float]]) -> Callable[[float], tupl
         return moves[-1][1], 0.0
 
     return path
+
+
+class Plant(Protocol):
+    """The arm, its motor, its brake and its inner control loops.
+
+    `off`: motor off, brake fully on; `hold`: the arm is held where it is; `play`: the loaded profile is rendered.
+    """
+
+    mode: Mode
+
+    def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
+        """Take a profile over 0 to 62 degrees, and where its stop stands."""
+
+    def change(self, torque_Nm: Sequence[float]) -> None:
+        """While playing: pass over to this profile without a step in torque; the stop stays where it is."""
+
+    def step(self) -> Tick:
+        """Go on for 1 ms; the time of the reading stands still where the sensors are silent."""

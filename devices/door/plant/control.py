@@ -1,11 +1,13 @@
-"""The 1 kHz cascade: an outer torque loop asks for speed, the inner velocity loop asks the motor for torque."""
+"""The 1 kHz cascade: an outer torque loop asks for speed, the inner velocity loop asks the motor for torque.
+
+Less of the torque loop is used once a hand that is damped too much for it makes the motor buzz.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import copysign
 
-from palpate.devices.door.plant.easing import Easing
 from palpate.devices.door.plant.parameters import TICK_S, Parameters
 from palpate.devices.door.plant.rendering import Rendered
 
@@ -21,6 +23,13 @@ GENTLE_S = 0.1
 """How fast what the hand was holding turns into what the profile asks, once playing begins."""
 LOOK_RAD = 0.03
 """How far along the profile the brake's torque must be wanted: the way of a pull during the brake's lag."""
+BUZZ_NM = 3.0
+"""The motor's command turns back between two steps of more than this: one sign of buzzing, far above the noise."""
+FADE_S = 0.02
+SIGNS = 6.0
+"""So many signs, fading with `FADE_S`, are a buzz: a pull or a stop gives a few, an unstable loop hundreds a second."""
+KEPT = 0.75
+"""The share that each buzz leaves."""
 
 
 @dataclass(slots=True)
@@ -128,3 +137,22 @@ class Cascade:
 
     def _clipped_speed(self, speed_rad_s: float) -> float:
         return speed_rad_s if abs(speed_rad_s) <= self._speed_limit else copysign(self._speed_limit, speed_rad_s)
+
+
+class Easing:
+    """Watches the motor's command; `share` only falls, until the next mode begins."""
+
+    __slots__ = ("_motor_Nm", "_signs", "_step_Nm", "share")
+
+    def __init__(self) -> None:
+        self.share, self._signs, self._motor_Nm, self._step_Nm = 1.0, 0.0, 0.0, 0.0
+
+    def see(self, motor_Nm: float) -> None:
+        """Take the command of this millisecond."""
+        step, before = motor_Nm - self._motor_Nm, self._step_Nm
+        self._motor_Nm, self._step_Nm = motor_Nm, step
+        self._signs *= 1.0 - TICK_S / FADE_S
+        if step * before < 0.0 and min(abs(step), abs(before)) > BUZZ_NM:
+            self._signs += 1.0
+        if self._signs > SIGNS:
+            self.share, self._signs = self.share * KEPT, 0.0

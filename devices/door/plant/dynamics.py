@@ -1,22 +1,24 @@
 """The arm in motion: implicit steps between located events, with dry friction as a set and one-sided stops.
 
-Between two events (turning, breaking away, touching or leaving a stop) the arm is a smooth oscillator, stepped by the
-Gauss method (gauss.py); events are located inside the step. docs/explanation/door-plant.md has the equations.
+Between two events (turning, breaking away, touching or leaving a stop) the arm is a smooth oscillator, for
+J x'' + b x' + k x + n(x) = f(t), stepped by the two-stage Gauss method of order 4 (Hairer, Lubich and Wanner 2006,
+II.1). It is stable for every step size, and because it keeps quadratic invariants, the balance of kinetic energy,
+spring energy and work holds exactly at its stages, at any stiffness. Events are located inside the step.
+docs/explanation/door-plant.md has the equations.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from math import ceil, inf, sqrt
 
 from palpate.devices.door.plant.detents import stiffest, torque_and_slope
 from palpate.devices.door.plant.drives import Drives
-from palpate.devices.door.plant.gauss import C1, C2, Stages, step, step_nonlinear
 from palpate.devices.door.plant.hand import NOBODY, Hand
-from palpate.devices.door.plant.ledger import Ledger
 from palpate.devices.door.plant.moreau import Setting, implicit_euler
 from palpate.devices.door.plant.parameters import TICK_S, Parameters
-from palpate.devices.door.plant.rooting import first_zero
 
 FINE = 0.3
 """Largest step inside an oscillation that matters, in radians of its phase."""
@@ -26,6 +28,19 @@ MOST = 4000
 """Steps within one period before the rest of it is left to one implicit Euler step."""
 TURN, HIGH, LOW, LEAVE, AGAIN = range(1, 6)
 """Events: the speed passes zero, the arm touches a stop, the push ends, it begins anew before the stop is back."""
+R = sqrt(3) / 6
+C1, C2 = 0.5 - R, 0.5 + R
+A12, A21 = 0.25 - R, 0.25 + R
+D12, D21, D = 0.125 - R / 2, 0.125 + R / 2, 1 / 24
+E1, E2 = 0.25 + R / 2, 0.25 - R / 2
+CLOSE_RAD = 1e-14
+"""Newton's iteration on a nonlinear spring ends at a change below this."""
+Stages = tuple[float, float, float, float, float, float]
+"""Offset and speed at the end, offsets at the two stages, speeds at the two stages."""
+Spring = Callable[[float], tuple[float, float]]
+"""Offset -> torque and its slope."""
+CLOSE = 1e-13
+"""Width of the bracket at the end, as a share of the interval."""
 
 
 class Dynamics:
@@ -146,9 +161,9 @@ class Dynamics:
         f1, f2 = m1 + p1 - slide * r1, m2 + p2 - slide * r2
         if self.notch_k:
             spring = self._notches
-            self.end = step_nonlinear(h, self.x, self.w, self.inertia, self._b, self._k, f1, f2, spring)
+            self.end = gauss_step_nonlinear(h, self.x, self.w, self.inertia, self._b, self._k, f1, f2, spring)
         else:
-            self.end = step(h, self.x, self.w, self.inertia, self._b, self._k, f1, f2)
+            self.end = gauss_step(h, self.x, self.w, self.inertia, self._b, self._k, f1, f2)
 
     def _notches(self, x: float) -> tuple[float, float]:
         return torque_and_slope(self.arm.detents, self.origin + x)
@@ -259,3 +274,108 @@ class Dynamics:
         self.slide = (self.w > 0) - (self.w < 0)
         if side:
             self._touch(side, self.x - (high if side > 0 else low))
+
+
+def gauss_step(h: float, x: float, w: float, inertia: float, b: float, k: float, f1: float, f2: float) -> Stages:
+    """One step of size h from offset x and speed w, with the torques f1 and f2 at its two stages."""
+    hh = h * h
+    m11, m12 = inertia + 0.25 * b * h + D * k * hh, A12 * b * h + D12 * k * hh
+    m21 = A21 * b * h + D21 * k * hh
+    drift = h * w
+    r1, r2 = f1 - b * w - k * (x + C1 * drift), f2 - b * w - k * (x + C2 * drift)
+    det = m11 * m11 - m12 * m21
+    a1, a2 = (m11 * r1 - m12 * r2) / det, (m11 * r2 - m21 * r1) / det
+    return _ended(h, x, w, a1, a2)
+
+
+def gauss_step_nonlinear(
+    h: float, x: float, w: float, inertia: float, b: float, k: float, f1: float, f2: float, spring: Spring
+) -> Stages:
+    """The same with a further spring n(x), by Newton's iteration from the linear answer; it always ends."""
+    end = gauss_step(h, x, w, inertia, b, k, f1, f2)
+    hh, drift = h * h, h * w
+    for _ in range(12):
+        p1, p2 = end[2], end[3]
+        n1, k1 = spring(p1)
+        n2, k2 = spring(p2)
+        k1, k2 = k1 + k, k2 + k
+        g1, g2 = f1 - n1 + (k1 - k) * p1, f2 - n2 + (k2 - k) * p2
+        m11, m12 = inertia + 0.25 * b * h + D * k1 * hh, A12 * b * h + D12 * k1 * hh
+        m21, m22 = A21 * b * h + D21 * k2 * hh, inertia + 0.25 * b * h + D * k2 * hh
+        r1, r2 = g1 - b * w - k1 * (x + C1 * drift), g2 - b * w - k2 * (x + C2 * drift)
+        det = m11 * m22 - m12 * m21
+        end = _ended(h, x, w, (m22 * r1 - m12 * r2) / det, (m11 * r2 - m21 * r1) / det)
+        if abs(end[2] - p1) + abs(end[3] - p2) <= CLOSE_RAD:
+            break
+    return end
+
+
+def _ended(h: float, x: float, w: float, a1: float, a2: float) -> Stages:
+    hh, drift = h * h, h * w
+    return (
+        x + drift + hh * (E1 * a1 + E2 * a2),
+        w + 0.5 * h * (a1 + a2),
+        x + C1 * drift + hh * (D * a1 + D12 * a2),
+        x + C2 * drift + hh * (D21 * a1 + D * a2),
+        w + h * (0.25 * a1 + A12 * a2),
+        w + h * (A21 * a1 + 0.25 * a2),
+    )
+
+
+def first_zero(value: Callable[[float], float], start: float, end: float, at_start: float, at_end: float) -> float:
+    """The place between `start` and `end` where `value` passes from above zero to below; the side below is given.
+
+    `at_end` is below zero. Where `at_start` is not above zero, the interval is halved towards `start` until a place
+    above is found; without one the answer is `start`. Illinois' variant of the secant method (Dowell and Jarratt 1971).
+    """
+    low, high, above, below = start, end, at_start, at_end
+    while above <= 0.0:
+        middle = start + (high - start) / 8
+        if middle - start <= CLOSE * (end - start):
+            return start
+        here = value(middle)
+        if here > 0.0:
+            low, above = middle, here
+        else:
+            high, below = middle, here
+    kept = 0
+    for _ in range(80):
+        if high - low <= CLOSE * (end - start) or below == 0.0:
+            break
+        guess = high - below * (high - low) / (below - above)
+        if not low < guess < high:
+            guess = 0.5 * (low + high)
+        here = value(guess)
+        if here > 0.0:
+            low, above, below, kept = guess, here, below * (0.5 if kept == 1 else 1.0), 1
+        else:
+            high, below, above, kept = guess, here, above * (0.5 if kept == -1 else 1.0), -1
+    return high
+
+
+@dataclass(slots=True)
+class Ledger:
+    """Work done on the arm by motor and hand, and what friction, dampers, stops and detents took.
+
+    `stop_taken_J` grows while the arm pushes into a stop, `stop_returned_J` while the stop pushes it out.
+    """
+
+    motor_J: float = 0.0
+    hand_J: float = 0.0
+    friction_J: float = 0.0
+    viscous_J: float = 0.0
+    detent_J: float = 0.0
+    stop_taken_J: float = 0.0
+    stop_returned_J: float = 0.0
+
+    def stop(self, taken_J: float) -> None:
+        """A stop took so much; negative where it gave."""
+        if taken_J >= 0.0:
+            self.stop_taken_J += taken_J
+        else:
+            self.stop_returned_J -= taken_J
+
+    def kinetic_J(self) -> float:
+        """What must be in the arm's motion, beside what was there at the start."""
+        took = self.friction_J + self.viscous_J + self.detent_J + self.stop_taken_J - self.stop_returned_J
+        return self.motor_J + self.hand_J - took

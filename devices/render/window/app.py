@@ -13,11 +13,10 @@ from palpate.devices.render.job import Job
 from palpate.devices.render.opened import NEED
 from palpate.devices.render.process import Rendering
 from palpate.devices.render.trace import Trace
-from palpate.devices.render.window.choice import Choice
-from palpate.devices.render.window.heard import SHOWN, heard
+from palpate.devices.render.window.choice import Choice, method_word, render_texts, texture_word
+from palpate.devices.render.window.elements import SHOWN, heard
 from palpate.devices.render.window.screen import RendererScreen, Stroke
 from palpate.devices.render.window.view import RendererStatus, RendererView
-from palpate.devices.render.window.words import method_word, render_texts, texture_word
 from palpate.devices.tablet.device import Tablet
 from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.pipeline import Shape

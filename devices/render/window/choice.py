@@ -1,4 +1,4 @@
-"""What is chosen in the window: a texture, the method of its model, how loud, how firmly a mouse presses."""
+"""What is chosen in the window: a texture, the method of its model, volume, a mouse's force; and the words for it."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from palpate.devices.window.texts import MASTER, Texts, window_texts
+
 LIGHTEST_N, FIRMEST_N = 0.2, 3.0
 """A mouse has no pressure: it presses as firmly as a slider says, within what hands do (thesis 4.5.3)."""
 USUAL_N = 0.8
 """What hands begin with (thesis 4.5.1)."""
 Models = Mapping[str, Mapping[str, Path]]
 """{texture: {method: card}}, as palpate.devices.render.found.available gives it."""
+FOLDER = Path(__file__).resolve().parent / "texts"
 
 
 @dataclass(frozen=True)
@@ -46,3 +49,18 @@ def in_view(names: Sequence[str], name: str, most: int) -> tuple[str, ...]:
     """At most so many neighbours of a name, it among them."""
     first = min(max(0, names.index(name) - most // 2), max(0, len(names) - most))
     return tuple(names[first : first + most])
+
+
+def render_texts(language: str = MASTER) -> Texts:
+    """The words of the window and of what it shares with others. Raises WindowError."""
+    return window_texts(FOLDER, "renderer", language)
+
+
+def texture_word(texts: Texts, texture: str) -> str:
+    """A texture in the language; by its name where there is no word for it."""
+    return texts.words.get(f"texture.{texture}", texture.replace("_", " "))
+
+
+def method_word(texts: Texts, method: str) -> str:
+    """A method in the language; by its name where there is no word for it."""
+    return texts.words.get(f"method.{method}", method)

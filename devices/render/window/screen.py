@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
 from palpate.devices.render.window.choice import FIRMEST_N, LIGHTEST_N, Choice, beside
-from palpate.devices.render.window.heard import Heard
+from palpate.devices.render.window.elements import Heard
 from palpate.devices.render.window.view import RendererStatus, RendererView
 from palpate.devices.window.app import AppScreen
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released

@@ -9,12 +9,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.devices.render.window.choice import FIRMEST_N as FIRMEST_PRESS_N
-from palpate.devices.render.window.choice import LIGHTEST_N, Choice, Models, in_view
-from palpate.devices.render.window.elements import DECIBELS, HERTZ, Gauge, Spectrum, Touched, Wave
-from palpate.devices.render.window.heard import LEAST_DB, MOST_DB, Heard, scale_for
+from palpate.devices.render.window.choice import LIGHTEST_N, Choice, Models, in_view, method_word, texture_word
+from palpate.devices.render.window.elements import (
+    DECIBELS,
+    HERTZ,
+    LEAST_DB,
+    MOST_DB,
+    Gauge,
+    Heard,
+    Spectrum,
+    Touched,
+    Wave,
+    scale_for,
+)
 from palpate.devices.render.window.layout import MOST_CHIPS, Layout, Slider, lay_out
 from palpate.devices.render.window.photo import Photo, at_true_size, photo_file, read_photo
-from palpate.devices.render.window.words import method_word, texture_word
 from palpate.devices.window.app import AppView, Status
 from palpate.devices.window.geometry import Box, WindowError
 from palpate.devices.window.paint import ALERT, QUIET

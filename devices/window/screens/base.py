@@ -1,17 +1,20 @@
-"""How every screen behaves: one owner per press, a focus for the keyboard, sheets to turn, and Next and Back."""
+"""How every screen behaves: one owner per press, a focus for the keyboard, sheets to turn, and Next and Back.
+
+Of a screen only what changed is painted: its elements are compared with those painted last.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from palpate.devices.window.geometry import Box, Placed
 from palpate.devices.window.inputs import Input, Key, Moved, Pressed, Released, Typed
+from palpate.devices.window.paint import GROUND
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.frame import Choice, Frame
-from palpate.devices.window.screens.scene import Painted, Scene
 from palpate.devices.window.screens.targets import Button, Target
 from palpate.protocols.requests import Reply, Samples
 
@@ -23,6 +26,7 @@ DOUBLE_CLICK_S = 0.5
 """How long after it came up a button that decides is not pressed by the second half of a double click."""
 Missing = tuple[str, str]
 """(element to go to, what it is called) of something that is not answered yet."""
+Scene = tuple[Element, ...]
 
 
 class Base:
@@ -287,3 +291,48 @@ def back_and_next(page: Page, next_key: str = "next") -> tuple[tuple[Choice, ...
     """The usual buttons: Back to the left, Next to the right."""
     texts = page.texts
     return (Choice("back", texts("back")),), (Choice("next", texts(next_key), primary=True),)
+
+
+@dataclass
+class Painted:
+    """What a screen looked like when it was painted last; None before."""
+
+    scene: Scene | None = None
+
+    def bring_up(self, image: Image.Image, scene: Scene, page: Page) -> tuple[Box, ...]:
+        """Paint the differences; the boxes that were painted."""
+        before, self.scene = self.scene, scene
+        boxes = [page.metrics.screen] if before is None else gathered(changed(before, scene))
+        for box in boxes:
+            _paint(image, box.common(page.metrics.screen), scene, page)
+        return tuple(boxes)
+
+
+def changed(before: Scene, after: Scene) -> list[Box]:
+    """Where the two scenes differ."""
+    same = set(before) & set(after)
+    return [element.box for element in (*before, *after) if element not in same]
+
+
+def gathered(boxes: Iterable[Box]) -> list[Box]:
+    """The boxes with those that overlap joined."""
+    apart: list[Box] = []
+    for box in boxes:
+        joined = box
+        while near := [each for each in apart if each.overlaps(joined)]:
+            apart = [each for each in apart if each not in near]
+            for each in near:
+                joined = joined.joined(each)
+        apart.append(joined)
+    return apart
+
+
+def _paint(image: Image.Image, box: Box, scene: Scene, page: Page) -> None:
+    """Paint a part of the screen anew: everything that reaches into it, in order, cut at its edges."""
+    from PIL import Image
+
+    part = Image.new("RGB", (box.width, box.height), GROUND)
+    for element in scene:
+        if element.box.overlaps(box):
+            replace(element, box=element.box.moved(-box.left, -box.top)).paint(part, page)
+    image.paste(part, (box.left, box.top))

@@ -1,9 +1,13 @@
-"""Rating on lines: no ticks, no numbers, no marker before the first touch; Next is off until all are answered."""
+"""Rating on lines: no ticks, no numbers, no marker before the first touch; Next is off until all are answered.
+
+Of every marker the answer is kept, when and how often it was touched, and its path.
+"""
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from palpate.devices.window.geometry import Box
@@ -12,7 +16,6 @@ from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import Base, Missing, back_and_next
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.frame import Choice, Frame
-from palpate.devices.window.screens.marks import Marks
 from palpate.devices.window.screens.rows import Row, rows
 from palpate.devices.window.screens.targets import Track
 from palpate.protocols.forms import Sliders
@@ -22,6 +25,7 @@ FINE = 100
 """Steps from end to end by keyboard where the scale has none."""
 COARSE = 10
 """Steps that the page keys take at once."""
+ROW = struct.Struct("<3f")
 
 
 class SliderScreen(Base):
@@ -138,3 +142,47 @@ def trial_frame(
         left = (*left, Choice("rest", page.texts("rest")))
     progress = (trial.number - 1) / page.total if trial is not None and page.total else None
     return Frame(page, page.texts(prompt), hint, left, right, label, progress)
+
+
+@dataclass
+class Marks:
+    """Markers by attribute; one that was never touched has no answer, which is not the same as zero."""
+
+    form: Sliders
+    t0_ns: int
+    answers: dict[str, float] = field(default_factory=dict)
+    at_s: dict[str, float] = field(default_factory=dict)
+    touches: dict[str, int] = field(default_factory=dict)
+    path: bytearray = field(default_factory=bytearray)
+    _keyed: int | None = None
+
+    def touch(self, number: int, by_key: bool = False) -> None:
+        """A marker is taken hold of; keys in a row on one marker are one touch."""
+        if by_key and self._keyed == number:
+            return
+        self._keyed = number if by_key else None
+        name = self.form.attributes[number].name
+        self.touches[name] = self.touches.get(name, 0) + 1
+
+    def put(self, number: int, value: float, at_s: float) -> None:
+        """A marker is put to the scale's nearest answer; a change of it is kept as a sample."""
+        name = self.form.attributes[number].name
+        answer = float(self.form.scale.nearest(value)) + 0.0  # a plain float, and never -0.0
+        self.at_s[name] = round(at_s, 3)
+        if self.answers.get(name) != answer:
+            self.answers[name] = answer
+            self.path += ROW.pack(number, at_s, answer)
+
+    def value(self) -> dict[str, Any]:
+        """Answers in the form's order, with times and touches of those that were touched."""
+        return {
+            part: {name: known[name] for name in self.form.items() if name in known}
+            for part, known in (("answers", self.answers), ("at_s", self.at_s), ("touches", self.touches))
+        }
+
+    def samples(self) -> tuple[Samples, ...]:
+        """The path of the markers; none where nothing was moved."""
+        if not self.path:
+            return ()
+        channels, units = ("item", "time", "value"), ("index", "s", "scale")
+        return (Samples("marker", channels, units, 0.0, self.t0_ns, bytes(self.path)),)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
-from palpate.devices.window.screens.specimen_words import Wording, wording
 from palpate.protocols.forms import (
     AnchorForm,
     Consent,
@@ -23,9 +23,11 @@ from palpate.protocols.forms import (
 from palpate.protocols.plan import Trial
 from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
 from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
+from palpate.protocols.yaml_text import load
 
 TRIALS = 45
 RATED = Scale.model_validate({"from": 0, "to": 100})
+FOLDER = Path(__file__).resolve().parents[1] / "texts" / "specimens"
 
 
 @dataclass(frozen=True)
@@ -120,3 +122,39 @@ def _question(number: int, text: str, answers: tuple[str, ...] | str) -> Questio
     if isinstance(answers, str):
         return Question(f"q{number}", text, "number", unit=answers, low=0, high=120)
     return Question(f"q{number}", text, "choice", tuple((str(n), label) for n, label in enumerate(answers)))
+
+
+@dataclass(frozen=True)
+class Wording:
+    """The study's side of the specimens in one language; `person` are questions with their answers or their unit."""
+
+    seven: tuple[tuple[str, str, str], ...]
+    four: tuple[tuple[str, str, str], ...]
+    labels: tuple[str, ...]
+    alike: tuple[str, str]
+    sides: tuple[str, ...]
+    words: tuple[str, ...]
+    own: tuple[str, ...]
+    items: tuple[str, ...]
+    ends: tuple[str, str]
+    person: tuple[tuple[str, tuple[str, ...] | str], ...]
+    free: str
+    anchor: str
+    fit: tuple[str, ...]
+    consent: str
+    instructions: str
+
+
+def wording(language: str = "en") -> Wording:
+    """The specimens' texts in a language; in English where nobody has written them in it."""
+    file = FOLDER / f"{language}.yaml"
+    return read_wording(file if file.is_file() else FOLDER / "en.yaml")
+
+
+def read_wording(file: Path) -> Wording:
+    """The texts of a file: the fields of Wording."""
+    return Wording(**{key: _frozen(value) for key, value in load(file.read_bytes(), str(file)).data.items()})
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(_frozen(each) for each in value) if isinstance(value, list) else value

@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from palpate.devices.actuator.calibration import save
 from palpate.devices.actuator.identify import identify
-from palpate.devices.actuator.resonance import Shaken
+from palpate.devices.actuator.outputs import Shaken
 from palpate.devices.actuator.settings import Settings
 from palpate.devices.signals import DeviceFault
 from tests.devices.actuator.benches import Clock, coil

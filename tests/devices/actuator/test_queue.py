@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.devices.actuator.limits import Limiter
+from palpate.devices.actuator.compensation import Limiter
 from palpate.devices.actuator.queue import Queue
 
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.devices.actuator.outputs import SoundOut
-from palpate.devices.actuator.upsample import REACH, Upsampler, bank
+from palpate.devices.actuator.outputs import REACH, SoundOut, Upsampler, bank
 from tests.devices.sound.tapes import played
 
 SCRIPT = """

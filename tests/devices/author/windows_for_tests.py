@@ -3,7 +3,7 @@
 from collections import deque
 
 from palpate.devices.author.app import DesignerApp
-from palpate.devices.author.words import author_texts
+from palpate.devices.author.view import author_texts
 from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.inputs import Key, Pressed, Released, Typed

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image, ImageFilter
 from pydantic import ValidationError
 
-from palpate.devices.camera import keeping
+from palpate.devices.camera import look as keeping
 from palpate.devices.camera.device import Settings, make
 from palpate.devices.camera.look import Incomplete, Limits, look
 from palpate.devices.signals import DeviceError

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from palpate.devices.door.firmware.controller import BOOT_MS, Firmware
-from palpate.devices.door.firmware.limits import Limits
+from palpate.devices.door.firmware.sensor_check import Limits
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.frames import Parser
 from palpate.devices.door.plant.machine import Tick

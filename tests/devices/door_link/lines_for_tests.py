@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from benchmarks.serial_lines import VirtualLine
 from palpate.devices.door.firmware.ailments import Ailing
 from palpate.devices.door.firmware.controller import Firmware
-from palpate.devices.door.firmware.limits import Limits as DeviceLimits
+from palpate.devices.door.firmware.sensor_check import Limits as DeviceLimits
 from palpate.devices.door.firmware.wire import Wire
 from palpate.devices.door.link.codes import State
 from palpate.devices.door.link.limits import Limits

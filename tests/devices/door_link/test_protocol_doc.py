@@ -8,8 +8,7 @@ import pytest
 
 from palpate import devices
 from palpate.devices.door.firmware.controller import ALLOWED, BOOT_MS, REMEMBERED
-from palpate.devices.door.firmware.limits import Limits
-from palpate.devices.door.firmware.sensor_check import PULLED_NM, SILENT_MS, STANDS_DEG, STUCK_DEG_S, STUCK_MS
+from palpate.devices.door.firmware.sensor_check import PULLED_NM, SILENT_MS, STANDS_DEG, STUCK_DEG_S, STUCK_MS, Limits
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import CHUNK_POINTS, HEARTBEAT_MS, Fault, Reason, State
 from palpate.devices.door.link.frames import MAX_PAYLOAD, Frame, bare

@@ -5,7 +5,7 @@ import gc
 import pytest
 
 from palpate.devices.door.firmware.ailments import Ailing
-from palpate.devices.door.firmware.limits import Limits as DeviceLimits
+from palpate.devices.door.firmware.sensor_check import Limits as DeviceLimits
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
 from palpate.devices.door.link.frames import Parser

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.plant.playback import as_torque, play
-from palpate.devices.door.firmware.limits import Limits as FirmwareLimits
+from palpate.devices.door.firmware.sensor_check import Limits as FirmwareLimits
 from palpate.devices.door.plant.hand import NOBODY, constant_velocity, human, impedance, push
 from palpate.devices.door.plant.machine import Machine
 from palpate.devices.door.plant.parameters import DEFAULT, Limits, Parameters, PlantError

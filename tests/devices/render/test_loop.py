@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from palpate.devices.actuator.queue import DECAY
-from palpate.devices.render.deadlines import EDGES_US, Deadlines
 from palpate.devices.render.hands import Scripted
-from palpate.devices.render.loop import Loop
+from palpate.devices.render.loop import EDGES_US, AtOnce, Deadlines, Loop
 from palpate.devices.render.opened import twin_coil
-from palpate.devices.render.pace import AtOnce
 from palpate.devices.render.sinks import Coil, Kept, on_coil
 from palpate.devices.render.trace import ROOM, Trace
 from palpate.signals.textures.sounds import RenderError

@@ -2,8 +2,8 @@ import pytest
 
 from palpate.devices.render.hands import OnTablet, Pushed, Scripted
 from palpate.devices.render.job import Job
+from palpate.devices.render.loop import AtOnce
 from palpate.devices.render.opened import playing, sounding, warm
-from palpate.devices.render.pace import AtOnce
 from palpate.devices.render.trace import Trace
 from palpate.devices.signals import DeviceFault
 from palpate.devices.tablet.pipeline import Shape

@@ -9,12 +9,11 @@ from PIL import Image
 from palpate.devices.render.found import available
 from palpate.devices.render.trace import Trace
 from palpate.devices.render.window.app import RendererApp, on_picture
-from palpate.devices.render.window.choice import Choice, beside, in_view
-from palpate.devices.render.window.heard import columns, heard, scale_for, spectrum_dB
+from palpate.devices.render.window.choice import FOLDER, Choice, beside, in_view, render_texts
+from palpate.devices.render.window.elements import columns, heard, scale_for, spectrum_dB
 from palpate.devices.render.window.photo import PICTURES, at_true_size, photo_file, read_photo
 from palpate.devices.render.window.screen import RendererScreen
 from palpate.devices.render.window.view import RendererStatus, RendererView
-from palpate.devices.render.window.words import FOLDER, render_texts
 from palpate.devices.surfaces.fields import SIZE_MM
 from palpate.devices.tablet.reports import Report
 from palpate.devices.window.fonts import find_fonts

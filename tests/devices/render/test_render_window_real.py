@@ -12,11 +12,10 @@ import pytest
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
 from palpate.devices.render.found import available
-from palpate.devices.render.window.choice import Choice, beside
+from palpate.devices.render.window.choice import Choice, beside, render_texts
 from palpate.devices.render.window.elements import COURSE
 from palpate.devices.render.window.screen import RendererScreen
 from palpate.devices.render.window.view import RendererView
-from palpate.devices.render.window.words import render_texts
 from palpate.devices.window.commands_calibrate import USUAL_PX_PER_MM
 from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics

@@ -9,7 +9,7 @@ from PIL import Image
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from palpate.devices.window.shell_front import copier
+from palpate.devices.window.shell import copier
 from tests.devices.window.real.conftest import SIZE
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")

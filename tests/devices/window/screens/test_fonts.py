@@ -5,9 +5,16 @@ from pathlib import Path
 
 import pytest
 
-from palpate.devices.window.fonts import Face, Fonts, find_fonts
-from palpate.devices.window.fonts_cmap import NotAFont, coverage
-from palpate.devices.window.fonts_files import font_files, in_order, system_folders
+from palpate.devices.window.fonts import (
+    Face,
+    Fonts,
+    NotAFont,
+    coverage,
+    find_fonts,
+    font_files,
+    in_order,
+    system_folders,
+)
 from palpate.devices.window.geometry import WindowError
 from tests.devices.window.screens.pages import fonts
 

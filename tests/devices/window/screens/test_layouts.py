@@ -9,8 +9,7 @@ from palpate.devices.window.build import screen_for
 from palpate.devices.window.geometry import WindowError, problems
 from palpate.devices.window.inputs import Key
 from palpate.devices.window.pictures import shown
-from palpate.devices.window.screens.specimen_words import Wording, wording
-from palpate.devices.window.screens.specimens import specimens
+from palpate.devices.window.screens.specimens import Wording, specimens, wording
 from palpate.protocols.forms import Demographics, Question, Sliders, Words
 from palpate.protocols.study import Attribute, Scale
 from tests.devices.window.screens.pages import SIZES, ask, page

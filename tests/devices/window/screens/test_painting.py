@@ -5,9 +5,8 @@ from palpate.devices.window.geometry import Box
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.paint import ACCENT, ALERT, CARD, EDGE, GROUND, INK, QUIET, TINT, contrast
 from palpate.devices.window.pictures import picture, shown
-from palpate.devices.window.screens.scene import gathered
-from palpate.devices.window.screens.specimen_words import wording
-from palpate.devices.window.screens.specimens import specimens
+from palpate.devices.window.screens.base import gathered
+from palpate.devices.window.screens.specimens import specimens, wording
 from tests.devices.window.screens.pages import SIZES, Hand, page, sliders
 
 NAMES = list(specimens())

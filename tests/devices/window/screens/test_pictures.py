@@ -4,8 +4,7 @@ from typing import get_args
 import pytest
 
 from palpate.devices.window.pictures import pictures
-from palpate.devices.window.screens.specimen_words import FOLDER
-from palpate.devices.window.screens.specimens import specimens
+from palpate.devices.window.screens.specimens import FOLDER, specimens
 from palpate.devices.window.texts import SHIPPED, languages, read_words
 from palpate.protocols.forms import Form
 from palpate.protocols.requests import Ask
