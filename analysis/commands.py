@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from palpate.protocols.progress import Progress
 from palpate.protocols.shell_command import shell_command
-from palpate.studies.options import JSON, LAB, Progress, echo_json, progress_bar
+from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from rich.console import Console

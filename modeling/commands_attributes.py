@@ -13,6 +13,7 @@ import click
 from palpate.modeling.commands_data import going_on, progress_lines
 from palpate.modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table, demand_folder_alone
 from palpate.protocols.extras import FEATURES, MODELS
+from palpate.protocols.progress import Report
 from palpate.studies.options import (
     JSON,
     LAB,
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from palpate.modeling.attributes.material import Material
     from palpate.modeling.attributes.reading_recordings import Recordings
 
-Report = Callable[[str], None]
 COLUMNS = (
     ("resnet", "ResNet-50", "text"), ("mae", "MAE", "2"), ("rmse", "RMSE", "2"), ("within_jnd", "JND", "share"),
     ("best_less", "more", "2"), ("half_width", "± 90 %", "1"), ("features_s", "features", "s"),

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from palpate.protocols.progress import Report
 from palpate.studies.options import LAB, only_simulated, sessions_option
 
 if TYPE_CHECKING:
     from palpate.modeling.doors.data import DoorData
     from palpate.modeling.doors.rated import Individual
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import click
 from palpate.modeling.commands_data import going_on, progress_lines
 from palpate.modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
 from palpate.protocols.extras import MODELS
+from palpate.protocols.progress import Report
 from palpate.studies.options import JSON, LAB, echo_json, names_in, needs_packages, with_options
 
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from palpate.modeling.textures.recording import Recording
     from palpate.modeling.textures.simulator import GetSimulator, TextureSimulator
 
-Report = Callable[[str], None]
 COLUMNS = (
     ("kept", "kept", "int"), ("felt_dB", "dB", "2"), ("level", "level", "text"), ("smoothed_gfc", "GFC", "3"),
     ("envelope", "env", "2"), ("cycle_excess", "rep", "2"), ("mae", "MAE", "3"), ("step_us", "µs", "0"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -23,11 +23,11 @@ from palpate.modeling.doors.intervals import interval
 from palpate.modeling.doors.methods import Fitted, Method
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.training.threads import limited
+from palpate.protocols.progress import Report
 from palpate.signals.doors.grid import POINTS
 
 NAMES: Mapping[Direction, str] = {"forward": "door-perception", "inverse": "door-force"}
 TITLES: Mapping[Direction, str] = {"forward": "How a door feels", "inverse": "A door for a feeling"}
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

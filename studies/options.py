@@ -11,11 +11,10 @@ from typing import Any, TypeVar, cast
 import click
 
 from palpate.protocols.extras import demand_packages
+from palpate.protocols.progress import Progress
 
 T = TypeVar("T")
 Command = TypeVar("Command", bound=Callable[..., Any])
-Progress = Callable[[int, int, str], None]
-"""Shows how far the work is: how many are done, of how many, of what."""
 
 LAB = click.option(
     "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",

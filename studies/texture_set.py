@@ -10,6 +10,7 @@ from typing import Literal
 
 from palpate.protocols.events import Event
 from palpate.protocols.plan import Plan
+from palpate.protocols.progress import Report
 from palpate.protocols.study import Study
 from palpate.protocols.wording import count, some
 from palpate.studies.begun import begun_in
@@ -37,7 +38,6 @@ from palpate.studies.texture_set_studies import (
     written,
 )
 
-Report = Callable[[str], None]
 Done = Literal["made", "gone on", "kept"]
 PICTURES, RATERS = 10, 20
 QUICK = ("T01", "T08", "T11", "T15", "T22", "T33", "T37", "T39", "T44", "T48")

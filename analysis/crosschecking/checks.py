@@ -38,10 +38,10 @@ from palpate.analysis.plans.answers import Answer, Row, Value
 from palpate.analysis.regenerating.running import Answered
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.protocols.extras import installed_version
+from palpate.protocols.progress import Progress
 
 LIMIT = 1e-6
 """A larger relative difference is a disagreement."""
-Progress = Callable[[int, int, str], None]
 _FAILURES = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError, np.linalg.LinAlgError)
 
 

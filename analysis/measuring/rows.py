@@ -13,8 +13,7 @@ from typing import Any
 
 from palpate.protocols.bench import Case
 from palpate.protocols.canonical import json_text
-
-Clock = Callable[[], float]
+from palpate.protocols.progress import Clock
 
 MEASURED, REFUSED, FAILED, NO_NUMBER, UNBOUNDED = "measured", "refused", "failed", "no number", "infinite"
 SLOW_S = 20.0

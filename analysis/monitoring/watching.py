@@ -20,10 +20,10 @@ from palpate.analysis.ratings.diagnostics import DiagnosticsError
 from palpate.analysis.ratings.sample import DoneSession, achieved_sample
 from palpate.protocols.canonical import digest
 from palpate.protocols.plan import Plan
+from palpate.protocols.progress import Progress
 from palpate.protocols.study import Study
 from palpate.studies.collect import ledgers_in, others_in
 from palpate.studies.ledger_state import FileState, file_state, held
-from palpate.studies.options import Progress
 from palpate.studies.participants.allocations import Allocation
 from palpate.studies.record import LedgerError
 from palpate.studies.replay import plan_from_header

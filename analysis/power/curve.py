@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,12 +22,11 @@ from palpate.analysis.power.simulating import people, simulated_material, with_e
 from palpate.analysis.regenerating.regenerated import read_table
 from palpate.analysis.regenerating.running import run_tests
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.progress import Clock, Progress
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import read_study
 from palpate.studies.workers import map_in_order
 
-Progress = Callable[[int, int, str], None]
-Clock = Callable[[], float]
 MOST_RUNS = 100_000
 """So many studies have seeds of their own before those of the next --seed begin."""
 

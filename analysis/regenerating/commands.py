@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.analysis.commands import DATABASE, DIGEST, SIMULATED
+from palpate.protocols.progress import Progress
 from palpate.protocols.wording import count
-from palpate.studies.options import JSON, LAB, Progress, echo_json, progress_bar
+from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from palpate.analysis.regenerating.regenerated import Regenerated

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from palpate.analysis.crosschecking.summary import FILE as CROSSCHECK
@@ -17,8 +16,8 @@ from palpate.analysis.regenerating.regenerated import Regenerated
 from palpate.analysis.regenerating.seconds import FILE, remembered
 from palpate.analysis.regenerating.word_tables import word_bytes
 from palpate.protocols.files import write_bytes, write_text, write_texts
+from palpate.protocols.progress import Progress
 
-Progress = Callable[[int, int, str], None]
 FOLDER = "regenerated"
 """Where a lab keeps what was regenerated."""
 SIMULATED = "Simulated participants: no person gave these answers."

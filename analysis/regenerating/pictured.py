@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,8 +12,7 @@ from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.plans.selecting import Selecting
-
-Progress = Callable[[int, int, str], None]
+from palpate.protocols.progress import Progress
 
 
 @dataclass(frozen=True)

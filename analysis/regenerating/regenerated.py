@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import shorten
@@ -25,13 +25,13 @@ from palpate.analysis.reporting.analysed import software
 from palpate.analysis.reporting.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
+from palpate.protocols.progress import Progress
 from palpate.studies.catalogue import STUDY_FILE, names
 from palpate.studies.collect import ledgers_in, open_database
 from palpate.studies.participants.registry import withdrawn
 
 MOST_LETTERS = 300
 """Of what qualifies the data, beside a refusal."""
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)

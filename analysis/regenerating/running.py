@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import pandas as pd
@@ -15,9 +15,8 @@ from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.missing import MissingTold, handled
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.statistics.one_thread import one_thread
+from palpate.protocols.progress import Clock, Progress
 
-Progress = Callable[[int, int, str], None]
-Clock = Callable[[], float]
 OUTCOME = "attribute"
 IDENTITY = ("participant", "session", "trial", "stimulus", "attribute", "value", "text", "form", "kind", "word")
 ALL = ""

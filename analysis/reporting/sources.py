@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +15,11 @@ from palpate.analysis.ratings.reading import read_ratings
 from palpate.analysis.ratings.saved import load_ratings
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import UNFINISHED
+from palpate.protocols.progress import Progress
 from palpate.studies.collect import fill, ledgers_in, open_database, scratch_database
 from palpate.studies.participants.registry import withdrawn
 
 Missing = Literal["refuse", "listwise"]
-Progress = Callable[[int, int, str], None]
 IMPORTED = "imported"
 
 

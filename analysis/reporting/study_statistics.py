@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -16,10 +16,10 @@ from palpate.analysis.statistics.pairwise import pairwise_tests
 from palpate.analysis.statistics.pvalues import adjusted
 from palpate.analysis.statistics.undefined import finite_or_none
 from palpate.analysis.statistics.within import rm_anova
+from palpate.protocols.progress import Progress
 from palpate.protocols.wording import count, phrase
 
 Kind = Literal["crossed", "pooled", "between", "pairs"]
-Progress = Callable[[int, int, str], None]
 Row = Mapping[str, Any]
 
 EVERYONE = "all participants"

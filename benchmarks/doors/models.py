@@ -27,6 +27,7 @@ from palpate.modeling.doors.rated import Rated
 from palpate.modeling.doors.registry import DEFAULT, THESIS, Direction
 from palpate.modeling.doors.simulated import simulated_ratings
 from palpate.protocols.bench import Case
+from palpate.protocols.progress import Clock
 from palpate.signals.models.file import read_model
 from palpate.signals.models.runtime import Model
 
@@ -37,7 +38,6 @@ ANSWERS = 500
 """So many single answers a 99th percentile is taken from."""
 SINGLE = 25
 """Single answers are timed so often at least: the first few of a large network wait for memory."""
-Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,9 @@ from benchmarks.keyswitch.outcome import Fitted
 from benchmarks.keyswitch.reconstructing import answered, centring_of, settings_of
 from benchmarks.keyswitch.settings import Size
 from palpate.modeling.training.loop import train
-from palpate.modeling.training.progress import Report
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.sources import Pairs, pairs
+from palpate.protocols.progress import Report
 
 PENALTIES = tuple(float(10**k) for k in np.linspace(-3, 3, 13))
 WEIGHTS = "balanced"

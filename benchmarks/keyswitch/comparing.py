@@ -16,7 +16,7 @@ from benchmarks.keyswitch.curves import Array, CurveError, Curves, Indices, meas
 from benchmarks.keyswitch.outcome import Outcome, timed
 from benchmarks.keyswitch.settings import Size
 from palpate.modeling.training.jobs import run_jobs
-from palpate.modeling.training.progress import Clock, Report, silent
+from palpate.protocols.progress import Clock, Report, silent
 
 RECONSTRUCTION, KIND = "reconstruction", "kind"
 

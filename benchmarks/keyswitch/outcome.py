@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks.keyswitch.curves import Array
-from palpate.modeling.training.progress import Clock
+from palpate.protocols.progress import Clock
 
 Fitted = Callable[[Array], Array]
 """Held-out curves, scaled, to what the method makes of them."""

@@ -14,10 +14,10 @@ from benchmarks.keyswitch.networks import Reconstruction
 from benchmarks.keyswitch.outcome import Fitted
 from benchmarks.keyswitch.settings import Size
 from palpate.modeling.training.loop import train
-from palpate.modeling.training.progress import Report
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import pairs
+from palpate.protocols.progress import Report
 
 
 def mean_curve(train_rows: Array, _code: int, _size: Size, _report: Report) -> Fitted:

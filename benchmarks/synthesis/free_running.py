@@ -13,6 +13,7 @@ from palpate.modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL, Numbe
 from palpate.modeling.textures.judging_drive import explored
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.protocols.bench import Case
+from palpate.protocols.progress import Clock
 from palpate.signals.textures.voice import play
 
 AREA = "free running"
@@ -21,7 +22,6 @@ AGAIN, METHODS = "another realisation", ("foten_generative", "ar")
 HANDS, QUICK_HANDS = range(301, 309), range(301, 302)
 """Seeds of explorations; 0, 101 to 106 and 201 to 208 were looked at while models were chosen."""
 SECONDS, QUICK_SECONDS = 60.0, 10.0
-Clock = Callable[[], float]
 Cards = Mapping[str, Mapping[str, Path]]
 Summary = Callable[[Sequence[float]], float]
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from palpate.protocols.progress import Clock
 from palpate.signals.models.native.draft import KINDS
 from palpate.signals.models.native.library import InstructionSet, Library
 from palpate.signals.models.native.opened import Native
 
 ROUNDS, READS, TRIES = 20_000, 20, 30
-Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -30,6 +30,7 @@ from palpate.modeling.training.loop import Optimise, adam, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.protocols.bench import Case
+from palpate.protocols.progress import Clock
 
 AREA = "training textures"
 TEXTURE = "textured_rubber"
@@ -38,7 +39,6 @@ EPOCHS, QUICK_EPOCHS = 3, 1
 """Epochs of the plain way: what they take is every way's time."""
 EACH = "validation MAE after one epoch, SDs; CPU s of one epoch"
 SAME = "validation MAE after equal CPU time, SDs; CPU s of all epochs"
-Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)

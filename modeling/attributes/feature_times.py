@@ -9,8 +9,8 @@ from collections.abc import Callable, Collection, Iterator
 import numpy as np
 
 from palpate.modeling.attributes.material import SIGHT_KINDS, TOUCH_KINDS
+from palpate.protocols.progress import Clock
 
-Clock = Callable[[], float]
 SECONDS, PICTURES = 60.0, 10
 """Of a texture: a recording by sensors of 3, 8 and 0.12 kHz, and pictures of 1568 x 1568 pixels."""
 RECORDING, PICTURE = "recording", "picture"

@@ -12,8 +12,8 @@ from palpate.modeling.attributes.material import RECORDINGS_LEFT_OUT
 from palpate.modeling.attributes.reading_touch import FeltRows
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.training.jobs import run_jobs
-from palpate.modeling.training.progress import Report, silent
 from palpate.protocols.code_digest import code_digest, module_of
+from palpate.protocols.progress import Report, silent
 
 PACKAGES = ("librosa", "numpy", "pywavelets", "scipy")
 """What makes these rows beside our own code; an entry of other versions is not used."""

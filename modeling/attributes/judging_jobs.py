@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from palpate.modeling.attributes.folds import Fold
 from palpate.modeling.attributes.material import Array, Pair
 from palpate.modeling.attributes.methods import Method
+from palpate.protocols.progress import Clock
 
-Clock = Callable[[], float]
 MAIN, SAME, KINDS = "methods", "same features", "kinds"
 """What an entry stands in: Tables 3.2 and 3.3, Table 3.4, Table 3.5."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -13,15 +13,15 @@ import numpy as np
 
 from palpate.modeling.attributes.folds import LEAST, leave_one_texture_out, some_of
 from palpate.modeling.attributes.judging_entries import ON_REQUEST, Own, entries
-from palpate.modeling.attributes.judging_jobs import MAIN, Clock, Context, Done, Entry, Job
+from palpate.modeling.attributes.judging_jobs import MAIN, Context, Done, Entry, Job
 from palpate.modeling.attributes.judging_kept import keep, load
 from palpate.modeling.attributes.judging_material import digest_of, parts_of, stored
 from palpate.modeling.attributes.judging_run import named, run
 from palpate.modeling.attributes.lacking import has_rows, senses, why_of
 from palpate.modeling.attributes.material import Array, Material, MaterialError, ratings_of
 from palpate.modeling.attributes.methods import Method
+from palpate.protocols.progress import Clock, Report
 
-Report = Callable[[str], None]
 QUICK_TEXTURES = 5
 
 

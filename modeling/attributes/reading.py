@@ -18,7 +18,7 @@ from palpate.modeling.attributes.reading_ratings import STUDY as RATINGS
 from palpate.modeling.attributes.reading_ratings import RatedTextures, read_ratings
 from palpate.modeling.attributes.resnet_weights import weights_from
 from palpate.modeling.attributes.seeing import Album, Seen, Sight, in_a_hurry, seen, sight_with
-from palpate.modeling.training.progress import Report, silent
+from palpate.protocols.progress import Report, silent
 from palpate.studies.collect import ledgers_in
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from palpate.modeling.attributes.reading_pictures import picture_sha256
 from palpate.modeling.attributes.reading_ratings import attributes_of
 from palpate.modeling.attributes.resnet_weights import weights_from
 from palpate.modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
-from palpate.modeling.training.progress import Report, silent
+from palpate.protocols.progress import Report, silent
 from palpate.protocols.tables import DELIMITERS, Row, TableFormat, read_table
 from palpate.protocols.wording import count
 

@@ -17,9 +17,9 @@ from palpate.modeling.attributes.features_kept import Entry, keep, kept, key_of
 from palpate.modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, MaterialError, Rows
 from palpate.modeling.attributes.resnet_weights import Weights
 from palpate.modeling.training.jobs import run_jobs
-from palpate.modeling.training.progress import Report, silent
 from palpate.modeling.training.refusals import JobError
 from palpate.protocols.code_digest import code_digest
+from palpate.protocols.progress import Report, silent
 
 if TYPE_CHECKING:
     from palpate.modeling.attributes.resnet import ResNet50

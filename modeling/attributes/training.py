@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -11,7 +11,7 @@ from palpate.modeling.attributes.evaluation_report import banners
 from palpate.modeling.attributes.evaluation_tables import RANDOM, method_rows, resnet_of, title_of
 from palpate.modeling.attributes.folds import all_of_them
 from palpate.modeling.attributes.judging_entries import Own
-from palpate.modeling.attributes.judging_jobs import Clock, Entry
+from palpate.modeling.attributes.judging_jobs import Entry
 from palpate.modeling.attributes.judging_run import learning
 from palpate.modeling.attributes.judging_whole import Judged, Wanted, judge
 from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
@@ -19,10 +19,10 @@ from palpate.modeling.attributes.methods import Fitted, Learning, Method
 from palpate.modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
 from palpate.modeling.training.run_card import run_card
+from palpate.protocols.progress import Clock, Report
 from palpate.protocols.wording import count
 from palpate.signals.models.card import Interval
 
-Report = Callable[[str], None]
 METRICS = ("mae", "rmse", "within_jnd", "coverage")
 
 

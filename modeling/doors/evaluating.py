@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 
 from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.evaluating_gathered import Gathered, by_method
-from palpate.modeling.doors.evaluating_jobs import ALL, LEAKY, WHOLE, Clock, Context, Done, Job
+from palpate.modeling.doors.evaluating_jobs import ALL, LEAKY, WHOLE, Context, Done, Job
 from palpate.modeling.doors.evaluating_kept import forget_checkpoints, keep, load
 from palpate.modeling.doors.evaluating_run import run, with_below
 from palpate.modeling.doors.folding import KINDS, Fold, Kinds, folds
@@ -19,6 +19,7 @@ from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.registry import DEFAULT, ON_REQUEST, SLOW, Direction
 from palpate.modeling.doors.scaling import scaling_of
 from palpate.modeling.doors.training_variants import with_variants
+from palpate.protocols.progress import Clock, Report
 
 FOLDS, QUICK_FOLDS = 5, 3
 QUICKLY: Mapping[str, Any] = {"quick": True}
@@ -26,7 +27,6 @@ QUICKLY: Mapping[str, Any] = {"quick": True}
 NOT_QUICK = frozenset({("inverse", "search")})
 """What a quick evaluation leaves out unless it is named: its every answer is a search."""
 DIRECTIONS: tuple[Direction, ...] = ("forward", "inverse")
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

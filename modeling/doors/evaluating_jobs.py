@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,13 @@ from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.registry import FORWARD, INVERSE, Direction
 from palpate.modeling.doors.scaling import Scaling
 from palpate.modeling.doors.training_variants import with_variants
+from palpate.protocols.progress import Clock
 
 HELD = 0.15
 """The share of the training side that a network watches to stop early."""
 LEAKY = "leaky"
 WHOLE = "all stimuli"
 """The split of one fold that leaves nothing out: what is trained to be used."""
-Clock = Callable[[], float]
 ALL: Mapping[Direction, Mapping[str, Method]] = {"forward": FORWARD, "inverse": INVERSE}
 
 

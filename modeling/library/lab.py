@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,8 +11,7 @@ from palpate.modeling.library.indexing import Told, gone, library_of
 from palpate.modeling.library.pictures import Pictures, told_lacking
 from palpate.modeling.library.sources import Wanted, first_pictures, material_of, model_of, predictor_of, rating_sources
 from palpate.modeling.library.thumbnails import NoPicture, drop, keep
-
-Report = Callable[[str], None]
+from palpate.protocols.progress import Report
 
 
 @dataclass(frozen=True)

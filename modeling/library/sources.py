@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,13 +18,12 @@ from palpate.modeling.library.indexing import Predictor
 from palpate.modeling.library.pictures import Pictures, pictures_in, pictures_taken
 from palpate.modeling.library.rated_folder import read_rated
 from palpate.protocols.files import file_sha256
+from palpate.protocols.progress import Report
 from palpate.studies.collect import ledgers_in
 from palpate.studies.record import read_header
 
 if TYPE_CHECKING:
     from palpate.modeling.attributes.reading_recordings import Recordings
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,8 @@ from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import Array, Parts, Recording
 from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.textures.simulator import TextureSimulator
+from palpate.protocols.progress import Clock
 
-Clock = Callable[[], float]
 SECONDS, QUICK_SECONDS = 60.0, 10.0
 """How long a model runs free."""
 

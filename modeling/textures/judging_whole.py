@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 
 from palpate.modeling.textures.judging import ceiling, truth_of
 from palpate.modeling.textures.judging_drive import Drive
-from palpate.modeling.textures.judging_jobs import QUICK_SECONDS, SECONDS, Clock, Context, Done, Explore, Fit, Job, Play
+from palpate.modeling.textures.judging_jobs import QUICK_SECONDS, SECONDS, Context, Done, Explore, Fit, Job, Play
 from palpate.modeling.textures.judging_kept import forget_checkpoints, keep, load
 from palpate.modeling.textures.judging_run import drive_for, run
 from palpate.modeling.textures.methods import Method
@@ -20,9 +20,9 @@ from palpate.modeling.textures.registry import DEFAULT, METHODS, ON_REQUEST, dem
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.splitting import split, told
 from palpate.modeling.textures.windows import LENGTHS
+from palpate.protocols.progress import Clock, Report
 from palpate.signals.textures.timing import step_us
 
-Report = Callable[[str], None]
 LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
 """Figure 4.5 (the names are those of palpate.modeling.textures.heads)."""
 STEPS, QUICK_STEPS = 2000, 200

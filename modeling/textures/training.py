@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,8 +18,8 @@ from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.training.curves import history_in
 from palpate.modeling.training.run_card import run_card
+from palpate.protocols.progress import Report
 
-Report = Callable[[str], None]
 ONE_STEP = ("mae", "mae_m_s2", "gfc", "explained")
 FREE = ("level", "smoothed_gfc", "envelope", "cycle", "cycle_excess", "felt_dB")
 """What a card holds of both; the latter as free_level and so on."""

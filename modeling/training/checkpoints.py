@@ -16,10 +16,10 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save
 from torch import Tensor
 
-from palpate.modeling.training.progress import Report
 from palpate.modeling.training.refusals import CheckpointError
 from palpate.protocols.canonical import canonical, digest, parse
 from palpate.protocols.files import UNFINISHED, write_bytes
+from palpate.protocols.progress import Report
 
 FORMAT = "palpate checkpoint 1"
 KEEP = 2

@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from palpate.modeling.training.job import Job, done, named
-from palpate.modeling.training.progress import Clock, Pace, Report, lasting, silent
 from palpate.modeling.training.refusals import JobError
+from palpate.protocols.progress import Clock, Pace, Report, lasting, silent
 
 Given = TypeVar("Given")
 Result = TypeVar("Result")

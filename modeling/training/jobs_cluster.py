@@ -9,9 +9,9 @@ from typing import Any
 
 from palpate.modeling.training.job import Job, attempted, opened
 from palpate.modeling.training.memory import keep_freed
-from palpate.modeling.training.progress import Report
 from palpate.modeling.training.refusals import JobBroken, JobError
 from palpate.modeling.training.run_card import versions
+from palpate.protocols.progress import Report
 
 PATIENCE_S = 30
 LACKING = "A cluster needs the extra `cluster`: pip install 'palpate[cluster]'."

@@ -8,8 +8,8 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 from palpate.modeling.training.job import Job, attempted, opened
-from palpate.modeling.training.progress import Report
 from palpate.modeling.training.refusals import JobBroken
+from palpate.protocols.progress import Report
 
 ATTEMPTS = 3
 

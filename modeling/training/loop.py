@@ -13,7 +13,6 @@ from torch.optim import Adam, Optimizer
 from palpate.modeling.training.checkpoints import read_latest, write_checkpoint
 from palpate.modeling.training.history import Epoch
 from palpate.modeling.training.identity import identity_of
-from palpate.modeling.training.progress import Clock, Pace, Report, lasting, silent
 from palpate.modeling.training.refusals import TrainingError
 from palpate.modeling.training.resuming import State, kept, put_back, refuse_longer, refuse_other
 from palpate.modeling.training.schedule import Course, course_of
@@ -22,6 +21,7 @@ from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Source
 from palpate.modeling.training.stepping import Loss, mean_loss, train_epoch
 from palpate.modeling.training.weights import copied, finite, restore, trainable
+from palpate.protocols.progress import Clock, Pace, Report, lasting, silent
 
 Optimise: TypeAlias = Callable[[list[nn.Parameter], float], Optimizer]
 """The parameters and the first learning rate to an optimiser."""

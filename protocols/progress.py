@@ -6,7 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 Report = Callable[[str], None]
+"""Takes a line that says how far a computation is."""
+Progress = Callable[[int, int, str], None]
+"""Shows how far the work is: how many are done, of how many, of what."""
 Clock = Callable[[], float]
+"""Gives seconds; only their differences count."""
 RECENT = 5
 
 
