@@ -22,7 +22,7 @@ from palpate.studies.record import read
 from palpate.studies.replay import replay
 from palpate.studies.rig import simulated
 from palpate.studies.session import start
-from tests.devices.door_link.lines_for_tests import Bench, Lab
+from tests.devices.door.link.lines_for_tests import Bench, Lab
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.ten import found_study
 

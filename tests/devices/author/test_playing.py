@@ -12,8 +12,8 @@ from palpate.devices.door.live import LiveDoor
 from palpate.devices.signals import DeviceError
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.windows_for_tests import begun, click, typed, wish
-from tests.devices.door_firmware.plants import TinyPlant
-from tests.devices.door_link.lines_for_tests import FRAME_MS, Bench
+from tests.devices.door.firmware.plants import TinyPlant
+from tests.devices.door.link.lines_for_tests import FRAME_MS, Bench
 
 GENTLE = tuple([10.0] * 621)
 

@@ -32,7 +32,7 @@ from palpate.studies.live_rig import live_plan, plan_to_go_on
 from palpate.studies.record import read
 from palpate.studies.replay import replay
 from palpate.studies.session import resume, start
-from tests.devices.door_link.twin_processes import children
+from tests.devices.door.link.twin_processes import children
 from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, doors, ends, kinds, lasting, live_doors, plan_of
 
 

@@ -19,8 +19,8 @@ from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.twin_process import TwinProcess
 from palpate.devices.signals import DeviceError
 from palpate.protocols.requests import Chunk, Fault, Reply
-from tests.devices.door_link.lines_for_tests import request
-from tests.devices.door_link.twin_processes import children
+from tests.devices.door.link.lines_for_tests import request
+from tests.devices.door.link.twin_processes import children
 
 SLOW = 0.25
 """Seconds of the plant a second: 40 ms without a heartbeat are 160 ms here."""

@@ -13,7 +13,7 @@ from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.link import Link, Timing
 from palpate.devices.door.link.simulator import Connection, DoorSimulator, Setup
 from palpate.protocols.requests import Chunk, Present, Samples
-from tests.devices.door_firmware.plants import TinyPlant, out_and_back
+from tests.devices.door.firmware.plants import TinyPlant, out_and_back
 
 FRAME_MS = 10
 PROFILE_N = [10.0] * 621

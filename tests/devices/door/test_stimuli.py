@@ -16,7 +16,7 @@ from palpate.signals.doors.features import describe
 from palpate.signals.doors.grid import DoorDataError
 from palpate.signals.doors.profile_file import read_profile
 
-STUDY = Path(__file__).parents[2] / "studies" / "door_ratings"
+STUDY = Path(__file__).parents[3] / "studies" / "door_ratings"
 
 
 def run(*arguments: object) -> Result:

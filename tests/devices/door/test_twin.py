@@ -18,7 +18,7 @@ from palpate.signals.doors.profile_file import read_profile
 from tests.examples import examples
 
 STRAIGHT = tuple(index / 20 for index in range(POINTS))
-PROFILES = Path(__file__).parents[2] / "studies" / "door_ratings" / "profiles"
+PROFILES = Path(__file__).parents[3] / "studies" / "door_ratings" / "profiles"
 
 
 def test_an_opening_starts_closed_ends_open_and_is_halfway_at_half_time() -> None:

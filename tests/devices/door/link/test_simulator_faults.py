@@ -13,8 +13,8 @@ from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.threads import Threads
 from palpate.protocols.requests import Aside, Chunk, Reply
 from palpate.protocols.requests import Fault as Failed
-from tests.devices.door_firmware.plants import TinyPlant, out_and_back
-from tests.devices.door_link.lines_for_tests import Bench, Drained, Lab, playing, request, slow_lab
+from tests.devices.door.firmware.plants import TinyPlant, out_and_back
+from tests.devices.door.link.lines_for_tests import Bench, Drained, Lab, playing, request, slow_lab
 
 DRILLS = {
     "silent": "silent", "stuck": "stuck", "not_a_number": "not_a_number", "angle_not_a_number": "not_a_number",

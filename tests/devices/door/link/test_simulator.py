@@ -11,8 +11,8 @@ from palpate.devices.signals import DeviceError
 from palpate.protocols.requests import Aside, Chunk, Reply
 from palpate.protocols.requests import Fault as Failed
 from palpate.studies.interrupts import Interrupted
-from tests.devices.door_firmware.plants import TinyPlant
-from tests.devices.door_link.lines_for_tests import Bench, Lab, playing, request, slow_lab
+from tests.devices.door.firmware.plants import TinyPlant
+from tests.devices.door.link.lines_for_tests import Bench, Lab, playing, request, slow_lab
 
 
 def test_a_door_that_is_opened_and_brought_back_is_presented():

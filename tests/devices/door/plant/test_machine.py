@@ -17,7 +17,7 @@ from palpate.devices.door.plant.parameters import DEFAULT, Limits, Parameters, P
 from palpate.devices.door.plant.rendering import STEP_RAD, Rendered
 from palpate.signals.doors.profile_file import read_profile
 
-PROFILES = Path(__file__).parents[3] / "studies" / "door_ratings" / "profiles"
+PROFILES = Path(__file__).parents[4] / "studies" / "door_ratings" / "profiles"
 FLAT = [5.0] * 621
 END = math.radians(62)
 

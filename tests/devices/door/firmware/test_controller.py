@@ -8,7 +8,7 @@ from palpate.devices.door.firmware.controller import ALLOWED, BOOT_MS, Firmware
 from palpate.devices.door.firmware.sensor_check import Limits
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import HEARTBEAT_MS, Fault, Reason, State
-from tests.devices.door_firmware.plants import Host, TinyPlant, firmware, out_and_back, profile
+from tests.devices.door.firmware.plants import Host, TinyPlant, firmware, out_and_back, profile
 from tests.examples import examples
 
 REQUESTS = {

@@ -11,7 +11,7 @@ from palpate.devices.door.firmware.twin_plant import TwinPlant
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
 from palpate.devices.door.plant.machine import Sensing
-from tests.devices.door_firmware.plants import Host, TinyPlant, firmware, out_and_back, profile
+from tests.devices.door.firmware.plants import Host, TinyPlant, firmware, out_and_back, profile
 
 MOVING_MS = 1600
 """Into the play, the twin's hand moves the arm at some tens of degrees a second."""

@@ -15,8 +15,8 @@ from palpate.devices.door.live import PERIOD_NS, LiveDoor
 from palpate.devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS, STEP_RAD, Passage, Rendered
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Fault, Reply
-from tests.devices.door_firmware.plants import TinyPlant, out_and_back
-from tests.devices.door_link.lines_for_tests import Bench, Lab, request
+from tests.devices.door.firmware.plants import TinyPlant, out_and_back
+from tests.devices.door.link.lines_for_tests import Bench, Lab, request
 
 LIGHT, HEAVY = (10.0,) * 621, (40.0,) * 621
 END = 620 * STEP_RAD
