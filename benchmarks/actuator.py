@@ -13,10 +13,11 @@ from palpate.devices.actuator.device import VoiceCoil, make
 from palpate.devices.actuator.identify import Shaking, identify
 from palpate.devices.actuator.inverse import Wish, invert
 from palpate.devices.actuator.outputs import Coil, Shaken
-from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ
 from palpate.devices.actuator.response import Response
 from palpate.devices.actuator.settings import Settings
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 
 AREA = "actuator"
 LOW_HZ, HIGH_HZ = 20, 450

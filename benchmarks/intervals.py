@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.intervals import COVERAGE, half_widths
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from numpy.random import Generator

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.modeling.library.asking import Wish, combined
 from palpate.modeling.library.entries import Entry, Library, Predicted, Rated, belief, felt
@@ -15,6 +14,7 @@ from palpate.modeling.library.finding import Found, find, wishes_of
 from palpate.modeling.library.nearest import Near, near
 from palpate.modeling.library.ranges import Soft
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 
 AREA = "library"
 PAIRS = (("Rough", "Smooth"), ("Flat", "Bumpy"), ("Sticky", "Slippery"), ("Hard", "Soft"))
@@ -24,7 +24,6 @@ NODES = 48
 """Of Gauss and Legendre, between two knots: exact to rounding for the smooth pieces there."""
 FAR_SD = 9.0
 SEED = 23
-Array = NDArray[np.float64]
 
 
 def cases(quick: bool) -> Iterator[Case]:

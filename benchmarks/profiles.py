@@ -10,8 +10,9 @@ from itertools import pairwise
 import numpy as np
 
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
-from palpate.signals.doors.profiles import Array, normalise
+from palpate.signals.doors.profiles import normalise
 
 AREA = "profiles"
 GRID_DEG = np.arange(POINTS) / POINTS_PER_DEG

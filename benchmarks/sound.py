@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 from palpate.devices.sound.noise import FULL_SCALE_RMS, LOOP_S, Colour, Player, a_weighted_db, loop, rms_of
-from palpate.devices.sound.output import Array
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 
 AREA = "sound"
 RATE_HZ = 48_000

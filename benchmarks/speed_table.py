@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.signals.aligning.refusals import Array
 from palpate.signals.aligning.speed import Place, Slope, slope, velocity
+from palpate.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from palpate.devices.surfaces.scene import SurfaceScene, first_rows, ground_of
 from palpate.devices.surfaces.table import Surface, read_surfaces
 from palpate.devices.surfaces.tip import RADIUS_MM, traced
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 
-Numbers = NDArray[np.float64]
 AREA = "surfaces"
 SENSORS = (("acceleration_m_s2", 3000.0), ("wrench", 8000.0), ("position_mm", 120.0))
 SHOWN = ("T01", "T19", "T38", "T48")
@@ -49,11 +49,11 @@ def _whole(surface: Surface, seconds: float, repeats: int) -> Case:
     )  # fmt: skip
 
 
-def sensed(surface: Surface, seconds: float) -> list[Numbers]:
+def sensed(surface: Surface, seconds: float) -> list[Array]:
     """Every sensor's samples of one act, read side by side as sensors do."""
     scene = SurfaceScene(surface, seconds, "bench", under=ground_of(surface))
     pieces = [getattr(scene, name)(rate_hz) for name, rate_hz in SENSORS]
-    found: list[list[Numbers]] = [[] for _ in SENSORS]
+    found: list[list[Array]] = [[] for _ in SENSORS]
     for second in range(1, math.ceil(seconds) + 1):
         for place, (_, rate_hz) in enumerate(SENSORS):
             while sum(map(len, found[place])) < second * rate_hz:

@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.speed_table import Stroke, simulated
 from palpate.protocols.bench import Case
-from palpate.signals.aligning.refusals import Array
 from palpate.signals.aligning.speed import Place, slope, velocity
+from palpate.signals.arrays import Array
 
 STROKES = {
     "a hand's stroke": Stroke(),

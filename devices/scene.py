@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from palpate.signals.arrays import Array
 
-Array = NDArray[np.float64]
 PIECE_S = 0.25
 """How much of a scene is made at a time, about: memory stays small however long the scene is."""
 

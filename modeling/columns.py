@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from palpate.signals.arrays import Array
+
 CONSTANT = 1e-9
 """What has an SD below this share of its greatest value differs by rounding only."""
 

@@ -6,10 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from palpate.signals.arrays import Array, Indices
+
 PENALTIES: Array = np.logspace(5, -3, 33)
 """What is tried, the greatest first: of equals, the greatest is taken."""
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from palpate.signals.arrays import Array, Indices
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.protocols.wording import count
-
-Array = NDArray[np.float64]
+from palpate.signals.arrays import Array
 
 BAND_HZ = (20.0, 1000.0)
 """Vibration: without gravity and the hand's movement below, without noise above."""

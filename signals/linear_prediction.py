@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from palpate.signals.arrays import Array
 
 FURTHEST = 0.999
 """No pole of what is exported lies beyond this radius, wherever speed and force are (`ar_export.damping`)."""

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from palpate.signals.filters import Array, SignalError, demand_finite
+from palpate.signals.arrays import Array
+from palpate.signals.filters import SignalError, demand_finite
 
 FRAME_S = 0.064
 """Long enough to tell 20 Hz from its neighbours, short enough for a hand's movement: docs/reference/texture-data.md has

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from palpate.protocols.tables import Mistake, TableFormat, read_table
 from palpate.protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
+from palpate.signals.arrays import Array
 from palpate.studies.errors import RigError
 from palpate.studies.renderings import MET, SEED, Alike, Rendered, told_of
 
 if TYPE_CHECKING:
     from palpate.signals.textures.voice import Voice
 
-Array = NDArray[np.float64]
 COLUMNS = ("acceleration_m_s2", "speed_mm_s", "force_N")
 """Of the file of a hand and what it meets on the real surface."""
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.protocols.keyed import Key, keyed_bits, uniform
 from palpate.protocols.wording import some
+from palpate.signals.arrays import Array
 from palpate.studies.catalogue import stimulus_rows
 from palpate.studies.errors import RigError
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from palpate.devices.surfaces.hand import Hand, Motion
     from palpate.devices.surfaces.scene import SurfaceScene
 
-Array = NDArray[np.float64]
 RATE_HZ = 1000.0
 STIMULI = Path(__file__).resolve().with_name("texture_capture") / "stimuli.csv"
 FINER = 3

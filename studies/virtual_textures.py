@@ -20,8 +20,8 @@ from palpate.studies.errors import RigError
 from palpate.studies.renderings import SEED, Rendered, demand_whole, keep, read_kept, restored
 
 if TYPE_CHECKING:
+    from palpate.signals.arrays import Array
     from palpate.signals.textures.voice import Voice
-    from palpate.studies.played_textures import Array
 
 VERSION = 1
 """Of what is kept: another one where the player or the comparison changes what comes out."""

@@ -15,13 +15,14 @@ from palpate.devices.render.found import DEFAULT_METHOD, SHIPPED, available, car
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.headless import at_once
 from palpate.devices.render.window.choice import Choice, method_word, render_texts, texture_word
-from palpate.devices.render.window.elements import SHOWN, Array, heard
+from palpate.devices.render.window.elements import SHOWN, heard
 from palpate.devices.render.window.screen import RendererScreen
 from palpate.devices.render.window.view import RendererStatus, RendererView
 from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.screen import Page
 from palpate.protocols.files import open_bytes
+from palpate.signals.arrays import Array
 from palpate.signals.textures.sounds import Sounds
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, count
 from palpate.analysis.streams.recorded import Gap, Stream
 from palpate.protocols.files import open_bytes, write_text
 from palpate.protocols.wording import count
-from palpate.signals.aligning.refusals import Array
+from palpate.signals.arrays import Array
 from palpate.studies.record import Record, read
 
 EVENTS = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.analysis.features.touch import Array
+from palpate.signals.arrays import Array
 
 STATISTICS = ("speed min", "speed max", "speed mean", "force min", "force max", "force mean")
 

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from palpate.analysis.features.segments import SEGMENT
 from palpate.analysis.features.spectra import decibels, windowed
-from palpate.analysis.features.touch import RATE_HZ, Array
+from palpate.analysis.features.touch import RATE_HZ
+from palpate.signals.arrays import Array
 
 FRAME_S = 0.025
 FRAME = round(FRAME_S * RATE_HZ)

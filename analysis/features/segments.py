@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.analysis.features.touch import RATE_HZ, Array, FeatureError, Stretch, Touch
+from palpate.analysis.features.touch import RATE_HZ, FeatureError, Stretch, Touch
+from palpate.signals.arrays import Array
 from palpate.signals.one_axis import dft321
 
 SEGMENT_S = 0.5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.analysis.features.touch import Array
+from palpate.signals.arrays import Array
 
 FLOOR = 1e-10
 """Powers below are taken for it (librosa's own floor): silence is -100 dB re 1 (m/s^2)^2 of a spectrum's bin."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from palpate.signals.arrays import Array
+
 RATE_HZ = 1000.0
 TRIM_S = 2.5
 """Taken off both ends of an exploration: the tool is put down and lifted there."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.analysis.features.spectra import decibels, windowed
-from palpate.analysis.features.touch import Array
+from palpate.signals.arrays import Array
 
 WAVELET, LEVELS = "db4", 5
 """Daubechies' with four vanishing moments; at 1 kHz its bands part at 250, 125, 62.5, 31.25 and 15.6 Hz."""

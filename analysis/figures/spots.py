@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from palpate.analysis.statistics.doubles import Floats
+
 POINTS = 161
 MOST_PLACED = 250
 """Beyond this many points a swarm gives way to a scatter within the density: it would be slow, and no clearer."""

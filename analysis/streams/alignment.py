@@ -15,7 +15,8 @@ from palpate.signals.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align
 from palpate.signals.aligning.errors import HAND_HZ, leak, sine_error
 from palpate.signals.aligning.hinge import Hinge, fit_hinge
 from palpate.signals.aligning.methods import Method
-from palpate.signals.aligning.refusals import AlignError, Array
+from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.arrays import Array
 
 ANGLE = "angle_deg"
 MANY_HOLES = 200

@@ -14,7 +14,7 @@ from palpate.analysis.streams.recorded import Stream
 from palpate.protocols.canonical import json_text
 from palpate.protocols.extras import installed_version
 from palpate.protocols.files import file_sha256, open_text, write_text
-from palpate.signals.aligning.refusals import Array
+from palpate.signals.arrays import Array
 from palpate.studies.record import Record
 
 DIGITS = 9

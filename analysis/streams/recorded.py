@@ -13,8 +13,8 @@ from palpate.protocols.clocks import Clock, ClockError, fit_clock, nominal_clock
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Samples
 from palpate.signals.aligning.stamps import Stamps, stamps_of
+from palpate.signals.arrays import Array
 
-Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 

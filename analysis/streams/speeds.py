@@ -12,8 +12,9 @@ from palpate.analysis.streams.recorded import Stream, StreamError
 from palpate.signals.aligning.aligned import align
 from palpate.signals.aligning.errors import sine_error
 from palpate.signals.aligning.methods import METHODS, Method
-from palpate.signals.aligning.refusals import AlignError, Array
+from palpate.signals.aligning.refusals import AlignError
 from palpate.signals.aligning.speed import Slope, floor_mm_s, slope, velocity
+from palpate.signals.arrays import Array
 
 AXES = ("x", "y", "z")
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0}

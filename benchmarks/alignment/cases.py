@@ -13,8 +13,8 @@ from palpate.protocols.bench import Case
 from palpate.protocols.clocks import Clock, fit_clock, nominal_clock
 from palpate.signals.aligning.aligned import align
 from palpate.signals.aligning.methods import METHODS, Method
-from palpate.signals.aligning.refusals import Array
 from palpate.signals.aligning.stamps import OF_THE_HOST, stamps_of
+from palpate.signals.arrays import Array
 
 AREA, CLOCKS_AREA = "alignment", "alignment, by the clock"
 ERROR = "percent of the signal below 25 Hz, RMS"

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from palpate.signals.aligning.errors import HAND_HZ
-from palpate.signals.aligning.refusals import Array
+from palpate.signals.arrays import Array
 
 GRID_HZ = 1000.0
 SLOWEST_HZ, TONES = 0.2, 48

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from palpate.modeling.attributes.material import Array, Material, Pair, Rated, Rows, Texture
+from palpate.modeling.attributes.material import Material, Pair, Rated, Rows, Texture
+from palpate.signals.arrays import Array
 
 PAIRS = (Pair("Rough", "Smooth"), Pair("Flat", "Bumpy"), Pair("Sticky", "Slippery"), Pair("Hard", "Soft"))
 SIZES: Mapping[str, int] = {"mfcc": 520, "hand": 6, "dft": 250, "dwt": 24, "resnet": 2048, "glcm": 256}

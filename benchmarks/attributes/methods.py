@@ -21,11 +21,12 @@ from palpate.modeling.attributes.judging_entries import Own
 from palpate.modeling.attributes.judging_jobs import Entry
 from palpate.modeling.attributes.judging_run import learning, summed_up
 from palpate.modeling.attributes.judging_whole import Judged, Wanted, judge
-from palpate.modeling.attributes.material import Array, Material, Texture
+from palpate.modeling.attributes.material import Material, Texture
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.attributes.model_file import AttributeModel, Kept, read_model, write_model
 from palpate.modeling.training.threads import limited
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 
 QUICK_TEXTURES, TEXTURES, SEGMENTS, PICTURES = 8, 16, 24, 4
 LEFT_OUT = 8

@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.devices.author.work import History, Setting, Work, neutral
-from palpate.devices.door.making import Array, Maker, maker_for
+from palpate.devices.door.making import Maker, maker_for
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.plot import Axes, axes_for, line_mask
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 
 if TYPE_CHECKING:

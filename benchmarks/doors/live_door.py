@@ -18,9 +18,10 @@ from palpate.devices.door.link import dialogue
 from palpate.devices.door.link.limits import Limits, change_for_door, profile_for_door
 from palpate.devices.door.link.link import Link
 from palpate.devices.door.live import LiveDoor
-from palpate.devices.door.making import NEUTRAL, Array
+from palpate.devices.door.making import NEUTRAL
 from palpate.devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS
 from palpate.protocols.bench import Case
+from palpate.signals.arrays import Array
 from palpate.signals.doors.limits import HANDLE_RADIUS_M, bounded
 
 AREA, BAUD, END_DEG = "doors", 1_000_000, 62.0

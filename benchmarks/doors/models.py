@@ -18,7 +18,6 @@ import numpy as np
 
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
 from palpate.modeling.doors.corners import corners
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.evaluating import Judged, Wanted, context_for, judge
 from palpate.modeling.doors.evaluating_floors import floors
 from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, method_rows
@@ -28,6 +27,7 @@ from palpate.modeling.doors.registry import DEFAULT, THESIS, Direction
 from palpate.modeling.doors.simulated import simulated_ratings
 from palpate.protocols.bench import Case
 from palpate.protocols.progress import Clock
+from palpate.signals.arrays import Array
 from palpate.signals.models.file import read_model
 from palpate.signals.models.runtime import Model
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.keyswitch.curves import Array
+from palpate.signals.arrays import Array
 
 FROM, TO = 0.05, 0.9
 """The part of the travel that counts: without the first touch and the bottom."""

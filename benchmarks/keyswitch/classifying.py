@@ -14,7 +14,7 @@ from sklearn.utils.class_weight import compute_class_weight
 from torch import nn
 
 from benchmarks.keyswitch.bump import bump
-from benchmarks.keyswitch.curves import KINDS, Array, Indices
+from benchmarks.keyswitch.curves import KINDS
 from benchmarks.keyswitch.networks import classifier
 from benchmarks.keyswitch.outcome import Fitted
 from benchmarks.keyswitch.reconstructing import answered, centring_of, settings_of
@@ -23,6 +23,7 @@ from palpate.modeling.training.loop import train
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.sources import Pairs, pairs
 from palpate.protocols.progress import Report
+from palpate.signals.arrays import Array, Indices
 
 PENALTIES = tuple(float(10**k) for k in np.linspace(-3, 3, 13))
 WEIGHTS = "balanced"

@@ -12,11 +12,12 @@ from sklearn.metrics import recall_score
 from sklearn.model_selection import StratifiedGroupKFold
 
 from benchmarks.keyswitch import classifying, reconstructing
-from benchmarks.keyswitch.curves import Array, CurveError, Curves, Indices, measured
+from benchmarks.keyswitch.curves import CurveError, Curves, measured
 from benchmarks.keyswitch.outcome import Outcome, timed
 from benchmarks.keyswitch.settings import Size
 from palpate.modeling.training.jobs import run_jobs
 from palpate.protocols.progress import Clock, Report, silent
+from palpate.signals.arrays import Array, Indices
 
 RECONSTRUCTION, KIND = "reconstruction", "kind"
 

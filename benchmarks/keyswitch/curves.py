@@ -8,13 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.keyswitch.families import families
 from palpate.protocols.tables import split_records
+from palpate.signals.arrays import Array, Indices
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 MEASURED = Path(__file__).parent / "measured"
 CURVES, KINDS_FILE = "downstroke_621.csv", "kinds.csv"
 KINDS = ("linear", "tactile", "clicky")

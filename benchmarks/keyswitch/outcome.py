@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from benchmarks.keyswitch.curves import Array
 from palpate.protocols.progress import Clock
+from palpate.signals.arrays import Array
 
 Fitted = Callable[[Array], Array]
 """Held-out curves, scaled, to what the method makes of them."""

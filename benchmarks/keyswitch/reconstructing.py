@@ -9,7 +9,7 @@ import torch
 from sklearn.decomposition import PCA
 from torch import nn
 
-from benchmarks.keyswitch.curves import Array, CurveError
+from benchmarks.keyswitch.curves import CurveError
 from benchmarks.keyswitch.networks import Reconstruction
 from benchmarks.keyswitch.outcome import Fitted
 from benchmarks.keyswitch.settings import Size
@@ -18,6 +18,7 @@ from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import pairs
 from palpate.protocols.progress import Report
+from palpate.signals.arrays import Array
 
 
 def mean_curve(train_rows: Array, _code: int, _size: Size, _report: Report) -> Fitted:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.synthesis.graph import Numbers, Tensors, Tracer, Value
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 SCHEMA = 3
 UNARY = {"relu": "RELU", "sqrt": "SQRT", "cos": "COS", "sin": "SIN", "exp": "EXP", "log": "LOG", "abs": "ABS",
          "tanh": "TANH", "sigmoid": "LOGISTIC", "square": "SQUARE"}  # fmt: skip

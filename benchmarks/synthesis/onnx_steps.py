@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.synthesis.graph import Numbers, Tensors, Tracer, Value
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 OPSET, IR = 18, 9
 UNARY = {"relu": "Relu", "sqrt": "Sqrt", "cos": "Cos", "sin": "Sin", "exp": "Exp", "log": "Log", "abs": "Abs",
          "tanh": "Tanh", "sigmoid": "Sigmoid", "softplus": "Softplus"}  # fmt: skip

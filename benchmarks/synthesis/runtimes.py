@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from benchmarks.synthesis.graph import Tensors
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 Step = Callable[[Array], Array]
 """A window (3 window) in units to the answer (1 or 2), in float64."""
 

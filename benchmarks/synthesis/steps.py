@@ -20,13 +20,13 @@ from benchmarks.synthesis.specimens import SPREAD, foten, windows
 from palpate.devices.render.found import SHIPPED
 from palpate.protocols.bench import Case
 from palpate.protocols.progress import Clock
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card
 from palpate.signals.models.fastest import fastest
 from palpate.signals.models.native.library import KernelMissing, library
 from palpate.signals.models.native.opened import Native
 from palpate.signals.models.runtime import Model
 
-Array = NDArray[np.float64]
 Step = Callable[[Array], Array]
 Others = Callable[[Card, Mapping[str, NDArray[np.generic]]], tuple[Mapping[str, Step], tuple[str, ...]]]
 """Runtimes that this room does not know (torch, LiteRT): a step for each that is installed, the names of the rest."""

@@ -11,10 +11,10 @@ from torch import Tensor, fx, nn
 from torch.nn import functional
 
 from benchmarks.synthesis.graph import Numbers, Tensors, Tracer, Value
+from palpate.signals.arrays import Array
 from palpate.signals.models import card_steps as signals_of
 from palpate.signals.models.card import Activation, Card, Conv, Step
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 FUNCTIONS: dict[str, Callable[..., Tensor]] = {
     "relu": torch.relu, "sqrt": torch.sqrt, "cos": torch.cos, "sin": torch.sin, "exp": torch.exp, "log": torch.log,
     "abs": torch.abs, "tanh": torch.tanh, "sigmoid": torch.sigmoid, "square": torch.square,

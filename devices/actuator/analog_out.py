@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from palpate.devices.actuator.queue import RAMP, RATE_HZ, Array
+from palpate.devices.actuator.queue import RAMP, RATE_HZ
 from palpate.devices.daq.ni_errors import GONE, INPUTS, NO_DRIVER, RESERVED, code_of, first_line, quietly
 from palpate.devices.signals import DeviceError, DeviceFault
 from palpate.devices.sound.output import DRAIN_S, Fill
+from palpate.signals.arrays import Array
 
 EMPTY = {
     -200290: "GEN_STOPPED_TO_PREVENT_REGEN_OF_OLD_SAMPLES",

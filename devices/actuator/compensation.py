@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from palpate.devices.actuator.calibration import Calibration
-from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ
+from palpate.signals.arrays import Array
 
 EASE = 0.75
 """Share of the thermal limit from which on the output is turned down."""

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 
     from palpate.devices.actuator.calibration import Calibration
     from palpate.devices.actuator.compensation import Compensation, Limiter
-    from palpate.devices.actuator.queue import Array, Queue
+    from palpate.devices.actuator.queue import Queue
     from palpate.devices.sound.output import Output
+    from palpate.signals.arrays import Array
 
 RATE_HZ = 1000
 

@@ -7,7 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ
+from palpate.signals.arrays import Array
 
 Kind = Literal["multisine", "sweep"]
 PERIOD = RATE_HZ

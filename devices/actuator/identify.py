@@ -11,9 +11,10 @@ import numpy as np
 from palpate.devices.actuator.calibration import Calibration
 from palpate.devices.actuator.excitation import Kind, excitation
 from palpate.devices.actuator.inverse import Inverse, Wish, invert
-from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ
 from palpate.devices.actuator.response import Response, ResponseError, demand_coherence, demand_signal, estimate
 from palpate.devices.signals import Block, DeviceFault, NowNs, Sensor
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from palpate.devices.actuator.device import VoiceCoil

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.devices.actuator.queue import RATE_HZ, Array
-from palpate.devices.actuator.response import Complex, Response, ResponseError
+from palpate.devices.actuator.queue import RATE_HZ
+from palpate.devices.actuator.response import Response, ResponseError
+from palpate.signals.arrays import Array, Complex
 
 TAPS = 256
 GRID = 4096

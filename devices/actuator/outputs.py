@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.devices.actuator.analog_out import AnalogOut
-from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ
 from palpate.devices.sound.card import Card
 from palpate.devices.sound.output import Fill, Output, Tape
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from palpate.devices.actuator.settings import Settings

@@ -7,9 +7,9 @@ import threading
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from palpate.signals.arrays import Array
+
 RATE_HZ = 1000
 """What textures are rendered at (thesis 4.5.2)."""
 RAMP = 0.5 + 0.5 * np.cos(np.pi * np.arange(1, 5) / 4)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.devices.actuator.excitation import HIGHEST_HZ, LOWEST_HZ, PERIOD, Excitation
-from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ
 from palpate.devices.signals import DeviceError
+from palpate.signals.arrays import Array, Complex
 
-Complex = NDArray[np.complex128]
 FEWEST = 4
 """Periods below which coherence says nothing: unrelated noise alone has 1 over their number."""
 AT_REST = 1e-9

@@ -12,7 +12,6 @@ import numpy as np
 from palpate.devices.author.elements import BAND_MARK, FEELS, SIDES, Chip, Dot, Swatch
 from palpate.devices.author.layout import Layout
 from palpate.devices.author.work import Letter, Work
-from palpate.devices.door.making import Array
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint import INK, QUIET, Colour
 from palpate.devices.window.plot import Axes, Masks, axes_for
@@ -20,6 +19,7 @@ from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.profile import Curve, Ground
 from palpate.devices.window.typeset import SMALL_STEPS, Typesetter
 from palpate.protocols.tables import read_table
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, DoorDataError
 
 Hand = tuple[float, float]

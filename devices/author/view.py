@@ -13,7 +13,7 @@ from palpate.devices.author.elements import FEELS, SIDES, Felt, Pane, Upright
 from palpate.devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
 from palpate.devices.author.plotting import Hand, Plotter
 from palpate.devices.author.work import MOST_SMOOTHING_DEG, Setting, Work
-from palpate.devices.door.making import NEUTRAL, Array, Made, Maker
+from palpate.devices.door.making import NEUTRAL, Made, Maker
 from palpate.devices.window.app import AppView, Status
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint import ALERT, INK, QUIET
@@ -22,6 +22,7 @@ from palpate.devices.window.screens.elements import Element, Label, rounding
 from palpate.devices.window.screens.targets import Button, Track
 from palpate.devices.window.texts import MASTER, Texts, window_texts
 from palpate.devices.window.typeset import NUMBER_STEPS, WORD_STEPS
+from palpate.signals.arrays import Array
 
 KEPT = 50
 """Doors that are kept."""

@@ -19,11 +19,11 @@ from palpate.devices.daq.voltage_check import VoltageCheck
 from palpate.devices.signals import DeviceError, DeviceFault, Reading, Signal
 from palpate.protocols.wording import count
 from palpate.signals import GRAVITY_M_S2
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
-Array = NDArray[np.float64]
 AXES = ("x", "y", "z")
 POSITIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
 """The axis that points up, and so feels one g, in the order of a calibration's readings."""

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from palpate.devices.daq.cal_file import CalFile
     from palpate.devices.daq.gauges import Gauges
     from palpate.devices.daq.sensor import DaqSensor
-    from palpate.devices.daq.wrench import Array, Slopes
+    from palpate.devices.daq.wrench import Slopes
+    from palpate.signals.arrays import Array
 
 SAMPLE = Path(__file__).resolve().parent / "sample.cal"
 """What a twin measures with where no calibration file is named: a sensor that does not exist."""

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from palpate.devices.daq.cal_file import AXES
 from palpate.devices.daq.twin import PIECE, Ideal
 from palpate.devices.daq.voltage_check import VoltageCheck
-from palpate.devices.daq.wrench import Array, Calibration, Slopes, compensated, wrench
+from palpate.devices.daq.wrench import Calibration, Slopes, compensated, wrench
 from palpate.devices.signals import DeviceError, DeviceFault, Reading, Signal
 from palpate.protocols.wording import count
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

@@ -10,13 +10,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.daq.cal_file import AXES, CalFile
 from palpate.devices.signals import DeviceError
 from palpate.signals import GRAVITY_M_S2
+from palpate.signals.arrays import Array
 
-Array = NDArray[np.float64]
 POUND_N, INCH_M = 4.4482216152605, 0.0254
 FORCE_N: Mapping[str, float] = {
     "N": 1.0, "kN": 1e3, "lb": POUND_N, "lbf": POUND_N, "klb": 1e3 * POUND_N, "klbf": 1e3 * POUND_N,

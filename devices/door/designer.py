@@ -8,17 +8,17 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from palpate.devices.models.finding import FOLDER, SHIPPED, find_model
 from palpate.protocols.did_you_mean import nearest
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, bounded
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import CARD_SUFFIX, read_model
 from palpate.signals.models.runtime import Model
 
-Array = NDArray[np.float64]
 Wish = Mapping[str, float] | ArrayLike
 
 FORCE, PERCEPTION = "door-force", "door-perception"

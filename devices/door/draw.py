@@ -13,7 +13,8 @@ from palpate.devices.door.recording import read_columns
 from palpate.devices.picture import COLOURS, FAINT, INK, SOFT, drawing, write_picture
 from palpate.protocols.tables import TableFormat, read_table
 from palpate.protocols.wording import some
-from palpate.signals.doors.features import Array, landmarks, plateau_of
+from palpate.signals.arrays import Array
+from palpate.signals.doors.features import landmarks, plateau_of
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
 from palpate.signals.doors.profile_file import read_profile
 

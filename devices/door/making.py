@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import FORCE_DECIMALS
-
-Array = NDArray[np.float64]
 
 LOWEST, NEUTRAL, HIGHEST = 0.0, 50.0, 100.0
 

@@ -6,15 +6,14 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.door.opening import RATE_HZ, opened_once
 from palpate.devices.scene import PIECE_S
 from palpate.protocols.keyed import Key, uniform
 from palpate.signals import GRAVITY_M_S2
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import DoorDataError
 
-Numbers = NDArray[np.float64]
 RADIUS_M = 0.95
 """From the hinge to handle, force sensor and marker, where nothing else is said."""
 ASIDE = 0.06
@@ -41,41 +40,41 @@ class OpeningScene:
         self._force, self._angle = np.array(opening.force_N), np.radians(opening.angle_deg)
         self._sways = tuple(_sway(axis, key) for axis in ("up", "along"))
 
-    def acceleration_m_s2(self, rate_hz: float) -> Iterator[Numbers]:
+    def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
         """An accelerometer that lies still beside the door: pieces of shape (n, 3)."""
         return _pieces(lambda t_s: np.tile((0.0, 0.0, GRAVITY_M_S2), (len(t_s), 1)), rate_hz)
 
-    def wrench(self, rate_hz: float) -> Iterator[Numbers]:
+    def wrench(self, rate_hz: float) -> Iterator[Array]:
         """The hand's force on the handle, x the pull in newtons, and its torque in N m: pieces of shape (n, 6)."""
         return _pieces(self._wrench_at, rate_hz)
 
-    def position_mm(self, rate_hz: float) -> Iterator[Numbers]:
+    def position_mm(self, rate_hz: float) -> Iterator[Array]:
         """The marker on its circle around the hinge, which is the origin: pieces of shape (n, 3)."""
         return _pieces(self._position_at, rate_hz)
 
-    def _wrench_at(self, t_s: Numbers) -> Numbers:
+    def _wrench_at(self, t_s: Array) -> Array:
         pull = _read(self._force, t_s)
         force = np.column_stack([pull, *(pull * sway(t_s) for sway in reversed(self._sways))])
         return np.hstack([force, np.cross(GRIP_M, force)])
 
-    def _position_at(self, t_s: Numbers) -> Numbers:
+    def _position_at(self, t_s: Array) -> Array:
         angle, radius_mm = _read(self._angle, t_s), 1000 * self.radius_m
         return np.column_stack([radius_mm * np.sin(angle), radius_mm * np.cos(angle), np.zeros(len(t_s))])
 
 
-def _sway(axis: str, key: tuple[Key, ...]) -> Callable[[Numbers], Numbers]:
+def _sway(axis: str, key: tuple[Key, ...]) -> Callable[[Array], Array]:
     low, high = ASIDE_HZ
     omega = 2 * np.pi * (low + (high - low) * uniform("aside", axis, *key))
     phase = 2 * np.pi * uniform("aside phase", axis, *key)
     return lambda t_s: np.asarray(ASIDE * np.sin(omega * t_s + phase))
 
 
-def _read(values: Numbers, t_s: Numbers) -> Numbers:
+def _read(values: Array, t_s: Array) -> Array:
     """Between the steps of the motion; the last value holds after it."""
     return np.asarray(np.interp(t_s * RATE_HZ, np.arange(len(values)), values))
 
 
-def _pieces(at: Callable[[Numbers], Numbers], rate_hz: float) -> Iterator[Numbers]:
+def _pieces(at: Callable[[Array], Array], rate_hz: float) -> Iterator[Array]:
     low, high = RATES_HZ
     if not low <= rate_hz <= high:
         raise DoorDataError(f"{rate_hz} samples a second: from {low:g} to {high:g} are expected.")

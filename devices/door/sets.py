@@ -6,15 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.door.making import NEUTRAL, Doors, maker_for
 from palpate.devices.door.stimuli import FEATURE_DECIMALS, FOLDER, TABLE, originals, profile_text
 from palpate.protocols.files import write_texts
+from palpate.signals.arrays import Array
 from palpate.signals.doors.features import describe
 from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS, DoorDataError
-
-Array = NDArray[np.float64]
 
 TARGETS = (10, 90)
 """Where the wished attribute is set; the other six stay at 50 (thesis 5.7.1.1)."""

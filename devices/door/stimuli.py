@@ -6,19 +6,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.door.catalogue import read_catalogue
 from palpate.devices.door.recording import read_columns
 from palpate.protocols.files import write_texts
+from palpate.signals.arrays import Array
 from palpate.signals.doors.augment import VARIANTS, augment
 from palpate.signals.doors.features import describe
 from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS, STUDY_SEED, DoorDataError, grid_angle_deg
 from palpate.signals.doors.mechanics import simulate
 from palpate.signals.doors.profile_file import HEADER
 from palpate.signals.doors.profiles import normalise
-
-Array = NDArray[np.float64]
 
 MEASURED_LABEL = "BC3"
 """The place of the measured door in the thesis' design; the other five places are the catalogue's."""

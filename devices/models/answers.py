@@ -5,12 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from palpate.signals.arrays import Array
 from palpate.signals.models.runtime import Model
-
-Array = NDArray[np.float64]
 
 LOW, HIGH = 0.0, 100.0
 FAR = 10.0

@@ -8,15 +8,14 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.models.given import NEUTRAL, TOP
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Port, Texture
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.fastest import fastest
 from palpate.signals.models.runtime import Model
 
-Array = NDArray[np.float64]
 STUDY = Path(__file__).resolve().parents[2] / "studies" / "door_ratings" / "profiles"
 """The profiles that models of a feeling are compared on, if no others are given."""
 ASIDE = (10.0, 90.0)

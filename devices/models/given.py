@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.protocols.did_you_mean import nearest
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Port
 from palpate.signals.models.errors import ModelInputError
-
-Array = NDArray[np.float64]
 
 NEUTRAL = 50.0
 """An attribute that nothing is wished for (thesis 5.7.1)."""

@@ -8,14 +8,13 @@ from itertools import count
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.render.hands import Scripted
 from palpate.devices.surfaces.hand import FreeHand, Motion, free_hand
 from palpate.devices.tablet.device import Settings, make
+from palpate.signals.arrays import Array
 from palpate.signals.textures.sounds import RenderError
 
-Array = NDArray[np.float64]
 PIECE = 256
 SHORTEST_S, LONGEST_S = 1.0, 3600.0
 

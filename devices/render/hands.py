@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.signals import DeviceFault
 from palpate.devices.tablet.device import Tablet
@@ -21,10 +20,10 @@ from palpate.devices.tablet.recorded import read_reports
 from palpate.devices.tablet.reports import REFUSED, Guard, Report
 from palpate.protocols.tables import Mistake, Table, TableFormat, read_table
 from palpate.protocols.wording import count, some
+from palpate.signals.arrays import Array
 from palpate.signals.textures.sounds import RenderError
 
 RATE_HZ = 1000
-Array = NDArray[np.float64]
 FELT = ("t_s", "speed_mm_s", "force_N")
 LONGEST_S = 86_400.0
 

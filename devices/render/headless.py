@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.hands import RATE_HZ, Scripted, read_hand
@@ -19,10 +18,10 @@ from palpate.devices.render.opened import told
 from palpate.devices.render.process import Rendering
 from palpate.protocols.files import open_bytes
 from palpate.protocols.wording import count
+from palpate.signals.arrays import Array
 from palpate.signals.textures.sounds import RenderError, Sounds
 from palpate.signals.textures.voice import opened_voice
 
-Array = NDArray[np.float64]
 SIMULATED = "simulated"
 OVERTIME_S = 30.0
 OUT = (".csv", ".npz")

@@ -14,9 +14,9 @@ from palpate.devices.health import WAIT_S, samples
 from palpate.devices.rig.calibrating import Found, Job, Unfit
 from palpate.devices.rig.calibrating_bench import Hastened, Lying
 from palpate.devices.rig.opened import one_opened
-from palpate.devices.scene import Array
 from palpate.devices.signals import Block, DeviceError, NowNs
 from palpate.signals import GRAVITY_M_S2
+from palpate.signals.arrays import Array
 
 SECONDS = 2.0
 FEWEST = 100

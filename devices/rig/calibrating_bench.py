@@ -12,10 +12,10 @@ from palpate.devices.actuator.device import VoiceCoil
 from palpate.devices.actuator.outputs import Felt
 from palpate.devices.actuator.queue import RATE_HZ
 from palpate.devices.daq.sensor import DaqSensor
-from palpate.devices.scene import Array
 from palpate.devices.signals import Block, DeviceError
 from palpate.protocols.events import NS
 from palpate.signals import GRAVITY_M_S2
+from palpate.signals.arrays import Array
 
 PIECE = 512
 

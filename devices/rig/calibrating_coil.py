@@ -13,7 +13,6 @@ import numpy as np
 from palpate.devices.actuator.calibration import save
 from palpate.devices.actuator.device import VoiceCoil
 from palpate.devices.actuator.identify import Identified, PlayAndRecord, Shaking, identify, through
-from palpate.devices.actuator.queue import Array
 from palpate.devices.actuator.response import CLIPPED_SHARE, FEWEST, ResponseError
 from palpate.devices.actuator.settings import Settings
 from palpate.devices.daq.adxl335 import Accelerometer
@@ -25,6 +24,7 @@ from palpate.devices.rig.opened import OpenRig, open_rig
 from palpate.devices.signals import DeviceError
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
+from palpate.signals.arrays import Array
 
 SECONDS = 8
 LOUDEST_V = 0.5

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from palpate.devices.signals import DeviceError, DeviceFault
-from palpate.devices.sound.output import DRAIN_S, Array, Fill
+from palpate.devices.sound.output import DRAIN_S, Fill
+from palpate.signals.arrays import Array
 
 SILENT_S = 1.0
 """A card that has asked for nothing for so long has stopped without a word."""

@@ -15,7 +15,8 @@ from palpate.devices.signals import DeviceError, Health, Signal
 
 if TYPE_CHECKING:
     from palpate.devices.sound.noise import Player
-    from palpate.devices.sound.output import Array, Output
+    from palpate.devices.sound.output import Output
+    from palpate.signals.arrays import Array
 
 LOUDEST_DBFS, LOUDEST_UNMEASURED_DBFS, LOUDEST_DB_SPL = -12.0, -30.0, 80.0
 """Noise peaks about 15 dB above its level, so -12 dBFS never clips. 80 dB SPL is allowed for 40 hours a week (WHO, ITU

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from palpate.devices.sound.output import Array
+from palpate.signals.arrays import Array
 
 Colour = Literal["white", "pink"]
 LOOP_S = 10

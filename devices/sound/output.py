@@ -8,12 +8,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from palpate.devices.signals import DeviceFault
+from palpate.signals.arrays import Array
 
-Array = NDArray[np.float64]
 Fill = Callable[[int], Array]
 """Gives the next so many samples, one channel; called from any thread, and must not wait."""
 DRAIN_S = 0.25

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from threading import Lock
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from palpate.devices.surfaces.body import LEAN, MODES, Mode, mode_filter, to_tool
@@ -16,8 +15,8 @@ from palpate.devices.surfaces.contact import INTERNAL_HZ, THETA, Drive, Law, Rid
 from palpate.devices.surfaces.hand import Hand, Motion, Wave
 from palpate.devices.surfaces.tip import Ground
 from palpate.signals import GRAVITY_M_S2
+from palpate.signals.arrays import Array
 
-Numbers = NDArray[np.float64]
 BLOCKS, BLOCK = 64, 1000
 """How many stretches of steps are computed side by side, and how long each is: 6.4 s in one go. Half as many are as
 slow a second time over, because the contact remembers about 0.25 s; twice as many take twice the memory."""
@@ -32,17 +31,17 @@ KEPT = 3
 class Batch:
     """6.4 s of an act, each (BATCH, 3): acceleration in the tool's axes (m/s^2), force (N) and place (mm)."""
 
-    acceleration: Numbers
-    force: Numbers
-    place: Numbers
+    acceleration: Array
+    force: Array
+    place: Array
 
 
 @dataclass(frozen=True)
 class Start:
     """Where a batch goes on: the contact's state (7,), and the memory of the modes' filters (modes, 2)."""
 
-    state: Numbers
-    modes: Numbers
+    state: Array
+    modes: Array
 
 
 @dataclass
@@ -82,20 +81,20 @@ class Act:
         if len(self.starts) == number + 1:
             self.starts.append(Start(ridden.states[:, -1].copy(), memory))
 
-    def _times(self, number: int) -> Numbers:
+    def _times(self, number: int) -> Array:
         """The batch's steps; only few, of no consequence, once the act is over."""
         left = (self.seconds + LETS_GO_S) * INTERNAL_HZ - number * BATCH
         steps = min(BATCH, BLOCKS * max(1, math.ceil(left / BLOCKS)))
         return (number * BATCH + np.arange(steps, dtype=np.float64) + THETA) / INTERNAL_HZ
 
-    def _drive(self, times: Numbers) -> tuple[Motion, Drive]:
+    def _drive(self, times: Array) -> tuple[Motion, Drive]:
         motion = self.hand.at(times)
         height, right, up = self.ground.at(*motion.place)
         slope, velocity = np.stack([right, up]), motion.velocity / 1000
         rate = (slope * velocity).sum(axis=0)
         return motion, Drive(height, rate, motion.force, slope, velocity, motion.turn / 1000)
 
-    def _felt(self, times: Numbers, motion: Motion, drive: Drive, ridden: Ride, start: Start) -> tuple[Batch, Numbers]:
+    def _felt(self, times: Array, motion: Motion, drive: Drive, ridden: Ride, start: Start) -> tuple[Batch, Array]:
         """What the sensors' places feel, and the memory of the modes."""
         states = ridden.states
         force = np.vstack([ridden.friction - ridden.normal * drive.slope, ridden.normal])
@@ -109,13 +108,13 @@ class Act:
         return Batch(*(np.ascontiguousarray(each.T) for each in (felt, force, place))), memory
 
 
-def _filled(rows: Numbers) -> Numbers:
+def _filled(rows: Array) -> Array:
     """A whole batch: where the act is over, its last row goes on."""
     missing = BATCH - len(rows)
     return rows if missing == 0 else np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)])
 
 
-def _ring(force: Numbers, before: Numbers, shaken: Numbers) -> Numbers:
+def _ring(force: Array, before: Array, shaken: Array) -> Array:
     """Add what the modes make of the force to the acceleration (3, n); returns their memory."""
     after = np.empty_like(before)
     for n, mode in enumerate(MODES):
@@ -125,6 +124,6 @@ def _ring(force: Numbers, before: Numbers, shaken: Numbers) -> Numbers:
     return after
 
 
-def _answer(mode: Mode, force: Numbers, memory: Numbers) -> tuple[Numbers, Numbers]:
+def _answer(mode: Mode, force: Array, memory: Array) -> tuple[Array, Array]:
     answer, after = lfilter(*mode_filter(mode, INTERNAL_HZ), force, zi=memory)
     return answer, after

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.devices.surfaces.table import Surface
+from palpate.signals.arrays import Array
 
-Numbers = NDArray[np.float64]
 INTERNAL_HZ = 10_000.0
 THETA = 0.55
 """0.5 keeps energy, 1 damps most; a little above 0.5 lets what the step cannot resolve die away."""
@@ -81,12 +81,12 @@ def law(surface: Surface, tool: Tool = HELD) -> Law:
 class Drive:
     """What goes into the steps, SI units, all of one length n: ground and its rate, force, slopes, hand (2, n)."""
 
-    ground: Numbers
-    rate: Numbers
-    force: Numbers
-    slope: Numbers
-    velocity: Numbers
-    turn: Numbers
+    ground: Array
+    rate: Array
+    force: Array
+    slope: Array
+    velocity: Array
+    turn: Array
 
     def blocks(self, count: int) -> Drive:
         """The same cut into blocks of equal length, that lie side by side: (..., steps, count)."""
@@ -101,19 +101,19 @@ class Drive:
 class Ride:
     """What comes out of the steps: per step the state after it (7, n), normal force (n,) and friction (2, n)."""
 
-    states: Numbers
-    normal: Numbers
-    friction: Numbers
+    states: Array
+    normal: Array
+    friction: Array
 
 
-def at_rest(drive: Drive, law: Law) -> Numbers:
+def at_rest(drive: Drive, law: Law) -> Array:
     """The state in which the tip lies still on the ground under the force; of shape (7,) or (7, blocks)."""
     state = np.zeros((STATES, *drive.ground.shape[1:]))
     state[0] = drive.ground[0] - drive.force[0] / law.stiffness
     return state
 
 
-def _sliding(drive: Drive, law: Law) -> Numbers:
+def _sliding(drive: Drive, law: Law) -> Array:
     """The state of a tip that slides along steadily with the hand: a guess, of shape (7, blocks)."""
     state, velocity = at_rest(drive, law), drive.velocity[:, 0]
     state[1], state[6] = drive.rate[0], np.sqrt((velocity**2).sum(axis=0))
@@ -121,7 +121,7 @@ def _sliding(drive: Drive, law: Law) -> Numbers:
     return state
 
 
-def ride(drive: Drive, start: Numbers, law: Law, blocks: int) -> Ride:
+def ride(drive: Drive, start: Array, law: Law, blocks: int) -> Ride:
     """Every step in order from a state; n must be a multiple of `blocks`.
 
     The blocks are computed side by side from guessed states, and again from the states that their predecessors ended
@@ -146,7 +146,7 @@ def _room(cut: Drive) -> Ride:
     return Ride(np.empty((STATES, steps, count)), np.empty((steps, count)), np.empty((2, steps, count)))
 
 
-def _steps(drive: Drive, start: Numbers, law: Law, out: Ride, todo: NDArray[np.intp]) -> None:
+def _steps(drive: Drive, start: Array, law: Law, out: Ride, todo: NDArray[np.intp]) -> None:
     """All steps of some blocks, into their columns of `out`."""
     steps = drive.ground.shape[0]
     states = np.empty((steps, STATES, todo.size))
@@ -166,8 +166,8 @@ def _steps(drive: Drive, start: Numbers, law: Law, out: Ride, todo: NDArray[np.i
 class _Normal:
     """Constants of the step normal to the surface; rows 0 and 1 of the state."""
 
-    pushed: Numbers
-    pressed: Numbers
+    pushed: Array
+    pressed: Array
     keeps: float
     stiffness: float
     resists: float
@@ -185,12 +185,12 @@ class _Normal:
             gives * law.stiffness, gives * resists, 1 / free, law.step_s,
         )  # fmt: skip
 
-    def step(self, n: int, state: Numbers) -> Numbers:
+    def step(self, n: int, state: Array) -> Array:
         """The normal force; moves the state on."""
         z, v = state[0], state[1]
         free = self.keeps * v
         free -= self.pressed[n]
-        force: Numbers = self.pushed[n] - self.stiffness * z
+        force: Array = self.pushed[n] - self.stiffness * z
         force -= self.resists * free
         np.maximum(force, 0, out=force)
         free += self.moves * force
@@ -205,9 +205,9 @@ class _Normal:
 class _Sideways:
     """Constants of the step along the surface; rows 2 to 6 of the state. Friction is counted as a change of speed."""
 
-    base: Numbers
-    slope: Numbers
-    velocity: Numbers
+    base: Array
+    slope: Array
+    velocity: Array
     keeps: float
     pulls: float
     kinetic: float
@@ -225,7 +225,7 @@ class _Sideways:
         more = (law.static - law.kinetic) / whole
         return cls(base, slope, velocity, inertia / whole, law.side_stiffness / whole, law.kinetic / whole, more, law)
 
-    def step(self, n: int, state: Numbers, normal: Numbers) -> Numbers:
+    def step(self, n: int, state: Array, normal: Array) -> Array:
         """How much slower the tip slides for its friction (m/s); moves the state on."""
         u, rate, velocity = state[2:4], state[4:6], self.velocity[n]
         free = self.keeps * rate
@@ -239,7 +239,7 @@ class _Sideways:
         square = free * free
         fast = np.sqrt(square[0] + square[1])
         slides = np.maximum(1 - grip / (fast + 1e-300), 0)
-        tip: Numbers = free * slides
+        tip: Array = free * slides
         np.multiply(fast, slides, out=state[6])
         between = tip - velocity
         u += self.law.step_s * between
@@ -255,9 +255,9 @@ def _whole(law: Law) -> float:
     return law.side_mass / (THETA * law.step_s) + law.side_damping + law.side_stiffness * THETA * law.step_s
 
 
-def _side_by_side(values: Numbers, count: int) -> Numbers:
+def _side_by_side(values: Array, count: int) -> Array:
     return np.ascontiguousarray(np.swapaxes(values.reshape(*values.shape[:-1], count, -1), -1, -2))
 
 
-def _in_a_row(values: Numbers) -> Numbers:
+def _in_a_row(values: Array) -> Array:
     return np.swapaxes(values, -1, -2).reshape(*values.shape[:-2], -1)

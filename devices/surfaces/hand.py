@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.protocols.keyed import Key, uniform
+from palpate.signals.arrays import Array
 
-Numbers = NDArray[np.float64]
 REACH_MM = 42.0
 """Farthest from the middle along either axis: the samples measure 100 mm (thesis 3.3.1)."""
 STROKES_HZ = (0.2, 0.8)
@@ -32,16 +31,16 @@ LANDS_S = 0.3
 class Motion:
     """Place, velocity and acceleration along the surface (x, y; mm, mm/s, mm/s^2), and force into it (N)."""
 
-    place: Numbers
-    velocity: Numbers
-    turn: Numbers
-    force: Numbers
+    place: Array
+    velocity: Array
+    turn: Array
+    force: Array
 
 
 class Hand(Protocol):
     """What moves the tool."""
 
-    def at(self, t_s: Numbers) -> Motion:
+    def at(self, t_s: Array) -> Motion:
         """The motion at some times; arrays of shape (2, n), force (n,)."""
 
 
@@ -53,7 +52,7 @@ class SteadyHand:
     force_N: float
     degrees: float = 31.0
 
-    def at(self, t_s: Numbers) -> Motion:
+    def at(self, t_s: Array) -> Motion:
         """The motion at some times."""
         way = np.array([math.cos(math.radians(self.degrees)), math.sin(math.radians(self.degrees))])[:, np.newaxis]
         velocity = np.broadcast_to(self.speed_mm_s * way, (2, len(t_s)))
@@ -64,11 +63,11 @@ class SteadyHand:
 class Wave:
     """A sum of slow sines: sizes, rad/s and phases, each of shape (TERMS,)."""
 
-    sizes: Numbers
-    omegas: Numbers
-    phases: Numbers
+    sizes: Array
+    omegas: Array
+    phases: Array
 
-    def at(self, t_s: Numbers) -> Numbers:
+    def at(self, t_s: Array) -> Array:
         """Value, first and second derivative over time, of shape (3, n)."""
         angle = np.outer(self.omegas, t_s) + self.phases[:, np.newaxis]
         sine, cosine = np.sin(angle), np.cos(angle)
@@ -79,10 +78,10 @@ class Wave:
 class Pauses:
     """When the hand rests: from `begins` to `ends`, in order, with smooth flanks of RAMP_S around both."""
 
-    begins: Numbers
-    ends: Numbers
+    begins: Array
+    ends: Array
 
-    def run(self, t_s: Numbers) -> Numbers:
+    def run(self, t_s: Array) -> Array:
         """Time that the strokes have gone on for, its rate (1 at full pace, 0 at rest) and the rate's slope: (3, n)."""
         # Only the pause before and the one after a time can be under way; older ones took all of their time.
         before = np.concatenate([[0.0], np.cumsum(self.ends - self.begins)])
@@ -104,7 +103,7 @@ class FreeHand:
     effort: Wave
     pauses: Pauses
 
-    def at(self, t_s: Numbers) -> Motion:
+    def at(self, t_s: Array) -> Motion:
         """The motion at some times."""
         run, rate, bend = self.pauses.run(t_s)
         ways = np.stack([self.x_mm.at(run), self.y_mm.at(run)])
@@ -148,13 +147,13 @@ def _pauses(seconds: float, *key: Key) -> Pauses:
     return Pauses(np.array(begins), np.array(ends))
 
 
-def _flank(t_s: Numbers) -> Numbers:
+def _flank(t_s: Array) -> Array:
     """A smooth step at 0, RAMP_S wide: its integral, itself, its slope."""
     share = np.clip(t_s / RAMP_S + 0.5, 0, 1)
     integral = RAMP_S * (share**3 - share**4 / 2) + np.maximum(t_s - RAMP_S / 2, 0)
     return np.stack([integral, share * share * (3 - 2 * share), 6 * share * (1 - share) / RAMP_S])
 
 
-def _smooth(share: Numbers) -> Numbers:
+def _smooth(share: Array) -> Array:
     share = np.clip(share, 0, 1)
     return share * share * (3 - 2 * share)

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-Numbers = NDArray[np.float64]
+from palpate.signals.arrays import Array
+
 BAND_HZ = (1800.0, 2200.0)
 """A scene keeps what is below the first and nothing above the second."""
 SHARE = (0.38, 0.5)
@@ -18,7 +18,7 @@ POINTS = 10
 """Samples that a value between them is read from (Lagrange)."""
 
 
-def at_rate(pieces: Iterator[Numbers], internal_hz: float, rate_hz: float) -> Iterator[Numbers]:
+def at_rate(pieces: Iterator[Array], internal_hz: float, rate_hz: float) -> Iterator[Array]:
     """Rows (n, channels) at a rate, from endless pieces at the internal rate; the first row is at the same time.
 
     What was before the first row counts as equal to it. Delay none: the filter is symmetric and looks ahead.
@@ -28,7 +28,7 @@ def at_rate(pieces: Iterator[Numbers], internal_hz: float, rate_hz: float) -> It
     return _between(_thinned(pieces, taps, thin), internal_hz / thin, rate_hz)
 
 
-def low_pass(internal_hz: float, rate_hz: float) -> Numbers:
+def low_pass(internal_hz: float, rate_hz: float) -> Array:
     """A symmetric filter of odd length (Kaiser window) that keeps the band a sensor of this rate can show."""
     from scipy.signal import firwin, kaiserord
 
@@ -37,7 +37,7 @@ def low_pass(internal_hz: float, rate_hz: float) -> Numbers:
     return np.asarray(firwin(count | 1, (low + high) / 2, window=("kaiser", beta), fs=internal_hz), dtype=np.float64)
 
 
-def _thinned(pieces: Iterator[Numbers], taps: Numbers, thin: int) -> Iterator[Numbers]:
+def _thinned(pieces: Iterator[Array], taps: Array, thin: int) -> Iterator[Array]:
     """Filtered, and every `thin`-th kept."""
     from scipy.signal import oaconvolve
 
@@ -52,7 +52,7 @@ def _thinned(pieces: Iterator[Numbers], taps: Numbers, thin: int) -> Iterator[Nu
         kept = kept[len(smooth) :]
 
 
-def _between(pieces: Iterator[Numbers], have_hz: float, want_hz: float) -> Iterator[Numbers]:
+def _between(pieces: Iterator[Array], have_hz: float, want_hz: float) -> Iterator[Array]:
     """Read at the wanted times; the rows before the first count as equal to it."""
     before = POINTS // 2 - 1
     kept, start, row = None, -before, 0
@@ -69,7 +69,7 @@ def _between(pieces: Iterator[Numbers], have_hz: float, want_hz: float) -> Itera
         kept, start = kept[drop:], start + drop
 
 
-def _read(values: Numbers, places: Numbers) -> Numbers:
+def _read(values: Array, places: Array) -> Array:
     """Lagrange's polynomial through the points around each place."""
     whole = np.floor(places).astype(np.int64)
     share = places - whole
@@ -80,7 +80,7 @@ def _read(values: Numbers, places: Numbers) -> Numbers:
     return found
 
 
-def weights(share: Numbers) -> list[Numbers]:
+def weights(share: Array) -> list[Array]:
     """What each of the points counts, `share` of a step after the middle one."""
     offsets = [n - (POINTS // 2 - 1) for n in range(POINTS)]
     away = [share - each for each in offsets]

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.scene import PIECE_S
 from palpate.devices.surfaces.act import KEPT, Act, Batch
@@ -18,8 +17,8 @@ from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.table import Surface, SurfaceDataError
 from palpate.devices.surfaces.tip import Ground, ground
 from palpate.protocols.keyed import Key
+from palpate.signals.arrays import Array
 
-Numbers = NDArray[np.float64]
 LONGEST_S = 86_400.0
 RATES_HZ = (1.0, 100_000.0)
 SWAY_HZ = (0.1, 0.7)
@@ -53,22 +52,22 @@ class SurfaceScene:
             hand if hand is not None else free_hand(seconds, "hand", *key), seconds, sway, kept,
         )  # fmt: skip
 
-    def acceleration_m_s2(self, rate_hz: float) -> Iterator[Numbers]:
+    def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
         """What an ideal accelerometer on the tool feels, in its axes, gravity included: pieces of shape (n, 3)."""
         return self._pieces(lambda batch: batch.acceleration, rate_hz)
 
-    def wrench(self, rate_hz: float) -> Iterator[Numbers]:
+    def wrench(self, rate_hz: float) -> Iterator[Array]:
         """Force of the surface on the tip (x, y along it, z out of it) and its torque about the sensor: (n, 6).
 
         In the sample's axes, so that the third column is the normal force.
         """
         return (np.hstack([force, torque(force)]) for force in self._pieces(lambda batch: batch.force, rate_hz))
 
-    def position_mm(self, rate_hz: float) -> Iterator[Numbers]:
+    def position_mm(self, rate_hz: float) -> Iterator[Array]:
         """Where the tip is, from the middle of the sample and of its height: pieces of shape (n, 3)."""
         return self._pieces(lambda batch: batch.place, rate_hz)
 
-    def _pieces(self, part: Callable[[Batch], Numbers], rate_hz: float) -> Iterator[Numbers]:
+    def _pieces(self, part: Callable[[Batch], Array], rate_hz: float) -> Iterator[Array]:
         low, high = RATES_HZ
         if not low <= rate_hz <= high:
             raise SurfaceDataError(f"{rate_hz} samples a second: from {low:g} to {high:g} are expected")
@@ -76,14 +75,14 @@ class SurfaceScene:
         return cut(at_rate(whole, INTERNAL_HZ, rate_hz), max(1, round(PIECE_S * rate_hz)))
 
 
-def cut(pieces: Iterator[Numbers], rows: int) -> Iterator[Numbers]:
+def cut(pieces: Iterator[Array], rows: int) -> Iterator[Array]:
     """Each piece in parts of at most so many rows."""
     return (piece[first : first + rows] for piece in pieces for first in range(0, len(piece), rows))
 
 
-def first_rows(pieces: Iterator[Numbers], rows: int) -> Numbers:
+def first_rows(pieces: Iterator[Array], rows: int) -> Array:
     """The first rows of an endless signal in one array."""
-    found: list[Numbers] = []
+    found: list[Array] = []
     while sum(map(len, found)) < rows:
         found.append(next(pieces))
     return np.concatenate(found)[:rows]

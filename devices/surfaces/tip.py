@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates, spline_filter
 
 from palpate.devices.surfaces.fields import SIZE_MM, Field
+from palpate.signals.arrays import Array
 
 RADIUS_MM = 1.0
 """The tool's steel tip measures 2.0 mm across (thesis 3.4.1)."""
@@ -17,7 +17,6 @@ NOMINAL_N = 1.0
 """The force at which the breadth of the contact is taken."""
 STEEPEST = 1.0
 """Greatest slope that pushes the tip sideways: 45 degrees."""
-Numbers = NDArray[np.float64]
 
 
 def traced(height_um: Field, radius_mm: float = RADIUS_MM) -> Field:
@@ -56,7 +55,7 @@ class Ground:
 
     splined: Field
 
-    def at(self, x_mm: Numbers, y_mm: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    def at(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array, Array]:
         """Height in metres, and its slopes along x and y, at places counted from the sample's middle."""
         here = self._height(x_mm, y_mm)
         little = 0.02
@@ -64,7 +63,7 @@ class Ground:
         to_x, to_y = (np.clip((each - here) * (1000 / little), -STEEPEST, STEEPEST) for each in (right, up))
         return here, to_x, to_y
 
-    def _height(self, x_mm: Numbers, y_mm: Numbers) -> Numbers:
+    def _height(self, x_mm: Array, y_mm: Array) -> Array:
         count = self.splined.shape[0]
         columns = (x_mm / SIZE_MM + 0.5) * count - 0.5
         rows = (0.5 - y_mm / SIZE_MM) * count - 0.5

@@ -14,7 +14,8 @@ from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.reports import Batch, Report
 
 if TYPE_CHECKING:
-    from palpate.devices.scene import Array, Scene
+    from palpate.devices.scene import Scene
+    from palpate.signals.arrays import Array
 
 TRUTH_HZ = 1000.0
 MOST = 256

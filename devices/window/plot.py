@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.door.making import Array
 from palpate.devices.window.geometry import Box
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 
 if TYPE_CHECKING:

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.modeling.attributes.learnable import textures_of
-from palpate.modeling.attributes.material import Array, Texture
+from palpate.modeling.attributes.material import Texture
 from palpate.modeling.attributes.methods import Learning, Method
 from palpate.modeling.attributes.whole import Whole, whole_of
 from palpate.modeling.trees import Trees, trees_of
+from palpate.signals.arrays import Array
 
 TREES, DEPTH, RATE = 200, 2, 0.05
 COLUMNS = 0.1

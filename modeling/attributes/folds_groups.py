@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.attributes.material import Array, Rows, Texture
+from palpate.modeling.attributes.material import Rows, Texture
+from palpate.signals.arrays import Array
 
 SAME = 1e-5
 """Rows that differ by less, relative to their greatest number, are equal: a file may have been rounded on its way."""

@@ -11,9 +11,10 @@ from typing import Any
 from numpy.typing import NDArray
 
 from palpate.modeling.attributes.folds import Fold
-from palpate.modeling.attributes.material import Array, Pair
+from palpate.modeling.attributes.material import Pair
 from palpate.modeling.attributes.methods import Method
 from palpate.protocols.progress import Clock
+from palpate.signals.arrays import Array
 
 MAIN, SAME, KINDS = "methods", "same features", "kinds"
 """What an entry stands in: Tables 3.2 and 3.3, Table 3.4, Table 3.5."""

@@ -12,9 +12,10 @@ from palpate.modeling.attributes.folds import Fold
 from palpate.modeling.attributes.judging_jobs import Context, Done, Entry, Job
 from palpate.modeling.attributes.judging_kept import keep, load
 from palpate.modeling.attributes.judging_material import reread
-from palpate.modeling.attributes.material import Array, Material, MaterialError, Texture
+from palpate.modeling.attributes.material import Material, MaterialError, Texture
 from palpate.modeling.attributes.methods import Fitted, Learning, Method
 from palpate.modeling.training.curves import curve_of
+from palpate.signals.arrays import Array
 
 LOW, HIGH = 0.0, 100.0
 Arrays = dict[str, NDArray[Any]]

@@ -18,9 +18,10 @@ from palpate.modeling.attributes.judging_kept import keep, load
 from palpate.modeling.attributes.judging_material import digest_of, parts_of, stored
 from palpate.modeling.attributes.judging_run import named, run
 from palpate.modeling.attributes.lacking import has_rows, senses, why_of
-from palpate.modeling.attributes.material import Array, Material, MaterialError, ratings_of
+from palpate.modeling.attributes.material import Material, MaterialError, ratings_of
 from palpate.modeling.attributes.methods import Method
 from palpate.protocols.progress import Clock, Report
+from palpate.signals.arrays import Array
 
 QUICK_TEXTURES = 5
 

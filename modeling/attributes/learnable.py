@@ -6,15 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.modeling.attributes.folds_groups import groups_of
-from palpate.modeling.attributes.material import Array, MaterialError, Modality, Rows, Texture, ratings_of
+from palpate.modeling.attributes.material import MaterialError, Modality, Rows, Texture, ratings_of
 from palpate.modeling.attributes.methods import Learning
 from palpate.protocols.wording import count
+from palpate.signals.arrays import Array, Indices
 
 INNER_FOLDS = 5
-Indices = NDArray[np.int64]
 
 
 def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...], Array]:

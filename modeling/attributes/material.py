@@ -9,7 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from palpate.signals.arrays import Array
+
 Rows = NDArray[np.float32]
 Modality = Literal["touch", "sight"]
 TOUCH_KINDS = ("mfcc", "dft", "dwt", "hand")

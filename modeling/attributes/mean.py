@@ -9,8 +9,9 @@ from typing import Any
 from numpy.typing import NDArray
 
 from palpate.modeling.attributes.learnable import textures_of
-from palpate.modeling.attributes.material import Array, Texture
+from palpate.modeling.attributes.material import Texture
 from palpate.modeling.attributes.methods import Learning, Method
+from palpate.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from palpate.modeling.attributes.material import SIGHT, TOUCH, Array, MaterialError, Modality, Pair, Texture
+from palpate.modeling.attributes.material import SIGHT, TOUCH, MaterialError, Modality, Pair, Texture
+from palpate.signals.arrays import Array
 
 BOTH: frozenset[Modality] = frozenset(("touch", "sight"))
 

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
-from palpate.modeling.attributes.material import Array, MaterialError, Pair, Texture
+from palpate.modeling.attributes.material import MaterialError, Pair, Texture
 from palpate.modeling.attributes.methods import Fitted, Method, predictions
 from palpate.modeling.files.replacing import NUMBERS, replace_model
 from palpate.protocols.canonical import NotCanonical, canonical, digest, json_text, parse
 from palpate.protocols.strict import Strict
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Interval, Weights, complaint
 
 FORMAT = "palpate-attributes/1"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from palpate.modeling.attributes.learnable import textures_of
-from palpate.modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
+from palpate.modeling.attributes.material import MaterialError, Modality, Texture, ratings_of
 from palpate.modeling.attributes.methods import Learning
 from palpate.modeling.attributes.network_rows import Look, Shown, Target, drawn, look_of, shown, spread_out, target_of
 from palpate.modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
@@ -24,6 +24,7 @@ from palpate.modeling.training.loop import Trained, adam, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Made
+from palpate.signals.arrays import Array
 
 SETTINGS = Settings(epochs=30, batch=2, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
 """The thesis has at most 200 epochs, which would take a fold ten to twenty minutes; in 30 the rate falls along a cosine

@@ -11,8 +11,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from palpate.modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
+from palpate.modeling.attributes.material import MaterialError, Modality, Texture, ratings_of
 from palpate.modeling.training.sources import Given, Made, digest_of
+from palpate.signals.arrays import Array
 
 STEPS, PLACES = 10, 4
 """How a segment's 40 frames are laid out: ten steps of 50 ms, four frames side by side in each."""

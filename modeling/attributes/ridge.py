@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.modeling.attributes.learnable import inner_folds, textures_of
-from palpate.modeling.attributes.material import Array, Texture
+from palpate.modeling.attributes.material import Texture
 from palpate.modeling.attributes.methods import Learning, Method
 from palpate.modeling.attributes.whole import Part, Whole, whole_of
 from palpate.modeling.linear_path import PENALTIES, inner_errors, path_of
+from palpate.signals.arrays import Array
 
 SHARES = (0.0, 0.2, 0.5, 0.8, 1.0)
 """How much of a texture's row is touch, the rest is sight: each attribute has its own."""

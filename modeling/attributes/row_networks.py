@@ -14,7 +14,7 @@ from torch.nn import functional
 
 from palpate.modeling.attributes.baseline_networks import NETWORKS
 from palpate.modeling.attributes.learnable import textures_of
-from palpate.modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
+from palpate.modeling.attributes.material import MaterialError, Modality, Texture, ratings_of
 from palpate.modeling.attributes.methods import Learning
 from palpate.modeling.attributes.network_rows import Look, Target, look_of, target_of
 from palpate.modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
@@ -24,6 +24,7 @@ from palpate.modeling.training.asked import wished_settings
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.sources import Made, answer_of
+from palpate.signals.arrays import Array
 
 ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
 """The settings of `Learning.settings` that go to the training as they are."""

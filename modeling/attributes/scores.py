@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.attributes.material import Array, MaterialError
+from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.doors.shares import JND
+from palpate.signals.arrays import Array
 
 CONFIDENCE = 0.95
 LEAST_PAIRS = 3

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from palpate.analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact, segments
-from palpate.analysis.features.touch import RATE_HZ, Array, Touch
+from palpate.analysis.features.touch import RATE_HZ, Touch
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.reporting.csv_files import csv_text
 from palpate.modeling.attributes.reading_touch import recorded
@@ -18,6 +18,7 @@ from palpate.modeling.attributes.touching import filtering, touch_of
 from palpate.modeling.textures.preparing import UP, Touched
 from palpate.modeling.textures.reading_ledgers import SIMULATED, touched_in
 from palpate.protocols.files import staged_files, write_text
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

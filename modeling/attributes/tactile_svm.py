@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.analysis.statistics.one_thread import one_thread
-from palpate.modeling.attributes.learnable import Indices, inner_folds, rows_of, textures_of
-from palpate.modeling.attributes.material import Array, Texture
+from palpate.modeling.attributes.learnable import inner_folds, rows_of, textures_of
+from palpate.modeling.attributes.material import Texture
 from palpate.modeling.attributes.methods import Learning, Method
 from palpate.modeling.columns import Standard, standard_of
+from palpate.signals.arrays import Array, Indices
 
 SEGMENTS = 15
 """Of each texture, evenly spread: segments of one texture are alike, and the time grows with their square."""

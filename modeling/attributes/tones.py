@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.analysis.features.touch import Array
 from palpate.modeling.textures.preparing import Touched
 from palpate.modeling.textures.rates import evenly
+from palpate.signals.arrays import Array
 
 TONES_HZ = (31.0, 47.0, 83.0, 127.0, 173.0, 229.0, 311.0, 389.0)
 """Within the band; none is a multiple of mains."""

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.modeling.attributes.learnable import rows_of
-from palpate.modeling.attributes.material import Array, MaterialError, Modality, Texture
+from palpate.modeling.attributes.material import MaterialError, Modality, Texture
 from palpate.modeling.columns import Standard, standard_of
+from palpate.signals.arrays import Array
 
 LIMIT = 10.0
 """A texture's numbers are kept within so many SDs: what is far off all that was learned from says no more than that."""

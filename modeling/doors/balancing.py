@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import block_array, csr_array, eye_array, kron
 
-from palpate.modeling.doors.data import Indices, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
+from palpate.signals.arrays import Indices
 
 MOST_NODES = 40
 """Where the search for a perfect balance stops and the best one found is taken. It is a count and no time, so that a

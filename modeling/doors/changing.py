@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS_PER_DEG
 
 Change = Callable[[Array, float, np.random.Generator], Array]

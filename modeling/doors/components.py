@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array
+from palpate.signals.arrays import Array
 
 NEGLIGIBLE = 1e-9
 """A component whose singular value is below this share of the greatest force is rounding."""

@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from palpate.signals.arrays import Array, Indices
 
 
 class ModelDataError(ValueError):

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.evaluating_jobs import Context, Job
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.preparing import FURTHEST_N, WISH
 from palpate.modeling.doors.registry import Direction
 from palpate.protocols.progress import Clock
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS
 from palpate.signals.models.card import Port
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.evaluating_jobs import Context, data_of
+from palpate.signals.arrays import Array
 
 Row = dict[str, Any]
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, DoorData, Indices
+from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.evaluating_jobs import Context, Done, data_of
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.scaling import TOP
+from palpate.signals.arrays import Array, Indices
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import Array, DoorData
+from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.folding import Fold, held_share
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.registry import FORWARD, INVERSE, Direction
 from palpate.modeling.doors.scaling import Scaling
 from palpate.modeling.doors.training_variants import with_variants
 from palpate.protocols.progress import Clock
+from palpate.signals.arrays import Array
 
 HELD = 0.15
 """The share of the training side that a network watches to stop early."""

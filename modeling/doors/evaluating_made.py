@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.modeling.doors.corners import HIGH, LOW, corners, extremes, singles, unplayable
-from palpate.modeling.doors.data import Array, DoorData
+from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.evaluating_jobs import Context
 from palpate.modeling.doors.loop import loop_error
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.perceivers import Perceivers
 from palpate.modeling.doors.plausibility import judged_all
+from palpate.signals.arrays import Array
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
 Arrays = dict[str, NDArray[Any]]

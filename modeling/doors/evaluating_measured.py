@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_jobs import Context, Job
 from palpate.modeling.doors.evaluating_made import perceivers_for
@@ -21,6 +20,7 @@ from palpate.modeling.doors.plausibility import against
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.scaling import TOP
 from palpate.modeling.doors.sources import near_groups
+from palpate.signals.arrays import Array
 
 SPLIT = "without the measured door"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array
+from palpate.signals.arrays import Array
 
 
 def mae(actual: Array, predicted: Array) -> float:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.modeling.doors.corners import TOLERANCE
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.evaluating import Judged
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_scores import mae, r2, rmse
@@ -19,8 +18,8 @@ from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.scaling import TOP
 from palpate.modeling.doors.shares import share_within, share_within_sd
+from palpate.signals.arrays import Array, Mask
 
-Mask: TypeAlias = NDArray[np.bool_]
 BY = ("judge", "fresh", "felt")
 """Who rates a made profile: the forward model; fresh people; these without bias, gain, noise and steps."""
 FILE_NUMBERS = ("file_ms", "file_p99_ms", "file_bytes", "file_difference")

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_scores import by_level, mae, r2, rmse
 from palpate.modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
+from palpate.signals.arrays import Array
 
 Row = dict[str, Any]
 Measure = Callable[[Array, Array], float | None]

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from palpate.modeling.columns import Standard, standard_of
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.preparing import Rows, checked_forces
+from palpate.signals.arrays import Array
 from palpate.signals.doors.model_features import FEATURES, features
 from palpate.signals.models.card import Affine, DoorFeatures, Step
 

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.modeling.doors.balancing import balanced
-from palpate.modeling.doors.data import DoorData, Indices, ModelDataError
+from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.modeling.doors.sources import source_groups
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.keyed import shuffled
 from palpate.protocols.wording import count
+from palpate.signals.arrays import Indices
 
 Kinds = Literal["grouped", "leave_one_door_out", "leaky"]
 KINDS: tuple[Kinds, ...] = ("grouped", "leave_one_door_out", "leaky")

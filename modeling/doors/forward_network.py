@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from torch import Tensor, nn
 from torch.nn import functional
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
@@ -19,6 +18,7 @@ from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Pairs, pairs
+from palpate.signals.arrays import Array
 
 DELTA = 2.0
 """Where equation 5.4 turns from square to straight, on 0..100."""

@@ -12,12 +12,12 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.scaling import TOP
 from palpate.modeling.training.loop import train
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Given, Made, digest_of, pairs
+from palpate.signals.arrays import Array
 
 MIDDLE, SPREAD = TOP / 2, TOP / 5
 """The student answers ratings in units of SPREAD around MIDDLE: about mean 0 and SD 1."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.signals.doors.limits import bounded_profiles
 

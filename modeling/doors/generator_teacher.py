@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.modeling.columns import Standard, standard_of
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.generator_shapes import Code
 from palpate.modeling.doors.methods import Fitted
+from palpate.signals.arrays import Array
 from palpate.signals.doors.limits import bounded_profiles
 from palpate.signals.doors.model_features import features
 

@@ -17,12 +17,13 @@ from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor, nn
 
 from palpate.modeling.doors.components import Components, components_of
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forward_network import FeltThrough
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.training.seeding import training_state
+from palpate.signals.arrays import Array
 from palpate.signals.doors.limits import bounded_profiles
 
 RATING_SD = 3.0

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import as_rows
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Interval
 
 COVERAGE = 0.9

@@ -9,7 +9,7 @@ import torch
 from torch import nn
 from torch.nn.functional import mse_loss
 
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.forward_network import FeltThrough
 from palpate.modeling.doors.methods import Learning, Method
@@ -22,6 +22,7 @@ from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Pairs, pairs
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS
 from palpate.signals.doors.limits import bounded_profiles
 from palpate.signals.models.card import Affine

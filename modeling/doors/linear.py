@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, Indices
 from palpate.modeling.doors.preparing import inner_folds
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.linear_path import PENALTIES, Path, inner_errors, path_of
+from palpate.signals.arrays import Array, Indices
 from palpate.signals.models.card import Dense
 
 __all__ = ["PENALTIES", "Linear", "Path", "best_penalty", "path_of"]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Fitted, as_rows
 from palpate.modeling.doors.perceivers import Perceivers
 from palpate.modeling.doors.scaling import Scaling
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.profile_files import read_profile
+from palpate.signals.arrays import Array
 from palpate.studies.catalogue import SHIPPED
 
 STUDY = SHIPPED / "door_ratings"

@@ -8,9 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.modeling.doors.scaling import Scaling
 from palpate.modeling.files.exported import Exported
+from palpate.signals.arrays import Array
 
 
 class Fitted(Protocol):

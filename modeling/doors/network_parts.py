@@ -10,11 +10,12 @@ import torch
 from torch import Tensor, nn
 
 from palpate.modeling.columns import CONSTANT
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.preparing import Rows, rows_of
 from palpate.modeling.training.asked import answers_of, wished_settings
 from palpate.modeling.training.settings import Settings
+from palpate.signals.arrays import Array
 
 AT_ONCE = 64
 """Rows that a network answers at a time: enough for speed, little enough for memory."""

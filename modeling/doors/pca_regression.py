@@ -9,11 +9,11 @@ import numpy as np
 
 from palpate.modeling.columns import standard_of
 from palpate.modeling.doors.components import components_of
-from palpate.modeling.doors.data import Array, Indices
 from palpate.modeling.doors.linear import PENALTIES, Linear, path_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import PLAYABLE, Rows, checked_wishes, inner_folds, on_one_thread, rows_of
 from palpate.modeling.files.exported import Exported
+from palpate.signals.arrays import Array, Indices
 from palpate.signals.doors.limits import bounded_profiles
 
 COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.modeling.doors.components import components_of
-from palpate.modeling.doors.data import Array, Indices
 from palpate.modeling.doors.linear import PENALTIES, Linear, path_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import Rows, checked_forces, inner_folds, on_one_thread, rows_of
+from palpate.signals.arrays import Array, Indices
 
 COMPONENTS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40)
 

@@ -8,12 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import as_rows
 from palpate.protocols.keyed import Key
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import ParticipantRow, compile_plan
 from palpate.protocols.study import Scale, Study
+from palpate.signals.arrays import Array
 from palpate.signals.doors.features import as_profile, describe
 from palpate.signals.doors.grid import POINTS
 from palpate.studies.catalogue import SHIPPED, read_study

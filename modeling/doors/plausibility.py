@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import as_rows
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, refusal
 

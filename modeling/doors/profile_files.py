@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
+from palpate.signals.arrays import Array
 from palpate.signals.doors import profile_file
 
 PROFILE = profile_file.ProfileFormat(

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import Array, DoorData, Indices, ModelDataError
+from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.modeling.doors.sources import near_groups
 from palpate.protocols.wording import some
+from palpate.signals.arrays import Array, Indices, Mask
 from palpate.signals.doors.grid import POINTS
 
-Mask = NDArray[np.bool_]
 SHOWN = 5
 """So many names are listed in a message."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.modeling.doors.profile_files import read_profile
 from palpate.modeling.doors.rated import demand_learnable, merged_sources
 from palpate.protocols.did_you_mean import nearest
@@ -16,6 +16,7 @@ from palpate.protocols.files import file_sha256
 from palpate.protocols.tables import Row, TableFormat
 from palpate.protocols.tables import read_table as open_table
 from palpate.protocols.wording import count, some
+from palpate.signals.arrays import Array
 
 NEEDED = ("id", "door", "variant", "file")
 OPTIONAL = ("source", "group", "raters")

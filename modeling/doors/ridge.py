@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.featured import Featured, featured
 from palpate.modeling.doors.linear import best_penalty, path_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import on_one_thread, rows_of
 from palpate.modeling.files.exported import Exported
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Dense
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.signals.arrays import Array
 
 TOP = 100.0
 

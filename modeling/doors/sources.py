@@ -6,7 +6,8 @@ from collections.abc import Hashable, Iterable, Sequence
 
 import numpy as np
 
-from palpate.modeling.doors.data import Array, DoorData, Indices
+from palpate.modeling.doors.data import DoorData
+from palpate.signals.arrays import Array, Indices
 
 SAME_N = 0.1
 """Profiles that differ by no more than this anywhere are one. It lies far above the rounding of a file (0.0001 N) and

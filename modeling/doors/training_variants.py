@@ -14,8 +14,9 @@ import numpy as np
 
 from palpate.modeling.doors import changing
 from palpate.modeling.doors.changing import Change
-from palpate.modeling.doors.data import Array, DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.protocols.keyed import keyed_bits
+from palpate.signals.arrays import Array
 
 MARK = "~"
 """Between a stimulus and its change in the name of a training variant: BC3_g0~noise."""

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from palpate.modeling.attributes import material as attributes
-from palpate.modeling.attributes.material import Array, Material, MaterialError, Pair, Texture
+from palpate.modeling.attributes.material import Material, MaterialError, Pair, Texture
 from palpate.modeling.library.entries import Entry, Library, LibraryError, Predicted, Rated, Source
+from palpate.signals.arrays import Array
 
 UNKNOWN_SD = 20.0
 """The SD between people where nothing tells it: wider than raters of textures commonly are (judgement)."""

@@ -14,8 +14,9 @@ from palpate.modeling.textures.ar_levels import levelled
 from palpate.modeling.textures.ar_places import PER, Mesh, meshed
 from palpate.modeling.textures.ar_segments import Stretch, segmented
 from palpate.modeling.textures.methods import Learning, Method
-from palpate.modeling.textures.recording import CHANNELS, Array, TextureDataError
+from palpate.modeling.textures.recording import CHANNELS, TextureDataError
 from palpate.protocols.wording import count
+from palpate.signals.arrays import Array
 from palpate.signals.linear_prediction import burg, damped_within, expanded, filters_of, frequencies_of, power_gain
 from palpate.signals.models.card import Affine, Reshape
 from palpate.signals.models.card_steps import Autoregression

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.modeling.textures.recording import Array
+from palpate.signals.arrays import Array
 
 PRIOR = 4.0
 """So many samples' worth of belief in the level that a point's own stretches have."""

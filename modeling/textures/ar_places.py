@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, QhullError
 
-from palpate.modeling.textures.recording import Array
+from palpate.signals.arrays import Array
 
 PER = (100.0, 1.0)
 """mm/s and N that count as equally far."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal.windows import hann
 
-from palpate.modeling.textures.recording import Array
+from palpate.signals.arrays import Array
 
 STEP = 25
 """Samples between places where a border may lie."""

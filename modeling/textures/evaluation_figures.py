@@ -18,9 +18,9 @@ from palpate.modeling.textures.evaluation_tables import FIRST, WARM_UP, Row, fig
 from palpate.modeling.textures.judging_jobs import Fit, Play
 from palpate.modeling.textures.judging_whole import Judged
 from palpate.modeling.textures.metrics import SMOOTHED
-from palpate.modeling.textures.recording import Array
 from palpate.modeling.textures.registry import DEFAULT, THESIS
 from palpate.modeling.training.curves import history_in
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

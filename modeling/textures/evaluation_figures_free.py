@@ -18,8 +18,9 @@ from palpate.modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Dr
 from palpate.modeling.textures.judging_jobs import Fit, Play
 from palpate.modeling.textures.judging_whole import Judged
 from palpate.modeling.textures.metrics_running import ENVELOPE_MS, envelope
-from palpate.modeling.textures.recording import RATE_HZ, Array
+from palpate.modeling.textures.recording import RATE_HZ
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

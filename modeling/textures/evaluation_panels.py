@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.analysis.figures.style import SOFT, quiet_axes
 from palpate.modeling.textures.metrics import density
-from palpate.modeling.textures.recording import Array
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

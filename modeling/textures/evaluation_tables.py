@@ -13,9 +13,9 @@ from palpate.modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Dr
 from palpate.modeling.textures.judging_jobs import Done, Fit, Play
 from palpate.modeling.textures.judging_whole import Judged
 from palpate.modeling.textures.metrics import mean_of
-from palpate.modeling.textures.recording import Array
 from palpate.modeling.textures.registry import THESIS
 from palpate.modeling.training.curves import history_in
+from palpate.signals.arrays import Array
 
 Row = dict[str, Any]
 STEP = ("mae", "mae_m_s2", "gfc", "explained", "test_samples")

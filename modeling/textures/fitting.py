@@ -17,7 +17,7 @@ from torch import Tensor, nn
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.textures.cosine import cosine
 from palpate.modeling.textures.methods import Learning
-from palpate.modeling.textures.recording import Array, Scale, TextureDataError
+from palpate.modeling.textures.recording import Scale, TextureDataError
 from palpate.modeling.textures.resting import with_rest
 from palpate.modeling.textures.windows import scale_of, windows
 from palpate.modeling.training.asked import answers_of, wished_settings
@@ -27,6 +27,7 @@ from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
 from palpate.modeling.training.stepping import Loss
+from palpate.signals.arrays import Array
 
 AT_ONCE = 512
 """Windows that a network answers at a time."""

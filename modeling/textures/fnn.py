@@ -18,9 +18,10 @@ from palpate.modeling.textures.fitting import FittedWindows, fit_windows
 from palpate.modeling.textures.heads import loss_named
 from palpate.modeling.textures.lasting import for_length
 from palpate.modeling.textures.methods import Learning, Method
-from palpate.modeling.textures.recording import RATE_HZ, Array
+from palpate.modeling.textures.recording import RATE_HZ
 from palpate.modeling.textures.shapes import shaped
 from palpate.modeling.training.settings import Settings
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Activation, Reshape
 from palpate.signals.models.card_steps import Add, Join, Keep, Part, Recall
 

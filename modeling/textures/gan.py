@@ -25,7 +25,7 @@ from palpate.modeling.textures.gan_networks import NOISE, Critic, Generator
 from palpate.modeling.textures.gan_scale import SpectraScale, spectra_scale
 from palpate.modeling.textures.lasting import for_length
 from palpate.modeling.textures.methods import Learning, Method
-from palpate.modeling.textures.recording import Array, TextureDataError
+from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.spectrograms import FAINTEST, Frames, Spectra, spectra
 from palpate.modeling.textures.windows import Stretches, samples_of
 from palpate.modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
@@ -33,6 +33,7 @@ from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
+from palpate.signals.arrays import Array
 
 SIZE, PARTS, FRAMES = 56, 4, 4
 """Samples of a frame (thesis table 4.3), hops in a frame, frames in a block."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.textures.recording import Array
 from palpate.modeling.textures.spectrograms import Spectra
+from palpate.signals.arrays import Array
 
 LEAST_SD = 1e-3
 """Of a log magnitude: a bin that hardly varies is not blown up."""

@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from palpate.modeling.textures.recording import Array, TextureDataError
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.signals.arrays import Array
 from palpate.signals.xml_text import EntitiesDeclared, xml_root
 
 LARGEST = 256 * 1024**2

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.textures.mains import Complex, each_turned, phases, turned
-from palpate.modeling.textures.recording import Array
+from palpate.modeling.textures.mains import each_turned, phases, turned
+from palpate.signals.arrays import Array, Complex
 
 MAINS_HZ = (50.0, 60.0)
 STANDS_OUT, BESIDE = 16.0, 6.0

@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from palpate.modeling.textures.recording import Array, Recording
+from palpate.modeling.textures.recording import Recording
+from palpate.signals.arrays import Array
 
 
 @dataclass(frozen=True)

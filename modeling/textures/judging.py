@@ -11,7 +11,8 @@ from palpate.modeling.textures.judging_drive import Drive
 from palpate.modeling.textures.metrics import SMOOTHED, level_ratio, raw_gfc, smoothed_gfc
 from palpate.modeling.textures.metrics_felt import felt_distance
 from palpate.modeling.textures.metrics_running import GREATEST, correlation, cycle, envelope, greatest_ratio, slow
-from palpate.modeling.textures.recording import Array, TextureDataError
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.signals.arrays import Array
 
 Numbers = dict[str, float | None]
 LEVEL, GFC, ENVELOPE, CYCLE = (0.85, 1.15), 0.98, 0.9, 0.1

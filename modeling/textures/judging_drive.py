@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from palpate.modeling.textures.joined import pieces_of
 from palpate.modeling.textures.metrics_running import CYCLE, cycle
-from palpate.modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
+from palpate.modeling.textures.recording import RATE_HZ, Parts, Recording, TextureDataError
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.windows import Stretches, samples_of
+from palpate.signals.arrays import Array
 
 LEAST_S = 2.0
 """A test part below this says too little of level and spectrum: the whole recording's hand is taken then."""

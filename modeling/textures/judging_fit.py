@@ -13,9 +13,10 @@ from palpate.modeling.textures.judging_kept import checkpoint, model_folder
 from palpate.modeling.textures.methods import Fitted, Learning
 from palpate.modeling.textures.metrics import explained, gfc, mae
 from palpate.modeling.textures.outputs import write_texture
-from palpate.modeling.textures.recording import Array, Parts, Recording, TextureDataError
+from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
 from palpate.modeling.training.curves import curve_of
+from palpate.signals.arrays import Array
 from palpate.signals.textures.voice import play
 
 LONGEST = 40

@@ -11,10 +11,11 @@ from typing import Any
 from numpy.typing import NDArray
 
 from palpate.modeling.textures.methods import Method
-from palpate.modeling.textures.recording import Array, Parts, Recording
+from palpate.modeling.textures.recording import Parts, Recording
 from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.protocols.progress import Clock
+from palpate.signals.arrays import Array
 
 SECONDS, QUICK_SECONDS = 60.0, 10.0
 """How long a model runs free."""

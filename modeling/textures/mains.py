@@ -6,11 +6,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from palpate.modeling.textures.recording import Array
-
-Complex = NDArray[np.complex128]
+from palpate.signals.arrays import Array, Complex
 
 WANDERS = 0.004
 """Share by which mains frequency may differ from nominal: +-0.2 Hz of 50 (EN 50160 allows 1 %, for 99.5 % of time)."""

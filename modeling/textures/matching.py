@@ -21,9 +21,10 @@ from palpate.modeling.textures.judging_drive import sounds
 from palpate.modeling.textures.matching_felt import correction
 from palpate.modeling.textures.metrics import SMOOTHED, level_ratio
 from palpate.modeling.textures.metrics_felt import felt_distance
-from palpate.modeling.textures.recording import Array, Parts, Recording, Scale
+from palpate.modeling.textures.recording import Parts, Recording, Scale
 from palpate.modeling.textures.windows import Stretches
 from palpate.modeling.training.seeding import training_state
+from palpate.signals.arrays import Array
 
 ROUNDS, QUICK_ROUNDS, DRAWS = 8, 1, 6
 """Corrections that are tried, one after another; runs of each, with random numbers of their own."""

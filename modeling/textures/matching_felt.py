@@ -8,8 +8,9 @@ from scipy.optimize import least_squares
 
 from palpate.modeling.textures.metrics import density
 from palpate.modeling.textures.metrics_felt import third_octaves
-from palpate.modeling.textures.recording import RATE_HZ, Array
+from palpate.modeling.textures.recording import RATE_HZ
 from palpate.protocols.vibration_threshold import BANDS_HZ, threshold_m_s2
+from palpate.signals.arrays import Array
 
 KEPT = 0.3
 """How much an RMS change of the spectrum by 1 dB counts beside a third octave that is 1 dB off: what is not felt to

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.textures.recording import Array, Parts, Recording
+from palpate.modeling.textures.recording import Parts, Recording
+from palpate.signals.arrays import Array
 
 
 @dataclass(frozen=True)

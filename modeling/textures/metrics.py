@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from palpate.modeling.textures.recording import RATE_HZ, Array, TextureDataError
+from palpate.modeling.textures.recording import RATE_HZ, TextureDataError
+from palpate.signals.arrays import Array
 
 SMOOTHED = 256
 """Samples of the Hann windows whose spectra are averaged: 3.9 Hz apart, an equivalent noise bandwidth of 5.9 Hz."""

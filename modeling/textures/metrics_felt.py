@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from palpate.modeling.textures.metrics import density
-from palpate.modeling.textures.recording import Array
 from palpate.protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
+from palpate.signals.arrays import Array
 
 
 def felt_levels(signal: Array) -> Array:

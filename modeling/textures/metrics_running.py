@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.modeling.textures.metrics import level
-from palpate.modeling.textures.recording import RATE_HZ, Array, TextureDataError
+from palpate.modeling.textures.recording import RATE_HZ, TextureDataError
+from palpate.signals.arrays import Array
 
 ENVELOPE_MS = 250
 """RMS in consecutive windows of so many milliseconds."""

@@ -12,8 +12,9 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from palpate.modeling.textures.methods import Fitted, Method
-from palpate.modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
+from palpate.modeling.textures.recording import RATE_HZ, Parts, Recording, TextureDataError
 from palpate.modeling.textures.windows import samples_of
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Port, Texture
 from palpate.signals.textures.voice import play
 

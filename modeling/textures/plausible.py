@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.modeling.textures.rates import Sampled
-from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.recording import Recording, TextureDataError
+from palpate.signals.arrays import Array
 
 LIMITS = {"acceleration": (2000.0, "m/s^2"), "speed": (5000.0, "mm/s"), "force": (200.0, "N")}
 """Beyond these (200 g, 5 m/s, 20 kg) a number is a fault of a sensor or of its unit, whatever the texture."""

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.textures.recording import RATE_HZ, Array, TextureDataError
+from palpate.modeling.textures.recording import RATE_HZ, TextureDataError
 from palpate.signals.aligning.aligned import Aligned, align, grid_points
 from palpate.signals.aligning.methods import METHODS
 from palpate.signals.aligning.refusals import AlignError
 from palpate.signals.aligning.speed import slope, velocity
+from palpate.signals.arrays import Array
 
 SLOWEST_HZ = {"acceleration": 100.0, "force": 10.0, "position": 20.0, "speed": 10.0}
 """Below this rate a signal does not tell what it is recorded for."""

@@ -15,9 +15,10 @@ import numpy as np
 from palpate.modeling.textures.hatt_xml import Document, read_document
 from palpate.modeling.textures.preparing import UP, Touched, prepared
 from palpate.modeling.textures.rates import Sampled, evenly, projected, speed_from
-from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.units import PLAIN, scale_of_unit
 from palpate.protocols.files import file_sha256
+from palpate.signals.arrays import Array
 
 RATE_HZ = 10_000.0
 """What the toolkit recorded at, where a file does not say."""

@@ -12,11 +12,12 @@ from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, count
 from palpate.analysis.streams.recorded import Stream, StreamError
 from palpate.modeling.textures.preparing import UP, Touched, prepared
 from palpate.modeling.textures.rates import Sampled
-from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.units import scale_of_unit
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import some
+from palpate.signals.arrays import Array
 from palpate.studies.begun import by_twins, left_out, wanted_kind
 from palpate.studies.collect import ledgers_in
 from palpate.studies.participants.registry import withdrawn

@@ -10,9 +10,10 @@ import numpy as np
 
 from palpate.modeling.textures.preparing import UP, Touched, prepared
 from palpate.modeling.textures.rates import Sampled
-from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.table_columns import Column, Table, read_columns
 from palpate.protocols.files import file_sha256
+from palpate.signals.arrays import Array
 
 KINDS = (".csv", ".tsv", ".txt")
 CHANNELS = {

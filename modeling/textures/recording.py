@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from palpate.signals.arrays import Array
+
 RATE_HZ = 1000.0
 CHANNELS = 3
 """Acceleration in m/s^2, speed in mm/s, force in N: in this order wherever they stand together."""

@@ -12,8 +12,9 @@ import numpy as np
 from palpate.modeling.textures.cached import content_key, read_cached, write_cached
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import Sampled, evenly
-from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.simulator import TextureSimulator, simulation_digest
+from palpate.signals.arrays import Array
 
 SIX = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
 """The textures that are rendered (thesis 4.3.2)."""

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from palpate.modeling.textures.recording import Array
 from palpate.protocols.code_digest import code_digest, module_of
+from palpate.signals.arrays import Array
 
 
 class SetSession(Protocol):

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.windows import Stretches
+from palpate.signals.arrays import Array
 
 FAINTEST = 1e-3
 """Magnitudes below this share of the texture's own level count as this: the log of silence has no end."""

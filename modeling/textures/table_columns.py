@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.textures.recording import Array, TextureDataError
+from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.units import PLAIN, known_scale, scale_of_unit
 from palpate.protocols.tables import RecordError, TableFormat, commonest_delimiter, read_lines, split_records
+from palpate.signals.arrays import Array
 
 NAMES = (
     (re.compile("t|time|timestamp"), "time", "time"),

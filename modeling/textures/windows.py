@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from palpate.modeling.textures.recording import CHANNELS, Array, Parts, Recording, Scale, TextureDataError, Windows
+from palpate.modeling.textures.recording import CHANNELS, Parts, Recording, Scale, TextureDataError, Windows
+from palpate.signals.arrays import Array
 
 LENGTHS = (10, 15, 20, 25, 30)
 """Window lengths that are compared (thesis 4.6.2; 4.4.5 says 14 and 26 instead of 15 and 25)."""

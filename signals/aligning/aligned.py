@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.signals.aligning.interpolating import SAME_S
 from palpate.signals.aligning.methods import Method
-from palpate.signals.aligning.refusals import AlignError, Array, demand_grid, demand_samples, demand_times
-
-Mask = NDArray[np.bool_]
+from palpate.signals.aligning.refusals import AlignError, demand_grid, demand_samples, demand_times
+from palpate.signals.arrays import Array, Mask
 
 LONGEST_GAP_S = 0.02
 """Half a period of 25 Hz, the fastest that a hand moves (thesis 3.4.1): in a longer hole it can do what it likes."""

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from palpate.signals.aligning.interpolating import pchip
-from palpate.signals.aligning.refusals import AlignError, Array
+from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.arrays import Array
 
 REJECTION_DB = 80.0
 """What lies in the stop band is weakened so much; the pass band is right within 0.01 %."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.signals.aligning.aligned import align, grid_points
 from palpate.signals.aligning.methods import METHODS
-from palpate.signals.aligning.refusals import Array
+from palpate.signals.arrays import Array
 
 HAND_HZ = 25.0
 """Force and speed are low-passed here (thesis 3.4.1, 4.3.3): what a hand does lies below."""

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.signals.aligning.refusals import AlignError, Array
+from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.arrays import Array
 
 LEAST_ARC_DEG = 10.0
 """Of a shorter arc the noise of a tracker, not the door, decides the centre."""

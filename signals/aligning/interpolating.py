@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.signals.aligning.refusals import Array
+from palpate.signals.arrays import Array
 
 SAME_S = 1e-9
 """Times closer than this are one time: far below any sensor's step, far above the rounding of session times."""

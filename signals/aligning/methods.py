@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from palpate.protocols.did_you_mean import nearest as closest
 from palpate.signals.aligning.bandlimited import band, bandlimited
 from palpate.signals.aligning.interpolating import cubic, hold, linear, nearest, pchip
-from palpate.signals.aligning.refusals import AlignError, Array
+from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.arrays import Array
 
 Run = Callable[[Array, Array, Array, float, float], Array]
 """times (n,), values (n, channels), wanted times (m,), the stream's rate, the grid's rate -> (m, channels)."""

@@ -12,7 +12,8 @@ from typing import Literal
 
 import numpy as np
 
-from palpate.signals.aligning.refusals import AlignError, Array
+from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.arrays import Array
 
 Place = Literal["middle", "end"]
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from palpate.protocols.clocks import TOLERANCE_PPM, WINDOWS, Clock
-from palpate.signals.aligning.refusals import Array
+from palpate.signals.arrays import Array
 
 OF_THE_HOST = ("lsl",)
 """Clocks whose times the recorder put into session time (docs/reference/streams.md)."""

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.doors.features import as_profile, landmarks, plateau_after_second_peak, require_cycles
 from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS_PER_DEG, STUDY_SEED, DoorDataError
 from palpate.signals.doors.shaping import add_cycles, ease, move_knots, raise_span, set_peak, straighten
-
-Array = NDArray[np.float64]
 
 AMPLITUDES_N = {"g1": 20.0, "g2": 30.0, "g3": 40.0}
 COMPLETE_AT_DEG = {"g4": (1, 14.5), "g5": (2, 29.5), "g6": (3, 29.5)}

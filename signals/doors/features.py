@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError, motion_end
-
-Array = NDArray[np.float64]
 
 FELT_N = 1.0
 """Least prominence of a peak that is counted."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, grid_angle_deg, motion_end
 
 if TYPE_CHECKING:
-    from palpate.signals.doors.features import Array
+    from palpate.signals.arrays import Array
 
 LIMIT_N = 60.0
 """No made profile has a force beyond this; the study's own profiles reach 44.5 N."""

@@ -10,12 +10,11 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.signals import GRAVITY_M_S2
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
 
-Array = NDArray[np.float64]
 NO_PLAY_DEG = 1e-6
 """A play of the hand below this is none."""
 

@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.protocols.did_you_mean import nearest
+from palpate.signals.arrays import Array
 from palpate.signals.doors.features import Landmarks, as_profile, columns, landmarks_and_felt, plateau_of
 from palpate.signals.doors.grid import POINTS_PER_DEG, DoorDataError
 from palpate.signals.doors.profiles import demand_force
-
-Array = NDArray[np.float64]
 
 FEATURES = (
     "first_peak_N", "first_peak_deg", "peak_count", "initial_force_N", "mean_force_N", "max_force_N", "min_force_N",

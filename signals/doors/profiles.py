@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
-
-Array = NDArray[np.float64]
 
 LEAST_OPENING_DEG = 2.0
 """A recording that covers less of the grid than this is refused."""

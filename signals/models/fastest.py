@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.runtime import Model
 
-Array = NDArray[np.float64]
 TRIED = 12
 """Inputs on which the kernel is tried when a model is opened."""
 AGREES = 1e-3

@@ -17,11 +17,12 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.linear_prediction import predictor_of
 from palpate.signals.models.card import Activation, Affine, Card, Port, Reshape, Step, Texture, Weights
 from palpate.signals.models.card_steps import Autoregression, Join, Keep, Part, Recall
 from palpate.signals.models.errors import ModelFileError
-from palpate.signals.models.hatt_file import Array, Hatt, read_hatt_file
+from palpate.signals.models.hatt_file import Hatt, read_hatt_file
 from palpate.signals.models.runtime import Model
 
 RADIUS = 0.998

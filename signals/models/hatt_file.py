@@ -15,10 +15,9 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.errors import ModelFileError, reading
 from palpate.signals.xml_text import EntitiesDeclared, xml_root
-
-Array = NDArray[np.float64]
 
 LARGEST = 32 * 1024**2
 """Bytes of a file; those of the toolkit have at most half a million."""

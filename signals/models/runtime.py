@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.building import Form, Run, built
 from palpate.signals.models.card import Card, Port
 from palpate.signals.models.errors import ModelFileError, ModelInputError
-
-Array = NDArray[np.float64]
 
 AT_ONCE = 8
 """So many inputs go through a model together: more would leave the processor's cache."""

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card, Texture
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.fastest import Runs
 from palpate.signals.textures.normals import Normals
 from palpate.signals.textures.sounds import RenderError
 
-Array = NDArray[np.float64]
 LARGEST_LOG = 40.0
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.fastest import Runs
 from palpate.signals.textures.normals import Normals
 
-Array = NDArray[np.float64]
 LEAST_LOG_SD = -30.0
 
 

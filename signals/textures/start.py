@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Texture
 from palpate.signals.textures.normals import Normals
 from palpate.signals.textures.range import Range
 
-Array = NDArray[np.float64]
 START_SPEED_MM_S, START_FORCE_N = 45.0, 0.8
 """What hands begin with (thesis 4.5.1; 45 m/s there is a misprint)."""
 

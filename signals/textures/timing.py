@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card
 from palpate.signals.models.fastest import Runs, fastest
 from palpate.signals.models.file import read_model
@@ -16,7 +16,6 @@ from palpate.signals.models.runtime import Model
 from palpate.signals.textures.sounds import RenderError
 from palpate.signals.textures.voice import open_voice
 
-Array = NDArray[np.float64]
 WARM = 50
 LEAST = 10
 

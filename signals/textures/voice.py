@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card, Texture
 from palpate.signals.models.fastest import Runs, fastest
 from palpate.signals.models.file import read_model
@@ -24,7 +24,6 @@ from palpate.signals.textures.sounding import Sounding
 from palpate.signals.textures.sounds import RenderError, Sounds
 from palpate.signals.textures.start import start_of
 
-Array = NDArray[np.float64]
 RATE_HZ = 1000.0
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.devices.window.geometry import Box, Placed
 from palpate.devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
 from palpate.devices.window.screens.elements import Element, hair
 from palpate.devices.window.screens.profile import GRID
 from palpate.devices.window.screens.targets import Target
+from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 COURSE: Colour = ACCENT
 HERTZ = (0, 100, 200, 300, 400, 500)
 DECIBELS = (-60, -40, -20, 0, 20)
-Array = NDArray[np.float64]
 RATE_HZ = 1000
 SHOWN = 1000
 FRAME, HOP = 250, 125

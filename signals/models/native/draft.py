@@ -9,9 +9,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.native.library import InstructionSet
 from palpate.signals.models.native.packing import halves, packed, single
-from palpate.signals.models.native.values import Array, NotCompiled, Product, Room, Spot, Value
+from palpate.signals.models.native.values import NotCompiled, Product, Room, Spot, Value
 
 FIELDS = 24
 """Of an operation (kernel.h)."""

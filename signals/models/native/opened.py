@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card
 from palpate.signals.models.native.library import ANSWERED, InstructionSet, Library, Program
 from palpate.signals.models.native.program import compiled
 from palpate.signals.models.runtime import Model
 
-Array = NDArray[np.float64]
 FURTHEST = float(np.finfo(np.float64).max)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.native.library import InstructionSet
-from palpate.signals.models.native.values import Array, NotCompiled
+from palpate.signals.models.native.values import NotCompiled
 
 
 def single(numbers: Array) -> NDArray[np.float32]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Activation, Affine, Clip, MaxPool, Reshape, Upsample
 from palpate.signals.models.card_steps import Add, Join, Keep, Part, Recall, Turn
 from palpate.signals.models.native.draft import Draft
@@ -23,7 +24,7 @@ from palpate.signals.models.native.shapes import (
     spread,
     tight,
 )
-from palpate.signals.models.native.values import Array, Linear, Product, Value
+from palpate.signals.models.native.values import Linear, Product, Value
 
 Tensors = Mapping[str, NDArray[np.generic]]
 FUNCTIONS = ("relu", "tanh", "sigmoid", "gelu", "elu", "leaky", "softplus", "exp", "log", "square", "abs")

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card import Conv, Dense
 from palpate.signals.models.card_steps import Attention, Lstm
 from palpate.signals.models.form import LARGEST
 from palpate.signals.models.native.draft import Draft
 from palpate.signals.models.native.plain_steps import Tensors
 from palpate.signals.models.native.shapes import at, by_length, fresh, is_list, settled, sides, tight
-from palpate.signals.models.native.values import Array, Linear, NotCompiled, Product, Spot, Value
+from palpate.signals.models.native.values import Linear, NotCompiled, Product, Spot, Value
 
 NARROW = 4
 """A product is done together with the one before it where that one's input is so many times narrower than its own."""

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.signals.arrays import Array
 from palpate.signals.models import card as steps_of
 from palpate.signals.models import card_steps as signals_of
 from palpate.signals.models.card import Affine, Card, Conv, Dense, Mean, Residual, Step
@@ -22,7 +23,7 @@ from palpate.signals.models.native.draft import Draft, Finished, finished
 from palpate.signals.models.native.library import InstructionSet
 from palpate.signals.models.native.plain_steps import Tensors
 from palpate.signals.models.native.shapes import is_list, settled, spread
-from palpate.signals.models.native.values import Array, Linear, NotCompiled, Value
+from palpate.signals.models.native.values import Linear, NotCompiled, Value
 
 LOOK_AHEAD = 4
 """A spectrum's product, and what may stand between it and the step that takes it apart."""

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.native.draft import Draft
-from palpate.signals.models.native.values import Array, Linear, NotCompiled, Spot, Value
+from palpate.signals.models.native.values import Linear, NotCompiled, Spot, Value
 
 
 def is_list(value: Value) -> bool:

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from palpate.signals.arrays import Array
 from palpate.signals.models.card_steps import Autoregression, Cartesian, Norm, Polar
 from palpate.signals.models.native.draft import Draft
 from palpate.signals.models.native.plain_steps import Tensors
 from palpate.signals.models.native.shapes import at, by_channel, by_length, fresh, is_list, settled
-from palpate.signals.models.native.values import Array, Linear, NotCompiled, Value
+from palpate.signals.models.native.values import Linear, NotCompiled, Value
 from palpate.signals.models.triangles import Triangles
 
 
