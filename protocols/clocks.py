@@ -10,6 +10,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from palpate.protocols.undefined import finite_or_none
+
 TOLERANCE_PPM = 100.0
 """What a crystal may be off its nominal rate. A rate that is measured less surely than this is not taken."""
 SPACINGS, SPACINGS_OF = 8, 3
@@ -96,7 +98,8 @@ def fit_clock(arrivals: Sequence[Point], rate_hz: float) -> Clock:
     delays = [t - offset - slope * n for n, t in points]
     ordered = sorted(delays)
     clock = Clock(
-        t0 + offset, 1.0 / (1.0 / rate_hz + slope), rate_hz, measured, _finite(drift_error_ppm), _finite(error_s),
+        t0 + offset, 1.0 / (1.0 / rate_hz + slope), rate_hz, measured,
+        finite_or_none(drift_error_ppm), finite_or_none(error_s),
         ordered[len(ordered) // 2], ordered[len(ordered) * 95 // 100], _wander(points, delays), len(points),
     )  # fmt: skip
     return _placed(clock, n0)
@@ -105,10 +108,6 @@ def fit_clock(arrivals: Sequence[Point], rate_hz: float) -> Clock:
 def _placed(clock: Clock, n0: float) -> Clock:
     """The clock with its offset at sample 0 rather than at the first arrival's."""
     return replace(clock, t0_s=clock.t0_s - n0 / clock.rate_hz)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _demand_rate(rate_hz: float) -> None:

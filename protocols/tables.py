@@ -69,7 +69,7 @@ Message = Callable[[Mistake], str]
 
 
 def has_cells(cells: Sequence[str]) -> bool:
-    """Return whether a row is none of a blank line."""
+    """Return whether a row has cells: a blank line has none."""
     return bool(cells)
 
 

@@ -24,9 +24,9 @@ from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.normalising import rescaled_values
 from palpate.analysis.ratings.person_cells import person_cells, texts_of
-from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Text
+from palpate.protocols.undefined import nan_to_none
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:

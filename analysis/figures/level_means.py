@@ -20,8 +20,8 @@ from palpate.analysis.ratings.person_cells import LISTWISE, constant_columns, le
 from palpate.analysis.ratings.trends import families_of
 from palpate.analysis.ratings.within_intervals import mean_intervals
 from palpate.analysis.statistics.refusals import IncompleteCells
-from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.study import Text
+from palpate.protocols.undefined import nan_to_none
 
 if TYPE_CHECKING:
     import pandas as pd

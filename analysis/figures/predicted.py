@@ -15,7 +15,7 @@ from palpate.analysis.figures.shown_columns import in_order, pair_names
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.statistics.undefined import nan_to_none
+from palpate.protocols.undefined import nan_to_none
 
 __all__ = ["PREDICTED", "PredictedSettings", "data", "draw"]
 INNER, OUTER = 0.5, 1.0

@@ -22,8 +22,8 @@ from palpate.analysis.figures.shades import ladder
 from palpate.analysis.figures.shown_columns import require
 from palpate.analysis.figures.style import PAPER, SOFT
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells
-from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.study import Text
+from palpate.protocols.undefined import nan_to_none
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import PersonCells, levels_of, person_cells, texts_of
 from palpate.analysis.ratings.within_intervals import WITHIN, mean_intervals
-from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Text
+from palpate.protocols.undefined import nan_to_none
 from palpate.protocols.wording import count, phrase
 
 __all__ = ["SIMILARITY_BARS", "SimilarityBarsSettings", "data", "draw"]

@@ -14,7 +14,7 @@ from palpate.analysis.plans.answers import Answer, Row, Selected
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
 from palpate.analysis.ratings.person_cells import texts_of
-from palpate.analysis.statistics.undefined import nan_to_none
+from palpate.protocols.undefined import nan_to_none
 from palpate.protocols.wording import phrase
 
 __all__ = ["MAP", "MapSettings", "data", "draw"]

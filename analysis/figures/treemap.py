@@ -21,7 +21,7 @@ from palpate.analysis.figures.treemap_layout import Box, squarified
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
-from palpate.analysis.statistics.undefined import nan_to_none
+from palpate.protocols.undefined import nan_to_none
 from palpate.protocols.wording import count, phrase
 
 INCH = 72.0

@@ -11,7 +11,7 @@ import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.apa import number
-from palpate.analysis.statistics.undefined import finite_or_none
+from palpate.protocols.undefined import finite_or_none
 
 Plain: TypeAlias = float | int | str | bool | None
 

@@ -14,9 +14,9 @@ from palpate.analysis.statistics.between import anova
 from palpate.analysis.statistics.pair_order import pairs_in_order
 from palpate.analysis.statistics.pairwise import pairwise_tests
 from palpate.analysis.statistics.pvalues import adjusted
-from palpate.analysis.statistics.undefined import finite_or_none
 from palpate.analysis.statistics.within import rm_anova
 from palpate.protocols.progress import Progress
+from palpate.protocols.undefined import finite_or_none
 from palpate.protocols.wording import count, phrase
 
 Kind = Literal["crossed", "pooled", "between", "pairs"]

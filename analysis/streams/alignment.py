@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from palpate.analysis.statistics.undefined import finite_or_none
 from palpate.analysis.streams.recorded import Stream, StreamError
 from palpate.analysis.streams.speeds import AXES, NO_SPEED, Moving, SpeedWanted, moving
+from palpate.protocols.undefined import finite_or_none
 from palpate.signals.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align, grid_points
 from palpate.signals.aligning.errors import HAND_HZ, leak, sine_error
 from palpate.signals.aligning.hinge import Hinge, fit_hinge

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.analysis.statistics.undefined import finite_or_none
 from palpate.modeling.doors.evaluating_jobs import Context, Done, Job
 from palpate.modeling.files.finished import put_down, taken_up
 from palpate.modeling.training.run_card import versions
 from palpate.protocols.code_digest import code_digest, module_of
+from palpate.protocols.undefined import finite_or_none
 
 CHECKPOINTS = "checkpoints"
 

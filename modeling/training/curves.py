@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.analysis.statistics.undefined import nan_to_none
 from palpate.modeling.training.history import COLUMNS, Epoch
+from palpate.protocols.undefined import nan_to_none
 
 PREFIX = "curve_"
 
