@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar
 
 import click
 
@@ -11,3 +14,31 @@ LAB = click.option(
     help="The lab's folder.",
 )  # fmt: skip
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+RIG = click.option(
+    "--rig", "rig_file", type=click.Path(dir_okay=False, path_type=Path), show_default="LAB/stations/HOST/rig.yaml",
+    help="The rig file.",
+)  # fmt: skip
+Command = TypeVar("Command", bound=Callable[..., Any])
+_SIZE = re.compile(r"([1-9][0-9]{2,4})x([1-9][0-9]{2,4})")
+
+
+def size_px(_ctx: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[int, int] | None:
+    """The callback of an option that takes a size, as 1280x720."""
+    if value is None:
+        return None
+    found = _SIZE.fullmatch(value)
+    if found is None:
+        raise click.BadParameter(f"{value!r}: a size in pixels is expected, as 1280x720")
+    return int(found[1]), int(found[2])
+
+
+def window_options(command: Command) -> Command:
+    """Add --language, --screen and --windowed."""
+    options = (
+        click.option("--language", default="en", show_default=True, help="The language of the window."),
+        click.option("--screen", type=click.IntRange(0, 15), help="The screen, from 0.  [default: as calibrated]"),
+        click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size, not the full screen."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command

@@ -6,6 +6,8 @@ something to `Presents`, one that records a whole act to `Records`.
 
 from __future__ import annotations
 
+import sys
+from array import array
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
@@ -18,6 +20,11 @@ if TYPE_CHECKING:
 
 NowNs = Callable[[], int]
 """A clock in nanoseconds that never runs backwards; any thread may ask it."""
+FAULTS = (
+    "link_lost", "heartbeat_lost", "silent", "stuck", "not_a_number", "over_range", "overload", "overrun", "underrun",
+    "refused", "limit", "emergency_stop", "firmware",
+)  # fmt: skip
+"""What can go wrong with a device, by the word that a record counts it by."""
 
 
 class DeviceError(ValueError):
@@ -33,13 +40,6 @@ class DeviceFault(Exception):
     def __init__(self, device: str, what: str, message: str) -> None:
         super().__init__(message)
         self.device, self.what = device, what
-
-
-FAULTS = (
-    "link_lost", "heartbeat_lost", "silent", "stuck", "not_a_number", "over_range", "overload", "overrun", "underrun",
-    "refused", "limit", "emergency_stop", "firmware",
-)  # fmt: skip
-"""What can go wrong with a device, by the word that a record counts it by."""
 
 
 @dataclass(frozen=True)
@@ -154,3 +154,15 @@ class Records(Protocol):
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """Do what is asked; called again with the same request after anything but a Reply, it goes on where it was."""
+
+
+def interleaved(*channels: Sequence[float]) -> bytes:
+    """Channels of one length as rows, 4 bytes a value. Raises ValueError where their lengths differ."""
+    if len({len(channel) for channel in channels}) > 1:
+        raise ValueError(f"channels of one length are expected, found {[len(channel) for channel in channels]}")
+    rows = array("f", [0.0]) * sum(map(len, channels))
+    for place, channel in enumerate(channels):
+        rows[place :: len(channels)] = array("f", channel)
+    if sys.byteorder == "big":
+        rows.byteswap()
+    return rows.tobytes()

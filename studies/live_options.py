@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from palpate.devices.window.options import size_px
+from palpate.devices.options import size_px
 from palpate.studies.options import with_options
 
 PACE_S = 0.4

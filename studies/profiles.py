@@ -37,7 +37,7 @@ def profile_of(stimulus: Stimulus, profiles: Profiles) -> tuple[float, ...]:
     """The door that is simulated at sensors: the profile in the column `file`; a mid-size one where there is none."""
     if stimulus.columns.get("file"):
         return profiles.of(stimulus)
-    from palpate.devices.door.catalogue import find_door, read_catalogue
+    from palpate.devices.door.stimuli import find_door, read_catalogue
     from palpate.signals.doors.mechanics import simulate
 
     return tuple(simulate(find_door(read_catalogue(), MID_SIZE).door, MID_SIZE).tolist())

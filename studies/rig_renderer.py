@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
+from palpate.devices.acts import Mending
 from palpate.devices.actuator.device import VoiceCoil
 from palpate.devices.desk import Desk, Pages
-from palpate.devices.mending import Mending
 from palpate.devices.render.job import Job
 from palpate.devices.render.process import Rendering
 from palpate.devices.render.sinks import MOST_AHEAD, on_coil

@@ -24,8 +24,7 @@ from palpate.studies.scenes import pictures_of, scenes_for
 if TYPE_CHECKING:
     from palpate.devices.door.link.simulator import DoorSimulator
     from palpate.devices.scene import Scene
-    from palpate.devices.sound.device import MaskingNoise
-    from palpate.devices.sound.masked import Masked
+    from palpate.devices.sound.device import Masked, MaskingNoise
     from palpate.studies.rig_renderer import RigRenderer, Shows
 
 CAPTURED = tuple(need for need in RECORDING if need != "camera")
@@ -162,7 +161,7 @@ def _stage(rig: OpenRig, plan: Plan) -> Presents:
     """Who mounts the samples: somebody who says so, or somebody whose scanner does."""
     if "samples" not in rig.file.needs:
         return HandMounted(blind=plan.study.blind)
-    from palpate.devices.stage.codes import known_codes
+    from palpate.devices.stage.scanner import known_codes
 
     stage: Any = rig.of("samples")["stage"]
     stage.hand.blind = plan.study.blind
@@ -171,7 +170,7 @@ def _stage(rig: OpenRig, plan: Plan) -> Presents:
 
 
 def _masked(rig: OpenRig, presents: Presents) -> Masked:
-    from palpate.devices.sound.masked import Masked
+    from palpate.devices.sound.device import Masked
 
     noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
     return Masked(presents, noise)

@@ -76,7 +76,7 @@ def test_no_module_is_loaded_under_two_names():
     ours = [(name, Path(module.__file__).resolve()) for name, module in sys.modules.items()
             if getattr(module, "__file__", None) and Path(module.__file__).resolve().is_relative_to(ROOT)]  # fmt: skip
     in_rooms = [(name, file) for name, file in ours if file.relative_to(ROOT).parts[0] in names.INSTALLED]
-    assert len(in_rooms) > 20 and all(name.startswith("palpate.") for name, _ in in_rooms)
+    assert len(in_rooms) > 10 and all(name.startswith("palpate.") for name, _ in in_rooms)
     assert len({file for _, file in in_rooms}) == len(in_rooms)
 
 
@@ -104,7 +104,7 @@ def test_the_live_path_loads_what_is_simulated_only_where_the_rig_asks(graph):
 
 
 def test_there_are_simulated_modules_to_be_kept_away(graph):
-    assert len(list(filter(SIMULATED.fullmatch, graph.modules))) > 35
+    assert len(list(filter(SIMULATED.fullmatch, graph.modules))) > 30
 
 
 def file_of(module: str) -> Path:

@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable
 
 from benchmarks.plant.problems import SAMPLE_S, Problem
-from palpate.devices.door.plant.detents import torque_and_slope
-from palpate.devices.door.plant.drives import Drives
+from palpate.devices.door.plant.drives import Drives, torque_and_slope
 from palpate.devices.door.plant.moreau import Setting, implicit_euler
 
 FAR_RAD = 1e6

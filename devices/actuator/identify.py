@@ -9,10 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate.devices.actuator.calibration import Calibration
-from palpate.devices.actuator.excitation import Kind, excitation
 from palpate.devices.actuator.inverse import Inverse, Wish, invert
 from palpate.devices.actuator.queue import RATE_HZ
-from palpate.devices.actuator.response import Response, ResponseError, demand_coherence, demand_signal, estimate
+from palpate.devices.actuator.response import (
+    Kind,
+    Response,
+    ResponseError,
+    demand_coherence,
+    demand_signal,
+    estimate,
+    excitation,
+)
 from palpate.devices.signals import Block, DeviceFault, NowNs, Sensor
 from palpate.signals.arrays import Array
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.rig.settings import Date, Strict
+from palpate.devices.settings import Date, Strict
 
 
 class Settings(Strict):

@@ -6,9 +6,7 @@ from pathlib import Path
 
 import click
 
-from palpate.devices.options import LAB
-from palpate.devices.rig.options import RIG
-from palpate.devices.window.options import window_options
+from palpate.devices.options import LAB, RIG, window_options
 
 
 @click.command()

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.acts import Act, going_on
+from palpate.devices.acts import Act, Mending, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
-from palpate.devices.mending import Mending
-from palpate.devices.rig.settings import Date, Strict
+from palpate.devices.settings import Date, Strict
 from palpate.devices.signals import DeviceFault, Health, NowNs, Signal
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Came, Reply, Sense

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.rig.settings import Date, Finite, Positive, Strict
+from palpate.devices.settings import Date, Finite, Positive, Strict
 from palpate.devices.signals import Signal
 
 if TYPE_CHECKING:

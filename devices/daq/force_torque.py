@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from palpate.devices.rig.settings import Date, Finite, Strict
+from palpate.devices.settings import Date, Finite, Strict
 from palpate.devices.signals import DeviceError, Signal
 
 if TYPE_CHECKING:
     from palpate.devices.daq.acquire import Daq, Wiring
     from palpate.devices.daq.cal_file import CalFile
-    from palpate.devices.daq.gauges import Gauges
+    from palpate.devices.daq.gauges import Gauges, Slopes
     from palpate.devices.daq.sensor import DaqSensor
-    from palpate.devices.daq.wrench import Slopes
     from palpate.signals.arrays import Array
 
 SAMPLE = Path(__file__).resolve().parent / "sample.cal"
@@ -101,9 +100,8 @@ def _wiring(name: str, settings: Settings, file: CalFile) -> Wiring:
 
 
 def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: Path) -> Gauges:
-    from palpate.devices.daq.gauges import UNITS, Gauges
+    from palpate.devices.daq.gauges import UNITS, Gauges, calibration
     from palpate.devices.daq.voltage_check import VoltageCheck
-    from palpate.devices.daq.wrench import calibration
 
     found = calibration(file, str(path))
     number = f"{file.body} {file.part} {file.serial}, {file.date or 'no date'}, sha256 {file.sha256[:12]}"
@@ -124,7 +122,7 @@ def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: 
 def _framed(frame: Frame, matrix: Array) -> Array:
     from math import radians
 
-    from palpate.devices.daq.wrench import moved
+    from palpate.devices.daq.gauges import moved
 
     distance = [each / 1000 for each in (frame.dx_mm, frame.dy_mm, frame.dz_mm)]
     return moved(distance, [radians(each) for each in (frame.rx_deg, frame.ry_deg, frame.rz_deg)]) @ matrix
@@ -134,7 +132,7 @@ def _slopes(name: str, thermistor: Thermistor | None, file: CalFile, path: Path)
     """The settings' slopes before the file's. Raises DeviceError where a thermistor is wired to no slopes."""
     import numpy as np
 
-    from palpate.devices.daq.wrench import Slopes
+    from palpate.devices.daq.gauges import Slopes
 
     if thermistor is None:
         return None

@@ -94,8 +94,7 @@ def simulate_command(labels: tuple[str, ...], every: bool, parameters: Path | No
     Example:
       palpate doors simulate --door G90 --door K8 --out profiles/
     """
-    from palpate.devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
-    from palpate.devices.door.stimuli import profile_text
+    from palpate.devices.door.stimuli import DOORS_FILE, find_door, profile_text, read_catalogue
     from palpate.protocols.files import write_texts
     from palpate.signals.doors.mechanics import simulate
 

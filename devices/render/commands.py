@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from palpate.devices.options import JSON, LAB
+from palpate.devices.options import JSON, LAB, RIG, window_options
 from palpate.devices.render.found import DEFAULT_METHOD
-from palpate.devices.rig.options import RIG
-from palpate.devices.window.options import window_options
 
 if TYPE_CHECKING:
     from palpate.devices.render.headless import Played

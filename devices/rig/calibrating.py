@@ -1,10 +1,20 @@
-"""What calibrating a device gives: the settings for its entry in the rig file, and how good they are."""
+"""What calibrating a device gives: the settings for its entry in the rig file, and how good they are.
+
+They are put into the entry so that every other character of the file stays as it is.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from palpate.devices.rig.file import RigFileError, read_rig
+from palpate.protocols.files import write_bytes
+from palpate.protocols.yaml_text import load
 
 if TYPE_CHECKING:
     from palpate.devices.rig.file import RigFile
@@ -12,6 +22,22 @@ if TYPE_CHECKING:
 Ask = Callable[[str], None]
 """Asks the experimenter to do something, and comes back once it is done."""
 Say = Callable[[str], None]
+ELSEWHERE: Mapping[str, str] = {
+    "force_torque": "is calibrated by its maker. Put the .cal file that came with it beside the rig file and name it:"
+    " `calibration: FT12345.cal`, `calibrated:` with its date. Its zero is taken each time it is opened (`zero_s`)",
+    "tracker": "is calibrated with its own software (Motive: wand, then ground plane). Do it there, then write that day"
+    " into the rig file: `calibrated: 2026-11-21`",
+    "door": "is calibrated in its own controller, which gives N m and radians. Measure from the hinge to the handle"
+    " with a rule and write it as `handle_radius_m`",
+    "masking_noise": "is calibrated with a sound level meter at the ear: play a full-scale sine and write what it reads"
+    " as `db_spl_at_0_dbfs`",
+    "camera": "is set at the camera itself: focus, exposure and white balance. `least_sharpness` and `most_white` then"
+    " judge its pictures",
+    "stage": "has nothing to calibrate: it only says which sample lies on it",
+}
+"""How the kinds are calibrated that this program cannot calibrate."""
+Span = tuple[int, int, str]
+"""Characters from a place up to another, and what stands there instead."""
 
 
 class Unfit(Exception):
@@ -38,22 +64,6 @@ class Job:
     say: Say
 
 
-ELSEWHERE: Mapping[str, str] = {
-    "force_torque": "is calibrated by its maker. Put the .cal file that came with it beside the rig file and name it:"
-    " `calibration: FT12345.cal`, `calibrated:` with its date. Its zero is taken each time it is opened (`zero_s`)",
-    "tracker": "is calibrated with its own software (Motive: wand, then ground plane). Do it there, then write that day"
-    " into the rig file: `calibrated: 2026-11-21`",
-    "door": "is calibrated in its own controller, which gives N m and radians. Measure from the hinge to the handle"
-    " with a rule and write it as `handle_radius_m`",
-    "masking_noise": "is calibrated with a sound level meter at the ear: play a full-scale sine and write what it reads"
-    " as `db_spl_at_0_dbfs`",
-    "camera": "is set at the camera itself: focus, exposure and white balance. `least_sharpness` and `most_white` then"
-    " judge its pictures",
-    "stage": "has nothing to calibrate: it only says which sample lies on it",
-}
-"""How the kinds are calibrated that this program cannot calibrate."""
-
-
 def as_yaml(value: Any) -> str:
     """A setting's value as it stands in a rig file, on one line."""
     if isinstance(value, Mapping):
@@ -61,3 +71,91 @@ def as_yaml(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(as_yaml, value))}]"
     return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+def put(path: Path, device: str, settings: Mapping[str, Any]) -> None:
+    """Write the settings into the file, or leave it as it was and raise RigFileError with the lines to paste.
+
+    Before the file is replaced, the new one is read: it must hold what the old one held, and these settings.
+    """
+    before = path.read_bytes()
+    try:
+        old = load(before, str(path)).data
+        after = edited(before.decode("utf-8"), device, settings).encode("utf-8")
+        if load(after, str(path)).data != _wanted(old, device, settings):
+            raise ValueError("the new text does not hold what it should")
+        write_bytes(path, after, check=read_rig)
+    except ValueError as error:
+        told = f"{path} was not changed: its entry {device!r} cannot be edited safely ({error})"
+        raise RigFileError(f"{told}. Put this into it by hand:\n{pasted(settings)}") from None
+
+
+def pasted(settings: Mapping[str, Any], braces: bool = False) -> str:
+    """The settings as lines of a rig file, with commas where the entry is written in braces."""
+    return (",\n" if braces else "\n").join(f"  {key}: {as_yaml(value)}" for key, value in settings.items())
+
+
+def in_braces(path: Path, device: str) -> bool:
+    """Whether a device's entry is written as {key: value, ...}."""
+    return bool(_entry(path.read_text(encoding="utf-8-sig"), device).flow_style)
+
+
+def edited(text: str, device: str, settings: Mapping[str, Any]) -> str:
+    """The text with these settings in the device's entry. Raises ValueError where its layout is beyond this."""
+    entry = _entry(text, device)
+    there = {key.value: value for key, value in entry.value}
+    spans = [_replaced(text, there[key], as_yaml(value)) for key, value in settings.items() if key in there]
+    new = {key: as_yaml(value) for key, value in settings.items() if key not in there}
+    if new:
+        spans.append(_added(text, entry, new))
+    for begin, end, instead in sorted(spans, reverse=True):
+        text = text[:begin] + instead + text[end:]
+    return text
+
+
+def _entry(text: str, device: str) -> yaml.MappingNode:
+    node: yaml.Node | None = yaml.compose(text, Loader=yaml.SafeLoader)
+    for name in ("devices", device):
+        pairs = node.value if isinstance(node, yaml.MappingNode) else []
+        node = next((value for key, value in pairs if key.value == name), None)
+    if not isinstance(node, yaml.MappingNode):
+        raise RigFileError("it is not there any more")
+    return node
+
+
+def _replaced(text: str, value: yaml.Node, instead: str) -> Span:
+    _demand_on_its_line(value)
+    begin, end = value.start_mark.index, value.end_mark.index
+    return begin, end, instead if text[begin - 1 : begin].isspace() else f" {instead}"
+
+
+def _added(text: str, entry: yaml.MappingNode, new: Mapping[str, str]) -> Span:
+    """After the last value that ends where its own text does; in braces behind a comma, else on lines of their own."""
+    key, value = next((pair for pair in reversed(entry.value) if not _in_block(pair[1])), (None, None))
+    if key is None or value is None:
+        raise ValueError("it has no value on its own line")
+    at = value.end_mark.index
+    if entry.flow_style:
+        return at, at, "".join(f", {name}: {told}" for name, told in new.items())
+    newline = "\r\n" if "\r\n" in text else "\n"
+    ends = text.find(newline, at)
+    at, indent = len(text) if ends < 0 else ends, " " * key.start_mark.column
+    return at, at, "".join(f"{newline}{indent}{name}: {told}" for name, told in new.items())
+
+
+def _in_block(value: yaml.Node) -> bool:
+    """Whether a value goes over lines of its own, so that its end is not the end of its text."""
+    if isinstance(value, yaml.ScalarNode):
+        return value.style in ("|", ">")
+    return not getattr(value, "flow_style", False)
+
+
+def _demand_on_its_line(value: yaml.Node) -> None:
+    if _in_block(value):
+        raise ValueError(f"line {value.start_mark.line + 1}: a value over lines of its own")
+
+
+def _wanted(data: Any, device: str, settings: Mapping[str, Any]) -> Any:
+    new = load(pasted(settings).encode("utf-8"), "settings").data
+    devices = {**data["devices"], device: {**data["devices"][device], **new}}
+    return {**data, "devices": devices}

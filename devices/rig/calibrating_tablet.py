@@ -12,7 +12,7 @@ from palpate.devices.tablet.force import Fit, fit_force, read_pairs
 DIGITS = 5
 
 
-def calibrated(pairs: Path, date: str, figure: Path | None = None) -> Found:
+def calibrate_tablet(pairs: Path, date: str, figure: Path | None = None) -> Found:
     """The curve F = a exp(b y) of a CSV with the columns pressure, force_N; `figure` is the picture to write of it.
 
     Raises DeviceError naming the file.
@@ -27,7 +27,7 @@ def calibrated(pairs: Path, date: str, figure: Path | None = None) -> Found:
         "pairs": fit.pairs, "a_error_N": fit.a_error_N, "b_error": fit.b_error, "rms_N": fit.rms_N,
         "worst_N": fit.worst_N, "r_squared": fit.r_squared,
     }  # fmt: skip
-    told = list(_told(fit))
+    told = list(_tablet_lines(fit))
     if figure is not None:
         from palpate.devices.tablet.draw import draw_force
 
@@ -39,7 +39,7 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _told(fit: Fit) -> Iterator[str]:
+def _tablet_lines(fit: Fit) -> Iterator[str]:
     a, b = fit.force.a_N, fit.force.b
     yield f"F = {a:.4g} exp({b:.4g} y) N; standard errors {fit.a_error_N:.2g} N and {fit.b_error:.2g}"
     left = f"{fit.rms_N:.3g} N (RMS), {fit.worst_N:.3g} N at most"

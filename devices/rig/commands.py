@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.devices.options import JSON, LAB
+from palpate.devices.options import JSON, LAB, RIG
 from palpate.devices.rig.commands_calibrate import calibrate
-from palpate.devices.rig.options import RIG
 from palpate.protocols.canonical import json_text
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.wording import count
@@ -102,7 +101,7 @@ def _echo_json(data: Any) -> None:
 
 
 def _table(file: RigFile, found: dict[str, Health]) -> None:
-    from palpate.devices.rig.told import told
+    from palpate.devices.rig.checking import told
 
     click.echo(f"{file.path}: {file.name}")
     for name, health in found.items():

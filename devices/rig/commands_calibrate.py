@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.devices.options import JSON, LAB
-from palpate.devices.rig.options import RIG
+from palpate.devices.options import JSON, LAB, RIG
 from palpate.protocols.canonical import json_text
 from palpate.protocols.shell_command import shell_command
 
@@ -73,7 +72,7 @@ def calibrate(
     if not as_json:
         _tell(file, device, found, write)
     if write:
-        from palpate.devices.rig.calibrating_entry import put
+        from palpate.devices.rig.calibrating import put
 
         put(file.path, device, found.settings)
     if as_json:
@@ -125,16 +124,16 @@ def _measured(job: Job, given: dict[str, Any]) -> Found:
 def _by_kind(job: Job, given: dict[str, Any]) -> Found:
     kind = job.file.kind(job.name)
     if kind == "tablet":
-        from palpate.devices.rig import calibrating_tablet
+        from palpate.devices.rig.calibrating_tablet import calibrate_tablet
 
-        return calibrating_tablet.calibrated(given["pairs"], job.date, given["figure"])
+        return calibrate_tablet(given["pairs"], job.date, given["figure"])
     if kind == "voice_coil":
-        from palpate.devices.rig import calibrating_coil
+        from palpate.devices.rig.calibrating_vibration import calibrate_coil
 
-        return calibrating_coil.calibrated(job, given["sensor"], given["level"], given["seconds"], given["force"])
-    from palpate.devices.rig import calibrating_accelerometer
+        return calibrate_coil(job, given["sensor"], given["level"], given["seconds"], given["force"])
+    from palpate.devices.rig.calibrating_vibration import SECONDS_A_POSITION, calibrate_accelerometer
 
-    return calibrating_accelerometer.calibrated(job, given["seconds"] or calibrating_accelerometer.SECONDS)
+    return calibrate_accelerometer(job, given["seconds"] or SECONDS_A_POSITION)
 
 
 def _aside(text: str) -> None:
@@ -159,7 +158,7 @@ def _asker(yes: bool, may_skip: bool) -> Callable[[str], None]:
 
 
 def _tell(file: RigFile, device: str, found: Found, write: bool) -> None:
-    from palpate.devices.rig.calibrating_entry import in_braces, pasted
+    from palpate.devices.rig.calibrating import in_braces, pasted
 
     twin = ", twin" if file.is_twin(device) else ""
     click.echo(f"{device} ({file.kind(device).replace('_', ' ')}{twin}):")

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from palpate.devices.rig.kinds import KINDS, TAKES, settings_of
-from palpate.devices.rig.settings import Strict
+from palpate.devices.settings import Strict
 from palpate.devices.signals import DeviceError
 from palpate.devices.stations import station_folder
 from palpate.protocols.complaints import listed, translated

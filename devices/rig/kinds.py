@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from palpate.devices.rig.settings import Strict
+from palpate.devices.settings import Strict
 from palpate.devices.signals import Device
 
 KINDS: Mapping[str, str] = {

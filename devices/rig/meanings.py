@@ -8,7 +8,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from palpate.devices.rig.settings import Date, Strict
+from palpate.devices.settings import Date, Strict
 from palpate.protocols.yaml_text import load
 
 MEANINGS = Path(__file__).resolve().with_name("meanings.yaml")

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.acts import Act, going_on
+from palpate.devices.acts import Act, Mending, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
-from palpate.devices.mending import Mending
-from palpate.devices.rig.settings import Date, Strict
 from palpate.devices.samples import HandMounted
+from palpate.devices.settings import Date, Strict
 from palpate.devices.signals import DeviceError, DeviceFault, Health, NowNs, Signal
-from palpate.devices.stage.codes import codes_of, plain, refusal
+from palpate.devices.stage.scanner import codes_of, plain, refusal
 from palpate.protocols.requests import Aside, Came, Present, Reply
 from palpate.protocols.study import Stimulus
 

@@ -1,13 +1,15 @@
-"""A barcode scanner on a serial port: each code comes as a line."""
+"""A barcode scanner on a serial port: each code comes as a line; and which sample a code stands for."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from palpate.devices.serial_port import open_serial
 from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.protocols.study import Stimulus
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 LONGEST = 256
 """Bytes of a code; what is longer is no code, and is dropped up to the end of its line."""
 ENDS = b"\r\n"
+COLUMN = "barcode"
+"""Column of a stimulus table that holds a sample's code; without one, the id is the code."""
 
 
 @dataclass
@@ -94,3 +98,32 @@ class Scanner:
 def _why(error: Exception) -> str:
     number = getattr(error, "errno", None)
     return os.strerror(number) if isinstance(number, int) else str(error)
+
+
+def plain(code: str) -> str:
+    """A code as it is compared: without blanks around it and control characters, letters as capitals."""
+    return "".join(each for each in code if each.isprintable()).strip().upper()
+
+
+def codes_of(stimulus: Stimulus) -> tuple[str, ...]:
+    """What a scan of this sample may say: its code, and its id."""
+    given = (plain(stimulus.columns.get(COLUMN, "")), plain(stimulus.id))
+    return tuple(dict.fromkeys(code for code in given if code))
+
+
+def known_codes(stimuli: Iterable[Stimulus]) -> Mapping[str, str]:
+    """Ids by code, to say which sample a wrong code belongs to.
+
+    A code that two samples share names neither.
+    """
+    found: dict[str, set[str]] = {}
+    for stimulus in stimuli:
+        for code in codes_of(stimulus):
+            found.setdefault(code, set()).add(stimulus.id)
+    return {code: next(iter(ids)) for code, ids in found.items() if len(ids) == 1}
+
+
+def refusal(stimulus: Stimulus, code: str, known: Mapping[str, str]) -> str:
+    """Why a code does not confirm this sample: T07 is asked for, T12 was scanned."""
+    said = known.get(plain(code), plain(code) or "an empty code")
+    return f"{stimulus.id} is asked for, {said} was scanned"

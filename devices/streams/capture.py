@@ -7,8 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from math import hypot
 
+from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
-from palpate.devices.mending import Mending
 from palpate.devices.scene import Scene
 from palpate.devices.signals import DeviceFault, NowNs, Sensor
 from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording

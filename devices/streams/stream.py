@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.devices.signals import Block, DeviceFault, Signal
 from palpate.devices.streams.drift import ClockFit
-from palpate.devices.streams.ring import NO_ROOM, Ring
+from palpate.devices.streams.reader import NO_ROOM, Ring
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Samples
 

@@ -16,7 +16,7 @@ PATTERNS = (
     "none", "ribs", "plain", "twill", "mesh", "studs", "knurl", "grit", "foam", "leather", "loops", "pile", "blades",
     "fibres", "pores",
 )  # fmt: skip
-"""What repeats over the surface; see devices/surfaces/patterns.py."""
+"""What repeats over the surface; see devices/surfaces/relief.py."""
 PAINTS = ("none", "pattern", "height", "grain", "speckle")
 """Where the second colour lies; `grain` and `speckle` are independent of the relief."""
 COLOUR = re.compile(r"#[0-9a-f]{6}")

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from palpate.devices.options import LAB
-from palpate.devices.window.options import size_px
+from palpate.devices.options import LAB, size_px
 
 LANGUAGE = click.option("--language", default="en", show_default=True, help="The language of the screens.")
 

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from palpate.devices.door.link.connections import by_serial, by_twin
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.simulator import DoorSimulator, Setup
-from palpate.devices.rig.settings import Date, Strict
+from palpate.devices.settings import Date, Strict
 from palpate.signals.doors.limits import HANDLE_RADIUS_M
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from palpate.devices.door.link.messages import Profile
-from palpate.devices.rig.settings import Strict
+from palpate.devices.settings import Strict
 from palpate.devices.signals import DeviceError
 from palpate.signals.doors.limits import SLOPE_NM_DEG, TORQUE_NM, UnplayableProfile, torque_profile
 

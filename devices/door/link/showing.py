@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from palpate.devices.acts import Act
+from palpate.devices.acts import Act, Mending
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.door.link import dialogue
 from palpate.devices.door.link.codes import State
@@ -15,7 +15,6 @@ from palpate.devices.door.link.limits import ProfileRefused
 from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.messages import Identity, Profile
 from palpate.devices.door.link.telemetry import Opening, trouble
-from palpate.devices.mending import Mending
 from palpate.devices.signals import DeviceFault
 from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
 

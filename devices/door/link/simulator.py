@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from inspect import GEN_RUNNING, getgeneratorstate
 from typing import TYPE_CHECKING, Any
 
+from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.door.link import dialogue
 from palpate.devices.door.link.codes import FOLLOWS_FROM, VERSION, fault_name, state_name
@@ -16,7 +17,6 @@ from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.messages import Identity, Profile, SetRate
 from palpate.devices.door.link.showing import Changes, Recorded, Showing
 from palpate.devices.door.link.telemetry import CHANNELS, UNITS, TelemetryBlocks, trouble
-from palpate.devices.mending import Mending
 from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.protocols.requests import Came, Fault, Present, Reply
 from palpate.protocols.wording import count

@@ -1,11 +1,12 @@
-"""What acts on the arm from outside during one control period: motor, brake and hand, each as a function of time."""
+"""What acts on the arm from outside during one control period: motor, brake, hand and detents."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import exp
 
 from palpate.devices.door.plant.hand import NOBODY, Hand
-from palpate.devices.door.plant.parameters import Parameters
+from palpate.devices.door.plant.parameters import Detent, Parameters
 
 
 class Drives:
@@ -70,3 +71,19 @@ class Drives:
         self.motor_Nm = self.motor(t)
         self.powder_A = self._powder(coil)
         self.coil_A, self.until = coil, t
+
+
+def torque_and_slope(detents: Sequence[Detent], angle_rad: float) -> tuple[float, float]:
+    """What the detents hold against the opening direction, in N m, and its derivative over the angle."""
+    torque = slope = 0.0
+    for one in detents:
+        away = (angle_rad - one.angle_rad) / one.width_rad
+        bell = one.energy_J / one.width_rad * exp(-0.5 * away * away)
+        torque -= bell * away
+        slope -= bell * (1.0 - away * away) / one.width_rad
+    return torque, slope
+
+
+def stiffest(detents: Sequence[Detent]) -> float:
+    """An upper bound of their stiffness, in N m/rad."""
+    return sum(abs(one.energy_J) / one.width_rad**2 for one in detents)

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from math import ceil, inf, sqrt
 
-from palpate.devices.door.plant.detents import stiffest, torque_and_slope
-from palpate.devices.door.plant.drives import Drives
+from palpate.devices.door.plant.drives import Drives, stiffest, torque_and_slope
 from palpate.devices.door.plant.hand import NOBODY, Hand
 from palpate.devices.door.plant.moreau import Setting, implicit_euler
 from palpate.devices.door.plant.parameters import TICK_S, Parameters

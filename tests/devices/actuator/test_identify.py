@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from palpate.devices.actuator.calibration import load, save
-from palpate.devices.actuator.excitation import excitation
 from palpate.devices.actuator.identify import Shaking, identify, through
 from palpate.devices.actuator.inverse import Wish, gain_at, minimum_phase
 from palpate.devices.actuator.outputs import Coil, Shaken
-from palpate.devices.actuator.response import ResponseError, estimate
+from palpate.devices.actuator.response import ResponseError, estimate, excitation
 from palpate.devices.signals import DeviceError, DeviceFault
 from tests.devices.actuator.benches import Accelerometer, Clock, coil
 

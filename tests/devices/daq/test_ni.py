@@ -12,7 +12,7 @@ from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.errors import DaqError
 from nidaqmx.task import collections
 
-from palpate.devices.daq import ni_errors
+from palpate.devices.daq import ni as ni_errors
 from palpate.devices.daq.acquire import Pace, Wiring, channel_names, demand_channels
 from palpate.devices.daq.ni import NiDaq
 from palpate.devices.signals import FAULTS, DeviceError, DeviceFault

@@ -14,8 +14,7 @@ from palpate.command_line import _status, cli
 from palpate.devices.actuator.calibration import load
 from palpate.devices.daq.adxl335 import POSITIONS
 from palpate.devices.rig.calibrating import ELSEWHERE, Job, Unfit
-from palpate.devices.rig.calibrating_accelerometer import Bench
-from palpate.devices.rig.calibrating_bench import Fastened, Hastened, Lying
+from palpate.devices.rig.calibrating_vibration import Bench, Fastened, Hastened, Lying
 from palpate.devices.rig.checking import checked
 from palpate.devices.rig.commands_calibrate import TAKES, calibrate
 from palpate.devices.rig.file import read_rig

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.devices.rig.calibrating_entry import put
+from palpate.devices.rig.calibrating import put
 from palpate.devices.rig.file import RigFileError, read_rig
 
 DAY = "2026-11-21"

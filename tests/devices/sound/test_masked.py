@@ -6,8 +6,7 @@ import numpy as np
 
 from palpate.devices.samples import HandMounted
 from palpate.devices.signals import DeviceFault
-from palpate.devices.sound.device import MaskingNoise, Settings
-from palpate.devices.sound.masked import Masked
+from palpate.devices.sound.device import Masked, MaskingNoise, Settings
 from palpate.devices.sound.output import Tape
 from palpate.protocols.requests import Aside, Fault, Present, Reply
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of

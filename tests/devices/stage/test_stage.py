@@ -9,9 +9,8 @@ import pytest
 from pydantic import ValidationError
 
 from palpate.devices.signals import DeviceError
-from palpate.devices.stage.codes import known_codes
 from palpate.devices.stage.device import Settings, Stage, make
-from palpate.devices.stage.scanner import Lines, Scanner
+from palpate.devices.stage.scanner import Lines, Scanner, known_codes
 from palpate.protocols.requests import Aside, Fault, Present, Reply
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from palpate.devices.blocks import interleaved
-from palpate.devices.signals import Block, Health, Signal
+from palpate.devices.signals import Block, Health, Signal, interleaved
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS
 from palpate.protocols.plan import Trial

@@ -12,7 +12,7 @@ import pytest
 
 from palpate.devices.signals import Block, DeviceFault
 from palpate.devices.streams.capture import Capture
-from palpate.devices.streams.ring import NO_ROOM
+from palpate.devices.streams.reader import NO_ROOM
 from palpate.protocols.events import NS
 from palpate.protocols.plan import ParticipantRow, compile_plan
 from palpate.protocols.requests import Chunk, Reply

@@ -9,8 +9,8 @@ import pytest
 
 from palpate.devices.signals import Block, DeviceError, DeviceFault, Signal
 from palpate.devices.streams import reader
+from palpate.devices.streams.reader import NO_ROOM
 from palpate.devices.streams.recording import NOT_A_NUMBER_S, TURN_S, Recording
-from palpate.devices.streams.ring import NO_ROOM
 from palpate.devices.streams.stream import TAKE_BYTES
 from palpate.protocols.canonical import canonical
 from tests.devices.streams.labs import XYZ, Fed, Time, block, fed_until, values

@@ -3,7 +3,7 @@
 import threading
 
 from palpate.devices.signals import Block
-from palpate.devices.streams.ring import BLOCK_BYTES, NO_ROOM, Ring
+from palpate.devices.streams.reader import BLOCK_BYTES, NO_ROOM, Ring
 
 ROW = 12
 

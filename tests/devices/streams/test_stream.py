@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.devices.signals import Block
-from palpate.devices.streams.ring import NO_ROOM, Ring
+from palpate.devices.streams.reader import NO_ROOM, Ring
 from palpate.devices.streams.stream import ARRIVALS, PIECE_BYTES, Stream
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS

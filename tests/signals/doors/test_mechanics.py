@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
 from palpate.devices.door.recording import read_columns
-from palpate.devices.door.stimuli import MEASURED_FILE
+from palpate.devices.door.stimuli import DOORS_FILE, MEASURED_FILE, find_door, read_catalogue
 from palpate.signals.doors.features import landmarks, plateau_after_second_peak
 from palpate.signals.doors.grid import POINTS, DoorDataError
 from palpate.signals.doors.mechanics import (

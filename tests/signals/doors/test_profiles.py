@@ -11,9 +11,9 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.devices.door.catalogue import read_catalogue
 from palpate.devices.door.commands import doors
 from palpate.devices.door.recording import read_columns
+from palpate.devices.door.stimuli import read_catalogue
 from palpate.signals.doors.grid import POINTS, DoorDataError
 from palpate.signals.doors.mechanics import hand_force, simulate
 from palpate.signals.doors.profile_file import read_profile

@@ -1,0 +1,433 @@
+"""Calibrating what feels and makes vibration.
+
+An accelerometer in six positions: each is asked for, read at rest, and asked for again where it moved. A voice coil
+identified with an accelerometer of the same rig: shaken, recorded, made flat, kept as a file. Twins lie on a bench:
+their time passes as they are read, and what they feel is what the bench does.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import repeat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.devices.actuator.calibration import save
+from palpate.devices.actuator.device import VoiceCoil
+from palpate.devices.actuator.identify import Identified, PlayAndRecord, Shaking, identify, through
+from palpate.devices.actuator.outputs import Felt
+from palpate.devices.actuator.queue import RATE_HZ
+from palpate.devices.actuator.response import CLIPPED_SHARE, FEWEST, ResponseError
+from palpate.devices.actuator.settings import Settings
+from palpate.devices.daq.adxl335 import AXES, NOISY_G, POSITIONS, Accelerometer, Scaling, SixPositions, calibrate
+from palpate.devices.daq.sensor import DaqSensor
+from palpate.devices.health import WAIT_S, samples
+from palpate.devices.rig.calibrating import Found, Job, Unfit
+from palpate.devices.rig.file import RigFile
+from palpate.devices.rig.opened import OpenRig, one_opened, open_rig
+from palpate.devices.signals import Block, DeviceError, NowNs
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.events import NS
+from palpate.protocols.wording import count
+from palpate.signals import GRAVITY_M_S2
+from palpate.signals.arrays import Array
+
+SECONDS_A_POSITION = 2.0
+FEWEST_SAMPLES = 100
+"""Samples of a position, below which its noise would pass for movement."""
+PARTS, STILL_G = 10, 0.02
+"""A position is still where the means of its ten parts lie within so much of each other."""
+FAR_G = np.array([0.65, 0.65, 1.15])
+"""How far an axis may lie from what a position should give before the part is calibrated: the data sheet's widest zero
+(x, y 0.5 g; z 1 g) and sensitivity (10 %), and 0.05 g. Further off, another axis is up."""
+MOST_TRIES = 5
+DECIMALS = 5
+Readings = dict[str, Array]
+SECONDS_SHAKEN = 8
+LOUDEST_V = 0.5
+SLOWEST_HZ = 1000
+PIECE = 512
+
+
+def calibrate_accelerometer(job: Job, seconds: float) -> Found:
+    """The settings of the six positions that the experimenter lays the sensor in.
+
+    Raises DeviceError where it cannot be had, DeviceFault where it fails, Unfit where the positions come to nothing.
+    """
+    with one_opened(job.file, job.name) as device:
+        if not isinstance(device, DaqSensor) or not isinstance(device.transducer, Accelerometer):
+            raise DeviceError(f"{job.name}: no accelerometer on a card")
+        bench = Bench.of(job, device, device.transducer.scaling, seconds)
+        readings: Readings = {}
+        for position in POSITIONS:
+            readings[position] = bench.measured(position)
+        return _accelerometer_found(bench.fitted(readings), job.date)
+
+
+@dataclass
+class Bench:
+    """The open sensor, and the scaling that tells its axes apart until it is calibrated.
+
+    A twin is laid by a scene, and its time is not waited for.
+    """
+
+    job: Job
+    sensor: DaqSensor
+    scaling: Scaling
+    wanted: int
+    now: NowNs = time.monotonic_ns
+    tries: dict[str, int] = field(default_factory=dict)
+
+    @staticmethod
+    def of(job: Job, sensor: DaqSensor, scaling: Scaling, seconds: float) -> Bench:
+        """The bench of a sensor. Raises DeviceError where so few seconds hold too few samples."""
+        rate_hz = sensor.signals[0].rate_hz
+        if (wanted := round(seconds * rate_hz)) < FEWEST_SAMPLES:
+            told = f"{seconds:g} s at {rate_hz:g} Hz are {wanted} samples a position; {FEWEST_SAMPLES} are needed"
+            raise DeviceError(f"{job.name}: {told}: give --seconds {FEWEST_SAMPLES / rate_hz:.3g} or more")
+        if sensor.driver != "twin":
+            return Bench(job, sensor, scaling, wanted)
+        hastened = Hastened.of(sensor)
+        return Bench(job, hastened, scaling, wanted, hastened.clock.ns)
+
+    def measured(self, position: str) -> Array:
+        """Mean volts of a position, of shape (3,), asked for until it is the right one and still. Raises Unfit."""
+        while True:
+            self.tries[position] = self.tries.get(position, 0) + 1
+            if self.tries[position] > MOST_TRIES:
+                raise Unfit(f"{position}: {MOST_TRIES} attempts and none that could be used; see the sensor and wires")
+            self._ask(position)
+            g = self._read(position)
+            wrong = _moved(position, g) or _misplaced(position, g.mean(axis=0))
+            if wrong is None:
+                self.job.say(f"    {_spelled(g.mean(axis=0))}; noise {g.std(axis=0).max():.4f} g")
+                volts: Array = self.scaling.zero_V + g.mean(axis=0) * self.scaling.sensitivity_V
+                return volts
+            self.job.say(f"    not taken: {wrong}")
+
+    def fitted(self, readings: Readings) -> SixPositions:
+        """The fit; the worst position is asked for again where it fits badly. Raises Unfit."""
+        while True:
+            try:
+                return calibrate(readings, self.scaling.supply_V)
+            except DeviceError as error:
+                worst = _ill_fitting(readings)
+                if worst is None:
+                    raise Unfit(f"{self.job.name}: {error}") from None
+                self.job.say(f"    {error}")
+            readings[worst] = self.measured(worst)
+
+    def _ask(self, position: str) -> None:
+        again = " again" if self.tries[position] > 1 else ""
+        up = f"{position[1]} axis {'up' if position[0] == '+' else 'down'}"
+        self.job.ask(f"{position}{again}: lay {self.job.name} with its {up} and let go of it.")
+
+    def _read(self, position: str) -> Array:
+        """The samples of a position in g by the scaling so far, of shape (n, 3)."""
+        self.sensor.expect(Lying(position))
+        signal, blocks, count = self.sensor.signals[0], list[Block](), 0
+        self.sensor.start(self.now)
+        try:
+            while count < self.wanted:
+                came = self.sensor.read(WAIT_S).get(signal.name, ())
+                blocks += came
+                count += sum(len(block.data) for block in came) // (4 * len(AXES))
+        finally:
+            self.sensor.stop()
+        return samples(signal, blocks)[: self.wanted] / GRAVITY_M_S2
+
+
+def _moved(position: str, g: Array) -> str | None:
+    """What says that it did not lie still; None where it did."""
+    means = np.array([part.mean(axis=0) for part in np.array_split(g, PARTS)])
+    wander, noise = np.ptp(means, axis=0), g.std(axis=0)
+    if wander.max() > STILL_G:
+        axis = AXES[wander.argmax()]
+        return f"{position} moved while it was read: {axis} wandered by {wander.max():.3f} g, {STILL_G:g} are let pass"
+    if noise.max() > NOISY_G:
+        return f"{position} is noisy: {noise.max():.3f} g (SD) on {AXES[noise.argmax()]}; {NOISY_G:g} are let pass"
+    return None
+
+
+def _misplaced(position: str, g: Array) -> str | None:
+    """What says that another axis is up; None where this one may be."""
+    if (np.abs(g - _felt(position)) <= FAR_G).all():
+        return None
+    nearest = min(POSITIONS, key=lambda each: float(np.abs(g - _felt(each)).max()))
+    seems = f"{nearest} seems to be up" if nearest != position else "no axis is up"
+    return f"{position} is asked for and {seems}: {_spelled(g)}"
+
+
+def _felt(position: str) -> Array:
+    felt = np.zeros(3)
+    felt[AXES.index(position[1])] = 1.0 if position[0] == "+" else -1.0
+    return felt
+
+
+def _ill_fitting(readings: Mapping[str, Array]) -> str | None:
+    """The position that lies furthest from the fit; None where the sensitivities themselves cannot be."""
+    means = np.array([readings[position] for position in POSITIONS])
+    felt = np.array([_felt(position) for position in POSITIONS])
+    sensitivity = (means * felt).sum(axis=0) / 2
+    if not (sensitivity > 0).all():
+        return None
+    off = np.linalg.norm((means - means.mean(axis=0)) / sensitivity - felt, axis=1)
+    return POSITIONS[int(off.argmax())]
+
+
+def _spelled(g: Array) -> str:
+    return ", ".join(f"{axis} {value:+.3f} g" for axis, value in zip(AXES, g, strict=True))
+
+
+def _accelerometer_found(fit: SixPositions, date: str) -> Found:
+    scaling = fit.scaling
+    settings = {
+        "sensitivity_V_per_g": [round(each, DECIMALS) for each in scaling.sensitivity_V.tolist()],
+        "zero_g_V": [round(each, DECIMALS) for each in scaling.zero_V.tolist()],
+        "scaled_at_V": scaling.supply_V,
+        "calibrated": date,
+    }
+    residuals = {position: round(each, 5) for position, each in fit.residual_g.items()}
+    return Found(
+        settings, tuple(_accelerometer_lines(fit)), {"residual_g": residuals, "worst_g": round(fit.worst_g, 5)}
+    )
+
+
+def _accelerometer_lines(fit: SixPositions) -> Iterator[str]:
+    for axis, volts, zero in zip(AXES, fit.scaling.sensitivity_V, fit.scaling.zero_V, strict=True):
+        yield f"{axis}: {volts:.4f} V per g, {zero:.4f} V at 0 g"
+    yield f"residual (RMS over the axes): {', '.join(f'{p} {each:.4f}' for p, each in fit.residual_g.items())} g"
+
+
+def calibrate_coil(job: Job, sensor: str | None, level_V: float | None, seconds: float | None, force: bool) -> Found:
+    """Shake the coil, write what was found beside the rig file, and give the setting that names it.
+
+    Raises DeviceError where one of the two cannot be had as asked, DeviceFault where one fails, Unfit where what was
+    recorded identifies nothing.
+    """
+    settings = job.file.devices[job.name]
+    if not isinstance(settings, Settings):
+        raise DeviceError(f"{job.name}: no voice coil")
+    chosen = _sensor(job.file, job.name, sensor)
+    shaking = Shaking(level_V=_level_V(job.name, settings, level_V), measured=_seconds(job.name, seconds))
+    path = job.file.path.parent / f"{job.name}-{job.date}.json"
+    if path.exists() and not force:
+        raise DeviceError(f"{path} is there already, and records may name it; give --force to write over it")
+    found = _identified(job, chosen, shaking)
+    save(found.calibration(job.date), path)
+    return _coil_found(found, path, job.date)
+
+
+def _sensor(file: RigFile, coil: str, asked: str | None) -> str:
+    """The accelerometer that is asked for, or the rig's only one. Raises DeviceError."""
+    there = [name for name in file.devices if file.kind(name) == "accelerometer"]
+    if asked is None and len(there) == 1:
+        asked = there[0]
+    listed = f"{file.path} has {', '.join(there) or 'none'}"
+    if asked is None:
+        raise DeviceError(f"{coil} is calibrated with an accelerometer on it: give --with NAME; {listed}")
+    if asked not in file.devices:
+        raise DeviceError(f"{file.path} names no device {asked!r}; {nearest(asked, there)}")
+    if asked not in there:
+        raise DeviceError(f"--with {asked}: that is a {file.kind(asked)}; an accelerometer is expected: {listed}")
+    _demand_pair(file, coil, asked)
+    return asked
+
+
+def _demand_pair(file: RigFile, coil: str, sensor: str) -> None:
+    if file.is_twin(coil) != file.is_twin(sensor):
+        twin, real = (coil, sensor) if file.is_twin(coil) else (sensor, coil)
+        raise DeviceError(f"{twin} is a twin and {real} is not: neither feels the other; take two of one sort")
+    rate_hz = float(getattr(file.devices[sensor], "rate_hz", 0.0))
+    if rate_hz < SLOWEST_HZ or rate_hz != round(rate_hz):
+        raise DeviceError(
+            f"{sensor} samples at {rate_hz:g} Hz; to identify a voice coil up to 490 Hz a whole number of Hz,"
+            f" {SLOWEST_HZ} at least, is needed: raise its `rate_hz`"
+        )
+
+
+def _level_V(name: str, settings: Settings, asked: float | None) -> float:
+    """Half of what the coil bears, 0.5 V at most, unless another level is asked for. Raises DeviceError above it."""
+    most = min(settings.peak_V, settings.rms_V)
+    if asked is not None and asked > settings.peak_V:
+        raise DeviceError(f"--level {asked:g}: {name} bears {settings.peak_V:g} V (`peak_V`); give a lower level")
+    return min(LOUDEST_V, settings.peak_V / 2, most) if asked is None else asked
+
+
+def _seconds(name: str, seconds: float | None) -> int:
+    whole = SECONDS_SHAKEN if seconds is None else round(seconds)
+    if whole < FEWEST:
+        raise DeviceError(f"{name}: --seconds {seconds:g}: {FEWEST} at least are needed to tell noise from response")
+    return whole
+
+
+def _unfiltered(file: RigFile, coil: str) -> RigFile:
+    """The rig with the coil as it is without its calibration, whose file need not be there yet."""
+    bare = file.devices[coil].model_copy(update={"calibration": None})
+    return replace(file, devices={**file.devices, coil: bare})
+
+
+def _identified(job: Job, sensor: str, shaking: Shaking) -> Identified:
+    rig = open_rig(_unfiltered(job.file, job.name), [job.name, sensor])
+    try:
+        job.ask(
+            f"{job.name} will shake at up to {shaking.level_V:g} V for some {1.5 * shaking.measured:.0f} s."
+            f" Fasten {sensor} to it, let nobody hold it."
+        )
+        return _shaken(rig, job.name, sensor, shaking)
+    except ResponseError as error:
+        raise Unfit(f"{job.name}: {error}") from None
+    finally:
+        rig.close()
+
+
+def _shaken(rig: OpenRig, coil: str, sensor: str, shaking: Shaking) -> Identified:
+    moving, feeling = rig.devices[coil], rig.devices[sensor]
+    if not isinstance(moving, VoiceCoil) or not isinstance(feeling, DaqSensor):
+        raise DeviceError(f"{coil} and {sensor}: no voice coil and accelerometer")
+    if not rig.file.is_twin(coil):
+        return identify(_within_range(through(moving, feeling, time.monotonic_ns), feeling), shaking)
+    bench = fastened(moving, feeling)
+    return identify(_within_range(through(moving, bench, bench.clock.ns), feeling), shaking)
+
+
+def _within_range(play_and_record: PlayAndRecord, sensor: DaqSensor) -> PlayAndRecord:
+    """The same, refused where the sensor was shaken beyond its range: noise hides flat tops from a later look."""
+
+    def checked(volts: Array) -> tuple[Array, int]:
+        recorded, rate_hz = play_and_record(volts)
+        clipped = sensor.transducer.clipped if isinstance(sensor.transducer, Accelerometer) else 0
+        if clipped > CLIPPED_SHARE * len(recorded):
+            told = f"{100 * clipped / len(recorded):.1f} % of the samples of {sensor.name} are clipped"
+            raise ResponseError(f"{told}: give a lower --level, or see that no axis is near its end at rest")
+        return recorded, rate_hz
+
+    return checked
+
+
+def _coil_found(found: Identified, path: Path, date: str) -> Found:
+    made = found.inverse
+    coherence = found.response.coherence[found.response.inside(found.wish.low_Hz, found.wish.high_Hz)]
+    figures: dict[str, Any] = {
+        "file": str(path), "level_V": found.shaking.level_V, "band_Hz": [found.wish.low_Hz, found.wish.high_Hz],
+        "gain_m_s2_V": made.gain, "ripple_dB": made.ripple_dB, "before_dB": made.before_dB, "delay_ms": made.delay_ms,
+        "added_ms": made.added_ms, "coherence_median": float(np.median(coherence)),
+        "coherence_least": float(coherence.min()), "limited_Hz": list(made.limited_Hz),
+    }  # fmt: skip
+    return Found({"calibration": path.name, "calibrated": date}, tuple(_coil_lines(figures)), figures)
+
+
+def _coil_lines(figures: dict[str, Any]) -> Iterator[str]:
+    low, high = figures["band_Hz"]
+    yield f"gain: {figures['gain_m_s2_V']:.3g} m/s^2 per volt, median from {low:g} to {high:g} Hz"
+    yield f"ripple: {figures['ripple_dB']:.2f} dB with the filter, {figures['before_dB']:.1f} dB without"
+    yield f"delay: {figures['delay_ms']:.1f} ms from wish to movement, {figures['added_ms']:+.1f} ms of it the filter's"
+    yield f"coherence: {figures['coherence_median']:.4f} (median), {figures['coherence_least']:.3f} (least)"
+    if weak := figures["limited_Hz"]:
+        lines = count(len(weak), "line")
+        yield f"left weak, since the filter's gain is limited: {lines}, {weak[0]:g} to {weak[-1]:g} Hz"
+    yield f"wrote {figures['file']}"
+
+
+@dataclass
+class Passing:
+    """Seconds that pass only when somebody lets them pass."""
+
+    s: float = 0.0
+
+    def __call__(self) -> float:
+        """Seconds so far."""
+        return self.s
+
+    def ns(self) -> int:
+        """The same in nanoseconds."""
+        return round(self.s * NS)
+
+
+@dataclass
+class Hastened(DaqSensor):
+    """A twin whose time is the reading's: a read of 50 ms lets 50 ms pass, and nobody waits for them."""
+
+    clock: Passing = field(default_factory=Passing)
+
+    def __post_init__(self) -> None:
+        self.elapsed_s = self.clock
+
+    @staticmethod
+    def of(twin: DaqSensor) -> Hastened:
+        """The same twin, on the same card."""
+        return Hastened(twin.name, twin.kind, twin.driver, twin.daq, twin.transducer)
+
+    def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
+        """What comes within that time."""
+        self.clock.s += timeout_s
+        return super().read(timeout_s)
+
+
+@dataclass(frozen=True)
+class _Still:
+    """A scene of which only the acceleration is asked."""
+
+    def wrench(self, rate_hz: float) -> Iterator[Array]:  # noqa: ARG002 - a scene is asked so
+        """Nothing pulls."""
+        return repeat(np.zeros((PIECE, 6)))
+
+    def position_mm(self, rate_hz: float) -> Iterator[Array]:  # noqa: ARG002 - a scene is asked so
+        """Nothing moves away."""
+        return repeat(np.zeros((PIECE, 3)))
+
+
+@dataclass(frozen=True)
+class Lying(_Still):
+    """At rest with one axis up (`+x` to `-z`): it feels one g along that axis."""
+
+    up: str
+
+    def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:  # noqa: ARG002 - a scene is asked so
+        """Gravity, without end."""
+        felt = np.zeros((PIECE, 3))
+        felt[:, "xyz".index(self.up[1])] = GRAVITY_M_S2 if self.up[0] == "+" else -GRAVITY_M_S2
+        return repeat(felt)
+
+
+@dataclass(frozen=True)
+class Fastened(_Still):
+    """On a voice coil's twin, which moves along the sensor's x; z is up."""
+
+    coil: Felt
+    fresh: list[Array] = field(default_factory=list)
+
+    def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
+        """What the coil does from now on, held between its milliseconds; the last value where nothing new is there."""
+        self.fresh.clear()
+        felt, passed, number = np.zeros(1), -1, 0  # felt[0] was felt in millisecond `passed`; before the first, rest.
+        while True:
+            self.coil.advance()
+            felt = np.concatenate([felt, *self.fresh])
+            self.fresh.clear()
+            ready = max(number + 1, int(np.ceil((passed + len(felt)) * rate_hz / RATE_HZ)))
+            at = np.minimum(np.arange(number, ready) * RATE_HZ // rate_hz - passed, len(felt) - 1).astype(int)
+            yield np.stack([felt[at], np.zeros(len(at)), np.full(len(at), GRAVITY_M_S2)], axis=1)
+            felt, passed, number = felt[at[-1] :], passed + int(at[-1]), ready
+
+
+def fastened(coil: VoiceCoil, sensor: DaqSensor) -> Hastened:
+    """The sensor's twin on the coil's twin, in one time. Raises DeviceError where only one of them is a twin."""
+    output = coil.output
+    if not isinstance(output, Felt) or sensor.driver != "twin":
+        twin, real = (coil.name, sensor.name) if isinstance(output, Felt) else (sensor.name, coil.name)
+        raise DeviceError(f"{twin} is a twin and {real} is not: neither feels the other; give both a real driver")
+    hastened = Hastened.of(sensor)
+    scene = Fastened(output)
+
+    def shaken(volts: Array) -> None:
+        output.shake(volts)
+        scene.fresh.append(output.felt[-1])
+
+    output.elapsed_s, output.heard = hastened.clock, shaken
+    sensor.expect(scene)
+    return hastened
