@@ -81,4 +81,6 @@ def _grown(z: Array, rating: Array, seed: int) -> Any:
     return made.fit(z.astype(np.float32), rating)
 
 
-BOOSTING = Method("boosting", "Boosted trees on whole textures", fit, source="Friedman 2001, by scikit-learn")
+BOOSTING = Method(
+    "boosting", "Boosted trees on whole textures", fit, source="Friedman 2001, by scikit-learn", restore=restored
+)

@@ -40,4 +40,6 @@ def restored(tensors: Mapping[str, NDArray[Any]], _told: Mapping[str, Any]) -> M
     return Mean(tensors["mean"])
 
 
-MEAN = Method("mean", "Mean of the training textures", fit, sees=frozenset(), source="the reference of R2")
+MEAN = Method(
+    "mean", "Mean of the training textures", fit, sees=frozenset(), source="the reference of R2", restore=restored
+)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from numpy.typing import NDArray
+
 from palpate.modeling.attributes.material import SIGHT, TOUCH, MaterialError, Modality, Pair, Texture
 from palpate.signals.arrays import Array
 
@@ -44,7 +46,10 @@ class Fitted(Protocol):
 @dataclass(frozen=True)
 class Method:
     """A way to predict attributes. `sees`: what it looks at; `holds_out`: whether it wants `held`; `may_hold`: whether
-    it wants that where `early_stopping` is asked for."""
+    it wants that where `early_stopping` is asked for.
+
+    `restore` gives back what `fitted.saved()` gave, from arrays and plain values; None: it cannot be kept as a file.
+    """
 
     name: str
     title: str
@@ -53,6 +58,7 @@ class Method:
     holds_out: bool = False
     source: str = ""
     may_hold: bool = False
+    restore: Callable[[Mapping[str, NDArray[Any]], Mapping[str, Any]], Fitted] | None = None
 
     def holds(self, settings: Mapping[str, Any]) -> bool:
         """Whether it watches `held` under these settings."""

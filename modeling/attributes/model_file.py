@@ -7,7 +7,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol
 
@@ -34,7 +33,7 @@ class ModelFileError(ValueError):
 
 
 class Kept(Protocol):
-    """A fitted method that can be kept. Its module has `restored(arrays, told)`, which gives it back."""
+    """A fitted method that can be kept; `Method.restore` gives it back."""
 
     def predict(self, texture: Texture) -> Array:
         """As every fitted method."""
@@ -189,22 +188,18 @@ def read_card(path: Path) -> Card:
 
 
 def _restored(path: Path, card: Card, arrays: Arrays, methods: Mapping[str, Method]) -> Fitted:
-    """The method as it was fitted, made by its own module. Raises ModelFileError where that cannot be."""
+    """The method as it was fitted. Raises ModelFileError where that cannot be."""
     if card.method not in methods:
         raise ModelFileError(f"{path}: method {card.method!r} is not known here: {', '.join(methods)}.")
-    call: Any = methods[card.method].fit
-    while isinstance(call, partial):
-        call = call.func
-    make = getattr(import_module(call.__module__), "restored", None)
-    if make is None:
+    restore = methods[card.method].restore
+    if restore is None:
         raise ModelFileError(f"{path}: method {card.method!r} cannot be kept as a file. Train another one.")
     try:
-        found: Fitted = make(arrays, card.told)
+        return restore(arrays, card.told)
     except Exception as error:  # numbers that do not fit come out of NumPy's and torch's own checks as anything
         raise ModelFileError(
             f"{path}: {card.method} cannot be made from it ({type(error).__name__}: {error}). {AGAIN}"
         ) from None
-    return found
 
 
 def _methods() -> Mapping[str, Method]:

@@ -38,13 +38,14 @@ def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> Fit
 
 
 def _method(name: str, title: str, sees: frozenset[Modality], source: str) -> Method:
-    return Method(name, title, partial(fit, sees=sees), sees, source=source, may_hold=True)
+    return Method(name, title, partial(fit, sees=sees), sees, source=source, may_hold=True, restore=restored)
 
 
 VISUO_TACTILE = _method("visuo_tactile", "Visuo-tactile network", BOTH, "thesis 3.5")
 VISUO_TACTILE_THESIS = Method(
     "visuo_tactile_thesis", "Visuo-tactile network, to the letter", partial(fit, sees=BOTH, literal=True), BOTH,
     holds_out=True, source="thesis 3.5: dense layers after the reconstruction, RMSE alone, 200 epochs, patience 10",
+    restore=restored,
 )  # fmt: skip
 HV_NET = _method("hv_net", "Haptic vision network (HV-Net)", SEEING, "thesis 3.5.1")
 HT_NET = _method("ht_net", "Haptic tactile network (HT-Net)", FEELING, "thesis 3.5.2")

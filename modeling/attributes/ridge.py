@@ -137,4 +137,10 @@ def _roots(share: float) -> tuple[float, float]:
     return share**0.5, (1.0 - share) ** 0.5
 
 
-RIDGE = Method("ridge", "Ridge on whole textures", fit, source="Hoerl and Kennard 1970; a penalty for each modality")
+RIDGE = Method(
+    "ridge",
+    "Ridge on whole textures",
+    fit,
+    source="Hoerl and Kennard 1970; a penalty for each modality",
+    restore=restored,
+)

@@ -148,4 +148,5 @@ TACTILE_SVM = Method(
     fit=fit,
     sees=frozenset({"touch"}),
     source="thesis 3.6.6; Shao et al. 2023, whose features are learned by sparse coding; here as a regression",
+    restore=restored,
 )

@@ -60,11 +60,13 @@ def fit_broken(_learning):
 
 TOUCH, SIGHT = frozenset({"touch"}), frozenset({"sight"})
 METHODS = {
-    "mean": Method("mean", "The mean", fit_mean, frozenset()),
-    "ridge": Method("ridge", "Ridge", fit_linear),
-    "visuo_tactile": Method("visuo_tactile", "The thesis' network", fit_linear, may_hold=True, source="a test"),
-    "hv_net": Method("hv_net", "Sight", fit_linear, SIGHT),
-    "ht_net": Method("ht_net", "Touch", fit_linear, TOUCH),
+    "mean": Method("mean", "The mean", fit_mean, frozenset(), restore=restored),
+    "ridge": Method("ridge", "Ridge", fit_linear, restore=restored),
+    "visuo_tactile": Method(
+        "visuo_tactile", "The thesis' network", fit_linear, may_hold=True, source="a test", restore=restored
+    ),
+    "hv_net": Method("hv_net", "Sight", fit_linear, SIGHT, restore=restored),
+    "ht_net": Method("ht_net", "Touch", fit_linear, TOUCH, restore=restored),
 }
 OWN = {"ridge": (("mfcc", "hand"), ("glcm",))}
 

@@ -6,10 +6,10 @@ import pytest
 import torch
 
 from palpate.modeling.attributes import baseline_networks as sizes
-from palpate.modeling.attributes.ann import ANN
 from palpate.modeling.attributes.baseline_networks import NETWORKS, Ann, CnnLstm, pooled
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.registry import METHODS
+from palpate.modeling.attributes.row_methods import ANN
 from palpate.modeling.attributes.row_networks import restored_rows
 from palpate.modeling.attributes.row_plans import Plan
 from palpate.modeling.attributes.row_stacks import drawn, everything, examples, stack_of

@@ -56,7 +56,7 @@ def test_what_an_evaluation_finished_is_not_done_again(tmp_path):
         return small.fit_linear(learning)
 
     counted.__module__ = small.__name__
-    trained(tmp_path, methods={**small.METHODS, "ridge": Method("ridge", "Ridge", counted)})
+    trained(tmp_path, methods={**small.METHODS, "ridge": Method("ridge", "Ridge", counted, restore=small.restored)})
     assert fits == [12]
 
 
@@ -72,7 +72,7 @@ def test_a_network_watches_a_share_of_the_textures_and_leaves_its_learning_curve
         return Network(found.weights, found.mean, found.touch, found.sight)
 
     fit.__module__ = small.__name__
-    methods = {"ridge": Method("ridge", "Ridge", fit, holds_out=True)}
+    methods = {"ridge": Method("ridge", "Ridge", fit, holds_out=True, restore=small.restored)}
     written = trained(tmp_path, methods=methods)
     assert asked[-1] == (11, 1)
     card = json.loads(written.card.read_text())
@@ -98,11 +98,6 @@ def test_too_few_textures_give_no_interval(tmp_path):
 def test_what_refuses_or_cannot_be_kept_is_told(tmp_path):
     with pytest.raises(MaterialError, match="has had enough"):
         trained(tmp_path, methods={"ridge": Method("ridge", "Refusing", small.fit_refusing)})
-
-    def elsewhere(learning):
-        return small.fit_linear(learning)
-
-    elsewhere.__module__ = "palpate.modeling.attributes.material"
     with pytest.raises(ModelFileError, match="cannot be kept"):
-        trained(tmp_path, methods={"ridge": Method("ridge", "Not kept", elsewhere)})
+        trained(tmp_path, methods={"ridge": Method("ridge", "Not kept", small.fit_linear)})
     assert not (tmp_path / "models" / "texture-attributes.json").exists()
