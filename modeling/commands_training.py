@@ -22,27 +22,14 @@ from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import interval
 from palpate.modeling.doors.methods import Fitted, Method
 from palpate.modeling.doors.registry import Direction
+from palpate.modeling.training.history import history_of
 from palpate.modeling.training.threads import limited
+from palpate.modeling.training.written import Written, write_trained
 from palpate.protocols.progress import Report
 from palpate.signals.doors.grid import POINTS
 
 NAMES: Mapping[Direction, str] = {"forward": "door-perception", "inverse": "door-force"}
 TITLES: Mapping[Direction, str] = {"forward": "How a door feels", "inverse": "A door for a feeling"}
-
-
-@dataclass(frozen=True)
-class Written:
-    """A model that was written: its files, its method and the metrics of its card."""
-
-    card: Path
-    method: str
-    metrics: Mapping[str, float]
-    files: tuple[Path, ...]
-
-    def plain(self) -> dict[str, Any]:
-        """As JSON holds it."""
-        files = [str(path) for path in self.files]
-        return {"card": str(self.card), "method": self.method, "metrics": dict(self.metrics), "files": files}
 
 
 @dataclass(frozen=True)
@@ -86,16 +73,19 @@ def _write(found: Judged, way: Direction, model: Fitted, seconds: float, folder:
     method = context.methods[way][folds.method]
     metrics = _metrics(folds, method)
     takes, gives = ports(context, way)
-    folder.mkdir(parents=True, exist_ok=True)
-    card = write_model(
-        folder, NAMES[way], model.exported(),
-        title=f"{TITLES[way]}: {method.title}", method=folds.method, takes=takes, gives=gives,
-        interval=_interval(folds), metrics=metrics, training=_run_card(found, folds, metrics, seconds),
-        notes=_notes(found),
-    )  # fmt: skip
-    _demand_equal(card, model, way, context.data)
-    files = (card, card.with_suffix(".safetensors"), *_history(model, folder, NAMES[way]))
-    return Written(card, folds.method, metrics, files)
+
+    def write(to: Path) -> Path:
+        card = write_model(
+            to, NAMES[way], model.exported(),
+            title=f"{TITLES[way]}: {method.title}", method=folds.method, takes=takes, gives=gives,
+            interval=_interval(folds), metrics=metrics, training=_run_card(found, folds, metrics, seconds),
+            notes=_notes(found),
+        )  # fmt: skip
+        _demand_equal(card, model, way, context.data)
+        return card
+
+    files = write_trained(folder, write, history_of(model))
+    return Written(files[0], folds.method, metrics, files)
 
 
 def _metrics(folds: Gathered, method: Method) -> dict[str, float]:
@@ -154,17 +144,3 @@ def _demand_equal(card: Path, model: Fitted, way: Direction, data: DoorData) -> 
         raise ModelDataError(
             f"{card}: the file answers {off:.2g} off the trained model (of {POINTS} points): not usable."
         )
-
-
-def _history(model: Fitted, folder: Path, name: str) -> tuple[Path, ...]:
-    """The epochs as a table and as a picture, of a model that is trained in epochs; an older one's are removed."""
-    from palpate.modeling.training.history import remove_history, write_history
-
-    remove_history(folder, name)
-    history = getattr(getattr(model, "trained", None), "history", ())
-    if not history:
-        return ()
-    from palpate.modeling.training.learning_curve import save_learning_curve
-
-    table = write_history(history, folder / f"{name}.history.csv")
-    return (table, *save_learning_curve({"": history}, folder, f"{name}.history"))

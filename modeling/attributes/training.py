@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,7 +19,9 @@ from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, Ma
 from palpate.modeling.attributes.methods import Fitted, Learning, Method
 from palpate.modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
+from palpate.modeling.training.history import history_of
 from palpate.modeling.training.run_card import run_card
+from palpate.modeling.training.written import Written, write_trained
 from palpate.protocols.progress import Clock, Report
 from palpate.protocols.wording import count
 from palpate.signals.models.card import Interval
@@ -27,34 +30,22 @@ METRICS = ("mae", "rmse", "within_jnd", "coverage")
 
 
 @dataclass(frozen=True)
-class Written:
-    """A model that was written: its method, the metrics and half widths of its card, its files.
+class WrittenAttributes(Written):
+    """The model of attributes that was written; `half_width` is that of its card's intervals.
 
     `banners` have to be known before its numbers are read: what it was made from. `resnet` says which weights ResNet-50
     had, where the method looks at its features.
     """
 
-    method: str
-    card: Path
-    metrics: Mapping[str, float]
-    half_width: tuple[float, ...]
-    files: tuple[Path, ...]
+    half_width: tuple[float, ...] = ()
     banners: tuple[str, ...] = ()
     resnet: str | None = None
-
-    def plain(self) -> dict[str, Any]:
-        """As JSON holds it."""
-        return {
-            "method": self.method, "card": str(self.card), "metrics": dict(self.metrics),
-            "half_width": list(self.half_width), "files": [str(path) for path in self.files],
-            "banners": list(self.banners), "resnet": self.resnet,
-        }  # fmt: skip
 
 
 def train_attributes(
     material: Material, method: str, wanted: Wanted, folder: Path, methods: Mapping[str, Method], own: Own,
     report: Report = lambda _line: None,
-) -> Written:  # fmt: skip
+) -> WrittenAttributes:  # fmt: skip
     """Fit a method to the rated textures and write it as texture-attributes into the folder.
 
     None is left out; a method that stops early watches a tenth of them and is fitted to the others, as its card says.
@@ -70,12 +61,12 @@ def train_attributes(
     report(f"fitting {method} to {_shown(given)}")
     fitted, seconds = _fitted(judged.method(entry), given, judged.context.clock)
     card = _card(judged, entry, given, seconds)
-    path = write_model(folder, cast(Kept, fitted), card, methods)
-    files = (path, path.with_suffix(".safetensors"), *_history(fitted, folder, not given.held))
+    write = partial(write_model, fitted=cast(Kept, fitted), card=card, methods=methods)
+    files = write_trained(folder, write, history_of(fitted), last=not given.held)
     interval = card["interval"]
     wide = () if interval is None else tuple(interval["half_width"])
-    resnet = resnet_of(material, entry)
-    return Written(method, path, card["metrics"], wide, files, tuple(banners(judged)), resnet)
+    told = tuple(banners(judged))
+    return WrittenAttributes(files[0], method, card["metrics"], files, wide, told, resnet_of(material, entry))
 
 
 def demand_no_loss(folder: Path) -> None:
@@ -159,20 +150,3 @@ def _notes(judged: Judged, entry: Entry, given: Learning) -> tuple[str, ...]:
         told.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
         told += [f"Learned from: {note}" for note in judged.material.notes if note in (HURRIED, FEW_READ)]
     return tuple(told)
-
-
-def _history(fitted: Fitted, folder: Path, last: bool) -> tuple[Path, ...]:
-    """The epochs as a table and as a picture, of a method that is trained in epochs; an older one's are removed.
-
-    `last`: nothing was watched, so the last epoch is the one that was kept.
-    """
-    from palpate.modeling.training.history import remove_history, write_history
-
-    remove_history(folder, NAME)
-    history = getattr(getattr(fitted, "trained", None), "history", ())
-    if not history:
-        return ()
-    from palpate.modeling.training.learning_curve import save_learning_curve
-
-    table = write_history(history, folder / f"{NAME}.history.csv")
-    return (table, *save_learning_curve({"": history}, folder, f"{NAME}.history", last))

@@ -16,6 +16,7 @@ from palpate.modeling.textures.outputs import write_texture
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
 from palpate.modeling.training.curves import curve_of
+from palpate.modeling.training.history import history_of
 from palpate.signals.arrays import Array
 from palpate.signals.textures.voice import play
 
@@ -59,7 +60,7 @@ def fitted_for(job: Fit, context: Context) -> tuple[Fitted, dict[str, float]]:
     start = context.clock()
     model = context.methods[job.method].fit(learning)
     took = context.clock() - start
-    history = getattr(getattr(model, "trained", None), "history", ())
+    history = history_of(model)
     seconds = float(getattr(getattr(model, "trained", None), "seconds", took))
     told = {"train_s": seconds}
     return model, told | ({"epochs": float(len(history)), "epoch_s": seconds / len(history)} if history else {})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.training.curves import history_in
 from palpate.modeling.training.run_card import run_card
+from palpate.modeling.training.written import Written, write_trained
 from palpate.protocols.progress import Report
 
 ONE_STEP = ("mae", "mae_m_s2", "gfc", "explained")
@@ -26,31 +28,20 @@ FREE = ("level", "smoothed_gfc", "envelope", "cycle", "cycle_excess", "felt_dB")
 
 
 @dataclass(frozen=True)
-class Written:
-    """A model that was written: its texture, its method, the metrics of its card, its files.
+class WrittenTexture(Written):
+    """The model of a texture that was written.
 
     `cautions` are the aims of its training that it missed, and which of its numbers are not held-out ones.
     """
 
     texture: str
-    method: str
-    card: Path
-    metrics: Mapping[str, float]
-    files: tuple[Path, ...]
     cautions: tuple[str, ...] = ()
-
-    def plain(self) -> dict[str, Any]:
-        """As JSON holds it."""
-        return {
-            "texture": self.texture, "method": self.method, "card": str(self.card), "metrics": dict(self.metrics),
-            "files": [str(path) for path in self.files], "cautions": list(self.cautions),
-        }  # fmt: skip
 
 
 def train_textures(
     recordings: Sequence[Recording], simulator: TextureSimulator, wanted: Wanted, folder: Path,
     report: Report = lambda _line: None, methods: Mapping[str, Method] = METHODS,
-) -> tuple[Written, ...]:  # fmt: skip
+) -> tuple[WrittenTexture, ...]:  # fmt: skip
     """Fit the wanted methods to every texture, let each run free, and write texture-TEXTURE-METHOD into the folder.
 
     A model learns from the training part and is stopped by the validation part; the card's metrics are those of the
@@ -70,7 +61,7 @@ def train_textures(
     return tuple(_write(fit, done[fit], done[Play(fit)], context, folder) for fit in fits)
 
 
-def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path) -> Written:
+def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path) -> WrittenTexture:
     """Write the evaluated model again, its card with its metrics and what they were measured on."""
     from safetensors.numpy import load_file
 
@@ -85,16 +76,16 @@ def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path)
     measured_on = {"one step ahead": "the test part, which it was not trained on"}
     if drive is not None:
         measured_on["free"] = f"{drive.described}; {context.seconds:g} s"
-    folder.mkdir(parents=True, exist_ok=True)
-    path = write_model(
-        folder, card.name, Exported(card.steps, load_file(fitted.card.with_suffix(".safetensors"))), title=card.title,
+    exported = Exported(card.steps, load_file(fitted.card.with_suffix(".safetensors")))
+    write = partial(
+        write_model, name=card.name, exported=exported, title=card.title,
         method=card.method, takes=card.takes, gives=card.gives, texture=card.texture, metrics=metrics,
         measured_on=measured_on, missed=card.missed, training=_run_card(fit, fitted, metrics, context),
         notes=(*card.notes, *_notes(played, context)),
     )  # fmt: skip
     seen = (f"running free on {measured_on['free']}",) if drive is not None and drive.seen else ()
-    files = (path, path.with_suffix(".safetensors"), *_history(fitted, path))
-    return Written(fit.texture, fit.method, path, metrics, files, (*card.missed, *seen))
+    files = write_trained(folder, write, history_in(fitted.arrays))
+    return WrittenTexture(files[0], fit.method, metrics, files, fit.texture, (*card.missed, *seen))
 
 
 def _metrics(fitted: Done, played: Done) -> dict[str, float]:
@@ -120,17 +111,3 @@ def _notes(played: Done, context: Context) -> tuple[str, ...]:
     if context.settings.get("quick"):
         notes.append("A quick training, to try things out: few epochs. Its numbers are nothing to go by.")
     return tuple(notes)
-
-
-def _history(fitted: Done, card: Path) -> tuple[Path, ...]:
-    """The epochs as a table and as a picture; those of an older model of this name are removed."""
-    from palpate.modeling.training.history import remove_history, write_history
-
-    remove_history(card.parent, card.stem)
-    history = history_in(fitted.arrays)
-    if not history:
-        return ()
-    from palpate.modeling.training.learning_curve import save_learning_curve
-
-    table = write_history(history, card.with_name(f"{card.stem}.history.csv"))
-    return (table, *save_learning_curve({"": history}, card.parent, f"{card.stem}.history"))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.training.history import COLUMNS, Epoch
+from palpate.modeling.training.history import COLUMNS, Epoch, history_of
 from palpate.protocols.undefined import nan_to_none
 
 PREFIX = "curve_"
@@ -16,7 +16,7 @@ PREFIX = "curve_"
 
 def curve_of(model: object) -> dict[str, NDArray[np.float64]]:
     """The epochs of a model by column, NaN where nothing was held out; nothing where it was not trained in epochs."""
-    history = getattr(getattr(model, "trained", None), "history", ())
+    history = history_of(model)
     if not history:
         return {}
     columns = {name: [getattr(epoch, name) for epoch in history] for name in COLUMNS}

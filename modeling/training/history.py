@@ -36,6 +36,12 @@ class Epoch:
         return asdict(self)
 
 
+def history_of(model: object) -> tuple[Epoch, ...]:
+    """Return the epochs of a fitted model; none where it was not trained in epochs."""
+    found: tuple[Epoch, ...] = getattr(getattr(model, "trained", None), "history", ())
+    return found
+
+
 COLUMNS = tuple(field.name for field in fields(Epoch))
 HISTORY = TableFormat(error=TrainingError, unreadable=None, counted=lambda _cells: True)
 

@@ -28,7 +28,7 @@ def run_card(
         "data": dict(data_digests),
         "versions": versions(),
         "machine": f"{platform.system()} {platform.machine()}",
-        "configuration": _plain(settings),
+        "configuration": plain_values(settings),
         "metrics": {name: float(value) for name, value in metrics.items()},
         "seconds": float(seconds),
     }
@@ -44,11 +44,12 @@ def versions() -> dict[str, str | None]:
     return {"python": platform.python_version(), **{name: installed_version(name) for name in PACKAGES}, **beside}
 
 
-def _plain(value: object) -> Any:
+def plain_values(value: object) -> Any:
+    """Return a value as JSON holds it: mappings for dataclasses, lists for tuples, text for paths."""
     if is_dataclass(value) and not isinstance(value, type):
-        return _plain(asdict(value))
+        return plain_values(asdict(value))
     if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): plain_values(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
+        return [plain_values(inner) for inner in value]
     return str(value) if isinstance(value, Path) else value
