@@ -10,8 +10,7 @@ import numpy as np
 
 from palpate.devices.actuator.compensation import Compensation
 from palpate.devices.actuator.device import VoiceCoil, make
-from palpate.devices.actuator.identify import Shaking, identify
-from palpate.devices.actuator.inverse import Wish, invert
+from palpate.devices.actuator.identify import Shaking, Wish, identify, invert
 from palpate.devices.actuator.outputs import Coil, Shaken
 from palpate.devices.actuator.queue import RATE_HZ
 from palpate.devices.actuator.response import Response

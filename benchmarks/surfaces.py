@@ -17,7 +17,7 @@ from palpate.devices.surfaces.rates import at_rate
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.scene import SurfaceScene, first_rows, ground_of
 from palpate.devices.surfaces.table import Surface, read_surfaces
-from palpate.devices.surfaces.tip import RADIUS_MM, traced
+from palpate.devices.surfaces.tool import RADIUS_MM, traced
 from palpate.protocols.bench import Case
 from palpate.signals.arrays import Array
 

@@ -161,8 +161,7 @@ def predict(
 
 
 def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_json: bool) -> None:
-    from palpate.devices.models.answers import as_told, heading, in_words, rated
-    from palpate.devices.models.given import profile_of
+    from palpate.devices.models.answers import as_told, heading, in_words, profile_of, rated
     from palpate.signals.models.errors import in_file
 
     if gone := [path for path in files if not path.is_file()]:
@@ -183,7 +182,7 @@ def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_j
 
 def _made(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:
     from palpate.devices.door.stimuli import profile_text
-    from palpate.devices.models.given import wish_of
+    from palpate.devices.models.answers import wish_of
     from palpate.protocols.files import write_text
     from palpate.signals.doors.limits import refusal
 
@@ -215,8 +214,8 @@ def _inputs(models: Sequence[Model], files: Sequence[Path]) -> Inputs:
     """What is asked of all models that are compared."""
     import numpy as np
 
+    from palpate.devices.models.answers import profile_of
     from palpate.devices.models.comparing import DRIVE, STUDY, WINDOW, Inputs, texture_drives, texture_windows, wishes
-    from palpate.devices.models.given import profile_of
 
     kind = models[0].card.takes.kind
     if files and kind != "force_profile":

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.devices.models.given import NEUTRAL, TOP
+from palpate.devices.models.answers import NEUTRAL, TOP
 from palpate.signals.arrays import Array
 from palpate.signals.models.card import Port, Texture
 from palpate.signals.models.errors import ModelInputError

@@ -112,8 +112,7 @@ def _given(*names: str) -> str:
 
 
 def _tell(played: Played, texture: str, method: str, out: Path | None, as_json: bool) -> None:
-    from palpate.devices.render.headless import level_m_s2
-    from palpate.devices.render.words import in_words
+    from palpate.devices.render.headless import in_words, level_m_s2
     from palpate.protocols.canonical import canonical
 
     level, seconds = level_m_s2(played.signals), played.signals.shape[1] / 1000

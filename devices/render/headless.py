@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,14 @@ from palpate.signals.textures.voice import opened_voice
 SIMULATED = "simulated"
 OVERTIME_S = 30.0
 OUT = (".csv", ".npz")
+WORDS = {
+    "held": "sensor values that none could be: the last good ones stood in",
+    "restarts": "times the model left its bounds and was begun anew",
+    "quiet": "steps at under 1 % of the texture's level",
+    "muted": "steps of silence, since the model would not stay within its bounds",
+}
+TOLD_S = 0.001
+"""Less is not told of."""
 
 
 @dataclass(frozen=True)
@@ -114,3 +122,41 @@ def level_m_s2(signals: Array) -> float:
 
 def _inputs(hand: Scripted) -> tuple[Array, Array]:
     return np.asarray(hand.speed_mm_s, dtype=np.float64), np.asarray(hand.force_N, dtype=np.float64)
+
+
+def in_words(record: Mapping[str, Any], seconds: float, level_m_s2: float) -> Iterator[str]:
+    """Line by line."""
+    voice = record.get("voice") or {}
+    yield f"{seconds:g} s at 1 kHz by {voice.get('runtime', 'nothing')}, level {level_m_s2:.3g} m/s^2"
+    if "took" in record:
+        took = record["took"]
+        yield f"a step took {_times(took)}; {took['late']} of {took['steps']} took longer than 1 ms"
+    else:
+        yield from _deadlines(record)
+    yield from (f"{voice[name]} {told}" for name, told in WORDS.items() if voice.get(name))
+    yield from voice.get("notes", ())
+
+
+def _deadlines(record: Mapping[str, Any]) -> Iterator[str]:
+    ready, output = record["ready"], record["output"]
+    yield f"priority {record['priority']}, output buffer {output['ahead_ms']} ms"
+    late = f"{ready['late']} of {ready['steps']} steps ({100 * ready['late_share']:.3g} %)"
+    yield f"underruns: {output['underruns']} ({count(output['missing'], 'sample')}; the last one dies away meanwhile)"
+    yield f"later than 1 ms, as without a buffer: {late}"
+    yield f"ready after it was due: {_times(ready)}"
+    yield from _outside(record.get("outside") or {})
+    if output["limited"]:
+        yield f"limited {count(output['limited'], 'sample')} to what the actuator bears"
+    if not output["compensated"]:
+        yield "played on a twin that is not identified: not compensated"
+
+
+def _outside(told: Mapping[str, Any]) -> Iterator[str]:
+    if (waited := told.get("waited_s") or 0.0) > TOLD_S:
+        yield f"{waited:.3g} s kept waiting by other programs"
+    if (stolen := told.get("stolen_s") or 0.0) > TOLD_S:
+        yield f"{stolen:.3g} s of this machine's processors were taken away by its host: no priority helps against that"
+
+
+def _times(told: Mapping[str, Any]) -> str:
+    return f"median {told['median_us']:g}, 99 % {told['p99_us']:g}, worst {told['worst_us']:g} us"

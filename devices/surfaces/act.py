@@ -10,10 +10,9 @@ from threading import Lock
 import numpy as np
 from scipy.signal import lfilter
 
-from palpate.devices.surfaces.body import LEAN, MODES, Mode, mode_filter, to_tool
 from palpate.devices.surfaces.contact import INTERNAL_HZ, THETA, Drive, Law, Ride, at_rest, ride
 from palpate.devices.surfaces.hand import Hand, Motion, Wave
-from palpate.devices.surfaces.tip import Ground
+from palpate.devices.surfaces.tool import LEAN, MODES, Ground, Mode, mode_filter, to_tool
 from palpate.signals import GRAVITY_M_S2
 from palpate.signals.arrays import Array
 

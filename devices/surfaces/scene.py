@@ -9,13 +9,12 @@ import numpy as np
 
 from palpate.devices.scene import PIECE_S
 from palpate.devices.surfaces.act import KEPT, Act, Batch
-from palpate.devices.surfaces.body import SWAYS, torque
 from palpate.devices.surfaces.contact import INTERNAL_HZ, law
 from palpate.devices.surfaces.hand import Hand, free_hand, slow_wave
 from palpate.devices.surfaces.rates import at_rate
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.table import Surface, SurfaceDataError
-from palpate.devices.surfaces.tip import Ground, ground
+from palpate.devices.surfaces.tool import SWAYS, Ground, ground, torque
 from palpate.protocols.keyed import Key
 from palpate.signals.arrays import Array
 

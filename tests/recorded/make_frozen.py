@@ -16,7 +16,7 @@ import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from palpate.devices.models.given import profile_of, wish_of
+from palpate.devices.models.answers import profile_of, wish_of
 from palpate.modeling.attributes.model_file import read_model as read_attributes
 from palpate.modeling.attributes.registry import METHODS
 from palpate.modeling.attributes.training import train_attributes

@@ -1,19 +1,36 @@
-"""How the door is reached: over a serial port, or through the pseudo-terminal of its twin's process."""
+"""How the door is reached: over a serial port, or through the pseudo-terminal of its twin's process.
+
+In real time a link has two threads: one reads the port, one beats the heart.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.link import Link, Timing
-from palpate.devices.door.link.ports import SerialPort
 from palpate.devices.door.link.simulator import Connection
-from palpate.devices.door.link.threads import Threads
 from palpate.devices.door.link.twin_process import TwinProcess
+from palpate.devices.serial_port import open_serial
+from palpate.devices.signals import DeviceError
+from palpate.protocols.extras import missing_sentence
+
+if TYPE_CHECKING:
+    from serial import Serial
 
 TWIN_PATIENCE_S = 10.0
 """A twin's process shares its machine with others; it may be late where a device would be lost."""
+WAIT_S = 0.05
+"""No read waits longer: so soon a thread that reads hears that it is to end."""
+WRITE_S = 0.5
+"""A line that takes nothing for so long is lost."""
+BEAT_S = 0.010
+ENDS_S = 2.0
 
 
 def by_serial(name: str, path: str, baud: int) -> Connection:
@@ -51,3 +68,78 @@ def by_twin(
         twin.end()
 
     return Connection(link, close, {"port": f"{path}, a twin at {speed:g} x real time"})
+
+
+class SerialPort:
+    """A serial port of the operating system. Raises DeviceError where it cannot be opened."""
+
+    def __init__(self, name: str, path: str, baud: int) -> None:
+        self._serial = _opened(name, path, baud)
+
+    def read(self, timeout_s: float) -> bytes:  # noqa: ARG002 - WAIT_S is set once: to change it costs a system call
+        """What has come."""
+        first = self._serial.read(1)
+        return bytes(first + self._serial.read(self._serial.in_waiting)) if first else b""
+
+    def write(self, data: bytes) -> None:
+        """Send it all."""
+        self._serial.write(data)
+
+    def close(self) -> None:
+        """Let go of the line."""
+        self._serial.close()
+
+
+def _opened(name: str, path: str, baud: int) -> Serial:
+    try:
+        return open_serial(path, baud, WAIT_S, WRITE_S)
+    except ModuleNotFoundError:
+        raise DeviceError(f"{name}: {missing_sentence('a serial port', ['serial'])}") from None
+    except (OSError, ValueError) as error:
+        raise DeviceError(
+            f"{name}: the port {path} at {baud} baud cannot be opened ({error}). Is the door simulator plugged in and "
+            "switched on, is the port the right one, is nobody else using it, and may this user use serial ports?"
+        ) from error
+
+
+@dataclass
+class Threads:
+    """Runs a link until it is ended."""
+
+    link: Link
+    ending: threading.Event = field(default_factory=threading.Event)
+    running: list[threading.Thread] = field(default_factory=list)
+
+    def start(self) -> None:
+        """From now on the link is read and beats by itself."""
+        self.link.threaded = True
+        for work in (self._read, self._beat):
+            thread = threading.Thread(target=work, name=f"{self.link.name} {work.__name__[1:]}s", daemon=True)
+            self.running.append(thread)
+            thread.start()
+
+    def end(self) -> None:
+        """End both; afterwards nobody reads the port."""
+        self.ending.set()
+        for thread in self.running:
+            if thread is not threading.current_thread():
+                thread.join(ENDS_S)
+        self.running.clear()
+
+    def _read(self) -> None:
+        with self._lost_where_it_fails():
+            while not self.ending.is_set() and self.link.broken is None:
+                self.link.pump(WAIT_S)
+
+    def _beat(self) -> None:
+        with self._lost_where_it_fails():
+            while not self.ending.wait(BEAT_S) and self.link.broken is None:
+                self.link.beat()
+
+    @contextmanager
+    def _lost_where_it_fails(self) -> Iterator[None]:
+        """A driver may raise what is no OSError, as pyserial does where its port was closed: the line is gone then."""
+        try:
+            yield
+        except Exception as error:
+            self.link.lose(error)

@@ -10,11 +10,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import fault_name, reason_name, state_name
 from palpate.devices.door.link.frames import SEQUENCES, Frame, Parser
-from palpate.devices.door.link.ports import Port
 from palpate.devices.signals import DeviceFault
 
 REPLY_S = 0.2
@@ -27,6 +27,19 @@ KEPT = 60_000
 """Telemetry that may wait to be read: a minute at the highest rate."""
 
 Arrived = tuple[int, says.Telemetry]
+
+
+class Port(Protocol):
+    """A line to the device. What it raises where the line is gone is an OSError."""
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has come; waits for something at most that long, and may come back with nothing earlier."""
+
+    def write(self, data: bytes) -> None:
+        """Send it all."""
+
+    def close(self) -> None:
+        """Let go of the line."""
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.devices.actuator.calibration import load, save
-from palpate.devices.actuator.identify import Shaking, identify, through
-from palpate.devices.actuator.inverse import Wish, gain_at, minimum_phase
+from palpate.devices.actuator.identify import Shaking, Wish, gain_at, identify, minimum_phase, through
 from palpate.devices.actuator.outputs import Coil, Shaken
 from palpate.devices.actuator.response import ResponseError, estimate, excitation
 from palpate.devices.signals import DeviceError, DeviceFault

@@ -2,8 +2,8 @@
 
 import os
 
+from palpate.devices.render.headless import in_words
 from palpate.devices.render.process import Outside, outside
-from palpate.devices.render.words import in_words
 
 CPU = "cpu  100 0 50 9000 3 0 1 250 0 0\ncpu0 50 0 25 4500 1 0 1 125 0 0\n"
 

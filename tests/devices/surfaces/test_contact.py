@@ -9,7 +9,7 @@ from palpate.devices.surfaces.contact import HELD, INTERNAL_HZ, Drive, at_rest, 
 from palpate.devices.surfaces.hand import FORCE_N, REACH_MM, SteadyHand, free_hand
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.table import SPANS, read_surfaces
-from palpate.devices.surfaces.tip import ground
+from palpate.devices.surfaces.tool import ground
 
 TABLE = read_surfaces()
 STEP = 1 / INTERNAL_HZ

@@ -9,7 +9,7 @@ from benchmarks.surfaces import rolled
 from palpate.devices.surfaces.fields import SIZE_MM, chance, self_affine
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.table import PATTERNS, read_surfaces
-from palpate.devices.surfaces.tip import RADIUS_MM, ground, traced
+from palpate.devices.surfaces.tool import RADIUS_MM, ground, traced
 
 TABLE = read_surfaces()
 SMALL = 392

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from palpate.devices.surfaces.act import BATCH, KEPT
-from palpate.devices.surfaces.body import LEAN, SENSOR_ABOVE_TIP_M
 from palpate.devices.surfaces.contact import INTERNAL_HZ
 from palpate.devices.surfaces.hand import REACH_MM, SteadyHand
 from palpate.devices.surfaces.rates import at_rate
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.scene import SurfaceScene, first_rows
 from palpate.devices.surfaces.table import SurfaceDataError, read_surfaces
-from palpate.devices.surfaces.tip import ground
+from palpate.devices.surfaces.tool import LEAN, SENSOR_ABOVE_TIP_M, ground
 
 TABLE = read_surfaces()
 SENSORS = (("acceleration_m_s2", 3000.0), ("wrench", 8000.0), ("position_mm", 120.0))

@@ -14,7 +14,7 @@ from palpate.devices.surfaces.photo import LIGHTS, light, photograph, save_photo
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.scene import SurfaceScene, first_rows
 from palpate.devices.surfaces.table import SurfaceDataError, read_surfaces
-from palpate.devices.surfaces.tip import ground
+from palpate.devices.surfaces.tool import ground
 
 TABLE = read_surfaces()
 PIXELS = 784

@@ -8,9 +8,9 @@ from palpate.devices.door.firmware.ailments import Ailing
 from palpate.devices.door.firmware.sensor_check import Limits as DeviceLimits
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
+from palpate.devices.door.link.connections import Threads
 from palpate.devices.door.link.frames import Parser
 from palpate.devices.door.link.link import Link
-from palpate.devices.door.link.threads import Threads
 from palpate.protocols.requests import Aside, Chunk, Reply
 from palpate.protocols.requests import Fault as Failed
 from tests.devices.door.firmware.plants import TinyPlant, out_and_back
