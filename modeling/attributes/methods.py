@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
 from palpate.modeling.attributes.material import SIGHT, TOUCH, MaterialError, Modality, Pair, Texture
+from palpate.modeling.training.methods import FitOptions, MethodOf
 from palpate.signals.arrays import Array
 
 BOTH: frozenset[Modality] = frozenset(("touch", "sight"))
 
 
 @dataclass(frozen=True)
-class Learning:
+class Learning(FitOptions):
     """What a method may learn from in one fit.
 
     `train` are textures to learn from, `held` others that a network watches to stop early (empty where the method does
-    not ask for them); all rated. `touch` and `sight` name the features to be looked at. `settings`: epochs, batch,
-    threads, checkpoint, quick, learning_rate, stop_patience, early_stopping; unknown ones are left alone.
+    not ask for them); all rated. `touch` and `sight` name the features to be looked at. Among `settings` also
+    early_stopping.
     """
 
     train: tuple[Texture, ...]
@@ -28,9 +29,6 @@ class Learning:
     attributes: tuple[Pair, ...]
     touch: tuple[str, ...] = TOUCH
     sight: tuple[str, ...] = SIGHT
-    seed: int = 0
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    report: Callable[[str], None] = lambda _line: None
 
 
 class Fitted(Protocol):
@@ -44,19 +42,15 @@ class Fitted(Protocol):
 
 
 @dataclass(frozen=True)
-class Method:
+class Method(MethodOf[Learning, Fitted]):
     """A way to predict attributes. `sees`: what it looks at; `holds_out`: whether it wants `held`; `may_hold`: whether
     it wants that where `early_stopping` is asked for.
 
     `restore` gives back what `fitted.saved()` gave, from arrays and plain values; None: it cannot be kept as a file.
     """
 
-    name: str
-    title: str
-    fit: Callable[[Learning], Fitted]
     sees: frozenset[Modality] = BOTH
     holds_out: bool = False
-    source: str = ""
     may_hold: bool = False
     restore: Callable[[Mapping[str, NDArray[Any]], Mapping[str, Any]], Fitted] | None = None
 

@@ -19,7 +19,6 @@ from palpate.modeling.attributes.network_rows import Look, Shown, Target, drawn,
 from palpate.modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
 from palpate.modeling.attributes.visuo_tactile import VisuoTactile, rmse
 from palpate.modeling.textures.cosine import cosine
-from palpate.modeling.training.asked import wished_settings
 from palpate.modeling.training.loop import Trained, adam, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
@@ -33,8 +32,6 @@ a patience of 10 where textures are watched, are the thesis', batch and rate our
 LITERAL_SETTINGS = replace(SETTINGS, epochs=200, learning_rate=1e-3)
 """Thesis 3.5.3: 200 epochs at most, ended after more than 10 without a better one, Adam. The rate is Keras' own and
 stays as it is; the batch, which the thesis does not give, is ours."""
-ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
-"""The settings of `Learning.settings` that go to the training as they are."""
 QUICK_EPOCHS = 2
 SEGMENTS = 2
 """Segments that a picture is shown with each time: HV-Net costs nine times what HT-Net does."""
@@ -104,7 +101,7 @@ def fit(learning: Learning, sees: frozenset[Modality], literal: bool = False) ->
     touch = look_of(textures, "touch", learning.touch) if "touch" in sees else None
     target = target_of(textures)
     settings = LITERAL_SETTINGS if literal else SETTINGS
-    asked = wished_settings(learning.settings, settings, learning.seed, ASKED, QUICK_EPOCHS)
+    asked = learning.training_settings(settings, QUICK_EPOCHS)
     network = _network(sight, touch, target, asked.seed, literal)
     data = drawn([shown(each, sight, touch, variants=True) for each in textures], target.down(ratings), SEGMENTS)
     held = _watched(learning.held, sight, touch, target)
@@ -112,7 +109,6 @@ def fit(learning: Learning, sees: frozenset[Modality], literal: bool = False) ->
     steps = asked.epochs * math.ceil(len(data) / asked.batch)
     optimiser = adam if literal else cosine(steps)
     trained = train(network, data, held, rmse, asked, optimiser=optimiser, report=learning.report)
-    network.zero_grad(set_to_none=True)
     return FittedNetwork(network, sight, touch, target, trained)
 
 

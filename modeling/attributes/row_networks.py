@@ -20,14 +20,11 @@ from palpate.modeling.attributes.network_rows import Look, Target, look_of, targ
 from palpate.modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
 from palpate.modeling.attributes.row_plans import Plan
 from palpate.modeling.attributes.row_stacks import Stack, drawn, everything, examples, stack_of
-from palpate.modeling.training.asked import wished_settings
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.sources import Made, answer_of
 from palpate.signals.arrays import Array
 
-ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
-"""The settings of `Learning.settings` that go to the training as they are."""
 QUICK_EPOCHS = 5
 AT_ONCE = 64
 """Rows that a network answers at a time."""
@@ -77,11 +74,10 @@ def fit_rows(learning: Learning, plan: Plan) -> FittedRows:
     kinds: dict[Modality, tuple[str, ...]] = {"touch": learning.touch, "sight": learning.sight}
     looks = tuple(look_of(textures, modality, kinds[modality]) for modality in plan.sees)
     target = target_of(textures)
-    asked = wished_settings(learning.settings, plan.settings, learning.seed, ASKED, QUICK_EPOCHS)
+    asked = learning.training_settings(plan.settings, QUICK_EPOCHS)
     network = seeded(lambda: _network(plan, looks, ratings.shape[1]), asked.seed)
     data = drawn(stacks_of(textures, looks, variants=True), target.down(ratings), plan.shows, plan.steps)
     trained = train(network, data, _watched(learning, looks, target, plan), _loss, asked, report=learning.report)
-    network.zero_grad(set_to_none=True)
     return FittedRows(plan, network, looks, target, trained)
 
 

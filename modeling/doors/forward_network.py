@@ -10,7 +10,7 @@ from torch.nn import functional
 
 from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
+from palpate.modeling.doors.network_parts import QUICK_EPOCHS, Rescale, answers, training_rows
 from palpate.modeling.doors.networks import ForceToPerception
 from palpate.modeling.doors.preparing import Rows, checked_forces
 from palpate.modeling.files.exported import Exported
@@ -54,14 +54,13 @@ def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings:
     Raises ModelDataError for data that cannot be learned from, TrainingError for a training that does not converge.
     """
     rows, held = training_rows(learning)
-    asked = settings_for(learning, settings)
+    asked = learning.training_settings(settings, QUICK_EPOCHS)
     attributes = len(learning.train.attributes)
     network = nn.Sequential(
         Rescale.down(rows.force_N), seeded(lambda: inner(attributes), asked.seed), Rescale.up(rows.rating)
     )
     watched = None if held is None else _pairs(held)
     trained = train(network, _pairs(rows), watched, huber, asked, report=learning.report)
-    network.zero_grad(set_to_none=True)
     return FeltThrough(network, trained)
 
 

@@ -13,7 +13,7 @@ from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.forward_network import FeltThrough
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
+from palpate.modeling.doors.network_parts import Rescale, answers, training_rows
 from palpate.modeling.doors.networks import ATTRIBUTES, ForceToPerception, PerceptionToForce
 from palpate.modeling.doors.preparing import PLAYABLE, Rows, checked_wishes
 from palpate.modeling.doors.scaling import TOP, Scaling
@@ -66,14 +66,13 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
     rows, held = training_rows(learning)
     if (found := rows.rating.shape[1]) != ATTRIBUTES:
         raise ModelDataError(f"the network of thesis 5.6 takes {ATTRIBUTES} ratings, this study has {found}.")
-    asked = settings_for(learning, settings, QUICK_EPOCHS)
+    asked = learning.training_settings(settings, QUICK_EPOCHS)
     inner = seeded(lambda: PerceptionToForce(_inner(forward).decoder), asked.seed)
     scaled = learning.scaling.force_up(rows.force_N)
     network = nn.Sequential(Rescale.down(rows.rating), inner, Rescale.up(scaled))
     _hand_over(network, forward, rows)
     watched = None if held is None else _pairs(held, learning.scaling)
     trained = train(network, _pairs(rows, learning.scaling), watched, mse_loss, asked, report=learning.report)
-    network.zero_grad(set_to_none=True)
     return MadeThrough(network, learning.scaling, trained)
 
 

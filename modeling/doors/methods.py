@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.modeling.doors.scaling import Scaling
 from palpate.modeling.files.exported import Exported
+from palpate.modeling.training.methods import FitOptions, MethodOf
 from palpate.signals.arrays import Array
 
 
@@ -25,8 +25,8 @@ class Fitted(Protocol):
 
 
 @dataclass(frozen=True)
-class Learning:
-    """What a method may learn from in one fit, and how.
+class Learning(FitOptions):
+    """What a method may learn from in one fit.
 
     `measured` are the stimuli of the training side; `train` the same with their training variants (each row's source
     is that of its stimulus); `held` is what a network watches to stop early, a grouped share of the training side with
@@ -38,24 +38,16 @@ class Learning:
     measured: DoorData
     held: DoorData
     scaling: Scaling
-    seed: int
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    """Epochs, threads, checkpoint folder: what the caller wants of the training, by name (see training/settings.py)."""
     forward: Fitted | None = None
-    report: Callable[[str], None] = lambda _line: None
 
 
 @dataclass(frozen=True)
-class Method:
-    """A way to learn one direction. `holds_out` is whether it wants `held`; `source` is where it comes from."""
+class Method(MethodOf[Learning, Fitted]):
+    """A way to learn one direction. `holds_out` is whether it wants `held`."""
 
-    name: str
-    title: str
-    fit: Callable[[Learning], Fitted]
     holds_out: bool = False
     needs_forward: str | None = None
     """The forward method that an inverse one builds on, or None."""
-    source: str = ""
 
 
 def as_rows(given: Array, size: int, what: str) -> Array:

@@ -1,4 +1,4 @@
-"""What the networks have in common: rows to train on, standardisation as a layer, settings, and answers in batches."""
+"""What the networks have in common: rows to train on, standardisation as a layer, and answers in batches."""
 
 from __future__ import annotations
 
@@ -13,15 +13,12 @@ from palpate.modeling.columns import CONSTANT
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.preparing import Rows, rows_of
-from palpate.modeling.training.asked import answers_of, wished_settings
-from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.stepping import answers_of
 from palpate.signals.arrays import Array
 
 AT_ONCE = 64
 """Rows that a network answers at a time: enough for speed, little enough for memory."""
 QUICK_EPOCHS = 4
-ASKED = ("epochs", "batch", "threads", "checkpoint", "stop_patience")
-"""The settings of `Learning.settings` that go to the training as they are."""
 
 
 class Rescale(nn.Module):
@@ -74,14 +71,6 @@ def training_rows(learning: Learning) -> tuple[Rows, Rows | None]:
 def _watched(learning: Learning) -> Learning:
     settings = {name: value for name, value in learning.settings.items() if name != "learn_from"}
     return replace(learning, measured=learning.held, settings=settings)
-
-
-def settings_for(learning: Learning, default: Settings, quick_epochs: int = QUICK_EPOCHS) -> Settings:
-    """A method's settings with the caller's wishes over them: epochs, batch, threads, checkpoint, stop_patience.
-
-    `quick` trains for so many epochs where no number is given. Raises TrainingError for a value without sense.
-    """
-    return wished_settings(learning.settings, default, learning.seed, ASKED, quick_epochs)
 
 
 def answers(network: nn.Module, given: Array) -> Array:

@@ -20,20 +20,17 @@ from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Scale, TextureDataError
 from palpate.modeling.textures.resting import with_rest
 from palpate.modeling.textures.windows import scale_of, windows
-from palpate.modeling.training.asked import answers_of, wished_settings
 from palpate.modeling.training.loop import Optimise, Trained, adam
 from palpate.modeling.training.loop import train as train_network
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
-from palpate.modeling.training.stepping import Loss
+from palpate.modeling.training.stepping import Loss, answers_of
 from palpate.signals.arrays import Array
 
 AT_ONCE = 512
 """Windows that a network answers at a time."""
 QUICK_EPOCHS, QUICK_BATCH = 2, 128
-ASKED = ("epochs", "batch", "threads", "checkpoint", "stop_patience", "learning_rate")
-"""The settings of `Learning.settings` that go to the training as they are."""
 Make = Callable[[int], nn.Module]
 """The window's length to a network with fresh weights."""
 
@@ -104,7 +101,7 @@ def fit_windows(
 ) -> FittedWindows:
     """Train what `make` makes on the training part of a recording, stopped early by its validation part.
 
-    `window` is the method's own; `Learning.window` goes before it, and the settings named in `ASKED` before `settings`.
+    `window` is the method's own; `Learning.window` goes before it, and its settings before `settings`.
     The optimiser is Adam; where `Diet.cosine` says so, its rate falls along a cosine over all epochs.
     Raises TextureDataError for a recording that nothing can be learned from, TrainingError for a training that fails.
     """
@@ -117,7 +114,6 @@ def fit_windows(
     steps = asked.epochs * math.ceil(len(data) / asked.batch)
     how = optimiser or (cosine(steps) if diet.cosine else adam)
     trained = train_network(network, data, held, loss, asked, optimiser=how, report=learning.report)
-    network.zero_grad(set_to_none=True)
     return FittedWindows(network, rows.scale, length, trained)
 
 
@@ -170,7 +166,7 @@ def settings_for(learning: Learning, default: Settings) -> Settings:
     """
     if learning.settings.get("quick"):
         default = replace(default, batch=max(default.batch, QUICK_BATCH))
-    return wished_settings(learning.settings, default, learning.seed, ASKED, QUICK_EPOCHS)
+    return learning.training_settings(default, QUICK_EPOCHS)
 
 
 def checked(given: Array, window: int) -> Array:

@@ -104,7 +104,6 @@ def fit(learning: Learning) -> FittedGan:
         network, fed(found, scale), watched(held, scale, asked.seed), energy_distance, asked,
         optimiser=two_adams, train_one=STEP, report=learning.report,
     )  # fmt: skip
-    network.zero_grad(set_to_none=True)
     return FittedGan(network, frames, levelled(network, found, scale, asked.seed), trained)
 
 

@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from dataclasses import dataclass
+from typing import Literal, Protocol
 
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.textures.recording import Parts, Recording
+from palpate.modeling.training.methods import FitOptions, MethodOf
 from palpate.signals.arrays import Array
 
 
 @dataclass(frozen=True)
-class Learning:
+class Learning(FitOptions):
     """What a method learns from; a method looks at the training and validation parts alone.
 
-    `window` in samples, None: the method's own. `settings` a method reads: epochs, batch, threads, checkpoint, quick,
-    stop_patience; unknown ones are left alone.
+    `window` in samples, None: the method's own.
     """
 
     recording: Recording
     parts: Parts
     window: int | None = None
-    seed: int = 0
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    report: Callable[[str], None] = lambda _line: None
 
 
 class Fitted(Protocol):
@@ -45,14 +41,10 @@ class Fitted(Protocol):
 
 
 @dataclass(frozen=True)
-class Method:
+class Method(MethodOf[Learning, Fitted]):
     """A way of continuing a texture. `kind`: the next sample from a window, or a block's spectrum from noise."""
 
-    name: str
-    title: str
-    fit: Callable[[Learning], Fitted]
     window: int
     kind: Literal["next", "block"] = "next"
     sampled: bool = False
     """Whether it gives a conditional scale, to be sampled when it runs."""
-    source: str = ""

@@ -65,7 +65,7 @@ def train(
     report: Report = silent,
     clock: Clock = time.perf_counter,
 ) -> Trained:
-    """Train the network in place and leave it, in evaluation mode, with the weights of its best epoch.
+    """Train the network in place and leave it, in evaluation mode and without gradients, with its best epoch's weights.
 
     `loss(answer, target)` is a mean over rows. The best epoch has the lowest loss on `held`, or without `held` the
     lowest mean loss while training; with `settings.keep_last` it is the last. `train_one` is how an epoch is trained,
@@ -87,6 +87,7 @@ def train(
             raise
         finally:
             network.eval()
+            network.zero_grad(set_to_none=True)
 
 
 def _of_one_rate(optimiser: Optimizer, rate: float) -> Optimizer:

@@ -1,4 +1,4 @@
-"""One epoch of steps, and the loss on rows that are only looked at."""
+"""One epoch of steps, the loss on rows that are only looked at, and what a network answers."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.autograd import backward
 from torch.optim import Optimizer
 
 from palpate.modeling.training.refusals import TrainingError
-from palpate.modeling.training.seeding import batch_chance, order
+from palpate.modeling.training.seeding import batch_chance, order, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Source, answer_of
 from palpate.modeling.training.weights import finite
@@ -80,3 +82,17 @@ def refuse_gradient(parameters: list[nn.Parameter], epoch: int, batch: int) -> N
         raise TrainingError("the loss does not depend on the network's weights: no gradient.", epoch, batch)
     if not finite(gradients):
         raise TrainingError(f"epoch {epoch}, batch {batch}: a gradient is not finite.", epoch, batch)
+
+
+def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray[np.float64]:
+    """What a network answers to rows, as float64, dropout off and on one thread: sums in one order.
+
+    `at_once` rows go through it together. Values that 32 bits cannot hold lead to answers that are not finite.
+    """
+    with np.errstate(over="ignore"):
+        rows = torch.from_numpy(np.ascontiguousarray(given, dtype=np.float32))
+    with training_state(0, 1), torch.no_grad():
+        network.eval()
+        found = torch.cat([network(part) for part in torch.split(rows, at_once)])
+    answers: NDArray[np.float64] = found.numpy().astype(np.float64)
+    return answers

@@ -30,7 +30,7 @@ SCALE = Scale(np.array([0.01, 75.0, 1.0]), np.array([2.2, 36.0, 0.5]))
 def learning(seconds=2.0, seed=0, window=None, **settings):
     made = recording(seconds)
     wished = {"epochs": 1, "threads": 1, "batch": 64} | settings
-    return Learning(made, parts(made), window, seed, wished)
+    return Learning(made, parts(made), window, seed=seed, settings=wished)
 
 
 def test_shapes_and_weights_are_those_of_the_thesis():

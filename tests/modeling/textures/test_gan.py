@@ -22,7 +22,7 @@ pytestmark = pytest.mark.needs("torch")
 
 def learning(found=None, seed=0, **settings):
     found = found or recording(4.0)
-    return Learning(found, parts(found), None, seed, {"epochs": 1, "threads": 1, "batch": 64} | settings)
+    return Learning(found, parts(found), None, seed=seed, settings={"epochs": 1, "threads": 1, "batch": 64} | settings)
 
 
 @pytest.fixture(scope="module")

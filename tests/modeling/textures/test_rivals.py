@@ -39,7 +39,9 @@ def made(name, window=None):
 
 def learning(seconds=2.0, seed=0, window=None, **settings):
     found = recording(seconds)
-    return Learning(found, parts(found), window, seed, {"epochs": 1, "threads": 1, "batch": 64} | settings)
+    return Learning(
+        found, parts(found), window, seed=seed, settings={"epochs": 1, "threads": 1, "batch": 64} | settings
+    )
 
 
 def watched(network, *names):
