@@ -141,12 +141,16 @@ def _without_now(match: re.Match[str]) -> str:
 
 
 def without_numbers(text: str) -> str:
-    """Replace each number by #, how long something took by TIME, and the spaces that make columns by one."""
+    """Replace each number by #, how long something took by TIME, and the spaces that make columns by one.
+
+    The time that is left goes: where less than five seconds are, it is not said, and that depends on the machine.
+    """
     text = re.sub(r"(?<![\w.])(?=\w*[a-f])[0-9a-f]{16,64}\b", "DIGEST", text)
     text = re.sub(r"(?m)^.* done: job .*$\n?|^.*captured in .*$\n?", "", text)
     text = re.sub(r"native \([^)]*\)", "native (CPU)", text)
     lines = (line if line.startswith(("$ ", "= ")) else NUMBER.sub("#", line) for line in text.split("\n"))
     text = re.sub(r"# (h|min|s|ms|µs)( # (min|s))?\b", "TIME", "\n".join(lines))
+    text = re.sub(r"; about TIME left$", "", text, flags=re.MULTILINE)
     return re.sub(r" +(\n|$)", r"\1", re.sub(r" {2,}", " ", text))
 
 
