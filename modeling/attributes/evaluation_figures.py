@@ -143,7 +143,7 @@ def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
 
 
 def _histories(found: Judged, entry: Entry) -> dict[str, Sequence[Epoch]]:
-    from palpate.modeling.training.curves import history_in
+    from palpate.modeling.training.history import history_in
 
     own = {f"without {done.job.test}": history_in(done.arrays) for done in found.done(entry)[:MOST] if not done.refused}
     return {name: told for name, told in own.items() if told}

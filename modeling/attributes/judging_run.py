@@ -14,7 +14,7 @@ from palpate.modeling.attributes.judging_kept import keep, load
 from palpate.modeling.attributes.judging_material import reread
 from palpate.modeling.attributes.material import Material, MaterialError, Texture
 from palpate.modeling.attributes.methods import Fitted, Learning, Method
-from palpate.modeling.training.curves import curve_of
+from palpate.modeling.training.history import curve_of
 from palpate.signals.arrays import Array
 
 LOW, HIGH = 0.0, 100.0

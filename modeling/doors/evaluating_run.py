@@ -16,7 +16,7 @@ from palpate.modeling.doors.evaluating_jobs import WHOLE, Context, Done, Job, da
 from palpate.modeling.doors.evaluating_kept import checkpoint, forget_checkpoints, keep, load
 from palpate.modeling.doors.evaluating_made import at_the_ends, made
 from palpate.modeling.doors.methods import Fitted
-from palpate.modeling.training.curves import curve_of
+from palpate.modeling.training.history import curve_of
 
 Arrays = dict[str, NDArray[Any]]
 

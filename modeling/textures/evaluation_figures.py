@@ -19,7 +19,7 @@ from palpate.modeling.textures.judging_jobs import Fit, Play
 from palpate.modeling.textures.judging_whole import Judged
 from palpate.modeling.textures.metrics import SMOOTHED
 from palpate.modeling.textures.registry import DEFAULT, THESIS
-from palpate.modeling.training.curves import history_in
+from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from palpate.modeling.textures.judging_jobs import Done, Fit, Play
 from palpate.modeling.textures.judging_whole import Judged
 from palpate.modeling.textures.metrics import mean_of
 from palpate.modeling.textures.registry import THESIS
-from palpate.modeling.training.curves import history_in
+from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
 
 Row = dict[str, Any]

@@ -15,8 +15,7 @@ from palpate.modeling.textures.metrics import explained, gfc, mae
 from palpate.modeling.textures.outputs import write_texture
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
-from palpate.modeling.training.curves import curve_of
-from palpate.modeling.training.history import history_of
+from palpate.modeling.training.history import curve_of, history_of
 from palpate.signals.arrays import Array
 from palpate.signals.textures.voice import play
 

@@ -17,7 +17,7 @@ from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.textures.simulator import TextureSimulator
-from palpate.modeling.training.curves import history_in
+from palpate.modeling.training.history import history_in
 from palpate.modeling.training.run_card import run_card
 from palpate.modeling.training.written import Written, write_trained
 from palpate.protocols.progress import Report

@@ -1,7 +1,8 @@
 """Trainings kept on disk: tensors in a safetensors file, the rest in a JSON file that names the tensors' SHA-256.
 
 The JSON file is written last and renamed into its place, so that a checkpoint is there as a whole or not at all;
-the one before it stays until the next. Nothing in either can execute code.
+the one before it stays until the next. Nothing in either can execute code. A checkpoint is continued only by the
+training that wrote it, to the bit (`identity_of`).
 """
 
 from __future__ import annotations
@@ -12,17 +13,27 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import torch
 from safetensors import SafetensorError
 from safetensors.torch import load, save
-from torch import Tensor
+from torch import Tensor, nn
+from torch.optim import Optimizer
 
+from palpate.modeling.training.history import Epoch
 from palpate.modeling.training.refusals import CheckpointError
-from palpate.protocols.canonical import canonical, digest, parse
+from palpate.modeling.training.schedule import course_of
+from palpate.modeling.training.seeding import batch_chance
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Source, answer_of, digest_of
+from palpate.modeling.training.stepping import Loss
+from palpate.modeling.training.weights import Weights, copied, restore
+from palpate.protocols.canonical import canonical, difference, digest, parse
 from palpate.protocols.files import UNFINISHED, write_bytes
 from palpate.protocols.progress import Report
 
 FORMAT = "palpate checkpoint 1"
 KEEP = 2
+_NOW, _BEST, _OPTIMISER, _DROPOUT = "now.", "best.", "optimiser.", "dropout"
 
 
 @dataclass(frozen=True)
@@ -84,3 +95,116 @@ def _remove_others(folder: Path, newest: str) -> None:
             path.unlink(missing_ok=True)
     for path in folder.glob(f"{UNFINISHED}*"):
         path.unlink(missing_ok=True)
+
+
+@dataclass
+class State:
+    """What changes while a network is trained."""
+
+    network: nn.Module
+    optimiser: Optimizer
+    best: Weights
+    history: list[Epoch]
+
+
+def kept(state: State, identity: Mapping[str, Any]) -> Kept:
+    """Everything that the next epoch depends on."""
+    tensors = {_NOW + name: tensor for name, tensor in copied(state.network).items()}
+    tensors |= {_BEST + name: tensor for name, tensor in state.best.items()}
+    tensors |= {_OPTIMISER + name: tensor for name, tensor in _optimiser_tensors(state.optimiser).items()}
+    tensors[_DROPOUT] = torch.get_rng_state()
+    plain = {"identity": dict(identity), "history": [epoch.plain() for epoch in state.history]}
+    return Kept(len(state.history), tensors, plain)
+
+
+def put_back(state: State, found: Kept) -> None:
+    """Make the state what it was when it was kept. Raises CheckpointError where the tensors are not this training's."""
+    try:
+        restore(state.network, _under(_NOW, found.tensors))
+        _restore_optimiser(state.optimiser, _under(_OPTIMISER, found.tensors))
+        torch.set_rng_state(found.tensors[_DROPOUT])
+        state.best = _under(_BEST, found.tensors)
+        state.history[:] = [Epoch(**epoch) for epoch in found.plain["history"]]
+    except (KeyError, TypeError, RuntimeError, ValueError) as error:
+        raise CheckpointError(f"the checkpoint of epoch {found.epoch} is not of this training: {error}") from error
+
+
+def refuse_other(found: Kept, identity: Mapping[str, Any], where: str) -> None:
+    """Raise CheckpointError where the checkpoint is of other data, settings, another network or loss."""
+    theirs = found.plain["identity"]
+    for name, ours in identity.items():
+        if told := difference(theirs.get(name), ours, name):
+            raise CheckpointError(f"{where} holds another training ({told}). Name another folder, or remove that one.")
+
+
+def refuse_longer(found: Kept, settings: Settings, where: str) -> None:
+    """Raise CheckpointError where that training went on after these settings would have ended it: it has other weights.
+
+    Fewer epochs than it has, or a patience that ran out before its last one.
+    """
+    course = course_of((), settings)
+    for epoch in found.plain["history"]:
+        if course.ended(settings):
+            ends = f"holds {found.epoch} epochs, and this training ends after {course.epochs}"
+            raise CheckpointError(f"{where} {ends}. Name another folder, or remove that one.")
+        course = course.after(Epoch(**epoch).watched, settings)
+
+
+def _under(prefix: str, tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    return {name.removeprefix(prefix): tensor for name, tensor in tensors.items() if name.startswith(prefix)}
+
+
+def _optimiser_tensors(optimiser: Optimizer) -> dict[str, Tensor]:
+    """The optimiser's memory, by parameter and name. Raises CheckpointError for one that is not made of tensors."""
+    found: dict[str, Tensor] = {}
+    for parameter, memory in optimiser.state_dict()["state"].items():
+        for name, value in memory.items():
+            if isinstance(value, Tensor):
+                found[f"{parameter}.{name}"] = value.detach().clone().contiguous()
+            elif value is not None:
+                raise CheckpointError(f"{type(optimiser).__name__} keeps {name} as {type(value).__name__}: no tensor.")
+    return found
+
+
+def _restore_optimiser(optimiser: Optimizer, tensors: Mapping[str, Tensor]) -> None:
+    memory: dict[int, dict[str, Tensor]] = {}
+    for name, tensor in tensors.items():
+        parameter, key = name.split(".", 1)
+        memory.setdefault(int(parameter), {})[key] = tensor
+    optimiser.load_state_dict({**optimiser.state_dict(), "state": memory})
+
+
+def identity_of(
+    network: nn.Module, data: Source, held: Source | None, loss: Loss, optimiser: Optimizer, settings: Settings
+) -> dict[str, Any]:
+    """Digests of everything that the result depends on, and the first rows' loss, which tells one loss from another."""
+    return {
+        "data": data.digest,
+        "rows": len(data),
+        "held-out data": None if held is None else held.digest,
+        "network": digest({name: list(tensor.shape) for name, tensor in network.state_dict().items()}),
+        "starting weights": digest_of(iter(network.state_dict().values())),
+        "optimiser": digest(_options(optimiser)),
+        "settings": settings.of_the_result,
+        "torch": str(torch.__version__),
+        "loss of the first rows": _first_loss(network, data, loss, settings),
+    }
+
+
+def _options(optimiser: Optimizer) -> list[Any]:
+    options = (
+        {name: repr(value) for name, value in group.items() if name != "params"} for group in optimiser.param_groups
+    )
+    return [type(optimiser).__name__, *options]
+
+
+def _first_loss(network: nn.Module, data: Source, loss: Loss, settings: Settings) -> str:
+    """As text, since it may be no number: the training itself refuses that, by name.
+
+    A network that draws also in evaluation mode draws here too; the training's own chance does not notice.
+    """
+    network.eval()
+    rows = torch.arange(min(settings.batch, len(data)))
+    with torch.no_grad(), torch.random.fork_rng(devices=[]):
+        inputs, targets = data.batch(rows, batch_chance(settings.seed, 0))
+        return repr(loss(answer_of(network, inputs), targets).tolist())

@@ -1,15 +1,19 @@
-"""What an epoch came to, and the file that keeps it."""
+"""What an epoch came to; the epochs of a training as a file, and as arrays of a finished job."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from palpate.modeling.training.refusals import TrainingError
 from palpate.protocols.files import write_text
 from palpate.protocols.tables import TableFormat, read_table, table_text
+from palpate.protocols.undefined import nan_to_none
 
 
 @dataclass(frozen=True)
@@ -36,14 +40,15 @@ class Epoch:
         return asdict(self)
 
 
+COLUMNS = tuple(field.name for field in fields(Epoch))
+PREFIX = "curve_"
+HISTORY = TableFormat(error=TrainingError, unreadable=None, counted=lambda _cells: True)
+
+
 def history_of(model: object) -> tuple[Epoch, ...]:
     """Return the epochs of a fitted model; none where it was not trained in epochs."""
     found: tuple[Epoch, ...] = getattr(getattr(model, "trained", None), "history", ())
     return found
-
-
-COLUMNS = tuple(field.name for field in fields(Epoch))
-HISTORY = TableFormat(error=TrainingError, unreadable=None, counted=lambda _cells: True)
 
 
 def write_history(history: Iterable[Epoch], path: Path) -> Path:
@@ -70,6 +75,29 @@ def remove_history(folder: Path, name: str) -> None:
     if ours:
         for kind in ("svg", "png", "csv"):
             table.with_suffix(f".{kind}").unlink(missing_ok=True)
+
+
+def curve_of(model: object) -> dict[str, NDArray[np.float64]]:
+    """The epochs of a model by column, NaN where nothing was held out; nothing where it was not trained in epochs."""
+    history = history_of(model)
+    if not history:
+        return {}
+    columns = {name: [getattr(epoch, name) for epoch in history] for name in COLUMNS}
+    return {
+        f"{PREFIX}{name}": np.array([np.nan if value is None else value for value in column], dtype=np.float64)
+        for name, column in columns.items()
+    }
+
+
+def history_in(arrays: Mapping[str, NDArray[Any]]) -> tuple[Epoch, ...]:
+    """The epochs that `curve_of` put among these arrays; none for a method that has none."""
+    columns = {name.removeprefix(PREFIX): each for name, each in arrays.items() if name.startswith(PREFIX)}
+    epochs = []
+    for i in range(len(columns.get("epoch", ()))):
+        at = {name: float(values[i]) for name, values in columns.items()}
+        held = nan_to_none(at["held_loss"])
+        epochs.append(Epoch(int(at["epoch"]), at["seconds"], at["learning_rate"], at["train_loss"], held))
+    return tuple(epochs)
 
 
 def _epoch(path: Path, number: int, line: Sequence[str]) -> Epoch:

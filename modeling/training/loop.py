@@ -10,11 +10,18 @@ from typing import Any, TypeAlias
 from torch import nn
 from torch.optim import Adam, Optimizer
 
-from palpate.modeling.training.checkpoints import read_latest, write_checkpoint
+from palpate.modeling.training.checkpoints import (
+    State,
+    identity_of,
+    kept,
+    put_back,
+    read_latest,
+    refuse_longer,
+    refuse_other,
+    write_checkpoint,
+)
 from palpate.modeling.training.history import Epoch
-from palpate.modeling.training.identity import identity_of
 from palpate.modeling.training.refusals import TrainingError
-from palpate.modeling.training.resuming import State, kept, put_back, refuse_longer, refuse_other
 from palpate.modeling.training.schedule import Course, course_of
 from palpate.modeling.training.seeding import training_state
 from palpate.modeling.training.settings import Settings
