@@ -12,7 +12,7 @@ from tests.modeling.attributes import judged_attributes as small
 pytestmark = pytest.mark.long
 
 METHODS = {
-    name: Method(name, method.title, method.fit, method.sees)
+    name: Method(name, method.title, method.fit, method.sees, restore=method.restore)
     for name, method in {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}.items()
 }
 
