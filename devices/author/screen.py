@@ -84,10 +84,10 @@ class DesignerScreen(AppScreen):
         self.do(name)
 
     def key(self, name: str | None, event: Key, /) -> bool:
-        if event.name in ("left", "right") and not self._on_smoothing(name):
+        if event.name in ("left", "right") and name != "smoothing":
             self.move_focus(1 if event.name == "right" else -1, [f"wish {n}" for n in range(len(self.work.a.wish))])
             return True
-        if event.name == "enter" and not self._is_button(name):
+        if event.name == "enter" and (name is None or self._is_slider(name)):
             self.do("play")
             return True
         if name is None or not self._is_slider(name):
@@ -96,12 +96,6 @@ class DesignerScreen(AppScreen):
 
     def _is_slider(self, name: str | None) -> bool:
         return name is not None and (name.startswith("wish ") or name == "smoothing")
-
-    def _is_button(self, name: str | None) -> bool:
-        return name is not None and not self._is_slider(name)
-
-    def _on_smoothing(self, name: str | None) -> bool:
-        return name == "smoothing"
 
     def _offset(self, name: str, event: Pressed) -> float:
         """A marker that is taken hold of beside its middle does not jump there."""

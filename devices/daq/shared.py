@@ -150,7 +150,7 @@ def share_cards(devices: Iterable[object]) -> None:
     by_card: dict[str, list[DaqSensor]] = {}
     for device in devices:
         if isinstance(device, DaqSensor) and isinstance(device.daq, NiDaq):
-            by_card.setdefault(_card(device.daq.wiring), []).append(device)
+            by_card.setdefault(device.daq.wiring.channels[0].partition("/")[0], []).append(device)
     for name, sensors in by_card.items():
         if len(sensors) > 1:
             _join(name, sensors)
@@ -182,7 +182,3 @@ def _every(name: str, wiring: Wiring, rate_hz: float, card: str) -> int:
             f" {wiring.rate_hz:g} is no whole part; write `rate_hz: {rate_hz / every:.9g}`, or use a card of its own"
         )
     return every
-
-
-def _card(wiring: Wiring) -> str:
-    return wiring.channels[0].partition("/")[0]

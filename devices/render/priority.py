@@ -47,7 +47,9 @@ def in_front(real_time: bool) -> Mapping[str, str]:
         if not told["priority"].startswith("real-time"):
             told["slices"] = f"{SLICE_NS // 1000} us" if _short_slices() else "the system's usual ones"
         told["memory"] = "locked" if real_time and _locked() else "not locked"
-        _sharp_timers()
+        # A sleep ends when it should, and not up to 50 us later so as to save power.
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
     return told
 
 
@@ -104,9 +106,3 @@ def _locked() -> bool:
     with suppress(OSError, AttributeError):
         return bool(ctypes.CDLL(None, use_errno=True).mlockall(MCL_CURRENT_AND_FUTURE) == 0)
     return False
-
-
-def _sharp_timers() -> None:
-    """A sleep ends when it should, and not up to 50 us later so as to save power."""
-    with suppress(OSError, AttributeError):
-        ctypes.CDLL(None).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)

@@ -124,7 +124,8 @@ def _entry(text: str, device: str) -> yaml.MappingNode:
 
 
 def _replaced(text: str, value: yaml.Node, instead: str) -> Span:
-    _demand_on_its_line(value)
+    if _in_block(value):
+        raise ValueError(f"line {value.start_mark.line + 1}: a value over lines of its own")
     begin, end = value.start_mark.index, value.end_mark.index
     return begin, end, instead if text[begin - 1 : begin].isspace() else f" {instead}"
 
@@ -148,11 +149,6 @@ def _in_block(value: yaml.Node) -> bool:
     if isinstance(value, yaml.ScalarNode):
         return value.style in ("|", ">")
     return not getattr(value, "flow_style", False)
-
-
-def _demand_on_its_line(value: yaml.Node) -> None:
-    if _in_block(value):
-        raise ValueError(f"line {value.start_mark.line + 1}: a value over lines of its own")
 
 
 def _wanted(data: Any, device: str, settings: Mapping[str, Any]) -> Any:

@@ -139,7 +139,7 @@ class Showing:
         mending = self.door.mending
         while True:
             confirmed = mending.wanted
-            while (aside := self._asked()) is not None:
+            while (aside := self.door.mending.asked(WAITING, self.window, self.desk)) is not None:
                 yield aside
             link, identity = self.door.greeted()
             if not identity.fault:
@@ -151,9 +151,6 @@ class Showing:
                 return link
             else:
                 mending.wanted = f"{latched}, and its cause remains"
-
-    def _asked(self) -> Aside | None:
-        return self.door.mending.asked(WAITING, self.window, self.desk)
 
     def _at_rest(self, told: str) -> None:
         """Once: motor off, brake on."""

@@ -57,7 +57,7 @@ def _trials(words: Wording) -> dict[str, Specimen]:
         "sliders-four": Specimen(_asked(four), _some(four, (31, 58))),
         "sliders-labelled": Specimen(_asked(labelled), _some(labelled, (62,))),
         "similarity": Specimen(_asked(alike), _some(alike, (72,))),
-        "anchor": Specimen(_asked(_anchor(words), former={"felt": 1})),
+        "anchor": Specimen(_asked(AnchorForm(Anchor(id="1", label=words.anchor), "1", 1, 2), former={"felt": 1})),
         "authoring": Specimen(_asked(tries, former=_some(tries, (90, 50, 20, 35, 60, 45, 50)))),
         "authoring-live": Specimen(_asked(live, former=_some(live, (90, 50, 20, 35, 60, 45, 50)))),
         "authoring-felt": Specimen(
@@ -107,10 +107,6 @@ def _asked(form: Form, former: Mapping[str, Any] | None = None) -> Ask:
 
 def _trial(form: Form) -> Trial:
     return Trial(15, "1", False, Stimulus(id="1"), form, may_go_back=True, rest_before=False)
-
-
-def _anchor(words: Wording) -> AnchorForm:
-    return AnchorForm(Anchor(id="1", label=words.anchor), "1", 1, 2)
 
 
 def _criterion(number: int, text: str) -> Criterion:
