@@ -86,7 +86,7 @@ def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:
 
 
 def _live(ask: Ask, form: Sliders, page: Page, t0_ns: int, playing: bool) -> Screen:
-    from palpate.devices.window.screens.authoring import LiveAuthoringScreen
+    from palpate.devices.window.screens.live_authoring import LiveAuthoringScreen
 
     return LiveAuthoringScreen(ask, form, page, t0_ns, playing)
 

@@ -1,4 +1,6 @@
 import json
+import subprocess
+import sys
 
 import pytest
 from click.testing import CliRunner
@@ -100,9 +102,6 @@ def test_check_shows_the_calibration_in_words(tmp_path, monkeypatch):
 
 
 def test_the_verbs_import_nothing_heavy():
-    import subprocess
-    import sys
-
     code = (
         "import sys; from palpate.devices.window.commands import window; window(['--help'], standalone_mode=False); "
         "print(sorted({'PIL', 'psychopy', 'pyglet', 'numpy', 'Xlib'} & set(sys.modules)))"
@@ -110,3 +109,11 @@ def test_the_verbs_import_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
     assert done.stdout.strip().endswith("[]")
+
+
+def test_a_window_of_a_session_that_shows_no_force_loads_no_numpy():
+    code = (
+        "import sys, palpate.devices.window.presenter_window\n"
+        "print(sorted({'PIL', 'psychopy', 'pyglet', 'numpy', 'Xlib'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
