@@ -16,7 +16,6 @@ import numpy as np
 import torch
 
 from benchmarks.synthesis.stock_foten import DELTA, train_plainly
-from palpate.modeling.textures.cosine import cosine
 from palpate.modeling.textures.fitting import Rows, answers, rows_of
 from palpate.modeling.textures.foten import SETTINGS
 from palpate.modeling.textures.foten_network import WINDOW, Foten
@@ -27,6 +26,7 @@ from palpate.modeling.textures.simulated import captured
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.splitting import split
 from palpate.modeling.training.loop import Optimise, adam, train
+from palpate.modeling.training.optimisers import cosine
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.protocols.bench import Case

@@ -18,8 +18,8 @@ from palpate.modeling.attributes.methods import Learning
 from palpate.modeling.attributes.network_rows import Look, Shown, Target, drawn, look_of, shown, spread_out, target_of
 from palpate.modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
 from palpate.modeling.attributes.visuo_tactile import VisuoTactile, rmse
-from palpate.modeling.textures.cosine import cosine
 from palpate.modeling.training.loop import Trained, adam, train
+from palpate.modeling.training.optimisers import cosine
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Made

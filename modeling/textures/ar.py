@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.cluster.hierarchy import fcluster, ward
+from scipy.signal.windows import hann
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.textures.ar_levels import levelled
 from palpate.modeling.textures.ar_places import PER, Mesh, meshed
-from palpate.modeling.textures.ar_segments import Stretch, segmented
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import CHANNELS, TextureDataError
 from palpate.protocols.wording import count
@@ -38,6 +38,27 @@ MOST = 200
 SILENT = 1e-8
 """Share of the training part's power that counts as none: a log SD without end would reach its neighbours."""
 AT_ONCE = 4096
+STEP = 25
+"""Samples between places where a border may lie."""
+SHORTEST, LONGEST = 4, 80
+"""Steps of a stretch: 0.1 s to 2 s."""
+HIGHEST = 20
+"""Order that a stretch's cost is looked at with."""
+LEAST = 1e-20
+"""Power, relative to the whole recording's, below which a stretch is silent."""
+PRIOR = 4.0
+"""So many samples' worth of belief in the level that a point's own stretches have."""
+NEWTON_STEPS, SMALLEST_STEP = 50, 1e-9
+LARGEST_STEP = 1.0
+"""A Newton step changes no log SD by more."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Samples [start, stop) whose spectrum hardly changes."""
+
+    start: int
+    stop: int
 
 
 @dataclass(frozen=True)
@@ -176,6 +197,105 @@ def _levels(plain: FittedAr, learning: Learning, floor: float) -> Array:
     acceleration, speed, force = learning.recording.signals[:, at]
     shares = plain.mesh.shares(np.stack([speed, force], axis=1))
     return levelled(plain.log_sd, shares, acceleration**2 + floor, power_gain(plain.filters(speed, force)))
+
+
+def levelled(log_sd: Array, shares: Array, squares: Array, gains: Array) -> Array:
+    """The log SD of the innovations at each point (k,), from what the stretches gave.
+
+    Where sample n, of the square `squares` (n,), has the shares (n, k) of the points and a predictor that makes white
+    noise `gains` (n,) times as strong, its variance is gains exp(2 shares log_sd). The negative log likelihood of that,
+    with the prior that nothing is to change, is convex in log_sd: Newton's method finds its one maximum.
+    """
+    powers = squares / gains
+    found = log_sd.copy()
+    for _ in range(NEWTON_STEPS):
+        excess = powers * np.exp(-2 * np.clip(shares @ found, -300, 300))
+        slope = shares.T @ (1 - excess) + PRIOR * (found - log_sd)
+        bend = (shares * (2 * excess)[:, None]).T @ shares + PRIOR * np.eye(len(found))
+        step = np.linalg.solve(bend, -slope)
+        step *= min(1.0, LARGEST_STEP / max(float(np.abs(step).max()), SMALLEST_STEP))
+        found += step
+        if np.abs(step).max() < SMALLEST_STEP:
+            break
+    return found
+
+
+def segmented(acceleration: Array, parts: Sequence[tuple[int, int]]) -> tuple[Stretch, ...]:
+    """The stretches of least description length within each part [start, stop); all of it where it is short.
+
+    The cost of a cut is that of AutoPARM (Davis et al. 2006): what it takes to tell the borders, each stretch's order,
+    its coefficients, and the samples that they leave unexplained. AutoPARM searches with a genetic algorithm; here
+    borders lie on a grid, so the best cut of all is found by dynamic programming.
+    """
+    floor = LEAST * float(np.mean([np.mean(acceleration[a:b] ** 2) for a, b in parts])) + np.finfo(float).tiny
+    found: list[Stretch] = []
+    total = sum(b - a for a, b in parts)
+    for start, stop in parts:
+        borders = _borders(acceleration[start:stop], floor, total)
+        edges = [start, *(start + STEP * each for each in borders), stop]
+        found += [Stretch(a, b) for a, b in pairwise(edges)]
+    return tuple(found)
+
+
+def _borders(samples: Array, floor: float, total: int) -> list[int]:
+    """The inner borders of one part, in steps."""
+    lags = _lags(samples)
+    count = len(lags)
+    if count < 2 * SHORTEST:
+        return []
+    costs = _costs(lags, floor, total)
+    best, last = np.full(count + 1, np.inf), np.zeros(count + 1, dtype=int)
+    best[0] = 0
+    for stop in range(SHORTEST, count + 1):
+        starts = np.arange(max(0, stop - LONGEST), stop - SHORTEST + 1)
+        all_costs = best[starts] + costs[stop - starts, starts]
+        last[stop] = starts[all_costs.argmin()]
+        best[stop] = all_costs.min()
+    borders: list[int] = []
+    place = int(last[count])
+    while place:
+        borders.insert(0, place)
+        place = int(last[place])
+    return borders
+
+
+def _lags(samples: Array) -> Array:
+    """(steps, HIGHEST + 1): the autocorrelation about each step, tapered: any sum of them belongs to a signal."""
+    width = 2 * STEP
+    padded = np.pad(samples, (STEP // 2, STEP // 2 + width))
+    count = len(samples) // STEP
+    frames = sliding_window_view(padded, width)[: count * STEP : STEP] * hann(width, sym=False)
+    return np.stack([(frames[:, lag:] * frames[:, : width - lag]).sum(axis=1) for lag in range(HIGHEST + 1)], axis=1)
+
+
+def _costs(lags: Array, floor: float, total: int) -> Array:
+    """(LONGEST + 1, steps): the description length in nats of so many steps from each one on."""
+    count = len(lags)
+    sums = np.concatenate([np.zeros((1, lags.shape[1])), np.cumsum(lags, axis=0)])
+    costs = np.full((LONGEST + 1, count), np.inf)
+    taper = float((hann(2 * STEP, sym=False) ** 2).sum())
+    for steps in range(SHORTEST, min(LONGEST, count) + 1):
+        errors = _errors((sums[steps:] - sums[:-steps]) / (steps * taper), floor)
+        size = steps * STEP
+        orders = np.arange(1, HIGHEST + 1)
+        told = np.log(total) + np.log(orders) + (orders + 2) / 2 * np.log(size)
+        costs[steps, : count - steps + 1] = (size / 2 * np.log(2 * np.pi * errors) + told).min(axis=1)
+    return costs
+
+
+def _errors(lags: Array, floor: float) -> Array:
+    """(n, HIGHEST): the error of the best predictor of each order, by the recursion of Levinson and Durbin."""
+    error = lags[:, 0] + floor
+    found = np.empty((len(lags), HIGHEST))
+    filters = np.zeros((len(lags), HIGHEST + 1))
+    filters[:, 0] = 1
+    for order in range(1, HIGHEST + 1):
+        across = (filters[:, :order] * lags[:, order:0:-1]).sum(axis=1)
+        reflection = -across / error
+        filters[:, : order + 1] += reflection[:, None] * filters[:, order::-1]
+        error = np.maximum(error * (1 - reflection**2), floor)
+        found[:, order - 1] = error
+    return found
 
 
 AR = Method(

@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
+from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor, nn
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.textures.cosine import cosine
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Scale, TextureDataError
-from palpate.modeling.textures.resting import with_rest
 from palpate.modeling.textures.windows import scale_of, windows
 from palpate.modeling.training.loop import Optimise, Trained, adam
 from palpate.modeling.training.loop import train as train_network
+from palpate.modeling.training.optimisers import cosine
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
@@ -31,6 +31,14 @@ from palpate.signals.arrays import Array
 AT_ONCE = 512
 """Windows that a network answers at a time."""
 QUICK_EPOCHS, QUICK_BATCH = 2, 128
+SAMPLES = 14_000
+"""The training part of 20 s (thesis 4.3.3), for which a method's epochs are meant."""
+MOST_TIMES = 10.0
+"""Times as many epochs at most."""
+LEVEL = 0.006
+"""The SD of what follows at rest, in SDs of the acceleration: -44 dB. Less would outweigh all other rows."""
+_REST = 71
+"""Tells this use of a seed from the trainer's own."""
 Make = Callable[[int], nn.Module]
 """The window's length to a network with fresh weights."""
 
@@ -187,3 +195,39 @@ def answers(network: nn.Module, given: Array) -> Array:
     if not np.isfinite(found).all():
         raise TextureDataError("the network's answer is not finite: it was given what is far beyond what it learned.")
     return found
+
+
+def for_length(settings: Settings, learning: Learning) -> Settings:
+    """Epochs and patience for the length of the recording's training part; at 20 s and above they are as given."""
+    samples = sum(stop - start for start, stop in learning.parts.train)
+    times = min(MOST_TIMES, max(1.0, SAMPLES / max(1, samples)))
+    patience = {
+        name: round(times * value)
+        for name in ("plateau_patience", "stop_patience")
+        if (value := getattr(settings, name)) is not None
+    }
+    return replace(settings, epochs=round(times * settings.epochs), **patience)
+
+
+def with_rest(rows: Pairs, share: float, scale: Scale, seed: int) -> Pairs:
+    """The rows, and `share` times as many more that rest; decided by the seed.
+
+    Their past acceleration is that of rows made quieter, from as it is down to silence: a model that runs on its own
+    output meets all of these while it dies away.
+    """
+    count = round(share * len(rows))
+    if not count:
+        return rows
+    chance = Generator(PCG64(SeedSequence([seed, _REST])))
+    inputs, targets = torch.as_tensor(rows.inputs), torch.as_tensor(rows.targets)
+    resting = inputs[torch.from_numpy(chance.integers(0, len(rows), count))].clone()
+    still = -scale.mean / scale.sd
+    fade = chance.uniform(0, 1, (count, 1)) ** 3
+    resting[:, 0] = _float32(still[0]) + _float32(fade) * (resting[:, 0] - _float32(still[0]))
+    resting[:, 1:] = _float32(still[1:, None])
+    silence = _float32(still[0] + LEVEL * chance.standard_normal((count, 1)))
+    return Pairs(torch.cat([inputs, resting]), torch.cat([targets, silence]))
+
+
+def _float32(values: object) -> Tensor:
+    return torch.from_numpy(np.asarray(values, dtype=np.float32))

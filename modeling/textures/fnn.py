@@ -14,9 +14,8 @@ from scipy.signal import firwin
 from torch import Tensor, nn
 
 from palpate.modeling.textures.exporting_foten import Pieces, fixed, pieces
-from palpate.modeling.textures.fitting import FittedWindows, fit_windows
+from palpate.modeling.textures.fitting import FittedWindows, fit_windows, for_length
 from palpate.modeling.textures.heads import loss_named
-from palpate.modeling.textures.lasting import for_length
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import RATE_HZ
 from palpate.modeling.textures.shapes import shaped

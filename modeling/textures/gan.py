@@ -20,10 +20,9 @@ import torch
 from torch import Tensor
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.textures.fitting import settings_for
+from palpate.modeling.textures.fitting import for_length, settings_for
 from palpate.modeling.textures.gan_networks import NOISE, Critic, Generator
 from palpate.modeling.textures.gan_scale import SpectraScale, spectra_scale
-from palpate.modeling.textures.lasting import for_length
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.spectrograms import FAINTEST, Frames, Spectra, spectra

@@ -16,10 +16,9 @@ from torch import Tensor, nn
 
 from palpate.modeling.textures.exporting_foten import Pieces, fixed, pieces
 from palpate.modeling.textures.exporting_informer import attended
-from palpate.modeling.textures.fitting import FittedWindows, fit_windows
+from palpate.modeling.textures.fitting import FittedWindows, fit_windows, for_length
 from palpate.modeling.textures.heads import loss_named
 from palpate.modeling.textures.informer_layers import Attended, Distilled, Embedded, Forward, ProbSparse
-from palpate.modeling.textures.lasting import for_length
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.shapes import shaped

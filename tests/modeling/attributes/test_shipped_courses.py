@@ -11,8 +11,8 @@ import torch
 from palpate.modeling.attributes import boosting, network_fit, ridge, row_networks, tactile_svm
 from palpate.modeling.attributes.methods import Learning
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
-from palpate.modeling.textures.cosine import share_of
 from palpate.modeling.training.loop import adam
+from palpate.modeling.training.optimisers import share_of
 from tests.modeling.attributes.made_material import PAIRS, made_material
 
 pytestmark = pytest.mark.needs("torch")

@@ -8,8 +8,7 @@ from scipy.signal import lfilter
 
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.writing import write_model
-from palpate.modeling.textures.ar import AR, RADIUS, fit
-from palpate.modeling.textures.ar_segments import STEP, segmented
+from palpate.modeling.textures.ar import AR, RADIUS, STEP, fit, segmented
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
 from palpate.signals.linear_prediction import (

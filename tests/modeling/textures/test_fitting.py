@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.textures.cosine import Cosine, cosine, share_of
-from palpate.modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for
+from palpate.modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for, with_rest
 from palpate.modeling.textures.foten_network import Foten
 from palpate.modeling.textures.heads import mse
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Parts, TextureDataError
-from palpate.modeling.textures.resting import with_rest
+from palpate.modeling.training.optimisers import Cosine, cosine, share_of
 from palpate.modeling.training.settings import Settings
 from tests.modeling.textures.made_up_recording import parts, recording
 

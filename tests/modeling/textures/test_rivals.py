@@ -7,10 +7,10 @@ import torch
 from palpate.modeling.files.writing import write_model
 from palpate.modeling.textures.dstn import DSTN, Dstn
 from palpate.modeling.textures.exporting_foten import exported_windows, pieces
+from palpate.modeling.textures.fitting import for_length
 from palpate.modeling.textures.fnn import FNN, Fnn, bands
 from palpate.modeling.textures.hapinf import HAPINF, HapInf, asking, picked
 from palpate.modeling.textures.informer_layers import Distilled, ProbSparse
-from palpate.modeling.textures.lasting import for_length
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Recording, Scale, TextureDataError
 from palpate.modeling.textures.windows import windows

@@ -8,8 +8,8 @@ from torch import nn
 from palpate.modeling.training import loop
 from palpate.modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
 from palpate.modeling.training.checkpoints import write_checkpoint
-from palpate.modeling.training.clipping import clipped
 from palpate.modeling.training.loop import adam, train
+from palpate.modeling.training.optimisers import clipped
 from palpate.modeling.training.refusals import CheckpointError, TrainingError
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
