@@ -8,8 +8,10 @@ from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint_text import Laid
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.frame import fitted
-from palpate.devices.window.typeset import LABEL_STEPS
+from palpate.devices.window.typeset import LABEL_STEPS, line_px
 
+NUMBERS = 4.6
+"""The size of numbers and legends."""
 COLUMN = 23.0
 """Width of a slider with its words, in the design's millimetres."""
 PLAYS = ("play", "stop", "confirm")
@@ -70,13 +72,8 @@ def lay_out(page: Page, count: int) -> Layout:
     return Layout(head, close, wishes, _columns(page, wishes, count), door, _panel(page, door), foot)
 
 
-def _line(page: Page) -> int:
-    """The height of a line of the sizes that numbers and legends have."""
-    return round(1.42 * page.metrics.text(4.6))
-
-
 def _columns(page: Page, card: Box, count: int) -> Columns:
-    unit, line = page.metrics.unit, _line(page)
+    unit, line = page.metrics.unit, line_px(page, NUMBERS)
     pad, two = unit(2), 2 * line + unit(0.5)
     width = (card.width - 2 * pad) // count
     lefts = [card.left + pad + width * number for number in range(count)]
@@ -94,11 +91,11 @@ def _columns(page: Page, card: Box, count: int) -> Columns:
 
 
 def _panel(page: Page, card: Box) -> Panel:
-    unit, metrics, line = page.metrics.unit, page.metrics, _line(page)
+    unit, metrics, line = page.metrics.unit, page.metrics, line_px(page, NUMBERS)
     chip, inner = metrics.target(8), card.grown(-unit(3))
     force = Box(inner.left, inner.top, inner.width - 2 * chip - unit(6), chip)
     left_chip = Box(inner.right - 2 * chip - unit(2), inner.top, chip, chip)
-    words_height = 3 * round(1.42 * metrics.text(4.2)) + unit(1)
+    words_height = 3 * line_px(page, 4.2) + unit(1)
     words = Box(inner.left, inner.bottom - words_height, inner.width, words_height)
     band = metrics.target(8.5)
     smooth, label, value = words.top - unit(1.5) - band, unit(30), unit(25)

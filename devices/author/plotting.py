@@ -17,7 +17,7 @@ from palpate.devices.window.paint import INK, QUIET, Colour
 from palpate.devices.window.plot import Axes, Masks, axes_for
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.profile import Curve, Ground
-from palpate.devices.window.typeset import SMALL_STEPS, Typesetter
+from palpate.devices.window.typeset import SMALL_STEPS, Typesetter, line_px
 from palpate.protocols.tables import read_table
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, DoorDataError
@@ -78,7 +78,7 @@ class Plotter:
             yield Curve(f"{name} {number}", piece.box, "grid", piece.cover, colour)
 
     def _ticks(self, axes: Axes) -> Iterator[Element]:
-        unit, line = self.setter.page.metrics.unit, round(1.42 * self.setter.page.metrics.text(3.8))
+        unit, line = self.setter.page.metrics.unit, line_px(self.setter.page, 3.8)
         for force in axes.forces_N:
             box = Box(axes.box.left - unit(11.5), axes.y(force) - line // 2, unit(11), line)
             number = f"{force:.0f}".replace("-", "\N{MINUS SIGN}")

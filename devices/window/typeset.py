@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint import INK, Colour
-from palpate.devices.window.paint_text import BLANK, Align, Laid
+from palpate.devices.window.paint_text import BLANK, LEADING, Align, Laid
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Label
 from palpate.devices.window.screens.frame import first_fit, fitted
@@ -19,6 +19,11 @@ WORD_STEPS = (5.0, 4.6, 4.2)
 SMALL_STEPS = (4.2, 3.8)
 KEPT = 400
 Steps = tuple[float, ...]
+
+
+def line_px(page: Page, step: float) -> int:
+    """Return the height of a line of that size."""
+    return round(LEADING * page.metrics.text(step))
 
 
 @dataclass

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from palpate.devices.render.window.photo import PLATE_MM
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.screen import Page
-from palpate.devices.window.typeset import SMALL_STEPS
+from palpate.devices.window.typeset import SMALL_STEPS, line_px
 
 MOST_CHIPS = 6
 CELLS = (3, 2)
@@ -86,7 +86,7 @@ def _slider(page: Page, row: Box) -> Slider:
 
 
 def _played(page: Page, card: Box) -> tuple[Plot, Plot, Box, Slider, Slider, tuple[Box, ...], Box]:
-    unit, line = page.metrics.unit, round(1.42 * page.metrics.text(SMALL_STEPS[-1]))
+    unit, line = page.metrics.unit, line_px(page, SMALL_STEPS[-1])
     inner = card.grown(-unit(3))
     words = Box(inner.left, inner.bottom - 2 * line, inner.width, 2 * line)
     cell_height = 2 * line + unit(1.5)

@@ -30,7 +30,7 @@ from palpate.devices.window.paint import ALERT, QUIET
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Card, Element, Label, rounding
 from palpate.devices.window.screens.targets import Button, Track
-from palpate.devices.window.typeset import LABEL_STEPS, SMALL_STEPS, WORD_STEPS
+from palpate.devices.window.typeset import LABEL_STEPS, SMALL_STEPS, WORD_STEPS, line_px
 from palpate.signals.models.card import Card as ModelCard
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import read_card
@@ -183,7 +183,7 @@ class RendererView(AppView):
         return scale_for(max(usual, float(abs(samples).max()) if samples.size else 0.0))
 
     def _numbers(self, name: str, places: Mapping[float, float], box: Box) -> Iterator[Element]:
-        line = round(1.42 * self.page.metrics.text(3.8))
+        line = line_px(self.page, 3.8)
         for value, share in places.items():
             row = box.top + round(share * (box.height - 1)) - line // 2
             top = min(max(row, box.top), box.bottom - line)
@@ -214,7 +214,7 @@ class RendererView(AppView):
 
     def _figures(self, heard: Heard, record: Mapping[str, Any]) -> Iterator[Element]:
         for (name, value), box in zip(figures(self.page, heard, record), self.layout.cells, strict=True):
-            line = round(1.42 * self.page.metrics.text(SMALL_STEPS[-1]))
+            line = line_px(self.page, SMALL_STEPS[-1])
             top = Box(box.left, box.top, box.width, line)
             yield self.setter.label(f"{name} name", self.page.texts(name), top, QUIET, steps=SMALL_STEPS,
                                     within="played")  # fmt: skip
