@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from palpate.protocols.plan import ParticipantRow, main_order
+from palpate.protocols.plan import main_order
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.problems import Problem
-from palpate.protocols.study import Study, is_number
-from palpate.protocols.task_parts import parts_of_task
+from palpate.protocols.study import PRESENTING, RECORDING, Study, is_number
+from palpate.protocols.tasks import TASKS, Task
 from palpate.protocols.yaml_text import Path
 
 
@@ -66,20 +66,23 @@ def _anchors(study: Study) -> Iterator[Problem]:
     """The anchors are stimuli; what they stand for, or are made from, is on the scale of an attribute."""
     if study.anchors is None:
         return
-    if study.task == "capture":
-        yield Problem(("anchors",), "task capture records stimuli and asks nothing, so there is nothing to anchor")
+    task = TASKS[study.task]
+    if task.form is None:
+        yield Problem(
+            ("anchors",), f"task {study.task} records stimuli and asks nothing, so there is nothing to anchor"
+        )
     names, ids = [attribute.name for attribute in study.attributes], [s.id for s in study.stimuli]
     for index, anchor in enumerate(study.anchors.stimuli):
         path: Path = ("anchors", "stimuli", index)
         yield from _known(anchor.id, ids, (*path, "id"), "a stimulus id")
-        if (anchor.wish is not None) != (study.task == "authoring"):
+        if (anchor.wish is not None) != task.makes:
             yield Problem(path, "wish: {ATTRIBUTE: VALUE} belongs to the anchors of task authoring, and to no others")
         stands = {} if anchor.attribute is None or anchor.value is None else {anchor.attribute: anchor.value}
         for name, value in {**stands, **(anchor.wish or {})}.items():
             yield from _known(name, names, path, "an attribute, by its name or low adjective")
             if study.scale is not None and not study.scale.holds(value):
                 yield Problem(path, f"{name}: {value:g} is not on the study's scale")
-    if not study.anchors.rated and study.task == "authoring":
+    if not study.anchors.rated and task.makes:
         yield Problem(("anchors", "rated"), "anchors made from wishes are no trials; leave rated out")
     elif not study.anchors.rated and not study.stimuli_of(None):
         yield Problem(("anchors", "rated"), "every stimulus is an anchor that is not rated; nothing is left for trials")
@@ -179,3 +182,73 @@ def _repeated(names: Iterable[str], path: Path, what: str) -> Iterator[Problem]:
         if name in seen:
             yield Problem(path, f"{what} {name!r} stands twice")
         seen.add(name)
+
+
+def parts_of_task(study: Study) -> Iterator[Problem]:
+    """A part that the task needs and the file lacks, or that no such task has."""
+    task = TASKS[study.task]
+    tasks_with: dict[str, list[str]] = {}
+    for name, other in TASKS.items():
+        for key in other.keys:
+            tasks_with.setdefault(key, []).append(name)
+    present = {key for key in tasks_with if getattr(study, key)}
+    for key in task.required:
+        if key not in present:
+            yield Problem((key,), f"this key is required for task {study.task}")
+    for key in sorted(present - {*task.keys}):
+        yield Problem((key,), f"belongs to task {' or '.join(tasks_with[key])}, and this one is {study.task}")
+    yield from task.check(study)
+    yield from _of_ends(study)
+    if task.forward_only and study.navigation == "back_and_forward":
+        yield Problem(("navigation",), f"task {study.task} goes forward only")
+    yield from _of_devices(study, task)
+
+
+def _of_devices(study: Study, task: Task) -> Iterator[Problem]:
+    """What records the stimuli, or makes what is wished for, is listed; and nothing that the task does not use."""
+    used = task.device(study)
+    if used and used not in study.needs:
+        yield Problem(("needs",), f"task {study.task} needs the device {used}, which is not listed")
+    if study.live is not None and "window" not in study.needs:
+        yield Problem(("live",), "the sliders are moved while the door is felt: needs: [window] goes together with it")
+    if study.noise is not None and "masking_noise" not in study.needs:
+        yield Problem(("noise",), "a level of the noise goes together with needs: [masking_noise]")
+    presenting = [need for need in study.needs if need in PRESENTING]
+    for index, need in enumerate(study.needs):
+        place = ("needs", index)
+        if need in study.needs[:index]:
+            yield Problem(place, f"{need} stands twice")
+        elif need in RECORDING and need != (study.capture and study.capture.device):
+            recording = f", which records with {study.capture.device}" if study.capture is not None else ""
+            yield Problem(place, f"nothing in task {study.task}{recording} records with {need}; leave it out")
+        elif need in PRESENTING and (need == "door_generator") != task.makes:
+            yield Problem(place, f"nothing in task {study.task} is presented by {need}; leave it out")
+        elif need in presenting[1:]:
+            yield Problem(place, f"{need} would present nothing: {presenting[0]} presents the stimuli; leave one out")
+
+
+def _of_ends(study: Study) -> Iterator[Problem]:
+    for key in ("opening", "closing"):
+        names = getattr(study, key)
+        if len(set(names)) < len(names):
+            yield Problem((key,), f"a form stands twice in {', '.join(names)}")
+    if ("eligibility" in study.opening) != bool(study.eligible):
+        yield Problem(("eligible",), "opening: [eligibility] and eligible: [{name, text, answer}, ...] go together")
+    names = [criterion.name for criterion in study.eligible]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            yield Problem(("eligible", index), f"the question {name!r} stands twice")
+    if ("interview" in study.closing) != bool(study.interview):
+        yield Problem(("interview",), "closing: [interview] and interview: [{name, text}, ...] go together")
+    names = [item.name for item in study.interview]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            yield Problem(("interview", index), f"the question {name!r} stands twice")
+    asked = "questionnaire" in study.closing
+    if asked != (study.questionnaire is not None):
+        yield Problem(("questionnaire",), "closing: [questionnaire] and questionnaire: {items: ...} go together")
+    if study.questionnaire is not None:
+        items = [item.name for item in study.questionnaire.items]
+        for index, name in enumerate(items):
+            if name in items[:index]:
+                yield Problem(("questionnaire", "items", index), f"the item {name!r} stands twice")

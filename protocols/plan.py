@@ -19,48 +19,15 @@ from palpate.protocols.forms import (
     LabForms,
     Lexicon,
     Likert,
-    Sliders,
-    Words,
 )
 from palpate.protocols.keyed import Key, shuffled
 from palpate.protocols.orders import Design, latin_row, rows_of, williams_row
-from palpate.protocols.study import RATED, Stimulus, Study
+from palpate.protocols.study import Stimulus, Study
+from palpate.protocols.tasks import TASKS
+from palpate.protocols.trial import ParticipantRow, Recording, Trial
 
 LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
 """What the databases that sessions are collected into can hold."""
-
-
-@dataclass(frozen=True)
-class ParticipantRow:
-    """A pseudonym with its group and its row of the counterbalancing square (0-based)."""
-
-    participant: str
-    group: str | None = None
-    row: int = 0
-
-
-@dataclass(frozen=True)
-class Recording:
-    """What is recorded of a stimulus: the device and for how long."""
-
-    device: str
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One stimulus and what is asked about it, or recorded; `attempt`, `previous` are set when it is met again."""
-
-    number: int
-    block: str
-    practice: bool
-    stimulus: Stimulus
-    form: Form | None
-    may_go_back: bool
-    rest_before: bool
-    recording: Recording | None = None
-    attempt: int = 1
-    previous: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -163,7 +130,8 @@ def compile_plan(
     _check(study, who, seed)
     if not 1 <= session < LARGEST_ROW:
         raise PlanError(f"participant {who.participant}: session {session}; sessions count from 1")
-    form = _form(study, who, seed, session)
+    make = TASKS[study.task].form
+    form = None if make is None else make(study, who, seed, session)
     practice = [("practice", stimulus) for stimulus in _practice(study)]
     main = list(main_order(study, who, seed, session))
     trials = [
@@ -182,11 +150,7 @@ def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 
     stimuli, repeats = study.stimuli_of(who.group), study.order.repeats
     first = (session - 1) * repeats if study.over_sessions == "next_row" else 0
     trials = [one for turn in range(first, first + repeats) for one in _one_pass(study, who, seed, turn, stimuli)]
-    yield from reversed(trials) if _is_mirrored(study, session) else trials
-
-
-def _is_mirrored(study: Study, session: int) -> bool:
-    return study.over_sessions == "mirrored" and session % 2 == 0
+    yield from reversed(trials) if study.is_mirrored(session) else trials
 
 
 def ordered(
@@ -245,27 +209,6 @@ def _practice(study: Study) -> list[Stimulus]:
         return []
     by_id = {stimulus.id: stimulus for stimulus in study.stimuli}
     return [by_id[each] for each in study.practice.stimuli]
-
-
-def _form(study: Study, who: ParticipantRow, seed: int, session: int) -> Form | None:
-    """What is asked in every trial; the order of a word list may be the participant's own, session by session."""
-    if study.task in RATED and study.scale is not None:
-        sides = study.sides if study.task == "similarity" else ()
-        live = study.live
-        return Sliders(
-            study.attributes, study.scale, sides, tries=study.task == "authoring", live=live is not None,
-            shows_force=live is not None and live.show_force,
-        )  # fmt: skip
-    if study.task == "adjective_selection" and study.adjectives is not None:
-        words = [each.word for each in study.adjectives.words]
-        if study.adjectives.order == "random":
-            again = (session,) if session > 1 and study.over_sessions == "next_row" else ()
-            words = list(shuffled(words, "words", study.study, seed, who.participant, *again))
-            words = words[::-1] if _is_mirrored(study, session) else words
-        return Words(tuple(words), study.adjectives.further)
-    if study.task == "free_lexicon":
-        return Lexicon(study.lexicon.at_least if study.lexicon is not None else 1)
-    return None
 
 
 def _anchor(study: Study, block: str, number: int, met: int) -> Trial:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from palpate.protocols.forms import AnchorForm, Form, Sliders
-from palpate.protocols.plan import Trial
+from palpate.protocols.trial import Trial
 
 
 class ReplyError(ValueError):

@@ -9,7 +9,7 @@ from typing import Any
 
 from palpate.protocols.canonical import Json, canonical
 from palpate.protocols.events import ANSWERED, CAPTURED, FAULTED, LEFT, REPEATED, Event, Log, World
-from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.plan import Plan
 from palpate.protocols.requests import (
     Aside,
     Ask,
@@ -24,6 +24,7 @@ from palpate.protocols.requests import (
     Samples,
 )
 from palpate.protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack, feel_anchor
+from palpate.protocols.trial import Trial
 
 COMPLETE, DECLINED, INELIGIBLE, ABORTED = "complete", "declined", "ineligible", "aborted"
 
@@ -196,7 +197,7 @@ def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:
     record.trial, record.tried = trial, None
     record.note("trial_started", {"stimulus": trial.stimulus.id, "block": trial.block})
     try:
-        outcome = _interact(TASKS[task](trial), record)
+        outcome = _interact(TASKS[task].steps(trial), record)
     except _Again as again:
         record.note("trial_ended", {"as": again.ended_as})
         record.trial = None

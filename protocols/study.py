@@ -15,7 +15,9 @@ from pydantic import (
     Field,
     model_validator,
 )
+from pydantic_core import PydanticKnownError
 
+from palpate.protocols.known_tasks import TASK_PLACES
 from palpate.protocols.orders import Design
 
 LARGEST_STUDY = 5000
@@ -37,6 +39,14 @@ def _plain_name(value: str) -> str:
     return value
 
 
+def _known_task(value: Any) -> Any:
+    """Refuse what names no task as pydantic refuses what is no literal."""
+    if value not in TASK_PLACES:
+        *first, last = map(repr, TASK_PLACES)
+        raise PydanticKnownError("literal_error", {"expected": f"{', '.join(first)} or {last}"})
+    return value
+
+
 Text = Annotated[str, Field(strict=True, min_length=1, max_length=10_000)]
 Name = Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_plain_name)]
 Level = Annotated[Text, BeforeValidator(_level)]
@@ -50,11 +60,7 @@ Minutes = Annotated[float, Field(gt=0, le=24 * 60, allow_inf_nan=False)]
 People = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 Days = Annotated[int, Field(strict=True, ge=0, le=3650)]
 OverSessions = Literal["same", "next_row", "mirrored"]
-TaskName = Literal[
-    "slider_rating", "matching", "similarity", "adjective_selection", "free_lexicon", "authoring", "capture"
-]
-RATED = ("slider_rating", "matching", "similarity", "authoring")
-"""Tasks that rate attributes on a scale."""
+TaskName = Annotated[str, BeforeValidator(_known_task)]
 Need = Literal[
     "door", "window", "samples", "tool", "door_sensors", "texture_renderer", "door_generator", "camera", "masking_noise"
 ]
@@ -477,6 +483,10 @@ class Study(Strict):
     def over_sessions(self) -> OverSessions:
         """The rule that gives a later session its order."""
         return self.order.over_sessions or rule_for(self.sessions)
+
+    def is_mirrored(self, session: int) -> bool:
+        """Return whether the session of this number has the first one's order reversed."""
+        return self.over_sessions == "mirrored" and session % 2 == 0
 
     @property
     def blind(self) -> tuple[str, ...]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from palpate.protocols.plan import ParticipantRow
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 
 _PSEUDONYM = re.compile(r"^[A-Za-z][A-Za-z0-9]{0,15}$")
 _COUNTED = re.compile(r"^[A-Za-z]+0*([1-9][0-9]{0,6})$")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.protocols.plan import ParticipantRow
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.record import LedgerError, read_header
 
 

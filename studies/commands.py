@@ -117,7 +117,8 @@ def _wordings(found: Found, lab: Path) -> list[str]:
 
 def _demand_playable(found: Found) -> None:
     """Every stimulus of every group can be presented."""
-    from palpate.protocols.plan import ParticipantRow, compile_plan
+    from palpate.protocols.plan import compile_plan
+    from palpate.protocols.trial import ParticipantRow
     from palpate.studies.rig import simulated
 
     rig = simulated(found.study, found.folder)

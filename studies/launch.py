@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.reading import StudyError
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.yaml_text import YamlError
 from palpate.studies.allocation import AllocationError, allocate
 from palpate.studies.catalogue import read_study

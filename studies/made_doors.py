@@ -12,8 +12,8 @@ from palpate.devices.door.live import LiveDoor
 from palpate.devices.door.making import HIGHEST, LOWEST, Doors, maker_for
 from palpate.devices.signals import Presents
 from palpate.protocols.forms import Sliders
-from palpate.protocols.plan import Trial
 from palpate.protocols.requests import Came, Chunk, Fault, Present, Reply
+from palpate.protocols.trial import Trial
 from palpate.studies.errors import RigError
 from palpate.studies.live_doors import LiveForm, LiveRecord, ShowsForms
 

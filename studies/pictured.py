@@ -8,8 +8,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.protocols.plan import Trial
 from palpate.protocols.requests import Aside, Reply, Request, Sense
+from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done
 from palpate.studies.errors import RigError
 from palpate.studies.scenes import SECONDS_A_PICTURE, demand_surface, photos_of, sensing

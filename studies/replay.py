@@ -11,10 +11,11 @@ from typing import Any
 from palpate.protocols.canonical import difference
 from palpate.protocols.events import NS
 from palpate.protocols.forms import LabForms
-from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.requests import ReplyError
 from palpate.protocols.runner import run
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Divergence, EndOfRecord, Recorded
 from palpate.studies.record import LedgerError, Record, read
 

@@ -24,8 +24,9 @@ from palpate.devices.window.geometry import WindowError
 from palpate.protocols.events import NS
 from palpate.protocols.files import file_sha256
 from palpate.protocols.keyed import keyed_bits
-from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Ask, Came, Fault, Present, Reply
+from palpate.protocols.trial import Trial
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import read_card
 from palpate.signals.textures.sounds import RenderError, Sounds

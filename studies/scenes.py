@@ -9,9 +9,10 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from palpate.protocols.keyed import Key, keyed_bits
-from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Request, Sense
 from palpate.protocols.study import Stimulus
+from palpate.protocols.trial import Trial
 from palpate.studies.errors import RigError
 from palpate.studies.profiles import Profiles, profile_of
 

@@ -10,9 +10,10 @@ from palpate.protocols.canonical import canonical, digest
 from palpate.protocols.event_shapes import WORD_FORMS
 from palpate.protocols.events import NS, Event
 from palpate.protocols.files import file_sha256
-from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Answer, SessionState, fold
 from palpate.protocols.study import Study, conditions_of
+from palpate.protocols.trial import Trial
 from palpate.studies.begun import by_twins
 from palpate.studies.model_versions import models_in
 from palpate.studies.record import LedgerError, Record

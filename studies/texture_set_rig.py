@@ -8,8 +8,9 @@ from pathlib import Path
 
 from palpate.protocols.events import Event
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Request, Sense
+from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done, Simulated, VirtualClock
 from palpate.studies.ahead import Ahead
 from palpate.studies.catalogue import Found

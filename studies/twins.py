@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Protocol
 
 from palpate.devices.door.twin import open_door
 from palpate.protocols.keyed import normal
-from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Reply, Request, Samples, Sense
 from palpate.protocols.study import PRESENTING, RECORDING, Need, Stimulus, Study
+from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done
 from palpate.studies.errors import RigError
 from palpate.studies.profiles import Profiles, profile_of

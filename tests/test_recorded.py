@@ -12,6 +12,7 @@ from palpate.analysis.ratings.describe import describe
 from palpate.analysis.ratings.reading import read_ratings
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Ask
+from palpate.protocols.tasks import Task
 from palpate.studies.collect import collect, open_database
 from palpate.studies.record import read
 from palpate.studies.replay import recompiled, replay
@@ -96,12 +97,12 @@ def renamed(table):
 
 def test_a_changed_task_makes_the_replay_fail_and_says_how(monkeypatch, capsys):
     from palpate.command_line import _status
-    from palpate.protocols import tasks
+    from palpate.protocols.tasks import steps
 
     def hasty(trial):
-        return tasks._outcome((yield tasks.Ask(trial.form, trial)))
+        return steps.outcome_of((yield steps.Ask(trial.form, trial)))
 
-    monkeypatch.setattr("palpate.protocols.runner.TASKS", {"slider_rating": hasty})
+    monkeypatch.setattr("palpate.protocols.runner.TASKS", {"slider_rating": Task("", hasty)})
     assert _status(["replay", str(ledger("P001"))]) == 1
     said = capsys.readouterr().out
     assert "DIFFERS" in said

@@ -196,7 +196,7 @@ def of_collected() -> Words:
 
 def of_studies() -> Words:
     """Return the keys of a study, which its plan and its digest are made of, and the names of tasks."""
-    return of_models(study=Study) | {"tasks": set(TASKS)}
+    return of_models(study=Study) | {"tasks": set(TASKS), "study.task =": set(TASKS)}
 
 
 def of_participants() -> Words:

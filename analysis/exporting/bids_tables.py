@@ -9,21 +9,13 @@ from typing import Any
 from palpate.analysis.exporting.session_rows import SessionRows
 from palpate.analysis.exporting.source import Sat
 from palpate.analysis.exporting.stimuli import FILE
-from palpate.analysis.exporting.tables import ONSET, TRIAL, WORDS_OF, Shared
+from palpate.analysis.exporting.tables import ONSET, TRIAL, Shared
 from palpate.analysis.exporting.tabular import Column, Row
-from palpate.protocols.study import RATED, Study
+from palpate.protocols.study import Study
+from palpate.protocols.tasks import TASKS
 
 IN_BIDS = {"onset_s": "onset", "response_time_s": "response_time"}
 """BIDS has names of its own for these; both in seconds."""
-TASKS = {
-    "slider_rating": "A stimulus is felt and rated on bipolar attributes.",
-    "matching": "A stimulus that was made for a wish is felt and rated on bipolar attributes.",
-    "similarity": "Two sides are felt in turns, and their similarity is rated.",
-    "adjective_selection": "A stimulus is felt, and the adjectives of a list that describe it are ticked.",
-    "free_lexicon": "A stimulus is felt and described in words of the participant's own.",
-    "authoring": "Attributes are set, what is made for them is felt, until it is as wished.",
-    "capture": "A stimulus is felt while sensors record it.",
-}
 STATUS = Column("trial_status", "What became of the trial: answered and captured ones count.")
 
 
@@ -45,7 +37,7 @@ def task_table(shared: Shared, task: str, files: bool) -> Beh:
     columns = own.columns if own is not None else ()
     order = _in_order([column for column in columns if column.name not in ("participant", "session", "form")])
     further = (STATUS, *((_FILE,) if files else ()))
-    about = {"TaskName": study.study, "TaskDescription": TASKS[study.task]}
+    about = {"TaskName": study.study, "TaskDescription": TASKS[study.task].description}
     about |= {"Instructions": study.instructions} if study.instructions else {}
     return Beh(task, "beh", (*order, *further), about, lambda sat: _answers(shared, sat, files))
 
@@ -55,9 +47,7 @@ _FILE = Column("stim_file", "The stimulus' file, within the folder stimuli.")
 
 def _names(study: Study) -> tuple[str, ...]:
     """The table whose rows are the answers to trials."""
-    if study.task in RATED:
-        return ("ratings",)
-    return ("words",) if study.task in WORDS_OF else ("trials",)
+    return (TASKS[study.task].answers,)
 
 
 def _in_order(columns: list[Column]) -> tuple[Column, ...]:

@@ -12,10 +12,10 @@ from palpate.analysis.exporting.source import Sat, Source
 from palpate.analysis.exporting.stimuli import stimulus_table
 from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.study import RATED, Study
+from palpate.protocols.study import Study
+from palpate.protocols.tasks import TASKS
 
 PerSession = Callable[[SessionRows], Iterable[Row]]
-WORDS_OF = {"adjective_selection": "adjectives", "free_lexicon": "lexicon"}
 WHO = (
     Column("participant", "Pseudonym of the participant.", key=True),
     Column("session", "Number of the session among the participant's.", "whole", key=True),
@@ -147,10 +147,10 @@ def _of_sessions(source: Source, dates: bool) -> Iterator[Table]:
     study = source.study
     yield _table(source, "sessions", "One row for each session.", _session_columns(dates))
     yield _table(source, "trials", "One row for each planned trial, whatever became of it.", _trial_columns())
-    if study.task in RATED:
+    if TASKS[study.task].answers == "ratings":
         told = "One row for each rating, revised ones too."
         yield _table(source, "ratings", told, _rating_columns(study))
-    if study.task in WORDS_OF or "suggestions" in study.closing:
+    if TASKS[study.task].answers == "words" or "suggestions" in study.closing:
         yield _table(source, "words", "One row for each word that was ticked or written.", _word_columns())
     if study.opening or {"questionnaire", "interview"} & set(study.closing):
         told = "One row for each question outside trials: about the person, or the questionnaire."

@@ -23,9 +23,10 @@ from palpate.devices.signals import Block, NowNs, Records
 from palpate.devices.streams.capture import Capture
 from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
 from palpate.protocols.events import NS, Event
-from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.requests import Aside, Came, Chunk, Present, Reply, Samples, Sense
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.live import LiveWorld, Station, clock_from
 from palpate.studies.rig import Rig, RigPlan
 from palpate.studies.session import start

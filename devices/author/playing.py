@@ -16,9 +16,9 @@ from palpate.devices.door.link.showing import Changes
 from palpate.devices.door.link.simulator import DoorSimulator
 from palpate.devices.door.link.telemetry import CHANNELS
 from palpate.devices.signals import DeviceError, DeviceFault, NowNs
-from palpate.protocols.plan import Trial
 from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
 from palpate.protocols.study import Stimulus
+from palpate.protocols.trial import Trial
 
 ROW = struct.Struct(f"<{len(CHANNELS)}f")
 ANGLE, TORQUE = CHANNELS.index("angle"), CHANNELS.index("torque")

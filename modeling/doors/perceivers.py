@@ -12,8 +12,9 @@ from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import as_rows
 from palpate.protocols.keyed import Key
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.study import Scale, Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.signals.arrays import Array
 from palpate.signals.doors.features import as_profile, describe
 from palpate.signals.doors.grid import POINTS

@@ -9,8 +9,9 @@ from typing import Any
 from palpate.devices.samples import TELLING
 from palpate.protocols.blinding import hider
 from palpate.protocols.events import NS, Event
-from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Pause, SessionState, active_ns, repeated_trial
+from palpate.protocols.trial import Trial
 
 REMEMBERED = 6
 """How many of the last remarks stay on the board."""

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from sqlalchemy import Connection
 
-from palpate.protocols.plan import ParticipantRow
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.allocations import allocation_of, keep
 from palpate.studies.participants.errors import ParticipantError
 from palpate.studies.participants.lab import demand_lab

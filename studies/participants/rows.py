@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from sqlalchemy import Connection
 
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.plan import LARGEST_ROW, ParticipantRow
+from palpate.protocols.plan import LARGEST_ROW
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
 from palpate.studies.participants.errors import ParticipantError
 from palpate.studies.participants.people import demand_active

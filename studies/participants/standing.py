@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.protocols.balance import Balance, certificates
-from palpate.protocols.plan import ParticipantRow
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.begun import begun_in
 from palpate.studies.collect import ledgers_in
 from palpate.studies.participants.allocations import Allocation, every_allocation

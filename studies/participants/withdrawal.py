@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sqlalchemy import Connection, select, update
 
-from palpate.protocols.plan import ParticipantRow
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.begun import begun_in
 from palpate.studies.collect import ledgers_in
 from palpate.studies.participants import schema

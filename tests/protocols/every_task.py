@@ -1,8 +1,9 @@
 """One small study for each task."""
 
 from palpate.protocols.forms import LabForms, Question
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from tests.protocols.studies_for_tests import toy
 
 WORDS = ["rough", "smooth", "sticky", "cold", "warm", "soft"]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 
 
 def toy(**changes: Any) -> Study:

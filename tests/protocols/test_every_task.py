@@ -8,10 +8,11 @@ from palpate.protocols.answering import answer
 from palpate.protocols.consistency import inconsistencies
 from palpate.protocols.forms import Demographics, LabForms, Question
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, PlanError, compile_plan
+from palpate.protocols.plan import PlanError, compile_plan
 from palpate.protocols.requests import Ask, Reply, ReplyError, Samples
 from palpate.protocols.runner import run
 from palpate.protocols.study import Need, Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done, Recorded, Simulated, VirtualClock
 from tests.protocols.every_task import ITEMS, LAB, PARTS, WORDS, plan_of, study_of
 from tests.protocols.worlds_for_tests import Kept

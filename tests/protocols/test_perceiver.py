@@ -6,9 +6,10 @@ from hypothesis import strategies as st
 
 from palpate.protocols.answering import answer
 from palpate.protocols.perceiver import Perceiver, z_scores
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask
 from palpate.protocols.study import Scale
+from palpate.protocols.trial import ParticipantRow
 from tests.examples import examples
 from tests.protocols.studies_for_tests import toy
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from palpate.protocols.balance import certificate
 from palpate.protocols.orders import rows_of
-from palpate.protocols.plan import ParticipantRow, PlanError, compile_plan, main_order
+from palpate.protocols.plan import PlanError, compile_plan, main_order
+from palpate.protocols.trial import ParticipantRow
 from tests.examples import examples
 from tests.protocols.studies_for_tests import toy, toy_plan
 

@@ -7,9 +7,10 @@ import pytest
 from palpate.protocols.answering import answer
 from palpate.protocols.balance import certificates
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask
 from palpate.protocols.sample import describe_sample, sample_of
+from palpate.protocols.trial import ParticipantRow
 from tests.protocols.studies_for_tests import toy
 
 

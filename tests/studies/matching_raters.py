@@ -8,7 +8,8 @@ holds them, per SD of a column over the fourteen profiles, and the figures of th
 from statistics import mean, pstdev
 
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 
 DECIMALS = 2

@@ -14,8 +14,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies import catalogue
 from palpate.studies.rig import RigPlan, simulated
 from palpate.studies.session import ledger_path, resume, start

@@ -4,8 +4,9 @@ import os
 
 import pytest
 
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Sense
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.ahead import Ahead
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.errors import RigError

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from palpate.protocols.events import Event
+from palpate.protocols.tasks import Task
 from palpate.protocols.worlds import Divergence
 from palpate.studies.errors import RigError
 from palpate.studies.record import LedgerError, read
@@ -124,15 +125,15 @@ def test_a_participant_has_one_session_of_a_number(lab):
 
 
 def test_a_changed_task_is_not_resumed_into(lab, monkeypatch):
-    from palpate.protocols import tasks
+    from palpate.protocols.tasks import steps
 
     path = lab.start(rig=stopping(lab.rig, 5))
     before = read(path).events
 
     def eager(trial):
-        return tasks._outcome((yield tasks.Ask(trial.form, trial)))
+        return steps.outcome_of((yield steps.Ask(trial.form, trial)))
 
-    monkeypatch.setattr("palpate.protocols.runner.TASKS", {"slider_rating": eager})
+    monkeypatch.setattr("palpate.protocols.runner.TASKS", {"slider_rating": Task("", eager)})
     with pytest.raises(Divergence, match=r"event 2 \(request, trial 1\): \$\.back: not recorded, now false"):
         resume(path, lab.rig)
     assert read(path).events == before

@@ -5,8 +5,9 @@ import io
 import pytest
 from PIL import Image
 
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Sense
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.errors import RigError
 from palpate.studies.record import read

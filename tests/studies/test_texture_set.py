@@ -16,8 +16,9 @@ from palpate.devices.surfaces.table import read_surfaces
 from palpate.modeling.attributes.reading_touch import touches
 from palpate.modeling.doors.intervals import COVERAGE, needed
 from palpate.modeling.textures.reading_ledgers import read_lab
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Sense
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies import texture_set
 from palpate.studies.ahead import Ahead
 from palpate.studies.begun import Begun

@@ -20,9 +20,9 @@ from palpate.protocols.forms import (
     Sliders,
     Words,
 )
-from palpate.protocols.plan import Trial
 from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
 from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
+from palpate.protocols.trial import Trial
 from palpate.protocols.yaml_text import load
 
 TRIALS = 45

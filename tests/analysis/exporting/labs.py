@@ -15,8 +15,9 @@ from palpate.analysis.exporting.exported import Choices, export
 from palpate.analysis.reporting.sources import Wanted
 from palpate.protocols.canonical import canonical
 from palpate.protocols.forms import LabForms
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.ledger import create, take_up
 from palpate.studies.record import read
 

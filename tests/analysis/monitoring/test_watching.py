@@ -15,9 +15,10 @@ from palpate.analysis.monitoring.people import People
 from palpate.analysis.monitoring.watching import MonitorError, Watch
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Fault, Present
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies import session
 from palpate.studies.ledger import take_up
 from palpate.studies.record import read

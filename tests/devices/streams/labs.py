@@ -12,9 +12,9 @@ import numpy as np
 from palpate.devices.signals import Block, Health, Signal, interleaved
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS
-from palpate.protocols.plan import Trial
 from palpate.protocols.requests import Aside, Sense
 from palpate.protocols.study import Stimulus
+from palpate.protocols.trial import Trial
 
 XYZ = Signal("acceleration", ("x", "y", "z"), ("m/s^2",) * 3, 1000.0, "daq", "made up, 2026-11-01")
 WAIT_S = 10.0

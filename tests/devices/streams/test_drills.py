@@ -14,9 +14,10 @@ from palpate.devices.signals import Block, DeviceFault
 from palpate.devices.streams.capture import Capture
 from palpate.devices.streams.reader import NO_ROOM
 from palpate.protocols.events import NS
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Chunk, Reply
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.live import LiveWorld, Station
 from palpate.studies.record import LedgerError, read
 from palpate.studies.replay import replay

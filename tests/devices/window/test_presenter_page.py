@@ -7,8 +7,9 @@ from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.presenter_page import describe, prepare
 from palpate.devices.window.screens.targets import Track
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask
+from palpate.protocols.trial import ParticipantRow
 from tests.protocols.studies_for_tests import toy
 
 SCREEN = Calibration((1280, 720), 3.6, 0, "2026-01-01")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.ledger import create, take_up
 from palpate.studies.record import read

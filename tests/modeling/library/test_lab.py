@@ -23,7 +23,8 @@ from palpate.modeling.library.finding import find, wishes_of
 from palpate.modeling.library.lab import index
 from palpate.modeling.library.sheet import pictures_of
 from palpate.modeling.library.sources import Wanted, predictor_of
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.collect import collect, open_database
 from palpate.studies.participants.people import add as enter

@@ -16,9 +16,10 @@ from palpate.devices.suspend import SuspendWatch
 from palpate.protocols.answering import answer
 from palpate.protocols.events import NS
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.requests import Ask, Confirm, Reply
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.console.listening import Heard
 from palpate.studies.console.seat import Seat
 from palpate.studies.live import LiveWorld, Station

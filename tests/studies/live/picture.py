@@ -12,8 +12,9 @@ from rich.console import Console
 from palpate.devices.samples import mounting
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
-from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.session_state import SessionState
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.console.board import board_of
 from palpate.studies.console.entry import Entry
 from palpate.studies.console.page import page

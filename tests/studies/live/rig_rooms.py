@@ -9,9 +9,10 @@ from typing import Any
 
 from palpate.protocols.answering import answer
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask, Present, Reply
 from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, Found, read_study
 from palpate.studies.live_options import LiveOptions
 from palpate.studies.live_rig import live_plan

@@ -6,8 +6,9 @@ import pytest
 
 from palpate.devices.samples import HandMounted
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Aside, Present, Reply
+from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done
 from palpate.studies.interrupts import Interrupted
 from palpate.studies.live import LiveWorld, Mounted, Station, TwinInRealTime, clock_from

@@ -8,7 +8,8 @@ import pytest
 
 from palpate.protocols.events import NS
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Simulated, VirtualClock
 from palpate.studies.catalogue import SHIPPED, Found, read_study
 from palpate.studies.collect import ledgers_in, others_in

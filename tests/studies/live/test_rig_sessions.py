@@ -20,8 +20,9 @@ from palpate.devices.rig.file import rig_path
 from palpate.devices.rig.opened import OpenRig
 from palpate.devices.signals import DeviceError
 from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies import live_rig
 from palpate.studies.catalogue import SHIPPED, Found, read_study
 from palpate.studies.hardware import hardware_for

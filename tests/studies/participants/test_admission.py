@@ -1,6 +1,6 @@
 import pytest
 
-from palpate.protocols.plan import ParticipantRow
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.admission import admit, decline, demand_not_finished, finish, readmit
 from palpate.studies.participants.allocations import every_allocation
 from palpate.studies.participants.errors import ParticipantError

@@ -2,7 +2,8 @@ import random
 
 import pytest
 
-from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.allocations import every_allocation
 from palpate.studies.participants.errors import ParticipantError
 from palpate.studies.participants.people import add

@@ -1,5 +1,6 @@
 from palpate.protocols.balance import certificate
-from palpate.protocols.plan import ParticipantRow, main_order
+from palpate.protocols.plan import main_order
+from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.people import add
 from palpate.studies.participants.rows import allocate_row, release
 from palpate.studies.participants.standing import Overlap, overlaps, standing

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from palpate.protocols.forms import Consent, Demographics, Lexicon, Likert, Question, Sliders, Words
-from palpate.protocols.plan import Trial
 from palpate.protocols.requests import Ask, Confirm, Instruct, Rest
 from palpate.protocols.study import Attribute, Item, Order, Questionnaire, Scale, Stimulus, Study
+from palpate.protocols.trial import Trial
 
 WORDS = tuple(f"{first} and {second}" for first in ("smooth", "rough", "soft", "stiff") for second in range(17))
 POLES = ("Easy-to-pull", "Damped", "Consistent", "Pleasant", "New", "Comfort", "Luxurious")

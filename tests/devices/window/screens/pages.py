@@ -9,9 +9,9 @@ from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.screen import Page
 from palpate.devices.window.texts import load_texts
 from palpate.protocols.forms import Sliders
-from palpate.protocols.plan import Trial
 from palpate.protocols.requests import Ask
 from palpate.protocols.study import Attribute, Scale, Stimulus
+from palpate.protocols.trial import Trial
 
 SIZES = {
     "1280x720 at 3.2": Metrics(1280, 720, 3.2),

@@ -1,0 +1,11 @@
+"""The tasks: what a study file says of each, what is asked, and how a trial goes. A new one is a module here."""
+
+from __future__ import annotations
+
+from palpate.protocols.known_tasks import TASK_PLACES
+from palpate.protocols.registry import Registry
+from palpate.protocols.tasks.steps import Answered, Captured, Outcome, Steps, Task, TaskError, WentBack, feel_anchor
+
+TASKS: Registry[Task] = Registry(TASK_PLACES)
+
+__all__ = ["TASKS", "Answered", "Captured", "Outcome", "Steps", "Task", "TaskError", "WentBack", "feel_anchor"]

@@ -1,0 +1,93 @@
+"""How a trial goes: generators that yield requests, receive replies and return the trial's outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from palpate.protocols.forms import AnchorForm, Form
+from palpate.protocols.problems import Problem
+from palpate.protocols.requests import Ask, Present, Reply, Request
+from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow, Trial
+
+
+@dataclass(frozen=True)
+class Answered:
+    """The answers as the trial's form shapes them: one value per attribute, words ticked, words written."""
+
+    answers: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Captured:
+    """The stimulus was recorded; the samples lie beside the reply."""
+
+
+@dataclass(frozen=True)
+class WentBack:
+    """The participant left the trial for the one before."""
+
+
+Outcome = Answered | Captured | WentBack
+Steps = Generator[Request, Reply, Outcome]
+
+
+class TaskError(ValueError):
+    """A trial that lacks what its task needs: the study was not checked."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A kind of task: which keys of a study file belong to it, what is asked in a trial, and how a trial goes.
+
+    `description` is what exports say of it. `keys` are the keys of the file that only tasks which name them may have,
+    `required` those of them that must be there. `form` makes what is asked in every trial, from the study, the
+    participant's row, the seed and the session's number; None asks nothing. `answers` is the collected table that holds
+    the answers. `forward_only` tasks have nothing to go back to. `device` names the need that the task cannot do
+    without, `makes` says that what is felt is made from a wish. `check` yields what else is wrong with a study.
+    """
+
+    description: str
+    steps: Callable[[Trial], Steps]
+    keys: tuple[str, ...] = ()
+    required: tuple[str, ...] = ()
+    form: Callable[[Study, ParticipantRow, int, int], Form | None] | None = None
+    answers: Literal["ratings", "words", "trials"] = "trials"
+    forward_only: bool = False
+    makes: bool = False
+    device: Callable[[Study], str | None] = lambda _study: None
+    check: Callable[[Study], Iterator[Problem]] = lambda _study: iter(())
+
+
+def feel_and_answer(trial: Trial) -> Steps:
+    """Feel the stimulus, then answer the trial's form (thesis 3.3.2, 3.3.3, 4.7.1, 5.3.3, 5.3.4.2, 5.7.1.2).
+
+    Asked again to revise, the participant sees the former answers and does not feel the stimulus again.
+    """
+    if trial.previous is None:
+        yield Present(trial)
+    return outcome_of((yield Ask(form_of(trial), trial)))
+
+
+def feel_anchor(trial: Trial) -> Steps:
+    """Read what a reference stands for and feel it, as often as wished (thesis 5.8.3)."""
+    form, felt = form_of(trial), 0
+    while (reply := (yield Ask(form, trial, {"felt": felt}))).value.get("go") == "try":
+        felt += 1
+        wish = form.wish if isinstance(form, AnchorForm) else None
+        yield Present(replace(trial, attempt=felt), wish)
+    return outcome_of(reply)
+
+
+def outcome_of(reply: Reply) -> Outcome:
+    """Return what a reply to a form means; the runner has made sure that it answers the form."""
+    return WentBack() if reply.value.get("go") == "back" else Answered(reply.value["answers"])
+
+
+def form_of(trial: Trial) -> Form:
+    """Return the trial's form. Raises TaskError where there is none."""
+    if trial.form is None:
+        raise TaskError(f"trial {trial.number}: nothing to ask")
+    return trial.form

@@ -1,0 +1,35 @@
+"""Tasks that are answered by words: ticked on a list, or the participant's own."""
+
+from __future__ import annotations
+
+from palpate.protocols.forms import Lexicon, Words
+from palpate.protocols.keyed import shuffled
+from palpate.protocols.study import Study
+from palpate.protocols.tasks.steps import Task, feel_and_answer
+from palpate.protocols.trial import ParticipantRow
+
+
+def _list_of(study: Study, who: ParticipantRow, seed: int, session: int) -> Words | None:
+    """The order of the list may be the participant's own, session by session."""
+    if study.adjectives is None:
+        return None
+    words = [each.word for each in study.adjectives.words]
+    if study.adjectives.order == "random":
+        again = (session,) if session > 1 and study.over_sessions == "next_row" else ()
+        words = list(shuffled(words, "words", study.study, seed, who.participant, *again))
+        words = words[::-1] if study.is_mirrored(session) else words
+    return Words(tuple(words), study.adjectives.further)
+
+
+def _own_words(study: Study, _who: ParticipantRow, _seed: int, _session: int) -> Lexicon:
+    return Lexicon(study.lexicon.at_least if study.lexicon is not None else 1)
+
+
+ADJECTIVE_SELECTION = Task(
+    "A stimulus is felt, and the adjectives of a list that describe it are ticked.",
+    feel_and_answer, keys=("adjectives",), required=("adjectives",), form=_list_of, answers="words",
+)  # fmt: skip
+FREE_LEXICON = Task(
+    "A stimulus is felt and described in words of the participant's own.",
+    feel_and_answer, keys=("lexicon",), form=_own_words, answers="words",
+)  # fmt: skip

@@ -1,0 +1,43 @@
+"""A trial, and whose session it stands in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from palpate.protocols.forms import Form
+from palpate.protocols.study import Stimulus
+
+
+@dataclass(frozen=True)
+class ParticipantRow:
+    """A pseudonym with its group and its row of the counterbalancing square (0-based)."""
+
+    participant: str
+    group: str | None = None
+    row: int = 0
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What is recorded of a stimulus: the device and for how long."""
+
+    device: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One stimulus and what is asked about it, or recorded; `attempt`, `previous` are set when it is met again."""
+
+    number: int
+    block: str
+    practice: bool
+    stimulus: Stimulus
+    form: Form | None
+    may_go_back: bool
+    rest_before: bool
+    recording: Recording | None = None
+    attempt: int = 1
+    previous: Mapping[str, Any] | None = None
