@@ -114,7 +114,7 @@ def test_a_door_killed_while_it_is_felt_loses_nothing_and_is_felt_again(hand, li
     record = to_its_end(sitting, robot, len(kept.events))
     assert record.events[: len(kept.events)] == kept.events
     attempts = attempts_of(record)
-    assert [attempt.ended_as for attempt in attempts] == ["faulted", "answered"]
+    assert [each.attempt.ended_as for each in attempts] == ["faulted", "answered"]
     broken_off, whole = (streams_of(record, 1, number) for number in (1, 2))
     assert {SETTINGS, FORCES, "door_telemetry"} <= {stream.name for stream in broken_off} & {s.name for s in whole}
     assert replay(sitting.ledger).complete
