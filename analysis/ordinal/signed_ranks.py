@@ -58,10 +58,13 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
     lost, pairs = int(np.count_nonzero(zero)), (len(a), len(b))
     if lost == len(a):
         return RankComparison(pairs, lost, *(math.nan,) * 5, shift, "V is undefined: every difference is zero")
-    exact = written(a) & written(b)
     kept = np.ones_like(zero) if zeros == "pratt" else ~zero
-    ranked = np.where(exact & ~zero, np.abs(_decimal_differences(a, b, exact)), size)
-    ranks: Ints = doubled_ranks(ranked[None, kept], allowed[None, kept], ~exact[None, kept])[0, ~zero[kept]]
+    if _is_doubtful(size[kept], allowed[kept]):
+        exact = written(a) & written(b)
+        size = np.where(zero, 0.0, np.abs(_decimal_differences(a, b, exact)))
+    else:
+        exact = np.ones_like(zero)
+    ranks: Ints = doubled_ranks(size[None, kept], allowed[None, kept], ~exact[None, kept])[0, ~zero[kept]]
     positive, total = int(ranks[change[~zero] > 0].sum()), int(ranks.sum())
     z, p_normal = _normal(positive, ranks)
     p_exact = math.nan
@@ -74,6 +77,13 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
     notes += [shift.note, p_note([p_normal, p_exact])]
     note = "; ".join(filter(None, notes))
     return RankComparison(pairs, lost, positive / 2, z, p_normal, p_exact, biserial, shift, note)
+
+
+def _is_doubtful(size: Floats, allowed: Floats) -> bool:
+    """Return whether any two sizes differ by no more than rounding may have moved them."""
+    order = np.argsort(size)
+    gaps, room = np.diff(size[order]), allowed[order]
+    return bool(((gaps > 0) & (gaps <= np.maximum(room[1:], room[:-1]))).any())
 
 
 def _decimal_differences(a: Floats, b: Floats, exact: Truths) -> Floats:
