@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+
+from pydantic import Field
 
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.plans.where import Condition
@@ -14,6 +16,7 @@ from palpate.protocols.study import Strict, Text
 if TYPE_CHECKING:
     import pandas as pd
 
+Confidence = Annotated[float, Field(gt=0, lt=1)]
 Value: TypeAlias = float | int | str | bool | None
 Row: TypeAlias = Mapping[str, Value]
 Takes = Literal["ratings", "words", "forms", "table"]

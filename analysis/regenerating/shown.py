@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import groupby
 
 from palpate.analysis.plans.answers import Row
@@ -22,25 +23,17 @@ def test_grid(answered: Sequence[Answered], known: Collection[str] = ()) -> Grid
     An outcome of one row stands in a column, outcomes of several rows each have a heading.
     """
     kinds = {name: told for each in answered if each.answer is not None for name, told in each.answer.kinds.items()}
+    grid = partial(value_grid, kinds=kinds, known=known, headings=TESTS[answered[0].asked.test].headings)
     several = any(each.outcome for each in answered)
     if several and all(each.answer is None or len(each.answer.rows) == 1 for each in answered):
-        return _with_column(answered, kinds, known)
-    return _with_headings(answered, kinds, known)
-
-
-def _with_column(answered: Sequence[Answered], kinds: Mapping[str, str], known: Collection[str]) -> Grid:
-    rows = [{OUTCOME: each.outcome, **row} for each in answered for row in _rows(each)]
-    return value_grid(rows, kinds, known, headings=TESTS[answered[0].asked.test].headings)
-
-
-def _with_headings(answered: Sequence[Answered], kinds: Mapping[str, str], known: Collection[str]) -> Grid:
+        return grid([{OUTCOME: each.outcome, **row} for each in answered for row in _rows(each)])
     rows: list[Row] = []
     groups: dict[int, str] = {}
     for each in answered:
         if each.outcome:
             groups[len(rows)] = each.outcome
         rows += _rows(each)[:MOST_ROWS]
-    found = value_grid(rows, kinds, known, headings=TESTS[answered[0].asked.test].headings)
+    found = grid(rows)
     return replace(found, notes=(*found.notes, *_cut(answered)), groups=groups)
 
 

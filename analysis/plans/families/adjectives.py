@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Answer, Asked, Kind, Row, Selected, Value
+from palpate.analysis.plans.answers import Answer, Asked, Confidence, Kind, Row, Selected, Value
 from palpate.protocols.study import Text
 from palpate.protocols.wording import count, some
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from palpate.analysis.adjectives.selections import Selections
 
-Confidence = Annotated[float, Field(gt=0, lt=1)]
 Threshold = Annotated[float, Field(gt=0, le=1)]
 Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_stimulus"]
 TICKED, WRITTEN = "ticked", "experiment"

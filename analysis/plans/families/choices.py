@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.answers import Asked, Confidence, Kind
 from palpate.analysis.plans.idle import Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Text, Whole
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 _ANSWERS = "palpate.analysis.plans.families.choices_answers"
 
-Confidence = Annotated[float, Field(gt=0, lt=1)]
 Rate = Annotated[float, Field(ge=0, lt=1)]
 Draws = Annotated[Whole, Field(ge=19)]
 Correction = Literal["holm", "bonferroni", "none"]

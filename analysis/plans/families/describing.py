@@ -7,14 +7,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.answers import Asked, Confidence, Kind
 from palpate.analysis.plans.idle import Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
 
 _ANSWERS = "palpate.analysis.plans.families.describing_answers"
 
-Confidence = Annotated[float, Field(gt=0, lt=1)]
 Correction = Literal["holm", "bonferroni", "none"]
 
 

@@ -7,14 +7,13 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Answer, Asked, Kind, Selected, missing_without_effect
+from palpate.analysis.plans.answers import Answer, Asked, Confidence, Kind, Selected, missing_without_effect
 from palpate.analysis.plans.idle import ON_RANKS, Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
 
 _ANSWERS = "palpate.analysis.plans.families.ordinal_answers"
 
-Confidence = Annotated[float, Field(gt=0, lt=1)]
 Correction = Literal["bonferroni", "holm", "none"]
 
 
@@ -50,7 +49,7 @@ class Cochran(Asked):
 def cochran_answer(selected: Selected, asked: Cochran) -> Answer:
     """One row: Cochran's Q; beside it how often each level was answered with yes."""
     from palpate.analysis.ordinal.cochran import cochran_q
-    from palpate.analysis.plans.families.rows import answer_of, left_out, plain_rows, require_columns, told
+    from palpate.analysis.plans.families.rows import answer_of, left_out, plain_rows, require_columns, table_notes
     from palpate.analysis.statistics.apa import apa_p, number
 
     require_columns(selected.table, ("participant", asked.factor, "value"))
@@ -77,7 +76,9 @@ def cochran_answer(selected: Selected, asked: Cochran) -> Answer:
         if isinstance(q, float) and isinstance(p, float) else
         f"Cochran's Q of {asked.factor} is undefined: {row['note']}"
     )  # fmt: skip
-    return answer_of(selected, [row], method, kinds, headline=headline, notes=told(table), more={"shares": shares})
+    return answer_of(
+        selected, [row], method, kinds, headline=headline, notes=table_notes(table), more={"shares": shares}
+    )
 
 
 class Nemenyi(Asked):

@@ -13,13 +13,14 @@ from palpate.analysis.ordinal.nemenyi import nemenyi
 from palpate.analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
 from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
 from palpate.analysis.plans.families.rows import (
+    CORRECTED,
     answer_of,
     left_out,
     plain_row,
     plain_rows,
     require_columns,
     share,
-    told,
+    table_notes,
     with_numbers,
 )
 from palpate.analysis.plans.idle import idle_note
@@ -190,7 +191,6 @@ def _item_rows(own: pd.DataFrame, name: str, by: str | None, points: Sequence[fl
     return [{"item": name, by: row["item"], **{key: row[key] for key in row if key != "item"}} for row in found]
 
 
-CORRECTED = {"bonferroni": "Bonferroni", "holm": "Holm", "none": "not adjusted"}
 EXACT = "exact p given the ties"
 
 
@@ -222,7 +222,7 @@ def friedman_answer(selected: Selected, asked: Friedman) -> Answer:
         "Friedman's test of midranks within participants, corrected for ties (Friedman 1937; Conover 1999, 5.8), with"
         " Kendall's W and the F of Iman & Davenport (1980)"
     )
-    return answer_of(selected, [row], method, kinds, headline=_friedman_words(row, asked), notes=told(table))
+    return answer_of(selected, [row], method, kinds, headline=_friedman_words(row, asked), notes=table_notes(table))
 
 
 def _friedman_words(row: Row, asked: Friedman) -> str:
@@ -258,7 +258,7 @@ def nemenyi_answer(selected: Selected, asked: Nemenyi) -> Answer:
         " sums (Eisinga et al. 2017)"
     )
     headline = _count_words(asked.factor, table["p"].tolist(), selected.alpha, "Nemenyi")
-    return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=told(table))
+    return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=table_notes(table))
 
 
 def wilcoxon_answer(selected: Selected, asked: Wilcoxon) -> Answer:
@@ -294,7 +294,7 @@ def wilcoxon_answer(selected: Selected, asked: Wilcoxon) -> Answer:
     name = "Wilcoxon's rank-sum test (Mann-Whitney)" if between else f"Wilcoxon's signed-rank test, {_zeros(asked)}"
     method = f"{name}, exact given the ties where affordable; Hodges-Lehmann shift (Hollander, Wolfe & Chicken 2014)"
     headline = _count_words(asked.factor, table["p_corr"].tolist(), selected.alpha, CORRECTED[asked.correction])
-    notes = told(table)
+    notes = [*table_notes(table)]
     if between and asked.zeros != "wilcoxon":
         notes.append(idle_note("zeros", "between participants: rank sums have no differences of zero"))
     return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=notes)
@@ -331,7 +331,7 @@ def aligned_answer(selected: Selected, asked: AlignedRanks) -> Answer:
         "Aligned rank transform (Higgins & Tashtoush 1994; Wobbrock et al. 2011), then analysis of variance, sums of"
         f" squares of type {asked.sum_of_squares}"
     )
-    return answer_of(selected, plain_rows(table), method, kinds, notes=told(table))
+    return answer_of(selected, plain_rows(table), method, kinds, notes=table_notes(table))
 
 
 def _constant(table: pd.DataFrame, factor: str) -> bool:

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from palpate.analysis.plans.answers import Answer, Asked, Kind, Row, Selected, missing_without_effect
+from palpate.analysis.plans.answers import Answer, Asked, Confidence, Kind, Row, Selected, missing_without_effect
 from palpate.analysis.plans.idle import ON_RANKS, Idle, outcomes_of_own_table
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Confidence = Annotated[float, Field(gt=0, lt=1)]
 
 
 class AskedIcc(Asked):

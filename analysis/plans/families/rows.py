@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.plans.answers import Answer, Row, Selected, Value
@@ -150,14 +150,9 @@ def left_out(asked: Asked) -> Missing:
     return "listwise" if asked.missing == "listwise" else "raise"
 
 
-def told(table: pd.DataFrame) -> list[str]:
-    """What the result says of how its table was made: averages and who was left out."""
-    attrs: Mapping[Hashable, object] = table.attrs
-    notes = []
-    ratings = attrs.get("ratings_per_cell")
-    if isinstance(ratings, tuple):
-        notes.append(averaged_note(*ratings))
-    dropped = attrs.get("dropped")
-    if isinstance(dropped, list) and dropped:
-        notes.append(f"Left out listwise: {', '.join(map(str, dropped))}.")
-    return notes
+def table_notes(table: pd.DataFrame) -> tuple[str, str]:
+    """Return how many ratings were averaged for each value of a result, and who was left out of it; "" for nothing."""
+    least, most = table.attrs.get("ratings_per_cell", (1, 1))
+    dropped = table.attrs.get("dropped", [])
+    left_out = f"Left out listwise: {', '.join(map(str, dropped))}." if dropped else ""
+    return averaged_note(least, most), left_out

@@ -7,14 +7,13 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.answers import Asked, Confidence, Kind
 from palpate.analysis.plans.idle import Idle, outcomes_of_own_table
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Number, Text, Whole
 
 _ANSWERS = "palpate.analysis.plans.families.spaces_answers"
 
-Confidence = Annotated[float, Field(gt=0, lt=1)]
 LEAST_DRAWS = 19  # the smallest p of fewer lies above .05
 
 

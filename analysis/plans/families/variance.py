@@ -7,14 +7,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.answers import Asked, Confidence, Kind
 from palpate.analysis.plans.idle import Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Number, Text, Whole
 
 _ANSWERS = "palpate.analysis.plans.families.variance_answers"
-
-Confidence = Annotated[float, Field(gt=0, lt=1)]
 
 
 class Anova(Asked):

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.plans.families.mixed_model_answers import gaps_answer
 from palpate.analysis.plans.families.rows import (
+    CORRECTED,
     answer_of,
-    averaged_note,
     plain_row,
     plain_rows,
     refuse_averaging,
     require_columns,
     share,
+    table_notes,
 )
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.apa import apa_f, number
@@ -65,7 +66,7 @@ def anova_answer(selected: Selected, asked: Anova) -> Answer:
         _kinds(rows, asked),
         table=used(selected, table),
         headline="; ".join(_sentence(row, asked) for row in records),
-        notes=[*made_of(table), _groups(table, asked)],
+        notes=[*reversed(table_notes(table)), _groups(table, asked)],
         more=_sphericity(selected.table, asked),
     )
 
@@ -194,14 +195,6 @@ def used(selected: Selected, result: pd.DataFrame) -> pd.DataFrame:
     return selected.table[~selected.table["participant"].isin(result.attrs.get("dropped", []))]
 
 
-def made_of(result: pd.DataFrame) -> list[str]:
-    """Who was left out of a result, and how many ratings were averaged for it."""
-    least, most = result.attrs.get("ratings_per_cell", (1, 1))
-    dropped = result.attrs.get("dropped", [])
-    left_out = f"Left out listwise: {', '.join(map(str, dropped))}." if dropped else ""
-    return [left_out, averaged_note(least, most)]
-
-
 def _groups(table: pd.DataFrame, asked: Anova) -> str:
     sizes = table.attrs.get("group_sizes", {}) if asked.between else {}
     groups = "; ".join(f"{name}: {size}" for name, size in sizes.items())
@@ -218,7 +211,6 @@ def _sphericity(rows: pd.DataFrame, asked: Anova) -> dict[str, tuple[Row, ...]]:
     return {"sphericity": tuple(plain_rows(found.rename(columns=named)))} if len(found) else {}
 
 
-CORRECTED = {"bonferroni": "Bonferroni", "holm": "Holm", "none": "not adjusted"}
 TOLD = 6
 
 
@@ -244,7 +236,7 @@ def pairs_answer(selected: Selected, asked: Pairs) -> Answer:
         _pair_kinds(size, asked),
         headline=_differing(rows, selected.alpha, f"{CORRECTED[asked.correction]}, family of {family}"),
         table=used(selected, table),
-        notes=made_of(table),
+        notes=reversed(table_notes(table)),
     )
 
 
@@ -268,7 +260,7 @@ def equivalence_answer(selected: Selected, asked: Equivalence) -> Answer:
         _equivalence_kinds(selected.alpha),
         headline=_equivalences(rows, selected.alpha),
         table=used(selected, table),
-        notes=made_of(table),
+        notes=reversed(table_notes(table)),
     )
 
 
