@@ -107,6 +107,11 @@ def test_columns_say_what_they_are():
     assert all("_" not in shown for shown in HEADINGS.values())
 
 
+def test_a_kind_of_test_may_name_columns_of_its_own():
+    found = value_grid([{"decides": 3, "F": 2.0}], headings={"decides": "people who decide"})
+    assert [head.name for head in found.heads] == ["people who decide", "F"]
+
+
 def test_every_kind_of_test_has_a_name_in_words():
     assert len({kind.title for kind in TESTS.values()}) == len(TESTS)
     assert (
