@@ -32,9 +32,11 @@ class Learning(FitOptions):
 
 
 class Fitted(Protocol):
-    """A fitted method. One that was trained in epochs also has `trained`
-    (palpate.modeling.training.loop.Trained); one that is
-    faster with many textures at once has `predict_all`, from textures to a list of what `predict` says or raises."""
+    """A fitted method.
+
+    One that was trained in epochs also has `trained` (palpate.modeling.training.loop.Trained); one that is faster with
+    many textures at once has `predict_all`, from textures to a list of what `predict` says or raises.
+    """
 
     def predict(self, texture: Texture) -> Array:
         """(n, attributes) on 0..100, not clipped: one row for each of its segments, pictures or pairs of them; the

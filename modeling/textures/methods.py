@@ -24,9 +24,11 @@ class Learning(FitOptions):
 
 
 class Fitted(Protocol):
-    """A fitted method. One that was trained in epochs also has `trained`
-    (palpate.modeling.training.loop.Trained); one whose
-    training has an aim of its own also has `missed`, a sentence for each aim that it missed."""
+    """A fitted method.
+
+    One that was trained in epochs also has `trained` (palpate.modeling.training.loop.Trained); one whose training has
+    an aim of its own also has `missed`, a sentence for each aim that it missed.
+    """
 
     @property
     def window(self) -> int:
