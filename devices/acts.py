@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.devices.desk import Desk, Pages, Prompt
-from palpate.devices.signals import DeviceFault
+from palpate.devices.device import DeviceFault
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Fault, Request
 

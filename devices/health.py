@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.signals import Block, DeviceFault, NowNs, Reading, Sensor, Signal
+from palpate.devices.device import Block, DeviceFault, NowNs, Reading, Sensor, Signal
 from palpate.protocols.events import NS
 
 WAIT_S = 0.05

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from threading import Event
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from palpate.devices.signals import NowNs
+from palpate.devices.device import NowNs
 from palpate.protocols.events import NS
 
 if TYPE_CHECKING:

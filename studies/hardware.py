@@ -134,8 +134,8 @@ class Hardware:
         """Open the window on the tablet's screen, dark, where it is one. Raises DeviceError."""
         if (display := self._tablet_display()) is None:
             return
+        from palpate.devices.device import DeviceError
         from palpate.devices.render.window.tablet_screen import TabletScreen
-        from palpate.devices.signals import DeviceError
         from palpate.signals.textures.sounds import RenderError
         from palpate.studies.rig_renderer import demand_pictures
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from palpate.devices.acts import Act, going_on
 from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import Presents, Records
 from palpate.devices.samples import HandMounted
-from palpate.devices.signals import Presents, Records
 from palpate.devices.suspend import SuspendWatch
 from palpate.protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
 from palpate.protocols.study import Study

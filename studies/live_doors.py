@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 from palpate.devices.desk import Desk
+from palpate.devices.device import interleaved
 from palpate.devices.door.live import RATE_HZ, Change, LiveDoor
-from palpate.devices.signals import interleaved
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Present, Samples
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG

@@ -6,11 +6,11 @@ import array
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from palpate.devices.device import interleaved
 from palpate.devices.door.live import PERIOD_NS, LiveDoor
 from palpate.devices.door.making import Doors
 from palpate.devices.door.plant.parameters import DEFAULT
 from palpate.devices.door.plant.rendering import STEP_RAD, Passage, Rendered
-from palpate.devices.signals import interleaved
 from palpate.protocols.answering import moved_while_felt
 from palpate.protocols.events import NS
 from palpate.protocols.forms import Sliders

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import Presents
 from palpate.devices.door.live import LiveDoor
 from palpate.devices.door.making import HIGHEST, LOWEST, Doors, maker_for
-from palpate.devices.signals import Presents
 from palpate.protocols.forms import Sliders
 from palpate.protocols.requests import Came, Chunk, Fault, Present, Reply
 from palpate.protocols.trial import Trial

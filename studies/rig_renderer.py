@@ -14,12 +14,12 @@ from typing import Any, Protocol
 from palpate.devices.acts import Mending
 from palpate.devices.actuator.device import VoiceCoil
 from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.render.job import Job
 from palpate.devices.render.process import Rendering
 from palpate.devices.render.sinks import MOST_AHEAD, on_coil
 from palpate.devices.render.window.photo import photo_file, read_photo
 from palpate.devices.rig.opened import OpenRig
-from palpate.devices.signals import DeviceError, DeviceFault
 from palpate.devices.window.geometry import WindowError
 from palpate.protocols.events import NS
 from palpate.protocols.files import file_sha256

@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from palpate.devices.device import Device, Presents, Records, Sensor
 from palpate.devices.door.link.codes import FOLLOWS_FROM
 from palpate.devices.rig.kinds import STREAMS
 from palpate.devices.rig.opened import OpenRig
 from palpate.devices.samples import HandMounted
-from palpate.devices.signals import Device, Presents, Records, Sensor
 from palpate.devices.streams.capture import Capture
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Sense

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from palpate.devices.device import Block, DeviceFault, Sensor, Signal
 from palpate.devices.rig.kinds import STREAMS, TAKES, made, settings_of
-from palpate.devices.signals import Block, DeviceFault, Sensor, Signal
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Samples
 from palpate.studies.errors import RigError

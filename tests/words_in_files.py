@@ -24,9 +24,9 @@ from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.devices.actuator.calibration import Calibration
 from palpate.devices.author.designs import Design, Kept
+from palpate.devices.device import FAULTS
 from palpate.devices.rig import file as rig_file
 from palpate.devices.rig.kinds import KINDS, STREAMS, TAKES, settings_of
-from palpate.devices.signals import FAULTS
 from palpate.devices.window import calibration as window
 from palpate.modeling.attributes import model_file
 from palpate.modeling.library.entries import Library

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from palpate.devices.device import Block, Health, NowNs, Signal
 from palpate.devices.scene import Scene
-from palpate.devices.signals import Block, Health, NowNs, Signal
 from palpate.protocols.events import NS
 
 KINDS = (

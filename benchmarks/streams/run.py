@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.streams.recordings import KINDS, MadeUp
 from palpate.devices.desk import Desk, Pages, Prompt
-from palpate.devices.signals import Block, NowNs, Records
+from palpate.devices.device import Block, NowNs, Records
 from palpate.devices.streams.capture import Capture
 from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
 from palpate.protocols.events import NS, Event

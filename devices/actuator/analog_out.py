@@ -13,7 +13,7 @@ import numpy as np
 
 from palpate.devices.actuator.queue import RAMP, RATE_HZ
 from palpate.devices.daq.ni import GONE, INPUTS, NO_DRIVER, RESERVED, code_of, first_line, quietly
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.sound.output import DRAIN_S, Fill
 from palpate.signals.arrays import Array
 

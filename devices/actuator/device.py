@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.devices.actuator.settings import Settings
-from palpate.devices.signals import DeviceFault, Health, Signal
+from palpate.devices.device import DeviceFault, Health, Signal
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -22,7 +22,7 @@ from palpate.devices.actuator.response import (
     estimate,
     excitation,
 )
-from palpate.devices.signals import Block, DeviceFault, NowNs, Sensor
+from palpate.devices.device import Block, DeviceFault, NowNs, Sensor
 from palpate.signals.arrays import Array, Complex
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.devices.actuator.queue import RATE_HZ
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from palpate.signals.arrays import Array, Complex
 
 FEWEST = 4

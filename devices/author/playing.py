@@ -11,11 +11,11 @@ from threading import Thread
 from typing import Any, Protocol
 
 from palpate.devices.desk import Desk, Prompt
+from palpate.devices.device import DeviceError, DeviceFault, NowNs
 from palpate.devices.door.link.limits import ProfileRefused
 from palpate.devices.door.link.showing import Changes
 from palpate.devices.door.link.simulator import DoorSimulator
 from palpate.devices.door.link.telemetry import CHANNELS
-from palpate.devices.signals import DeviceError, DeviceFault, NowNs
 from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
 from palpate.protocols.study import Stimulus
 from palpate.protocols.trial import Trial

@@ -11,8 +11,8 @@ from pydantic import Field, model_validator
 
 from palpate.devices.acts import Act, Mending, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.devices.device import DeviceFault, Health, NowNs, Signal
 from palpate.devices.settings import Date, Strict
-from palpate.devices.signals import DeviceFault, Health, NowNs, Signal
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Came, Reply, Sense
 
@@ -123,7 +123,7 @@ class Camera:
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a folder is looked at once
         """Whether the folder can be read."""
-        from palpate.devices.signals import DeviceError
+        from palpate.devices.device import DeviceError
 
         kept = "LAB/pictures" if self.settings.pictures is None else str(self.pictures)
         facts = {"lights": str(self.settings.count), "kept in": kept}

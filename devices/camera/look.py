@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.signals import DeviceFault
+from palpate.devices.device import DeviceFault
 from palpate.protocols.canonical import digest
 from palpate.protocols.files import reason, write_bytes
 

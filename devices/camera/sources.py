@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.protocols.requests import Sense
 
 LOOK_S = 0.2

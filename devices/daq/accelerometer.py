@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from palpate.devices.device import Signal
 from palpate.devices.settings import Date, Finite, Positive, Strict
-from palpate.devices.signals import Signal
 
 if TYPE_CHECKING:
     from palpate.devices.daq.acquire import Daq, Wiring

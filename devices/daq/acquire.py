@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.signals import DeviceError, NowNs
+from palpate.devices.device import DeviceError, NowNs
 from palpate.devices.source import Elapsed, since
 
 if TYPE_CHECKING:

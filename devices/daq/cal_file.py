@@ -16,7 +16,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from palpate.protocols.wording import some
 
 AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
+from palpate.devices.device import DeviceError, Signal
 from palpate.devices.settings import Date, Finite, Strict
-from palpate.devices.signals import DeviceError, Signal
 
 if TYPE_CHECKING:
     from palpate.devices.daq.acquire import Daq, Wiring

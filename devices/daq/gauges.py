@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from palpate.devices.daq.cal_file import AXES, CalFile
 from palpate.devices.daq.twin import PIECE, Ideal
 from palpate.devices.daq.voltage_check import VoltageCheck
-from palpate.devices.signals import DeviceError, DeviceFault, Reading, Signal
+from palpate.devices.device import DeviceError, DeviceFault, Reading, Signal
 from palpate.protocols.wording import count
 from palpate.signals import GRAVITY_M_S2
 from palpate.signals.arrays import Array

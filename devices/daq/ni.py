@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from palpate.devices.daq.acquire import Pace, Taken, Volts, Wiring
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from palpate.devices.daq.acquire import Daq, Pace, Volts
+from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Reading, Signal
 from palpate.devices.health import WAIT_S, sensed
-from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Reading, Signal
 from palpate.protocols.events import NS
 from palpate.protocols.wording import count
 

@@ -17,7 +17,7 @@ import numpy as np
 from palpate.devices.daq.acquire import Daq, Pace, Taken, Volts, Wiring
 from palpate.devices.daq.ni import NiDaq
 from palpate.devices.daq.sensor import DaqSensor
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.devices.daq.acquire import Pace, Taken, Volts, Wiring
+from palpate.devices.device import DeviceError
 from palpate.devices.noise import QUANTILES
-from palpate.devices.signals import DeviceError
 from palpate.protocols.canonical import canonical
 from palpate.protocols.keyed import Key
 

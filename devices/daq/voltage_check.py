@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.devices.daq.acquire import Volts
-from palpate.devices.signals import DeviceFault
+from palpate.devices.device import DeviceFault
 
 EDGE = 0.005
 """The outermost share of the range that counts as its end: the last 0.5 %."""

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from palpate.devices.signals import interleaved
+from palpate.devices.device import interleaved
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError
 
 LONGEST = 1_000_000

@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from palpate.devices.signals import DeviceFault
+from palpate.devices.device import DeviceFault
 from palpate.devices.tablet.device import Tablet
 from palpate.devices.tablet.pipeline import Shape, Stylus
 from palpate.devices.tablet.recorded import COLUMNS as REPORTED

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.devices.device import DeviceFault
 from palpate.devices.render.hands import Pushed
 from palpate.devices.render.job import Ask, End, Job, Reports, Switch, Volume
 from palpate.devices.render.loop import NEVER
 from palpate.devices.render.opened import Playing, playing, sounding
 from palpate.devices.render.priority import by_itself, in_front, undisturbed
 from palpate.devices.render.trace import BYTES, Trace
-from palpate.devices.signals import DeviceFault
 from palpate.devices.tablet.reports import Report
 from palpate.protocols.interrupts import uninterrupted
 from palpate.signals.textures.sounds import RenderError, Sounds

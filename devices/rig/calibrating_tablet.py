@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from palpate.devices.device import DeviceError
 from palpate.devices.picture import COLOURS, INK, SOFT, drawing, write_picture
 from palpate.devices.rig.calibrating import Found
-from palpate.devices.signals import DeviceError
 from palpate.devices.tablet.force import Fit, Force, fit_force, read_pairs
 
 DIGITS = 5

@@ -25,11 +25,11 @@ from palpate.devices.actuator.response import CLIPPED_SHARE, FEWEST, ResponseErr
 from palpate.devices.actuator.settings import Settings
 from palpate.devices.daq.adxl335 import AXES, NOISY_G, POSITIONS, Accelerometer, Scaling, SixPositions, calibrate
 from palpate.devices.daq.sensor import DaqSensor
+from palpate.devices.device import Block, DeviceError, NowNs
 from palpate.devices.health import WAIT_S, samples
 from palpate.devices.rig.calibrating import Found, Job, Unfit
 from palpate.devices.rig.file import RigFile
 from palpate.devices.rig.opened import OpenRig, one_opened, open_rig
-from palpate.devices.signals import Block, DeviceError, NowNs
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.events import NS
 from palpate.protocols.wording import count

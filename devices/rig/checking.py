@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from palpate.devices.device import DeviceError, DeviceFault, Health, Reading
 from palpate.devices.rig.file import RigFile
 from palpate.devices.rig.opened import one_opened
-from palpate.devices.signals import DeviceError, DeviceFault, Health, Reading
 
 
 def checked(file: RigFile, name: str, seconds: float) -> Health:

@@ -14,8 +14,8 @@ from palpate.protocols.shell_command import shell_command
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
+    from palpate.devices.device import Health
     from palpate.devices.rig.file import RigFile
-    from palpate.devices.signals import Health
 
 
 @click.group()

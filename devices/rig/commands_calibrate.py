@@ -111,8 +111,8 @@ def _may_skip(file: RigFile, device: str) -> bool:
 
 def _measured(job: Job, given: dict[str, Any]) -> Found:
     """What calibrating gives; exit code 1 where it gives nothing."""
+    from palpate.devices.device import DeviceFault
     from palpate.devices.rig.calibrating import Unfit
-    from palpate.devices.signals import DeviceFault
 
     try:
         return _by_kind(job, given)

@@ -9,9 +9,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from palpate.devices.device import DeviceError
 from palpate.devices.rig.kinds import KINDS, TAKES, settings_of
 from palpate.devices.settings import Strict
-from palpate.devices.signals import DeviceError
 from palpate.devices.stations import station_folder
 from palpate.protocols.complaints import listed, translated
 from palpate.protocols.did_you_mean import nearest

@@ -7,8 +7,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from palpate.devices.device import Device
 from palpate.devices.settings import Strict
-from palpate.devices.signals import Device
 
 KINDS: Mapping[str, str] = {
     "door": "palpate.devices.door.link.device",

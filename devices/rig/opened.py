@@ -7,9 +7,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from palpate.devices.device import Device
 from palpate.devices.rig.file import RigFile
 from palpate.devices.rig.kinds import made
-from palpate.devices.signals import Device
 
 SHARE = {"force_torque", "accelerometer"}
 """Kinds that may lie on one card, which then samples for all of them."""

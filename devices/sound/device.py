@@ -12,8 +12,8 @@ from pydantic import Field, model_validator
 
 from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Presents, Signal
 from palpate.devices.settings import Date, Strict
-from palpate.devices.signals import DeviceError, DeviceFault, Health, NowNs, Presents, Signal
 from palpate.protocols.requests import Aside, Came, Present, Reply
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from palpate.devices.signals import DeviceFault
+from palpate.devices.device import DeviceFault
 from palpate.signals.arrays import Array
 
 Fill = Callable[[int], Array]

@@ -11,9 +11,9 @@ from pydantic import Field, model_validator
 
 from palpate.devices.acts import Act, Mending, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.devices.samples import HandMounted
 from palpate.devices.settings import Date, Strict
-from palpate.devices.signals import DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.devices.stage.scanner import codes_of, plain, refusal
 from palpate.protocols.requests import Aside, Came, Present, Reply
 from palpate.protocols.study import Stimulus

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.serial_port import open_serial
-from palpate.devices.signals import DeviceError, DeviceFault
 from palpate.protocols.study import Stimulus
 
 if TYPE_CHECKING:

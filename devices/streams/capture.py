@@ -9,8 +9,8 @@ from math import hypot
 
 from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import DeviceFault, NowNs, Sensor
 from palpate.devices.scene import Scene
-from palpate.devices.signals import DeviceFault, NowNs, Sensor
 from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
 from palpate.devices.streams.stream import Stream
 from palpate.devices.suspend import suspended_ns

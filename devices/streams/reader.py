@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from palpate.devices.signals import Block, DeviceError, DeviceFault, NowNs, Sensor
+from palpate.devices.device import Block, DeviceError, DeviceFault, NowNs, Sensor
 from palpate.protocols.files import reason
 
 READ_S = 0.05

@@ -9,7 +9,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from palpate.devices.signals import DeviceError, DeviceFault, NowNs, Sensor, Signal
+from palpate.devices.device import DeviceError, DeviceFault, NowNs, Sensor, Signal
 from palpate.devices.streams.reader import BLOCK_BYTES, Reader, Ring
 from palpate.devices.streams.stream import SILENT_S, SILENT_SAMPLES, Stream
 from palpate.devices.suspend import SuspendWatch, suspended_ns

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.signals import Block, DeviceFault, Signal
+from palpate.devices.device import Block, DeviceFault, Signal
 from palpate.devices.streams.drift import ClockFit
 from palpate.devices.streams.reader import NO_ROOM, Ring
 from palpate.protocols.events import NS

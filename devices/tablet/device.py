@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import Field
 
+from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
 from palpate.devices.settings import Date, Finite, Positive, Strict
-from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
 from palpate.devices.source import Elapsed, since
 from palpate.devices.tablet.evdev import Axis, EventFile
 from palpate.devices.tablet.force import Force

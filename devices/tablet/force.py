@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from palpate.protocols.tables import Mistake, TableFormat, read_table
 
 FEWEST = 4

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.reports import Report
 

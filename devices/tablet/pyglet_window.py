@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.source import Elapsed
 from palpate.devices.tablet.reports import Batch, Report
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from palpate.devices.source import Elapsed, TimedSource
 from palpate.devices.tablet.reports import Batch, Report
 from palpate.protocols.tables import Mistake, TableFormat, read_table

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
-from palpate.devices.signals import DeviceFault
+from palpate.devices.device import DeviceFault
 from palpate.devices.source import Source
 
 SLACK = 0.05

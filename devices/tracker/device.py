@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
+from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
 from palpate.devices.settings import Date, Positive, Strict
-from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
 from palpate.devices.source import Elapsed, since
 from palpate.devices.tracker.lsl import LslStream
 from palpate.devices.tracker.recorded import Played

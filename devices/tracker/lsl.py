@@ -11,7 +11,7 @@ from importlib import import_module
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-from palpate.devices.signals import DeviceError, DeviceFault, NowNs
+from palpate.devices.device import DeviceError, DeviceFault, NowNs
 from palpate.devices.source import Elapsed
 from palpate.devices.tracker.samples import Batch, Opened, Row
 from palpate.protocols.events import NS

@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
-from palpate.devices.signals import DeviceError, DeviceFault, NowNs
+from palpate.devices.device import DeviceError, DeviceFault, NowNs
 from palpate.devices.source import Elapsed, TimedSource
 from palpate.devices.tracker.samples import Batch, Opened, Row, awaited
 from palpate.protocols.tables import Mistake, Table, TableFormat, read_table

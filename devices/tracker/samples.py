@@ -14,7 +14,7 @@ from itertools import accumulate
 from threading import Event
 from typing import ClassVar, Protocol
 
-from palpate.devices.signals import NowNs
+from palpate.devices.device import NowNs
 from palpate.devices.source import Source
 
 Row = tuple[float, float, float, bool]

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from itertools import chain
 from typing import TYPE_CHECKING
 
+from palpate.devices.device import DeviceFault, NowNs
 from palpate.devices.noise import gaussians
-from palpate.devices.signals import DeviceFault, NowNs
 from palpate.devices.source import Elapsed, TimedSource
 from palpate.devices.tracker.samples import Batch, Opened, Row, awaited
 

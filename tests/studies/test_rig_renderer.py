@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
+from palpate.devices.device import DeviceError
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.opened import open_rig
-from palpate.devices.signals import DeviceError
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Aside, Ask, Fault, Present, Reply
 from palpate.signals.textures.sounds import RenderError

@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from palpate.devices.device import DeviceError
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.link import Link, Timing
 from palpate.devices.door.link.simulator import Connection
 from palpate.devices.door.link.twin_process import TwinProcess
 from palpate.devices.serial_port import open_serial
-from palpate.devices.signals import DeviceError
 from palpate.protocols.extras import missing_sentence
 
 if TYPE_CHECKING:

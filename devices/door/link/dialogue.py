@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import CHUNK_POINTS, VERSION, Fault, Reason, State, fault_name, state_name
 from palpate.devices.door.link.link import Link, Refused
-from palpate.devices.signals import DeviceError, DeviceFault
 
 BOOTS_S = 5.0
 """A device that has just been switched on is given so long to become safe."""

@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
+from palpate.devices.device import DeviceFault
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import fault_name, reason_name, state_name
 from palpate.devices.door.link.frames import SEQUENCES, Frame, Parser
-from palpate.devices.signals import DeviceFault
 
 REPLY_S = 0.2
 """A request without an answer is sent again after this long."""

@@ -9,13 +9,13 @@ from typing import Any, Protocol
 
 from palpate.devices.acts import Act, Mending
 from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.devices.device import DeviceFault
 from palpate.devices.door.link import dialogue
 from palpate.devices.door.link.codes import State
 from palpate.devices.door.link.limits import ProfileRefused
 from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.messages import Identity, Profile
 from palpate.devices.door.link.telemetry import Opening, trouble
-from palpate.devices.signals import DeviceFault
 from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
 
 PAGE = "feel_now"

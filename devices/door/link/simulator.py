@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.devices.door.link import dialogue
 from palpate.devices.door.link.codes import FOLLOWS_FROM, VERSION, fault_name, state_name
 from palpate.devices.door.link.limits import Limits, ProfileRefused, change_for_door, profile_for_door
@@ -17,7 +18,6 @@ from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.messages import Identity, Profile, SetRate
 from palpate.devices.door.link.showing import Changes, Recorded, Showing
 from palpate.devices.door.link.telemetry import CHANNELS, UNITS, TelemetryBlocks, trouble
-from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.protocols.requests import Came, Fault, Present, Reply
 from palpate.protocols.wording import count
 

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from struct import Struct
 
+from palpate.devices.device import Block, DeviceFault
 from palpate.devices.door.link.codes import fault_name, state_name
 from palpate.devices.door.link.dialogue import told
 from palpate.devices.door.link.link import Arrived, Link
 from palpate.devices.door.link.messages import Telemetry
-from palpate.devices.signals import Block, DeviceFault
 
 CHANNELS = ("angle", "velocity", "torque", "brake", "state")
 UNITS = ("deg", "deg/s", "N m", "A", "code")

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import palpate
+from palpate.devices.device import DeviceError
 from palpate.devices.door.link.limits import Limits
-from palpate.devices.signals import DeviceError
 
 MODULE = "palpate.devices.door.firmware.process"
 STARTS_S = 60.0

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis.streams.reading import streams_of
-from palpate.devices.signals import Block, Signal
+from palpate.devices.device import Block, Signal
 from palpate.devices.streams.recording import Recording
 from palpate.protocols.events import NS
 from tests.analysis.streams.ledgers import Written

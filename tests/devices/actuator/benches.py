@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.devices.actuator.device import make
 from palpate.devices.actuator.settings import Settings
-from palpate.devices.signals import Block, Signal
+from palpate.devices.device import Block, Signal
 
 
 @dataclass

@@ -11,7 +11,7 @@ from palpate.devices.actuator.analog_out import AnalogOut
 from palpate.devices.actuator.device import make
 from palpate.devices.actuator.queue import Queue
 from palpate.devices.actuator.settings import Settings
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from tests.devices.actuator.ni_card import Card
 
 pytestmark = pytest.mark.needs("nidaqmx")

@@ -8,7 +8,7 @@ from palpate.devices.actuator.calibration import save
 from palpate.devices.actuator.identify import identify
 from palpate.devices.actuator.outputs import Shaken
 from palpate.devices.actuator.settings import Settings
-from palpate.devices.signals import DeviceFault
+from palpate.devices.device import DeviceFault
 from tests.devices.actuator.benches import Clock, coil
 
 

@@ -9,7 +9,7 @@ from palpate.devices.actuator.calibration import load, save
 from palpate.devices.actuator.identify import Shaking, Wish, gain_at, identify, minimum_phase, through
 from palpate.devices.actuator.outputs import Coil, Shaken
 from palpate.devices.actuator.response import ResponseError, estimate, excitation
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 from tests.devices.actuator.benches import Accelerometer, Clock, coil
 
 BAND = (20.0, 450.0)

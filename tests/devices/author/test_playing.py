@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 import pytest
 
 from palpate.devices.author.playing import Played, Player
+from palpate.devices.device import DeviceError
 from palpate.devices.door.firmware.ailments import Ailing
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.simulator import DoorSimulator, Setup
 from palpate.devices.door.live import LiveDoor
-from palpate.devices.signals import DeviceError
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.windows_for_tests import begun, click, typed, wish
 from tests.devices.door.firmware.plants import TinyPlant

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from palpate.devices.camera import look as keeping
 from palpate.devices.camera.device import Settings, make
 from palpate.devices.camera.look import Incomplete, Limits, look
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from palpate.protocols.requests import Aside, Fault, Reply, Sense
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 

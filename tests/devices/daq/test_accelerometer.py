@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from palpate.devices.daq.accelerometer import Settings, make
 from palpate.devices.daq.adxl335 import POSITIONS, Scaling, acceleration, calibrate
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 from tests.devices.daq.scenes import Bent, Clock, Steady, rows, run
 from tests.examples import examples
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from palpate.devices.daq.cal_file import AXES, read_cal_file
 from palpate.devices.daq.force_torque import SAMPLE
 from palpate.devices.daq.gauges import Slopes, calibration, compensated, moved, torque_Nm, wrench
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from tests.examples import examples
 
 TEXT = SAMPLE.read_text(encoding="utf-8")

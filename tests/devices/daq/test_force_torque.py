@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from palpate.devices.daq.force_torque import SAMPLE, Settings, make
 from palpate.devices.daq.sensor import DaqSensor
-from palpate.devices.signals import FAULTS, DeviceError, DeviceFault
+from palpate.devices.device import FAULTS, DeviceError, DeviceFault
 from tests.devices.daq.scenes import Bent, Clock, Steady, rows, run
 
 HERE = Path()

@@ -15,7 +15,7 @@ from nidaqmx.task import collections
 from palpate.devices.daq import ni as ni_errors
 from palpate.devices.daq.acquire import Pace, Wiring, channel_names, demand_channels
 from palpate.devices.daq.ni import NiDaq
-from palpate.devices.signals import FAULTS, DeviceError, DeviceFault
+from palpate.devices.device import FAULTS, DeviceError, DeviceFault
 from tests.devices.daq import board
 
 pytestmark = pytest.mark.needs("nidaqmx")

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from palpate.devices.daq import accelerometer, force_torque
+from palpate.devices.device import Block, DeviceFault, Signal
 from palpate.devices.health import measured_hz, reading, sensed
-from palpate.devices.signals import Block, DeviceFault, Signal
 from tests.devices.daq.scenes import Bent, Clock, Steady
 
 TWO = Signal("position", ("x", "y"), ("mm", "mm"), 100.0)

@@ -10,7 +10,7 @@ import pytest
 from palpate.devices.daq import accelerometer, force_torque
 from palpate.devices.daq.acquire import Pace
 from palpate.devices.daq.shared import share_cards
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 from tests.devices.daq import board
 
 pytestmark = pytest.mark.needs("nidaqmx")

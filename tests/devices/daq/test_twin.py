@@ -9,8 +9,8 @@ import pytest
 
 from palpate.devices.daq.acquire import Pace, Wiring
 from palpate.devices.daq.twin import TwinDaq, gaussians, quantised
+from palpate.devices.device import DeviceError
 from palpate.devices.noise import gaussians as plain_gaussians
-from palpate.devices.signals import DeviceError
 from tests.devices.daq.scenes import Clock
 
 WIRING = Wiring(("Dev1/ai0", "Dev1/ai1"), -5.0, 5.0, 1000.0, buffer_s=0.5)

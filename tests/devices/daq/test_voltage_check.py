@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.devices.daq.voltage_check import VoltageCheck
-from palpate.devices.signals import DeviceFault
+from palpate.devices.device import DeviceFault
 from tests.examples import examples
 
 

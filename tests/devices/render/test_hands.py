@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from palpate.devices.device import DeviceError
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.hands import OnTablet, Pushed, Scripted, read_hand
-from palpate.devices.signals import DeviceError
 from palpate.devices.tablet.pipeline import Shape, Stylus
 from palpate.devices.tablet.reports import Report
 from palpate.signals.textures.sounds import RenderError

@@ -1,11 +1,11 @@
 import pytest
 
+from palpate.devices.device import DeviceFault
 from palpate.devices.render.hands import OnTablet, Pushed, Scripted
 from palpate.devices.render.job import Job
 from palpate.devices.render.loop import AtOnce
 from palpate.devices.render.opened import playing, sounding, warm
 from palpate.devices.render.trace import Trace
-from palpate.devices.signals import DeviceFault
 from palpate.devices.tablet.pipeline import Shape
 from palpate.signals.textures.sounds import RenderError, Sounds
 from tests.devices.render.made import model, write

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from palpate.devices.device import DeviceError
 from palpate.devices.rig import opened as opening
 from palpate.devices.rig.file import RigFile
 from palpate.devices.rig.opened import open_rig
-from palpate.devices.signals import DeviceError
 from palpate.devices.sound.device import Settings
 
 

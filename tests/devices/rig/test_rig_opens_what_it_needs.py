@@ -5,9 +5,9 @@ import sys
 
 import pytest
 
+from palpate.devices.device import DeviceError
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.opened import OpenRig, open_rig
-from palpate.devices.signals import DeviceError
 from palpate.devices.sound.device import MaskingNoise
 
 LIBRARIES = ("serial", "pylsl", "nidaqmx", "sounddevice", "psychopy", "pyglet", "scipy", "pandas", "sqlalchemy", "PIL")

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.sound import card as card_module
 from palpate.devices.sound.card import Card
 from palpate.devices.sound.device import MaskingNoise, Settings

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from palpate.devices.device import DeviceFault
 from palpate.devices.samples import HandMounted
-from palpate.devices.signals import DeviceFault
 from palpate.devices.sound.device import Masked, MaskingNoise, Settings
 from palpate.devices.sound.output import Tape
 from palpate.protocols.requests import Aside, Fault, Present, Reply

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 import pytest
 from pydantic import ValidationError
 
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from palpate.devices.stage.device import Settings, Stage, make
 from palpate.devices.stage.scanner import Lines, Scanner, known_codes
 from palpate.protocols.requests import Aside, Fault, Present, Reply

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from palpate.devices.signals import Block, Health, Signal, interleaved
+from palpate.devices.device import Block, Health, Signal, interleaved
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Sense

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.devices.signals import Block, DeviceError, DeviceFault
+from palpate.devices.device import Block, DeviceError, DeviceFault
 from palpate.devices.streams.capture import Capture
 from palpate.protocols.canonical import canonical
 from palpate.protocols.requests import Aside, Chunk, Fault, Reply

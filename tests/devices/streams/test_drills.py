@@ -10,7 +10,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from palpate.devices.signals import Block, DeviceFault
+from palpate.devices.device import Block, DeviceFault
 from palpate.devices.streams.capture import Capture
 from palpate.devices.streams.reader import NO_ROOM
 from palpate.protocols.events import NS

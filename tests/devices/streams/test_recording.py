@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.devices.signals import Block, DeviceError, DeviceFault, Signal
+from palpate.devices.device import Block, DeviceError, DeviceFault, Signal
 from palpate.devices.streams import reader
 from palpate.devices.streams.reader import NO_ROOM
 from palpate.devices.streams.recording import NOT_A_NUMBER_S, TURN_S, Recording

@@ -2,7 +2,7 @@
 
 import threading
 
-from palpate.devices.signals import Block
+from palpate.devices.device import Block
 from palpate.devices.streams.reader import BLOCK_BYTES, NO_ROOM, Ring
 
 ROW = 12

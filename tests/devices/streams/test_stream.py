@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.devices.signals import Block
+from palpate.devices.device import Block
 from palpate.devices.streams.reader import NO_ROOM, Ring
 from palpate.devices.streams.stream import ARRIVALS, PIECE_BYTES, Stream
 from palpate.protocols.canonical import canonical

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.health import samples
-from palpate.devices.signals import DeviceError, DeviceFault
 from palpate.devices.tablet.device import Settings, make
 from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.reports import Guard, Report

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.tablet.evdev import (
     Assembler,
     Axis,

@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import butter, lfilter, lfilter_zi
 
 from benchmarks.tablet_errors import Stroke, errors, felt
-from palpate.devices.signals import DeviceError
+from palpate.devices.device import DeviceError
 from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.pipeline import Lowpass, Shape, Stylus, delay_s
 from palpate.devices.tablet.reports import Report

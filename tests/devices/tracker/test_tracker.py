@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.health import samples
-from palpate.devices.signals import DeviceError, DeviceFault
 from palpate.devices.tracker.device import Settings, make
 from palpate.devices.tracker.recorded import read_track
 from palpate.devices.tracker.samples import Numbering, OcclusionDetector

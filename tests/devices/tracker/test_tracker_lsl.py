@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.health import samples
-from palpate.devices.signals import DeviceError, DeviceFault
 from palpate.devices.tracker.device import Settings, make
 from palpate.protocols.events import NS
 

@@ -14,11 +14,11 @@ import pytest
 
 from palpate.analysis.streams.listing import listed
 from palpate.devices.daq.twin import TwinDaq
+from palpate.devices.device import DeviceError
 from palpate.devices.door.link import device
 from palpate.devices.door.link.connections import by_twin
 from palpate.devices.rig.file import rig_path
 from palpate.devices.rig.opened import OpenRig
-from palpate.devices.signals import DeviceError
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.door.link import dialogue
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import Fault, Reason, State
 from palpate.devices.door.link.frames import Parser
 from palpate.devices.door.link.link import Link, Refused, Timing
-from palpate.devices.signals import DeviceError, DeviceFault
 from tests.devices.door.link.lines_for_tests import Bench
 
 IDENTITY = says.Identity(b"PDOR", 1, 3, 12, 621, 60.0, 100.0, 180.0, 40, State.safe, 0, 0)

@@ -4,10 +4,10 @@ import random
 
 import pytest
 
+from palpate.devices.device import DeviceError
 from palpate.devices.door.firmware.ailments import Ailing
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
-from palpate.devices.signals import DeviceError
 from palpate.protocols.requests import Aside, Chunk, Reply
 from palpate.protocols.requests import Fault as Failed
 from palpate.studies.interrupts import Interrupted

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from palpate import devices
+from palpate.devices.device import DeviceError
 from palpate.devices.door.link.connections import by_serial, by_twin
 from palpate.devices.door.link.device import Settings, make
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.twin_process import TwinProcess
-from palpate.devices.signals import DeviceError
 from palpate.protocols.requests import Chunk, Fault, Reply
 from tests.devices.door.link.lines_for_tests import request
 from tests.devices.door.link.twin_processes import children
