@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from sqlalchemy import MetaData
 
-from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.figure_kind import AskedFigure
 from palpate.analysis.importing import map_file
 from palpate.analysis.plans.answers import Asked
 from palpate.analysis.plans.kinds import FIGURES, TESTS

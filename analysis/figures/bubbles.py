@@ -13,13 +13,11 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from palpate.analysis.figures.axes import elided, quarters, signed
-from palpate.analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.columns import require
+from palpate.analysis.figures.figure_kind import AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
 from palpate.analysis.figures.label_places import Bubble, placed_labels
-from palpate.analysis.figures.lettering import number, widest_pt
-from palpate.analysis.figures.marking import Marking
-from palpate.analysis.figures.rated import attribute_words, demand_attributes, people_text, scale_words
-from palpate.analysis.figures.shown_columns import require
+from palpate.analysis.figures.lettering import elided, number, signed, widest_pt
+from palpate.analysis.figures.rating_axes import attribute_words, demand_attributes, people_text, quarters, scale_words
 from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.normalising import rescaled_values

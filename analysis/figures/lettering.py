@@ -12,6 +12,7 @@ from matplotlib.textpath import text_to_path
 
 from palpate.analysis.statistics.apa import apa_p
 
+Ends = tuple[float, float]
 UNKNOWN = "–"
 
 
@@ -65,12 +66,35 @@ def shortened(text: str, letters: int) -> str:
     return text[: int((letters - 1) * len(text) / letters_of(text))].rstrip() + "…"
 
 
+def elided(text: str, letters: int) -> str:
+    """A long text without its middle: names that begin alike stay apart by their ends."""
+    long = letters_of(text)
+    if long <= letters:
+        return text
+    letters = int(letters * len(text) / long)
+    end = min(letters // 2, 8)
+    return f"{text[: letters - 1 - end].rstrip()}…{text[-end:].lstrip()}"
+
+
+def letters_in(inches: float, size: float = 9.0) -> int:
+    """How many bold letters of that size have room in a width."""
+    return max(4, int(72 * inches / (0.7 * size)))
+
+
 def number(value: float | None, decimals: int = 2) -> str:
     """A number with a true minus; a dash where there is none."""
     if value is None or not math.isfinite(value):
         return UNKNOWN
     written = f"{value:.{decimals}f}"
     return (written if float(written) else written.lstrip("-")).replace("-", "−")
+
+
+def signed(value: float, scale: Ends) -> str:
+    """A number with its sign where the scale has both, and a true minus; far from 0 with the digits that differ."""
+    sign = "+" if scale[0] < 0 < scale[1] and value else ""
+    span, far = scale[1] - scale[0], max(map(abs, scale))
+    digits = max(6, math.ceil(math.log10(far / span)) + 3) if span and far else 6
+    return f"{value:{sign}.{digits}g}".replace("-", "−")
 
 
 def percent(share: float | None, decimals: int = 0) -> str:

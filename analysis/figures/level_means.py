@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.columns import require
+from palpate.analysis.figures.figure_kind import AskedFigure
 from palpate.analysis.figures.lettering import number
-from palpate.analysis.figures.rated import attribute_words, demand_attributes, scale_words
-from palpate.analysis.figures.shown_columns import require
+from palpate.analysis.figures.rating_axes import attribute_words, demand_attributes, scale_words
 from palpate.analysis.figures.style import INK, OKABE_ITO
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.plans.idle import Idle

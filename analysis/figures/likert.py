@@ -6,19 +6,23 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, to_hex
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
 from pydantic import Field
 
-from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from palpate.analysis.figures.likert_drawing import draw
-from palpate.analysis.figures.shown_columns import in_order, require, uniform
-from palpate.analysis.figures.spots import summary, whiskers
-from palpate.analysis.plans.answers import Selected
+from palpate.analysis.figures.columns import in_order, require, to_float, uniform
+from palpate.analysis.figures.distributions import summary, whiskers
+from palpate.analysis.figures.figure_kind import MOST, AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import folded, number, percent
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, ink_on
+from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells, texts_of
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
 
-__all__ = ["LIKERT", "LikertSettings", "data", "draw"]
 MOST_POINTS = 15
 
 
@@ -148,6 +152,218 @@ def _caption(
         " the sides the shares below and above it.",
     }[settings.style]
     return f"Answers of {people} on a scale from {words['low']} to {words['high']}{ends}. {said}{several}{lost}"
+
+
+WIDE_IN = 7.2
+BOX = "#dfeaf3"
+
+
+def draw(shown: FigureData) -> Drawn:
+    """As the table's settings said: boxes or diverging bars."""
+    return draw_bars(shown) if shown.words["style"] == "bars" else _boxes(shown)
+
+
+def _boxes(shown: FigureData) -> Drawn:
+    """A row for each item: box, dots and mean over one axis of points."""
+    items = shown.words["items"]
+    tall = 0.62 if len(items) <= 12 else 0.42
+    figure = Figure(figsize=(WIDE_IN, tall * len(items) + 0.85), layout="constrained")
+    axes, marking = figure.add_subplot(), Marking()
+    low, high = shown.words["low"], shown.words["high"]
+    axes.set(xlim=(low - 0.4, high + 0.4), ylim=(len(items) - 0.45, -0.6))
+    marked = sum(row["shows"] == "answer" for row in shown.rows) <= MOST
+    for place, item in enumerate(items):
+        told = next(row for row in shown.rows if row["shows"] == "item" and row["item"] == item)
+        answers = [row for row in shown.rows if row["shows"] == "answer" and row["item"] == item]
+        _box(axes, told, place)
+        _dots(axes, marking, answers, place, marked)
+        _mean(axes, marking, told, place)
+    _frame(axes, shown, items)
+    return Drawn(figure, marking.all())
+
+
+def _box(axes: Axes, told: Row, place: int) -> None:
+    """Above the row's middle, so that the dots have the room below."""
+    q1, middle, q3 = (to_float(told[name]) for name in ("q1", "median", "q3"))
+    y, half = place - 0.12, 0.17
+    axes.plot(
+        [to_float(told["whisker_low"]), to_float(told["whisker_high"])], [y, y], color=SOFT, linewidth=1.0, zorder=2
+    )
+    for end in ("whisker_low", "whisker_high"):
+        at = to_float(told[end])
+        axes.plot([at, at], [y - half / 2, y + half / 2], color=SOFT, linewidth=1.0, zorder=2)
+    axes.add_patch(Rectangle((q1, y - half), q3 - q1, 2 * half, facecolor=BOX, edgecolor=SOFT, linewidth=1.0, zorder=3))
+    axes.plot([middle, middle], [y - half, y + half], color=INK, linewidth=2.4, zorder=4, solid_capstyle="butt")
+
+
+def _dots(axes: Axes, marking: Marking, rows: Sequence[Row], place: int, marked: bool) -> None:
+    """Equal answers lie side by side along the axis, in lines under the box."""
+    values = [to_float(row["value"]) for row in rows]
+    look: dict[str, Any] = {
+        "linestyle": "",
+        "marker": "o",
+        "markersize": 4.2,
+        "markeredgewidth": 0.4,
+        "markeredgecolor": PAPER,
+    }
+    for row, (x, down) in zip(rows, _laid(values), strict=True):
+        (dot,) = axes.plot([x], [place + 0.15 + down], color=OKABE_ITO[0], zorder=5, **look)
+        if marked:
+            value = number(to_float(row["value"]), 1).removesuffix(".0")
+            marking.add(
+                dot, (("participant", str(row["participant"])), (str(row["item"]), value)), str(row["participant"])
+            )
+
+
+def _laid(values: Sequence[float]) -> list[tuple[float, float]]:
+    """Places of equal answers: in rows of up to nine, centred on the answer, pressed together where they are many."""
+    most = max(map(list(values).count, values), default=1)
+    abreast, lines = 9, -(-most // 9)
+    step, down = 0.078, min(0.1, 0.22 / max(lines - 1, 1))
+    seen: dict[float, int] = {}
+    places = []
+    for value in values:
+        i = seen[value] = seen.get(value, -1) + 1
+        count = min(abreast, list(values).count(value) - i // abreast * abreast)
+        places.append((value + step * (i % abreast - (count - 1) / 2), i // abreast * down))
+    return places
+
+
+def _mean(axes: Axes, marking: Marking, told: Row, place: int) -> None:
+    mean = to_float(told["mean"])
+    look: dict[str, Any] = {
+        "markerfacecolor": OKABE_ITO[1],
+        "markeredgecolor": PAPER,
+        "markeredgewidth": 0.9,
+        "markersize": 7,
+    }
+    (mark,) = axes.plot([mean], [place - 0.12], marker="D", linestyle="", zorder=6, **look)
+    names = {"mean": "mean", "sd": "SD", "median": "median"}
+    parts = [(name, number(to_float(told[of]))) for of, name in names.items() if told[of] is not None]
+    marking.add(mark, (("item", str(told["item"])), *parts, ("n", str(told["n"]))), str(told["item"]))
+    spread = "" if told["sd"] is None else f" ± {number(to_float(told['sd']))}"
+    place_of = axes.get_yaxis_transform()
+    axes.text(1.01, place - 0.1, number(mean), transform=place_of, va="center", fontsize=9, fontweight="bold")
+    axes.text(1.075, place - 0.1, spread, transform=place_of, va="center", fontsize=8, color=SOFT)
+
+
+def _frame(axes: Axes, shown: FigureData, items: Sequence[str]) -> None:
+    low, high = shown.words["low"], shown.words["high"]
+    axes.set_yticks([i - 0.05 for i in range(len(items))], [written(shown, item) for item in items], fontsize=9)
+    axes.set_xticks(range(low, high + 1))
+    axes.grid(visible=True, axis="x", color=FAINT)
+    axes.axvline((low + high) / 2, color=SOFT, linewidth=0.8, zorder=0.6)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+    axes.text(1.01, -0.62, "mean ± SD", transform=axes.get_yaxis_transform(), va="bottom", fontsize=7.5, color=SOFT)
+    for at, word, ha in ((low, shown.words["ends"][0], "left"), (high, shown.words["ends"][1], "right")):
+        place = (at - 0.1 if ha == "left" else at + 0.1, 0)
+        axes.annotate(
+            folded(word, 30),
+            place,
+            (0, -20),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha=ha,
+            va="top",
+            fontsize=8.5,
+            color=SOFT,
+        )
+
+
+def written(shown: FigureData, item: str) -> str:
+    """An item's name as the drawing writes it."""
+    return folded(item.replace("_", " "), int(shown.words["letters"]))
+
+
+LOW, MIDDLE, HIGH = ("#9a4a00", "#e8a361"), "#e6e6e6", ("#7fb6dc", "#0b4f86")
+BARS_WIDE_IN = 7.6
+
+
+def draw_bars(shown: FigureData) -> Drawn:
+    """A bar for each item; points below the middle reach to the left, hatched so that grey print shows the sides."""
+    items = shown.words["items"]
+    tall = 0.5 if len(items) <= 12 else 0.34
+    figure = Figure(figsize=(BARS_WIDE_IN, tall * len(items) + 1.0), layout="constrained")
+    axes, marking = figure.add_subplot(), Marking()
+    points = list(range(shown.words["low"], shown.words["high"] + 1))
+    for place, item in enumerate(items):
+        rows = [row for row in shown.rows if row["shows"] == "point" and row["item"] == item]
+        _bar(axes, marking, rows, place, points)
+    _bars_frame(axes, shown, items, points)
+    return Drawn(figure, marking.all())
+
+
+def colours(points: int) -> list[str]:
+    """From the low to the high end, the middle grey where the scale has one."""
+    half = points // 2
+    low = LinearSegmentedColormap.from_list("low", LOW)
+    high = LinearSegmentedColormap.from_list("high", HIGH)
+    steps = [i / max(half - 1, 1) for i in range(half)]
+    return [*(to_hex(low(s)) for s in steps), *([MIDDLE] if points % 2 else []), *(to_hex(high(s)) for s in steps)]
+
+
+def _bar(axes: Axes, marking: Marking, rows: Sequence[Row], place: int, points: Sequence[int]) -> None:
+    half, odd = len(points) // 2, len(points) % 2
+    below = sum(to_float(row["share"]) for row in rows[:half])
+    above = sum(to_float(row["share"]) for row in rows[half + odd :])
+    at = -below - (to_float(rows[half]["share"]) / 2 if odd else 0.0)
+    for i, (row, fill) in enumerate(zip(rows, colours(len(points)), strict=True)):
+        share = to_float(row["share"])
+        if share > 0:
+            _segment(axes, marking, row, (at, share, float(place)), fill, "////" if i < half else "")
+        at += share
+    for x, share, side in ((-0.01, below, "right"), (1.01, above, "left")):
+        axes.text(
+            x,
+            place,
+            percent(share),
+            transform=axes.get_yaxis_transform(),
+            ha=side,
+            va="center",
+            fontsize=8.5,
+            color=INK,
+        )
+
+
+def _segment(axes: Axes, marking: Marking, row: Row, at: tuple[float, float, float], fill: str, hatch: str) -> None:
+    """One point's share of a bar; how many chose it stands there where there is room."""
+    left, share, place = at
+    look: dict[str, Any] = {"color": fill, "edgecolor": PAPER, "linewidth": 0.8, "hatch": hatch}
+    bar = axes.barh([place], [share], 0.72, left=[left], **look)[0]
+    chosen = f"{row['count']} ({percent(share)})"
+    told = (("item", str(row["item"])), ("point", f"{to_float(row['value']):g}"), ("chosen by", chosen))
+    marking.add(bar, told, str(row["item"]))
+    if share >= 0.06:
+        boxed = {"facecolor": fill, "edgecolor": "none", "pad": 0.8} if hatch else None
+        look = {"ha": "center", "va": "center", "fontsize": 8, "color": ink_on(fill), "bbox": boxed}
+        axes.text(left + share / 2, place, str(row["count"]), **look)
+
+
+def _bars_frame(axes: Axes, shown: FigureData, items: Sequence[str], points: Sequence[int]) -> None:
+    drawn: list[Any] = list(axes.patches)
+    ends = [x for bar in drawn for x in (bar.get_x(), bar.get_x() + bar.get_width())]
+    left, right = min(-0.15, *ends), max(0.15, *ends)
+    axes.set(xlim=(left - 0.02 * (right - left), right + 0.02 * (right - left)), ylim=(len(items) - 0.45, -0.55))
+    names = [folded(item.replace("_", " "), int(shown.words["letters"])) for item in items]
+    axes.set_yticks(range(len(items)), names, fontsize=9)
+    axes.tick_params(axis="y", pad=36)
+    axes.set_xticks([])
+    axes.axvline(0, color=INK, linewidth=0.9, zorder=0.5)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    low, high = shown.words["ends"]
+    labels = [str(point) for point in points]
+    for x, word, ha in ((0.0, low, "left"), (1.0, high, "right")):
+        look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": ha, "va": "top"}
+        axes.annotate(folded(word, 22), (x, 0), (0, -7), fontsize=8, color=SOFT, **look)
+    hatches = ["////" if i < len(points) // 2 else "" for i in range(len(points))]
+    looks = zip(colours(len(points)), hatches, strict=True)
+    handles = [Patch(facecolor=fill, edgecolor=PAPER, hatch=hatch) for fill, hatch in looks]
+    axes.legend(
+        handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(points), frameon=False, fontsize=8,
+        labelcolor=SOFT, handlelength=1.1, handleheight=1.1, columnspacing=0.9, handletextpad=0.4,
+    )  # fmt: skip
 
 
 LIKERT = FigureKind(LikertSettings, data, draw, takes="forms")

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from palpate.analysis.figures.matching_drawing import draw
-from palpate.analysis.figures.shown_columns import numbers, require, uniform
-from palpate.analysis.figures.spots import summary
-from palpate.analysis.plans.answers import Selected
+from palpate.analysis.figures.columns import numbers, require, to_float, uniform
+from palpate.analysis.figures.distributions import density, summary, swarm
+from palpate.analysis.figures.figure_kind import MOST, AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import decimals_for, folded, number
+from palpate.analysis.figures.style import INK, PAPER, SOFT, looks, quiet_axes, tint
+from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells, texts_of
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
 
-__all__ = ["MATCHING", "MatchingSettings", "data", "draw"]
 USUAL = ("stimulus.attribute", "manipulated", "target_attribute")
 
 
@@ -106,6 +111,156 @@ def _caption(cells: PersonCells, targets: Sequence[float]) -> str:
         " kernel densities (Silverman's bandwidth), mirrored at the ends of the scale; large marks: means with ± 1 SD;"
         " dashed lines: the targets; below: the mean absolute error (MAE)."
     )
+
+
+ABREAST = 8
+"""How many attributes stand in one row of the figure."""
+SLOT_IN, HIGH_IN = 1.28, 3.5
+
+
+@dataclass(frozen=True)
+class _Slot:
+    """Where one target's ratings stand: beside `x`, towards `side`, at most `reach` wide."""
+
+    x: float
+    side: int
+    reach: float
+    colour: str
+    shape: str
+
+
+def draw(shown: FigureData) -> Drawn:
+    """A slot for each attribute: the lower target's ratings left of its middle, the higher one's right of it."""
+    attributes = shown.words["attributes"]
+    lines = math.ceil(len(attributes) / ABREAST)
+    abreast = math.ceil(len(attributes) / lines)
+    slot_in = SLOT_IN * max(1.0, 0.5 * len(shown.words["targets"]))
+    size = (max(slot_in * abreast + 0.9, 4.4), HIGH_IN * lines + 0.35)
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(lines, 1, squeeze=False, sharey=True)[:, 0]
+    marking, limits = Marking(), _limits(shown)
+    for line, axes in enumerate(grid):
+        here = attributes[line * abreast : (line + 1) * abreast]
+        _scale(axes, shown, limits, here, abreast)
+        for place, attribute in enumerate(here):
+            for target, slot in zip(shown.words["targets"], _slots(shown.words["targets"], place), strict=True):
+                _target(axes, marking, shown, (attribute, target), slot)
+    _legend(figure, shown.words["targets"])
+    return Drawn(figure, marking.all())
+
+
+def _slots(targets: Sequence[float], place: int) -> list[_Slot]:
+    """Two targets share a middle, back to back; more stand side by side."""
+    found = looks(len(targets))
+    if len(targets) <= 2:
+        gap = 0.03
+        return [_Slot(place + s * gap, s, 0.40, *found[j]) for j, s in enumerate((-1, 1)[: len(targets)])]
+    wide = 0.86 / len(targets)
+    return [_Slot(place - 0.43 + wide * (j + 0.12), 1, 0.84 * wide, *found[j]) for j in range(len(targets))]
+
+
+def _limits(shown: FigureData) -> tuple[float, float]:
+    values = [to_float(row["value"]) for row in shown.rows if row["shows"] == "value"]
+    ends = [*values, *shown.words["targets"], *(shown.words["scale"] or ())]
+    low, high = min(ends), max(ends)
+    margin = 0.03 * (high - low) or 0.5
+    return low - margin, high + margin
+
+
+def _scale(axes: Axes, shown: FigureData, limits: tuple[float, float], here: Sequence[str], abreast: int) -> None:
+    axes.set(xlim=(-0.55, abreast - 0.45), ylim=limits, ylabel="rating")
+    scale = shown.words["scale"]
+    if scale is not None:
+        axes.set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
+    quiet_axes(axes)
+    named = shown.words["antonyms"]
+    axes.tick_params(axis="x", pad=17)
+    _below(axes, "MAE", (0, 0), -6, "axes fraction", {"ha": "right", "color": SOFT})
+    axes.set_xticks(range(len(here)), [folded(each, 15) for each in here], fontsize=8.5, fontweight="bold")
+    for place, attribute in enumerate(here):
+        high = folded(named[attribute], 15)
+        look: dict[str, Any] = {"fontsize": 8.5, "fontweight": "bold", "color": INK, "ha": "center", "va": "bottom"}
+        axes.text(place, 1.02, high, transform=axes.get_xaxis_transform(), **look)
+        if place:
+            axes.axvline(place - 0.5, color="#e7ebef", linewidth=0.8, zorder=0)
+
+
+def _below(axes: Axes, text: str, at: tuple[float, float], right: float, system: Any, look: dict[str, Any]) -> None:
+    """A small word between the axis and the names under it."""
+    place: dict[str, Any] = {"xycoords": system, "textcoords": "offset points", "annotation_clip": False}
+    axes.annotate(text, at, (right, -5), va="top", fontsize=7.5, **place, **look)
+
+
+def _target(axes: Axes, marking: Marking, shown: FigureData, place: tuple[str, float], slot: _Slot) -> None:
+    rows = [row for row in shown.rows if (row["attribute"], row["target"]) == place]
+    if not rows:
+        return
+    told, values = rows[0], [row for row in rows if row["shows"] == "value"]
+    ends = (slot.x, slot.x + slot.side * slot.reach)
+    axes.plot(ends, [place[1]] * 2, color=slot.colour, linewidth=1.5, linestyle=(0, (3, 1.6)), zorder=2.5)
+    _half_violin(axes, [to_float(row["value"]) for row in values], slot, shown.words["scale"])
+    _dots(axes, marking, values, slot, axes.get_ylim(), sum(row["shows"] == "value" for row in shown.rows) <= MOST)
+    _mean(axes, marking, told, slot)
+    at = slot.x + slot.side * slot.reach / 2
+    mae = number(to_float(told["mae"]), decimals_for([to_float(told["mae"])]))
+    _below(axes, mae, (at, 0), 0, axes.get_xaxis_transform(), {"ha": "center", "color": slot.colour})
+
+
+def _half_violin(axes: Axes, values: Sequence[float], slot: _Slot, scale: Sequence[float] | None) -> None:
+    at, heights = density(values, *(scale or (None, None)))
+    if len(at):
+        edge = slot.x + slot.side * 0.9 * slot.reach * heights
+        axes.fill_betweenx(at, slot.x, edge, color=tint(slot.colour, 0.25), linewidth=0, zorder=1)
+        axes.plot(edge, at, color=tint(slot.colour, 0.7), linewidth=0.7, zorder=1.1)
+
+
+def _dots(
+    axes: Axes, marking: Marking, rows: Sequence[Row], slot: _Slot, limits: tuple[float, float], marked: bool
+) -> None:
+    """Each participant, from the middle outwards."""
+    values = [to_float(row["value"]) for row in rows]
+    tall = 0.055 / (HIGH_IN - 0.7) * (limits[1] - limits[0])
+    wide = 0.055 / SLOT_IN
+    most = (slot.reach - 0.16) * tall / wide
+    aside = [a * wide / tall for a in swarm(values, tall, most, one_sided=True)]
+    look: dict[str, Any] = {
+        "linestyle": "",
+        "marker": slot.shape,
+        "markersize": 3.6,
+        "markeredgewidth": 0.3,
+        "markeredgecolor": PAPER,
+    }
+    for row, value, a in zip(rows, values, aside, strict=True):
+        (dot,) = axes.plot([slot.x + slot.side * (0.13 + a)], [value], color=slot.colour, zorder=3, **look)
+        if marked:
+            parts = [(name, str(row[name])) for name in ("participant", "attribute")]
+            found = [
+                (name, number(to_float(row[of]), 1).removesuffix(".0"))
+                for name, of in (("target", "target"), ("rating", "value"))
+            ]
+            marking.add(dot, (*parts, *found), str(row["participant"]))
+
+
+def _mean(axes: Axes, marking: Marking, told: Row, slot: _Slot) -> None:
+    x, mean = slot.x + slot.side * 0.045, to_float(told["mean"])
+    if told["sd"] is not None:
+        axes.errorbar([x], [mean], [to_float(told["sd"])], fmt="none", ecolor=INK, elinewidth=1.1, zorder=4)
+    look: dict[str, Any] = {"markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.2, "markersize": 6.5}
+    (mark,) = axes.plot([x], [mean], marker=slot.shape, linestyle="", zorder=5, **look)
+    names: Mapping[str, Any] = {"mean": "mean", "sd": "SD", "mae": "MAE"}
+    parts = [(name, number(to_float(told[of]), 1)) for of, name in names.items() if told[of] is not None]
+    where = (("attribute", str(told["attribute"])), ("target", f"{to_float(told['target']):g}"))
+    marking.add(mark, (*where, *parts, ("n", str(told["n"]))), str(told["attribute"]))
+
+
+def _legend(figure: Figure, targets: Sequence[float]) -> None:
+    handles = [
+        Line2D([], [], color=colour, marker=shape, linestyle=(0, (3, 1.6)), markersize=5, markeredgecolor=PAPER)
+        for colour, shape in looks(len(targets))
+    ]
+    names = [f"made to feel {target:g}" for target in targets]
+    abreast = max(1, int(figure.get_figwidth() / 1.5))
+    figure.legend(handles, names, loc="outside upper left", ncols=abreast, frameon=False, fontsize=8.5, labelcolor=SOFT)
 
 
 MATCHING = FigureKind(MatchingSettings, data, draw)

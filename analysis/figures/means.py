@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 
-from palpate.analysis.figures.axes import base_of, cut_note, elided, lettered, level_axis, poles, scale_axis
-from palpate.analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
-from palpate.analysis.figures.lettering import widest_pt
+from palpate.analysis.figures.figure_kind import Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import elided, widest_pt
 from palpate.analysis.figures.level_means import (
     Key,
     LevelFigure,
@@ -24,8 +23,17 @@ from palpate.analysis.figures.level_means import (
     unknown,
     whisker_ends,
 )
-from palpate.analysis.figures.marking import Marking
-from palpate.analysis.figures.rated import by_category, on_scale, people_text
+from palpate.analysis.figures.rating_axes import (
+    base_of,
+    by_category,
+    cut_note,
+    lettered,
+    level_axis,
+    on_scale,
+    people_text,
+    poles,
+    scale_axis,
+)
 from palpate.analysis.figures.style import INK, PAPER, SOFT
 from palpate.protocols.wording import phrase
 

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from palpate.analysis.figures.drawn import FigureData, FigureKind, Shown
-from palpate.analysis.figures.predicted_drawing import draw
+from palpate.analysis.figures.columns import in_order, pair_names, to_float
+from palpate.analysis.figures.figure_kind import MOST, Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import decimals_for, folded, number, percent, shortened
 from palpate.analysis.figures.predictions import Point, PredictionSettings, chosen, read_points
-from palpate.analysis.figures.shown_columns import in_order, pair_names
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, looks
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.undefined import nan_to_none
 
-__all__ = ["PREDICTED", "PredictedSettings", "data", "draw"]
 INNER, OUTER = 0.5, 1.0
 ROUNDING_ULPS = 4
 """A point exactly on the edge of a band counts as within it, whatever the units round it to."""
@@ -62,21 +66,21 @@ def data(shown: Shown, settings: PredictedSettings) -> FigureData:
     column = chosen(settings, "sd", selected) if isinstance(settings.sd, str) else None
     found = read_points(settings, selected, labels, [*intervals, *([column] if column else [])])
     sds = _sds(settings, found.points, column)
-    rows = tuple(_row(settings, point, sds[_panel(settings, point)], attribute, intervals) for point in found.points)
+    rows = tuple(_row(settings, point, sds[_panel_of(settings, point)], attribute, intervals) for point in found.points)
     caption = f"{_caption(settings, column, rows)}{found.said()}"
     return FigureData(
         rows, settings.title or "Predicted against actual values", caption, _words(settings, selected, rows)
     )
 
 
-def _panel(settings: PredictedSettings, point: Point) -> str:
+def _panel_of(settings: PredictedSettings, point: Point) -> str:
     return point.labels[settings.panels] if settings.panels else ""
 
 
 def _sds(settings: PredictedSettings, points: tuple[Point, ...], column: str | None) -> dict[str, float]:
     """The SD of each panel, NaN where it is undefined or 0."""
-    panels = sorted({_panel(settings, point) for point in points})
-    by_panel = {name: [point for point in points if _panel(settings, point) == name] for name in panels}
+    panels = sorted({_panel_of(settings, point) for point in points})
+    by_panel = {name: [point for point in points if _panel_of(settings, point) == name] for name in panels}
     if settings.band == "global" or isinstance(settings.sd, float | int):
         return dict.fromkeys(panels, _sd(settings, points, column))
     return {name: _sd(settings, tuple(of), column) for name, of in by_panel.items()}
@@ -104,7 +108,7 @@ def _row(
 ) -> dict[str, Any]:
     known = not math.isnan(sd)
     return {
-        "panel": _panel(settings, point),
+        "panel": _panel_of(settings, point),
         "stimulus": point.stimulus,
         **({"attribute": point.labels[attribute]} if attribute else {}),
         **({"colour": point.labels[settings.colour]} if settings.colour else {}),
@@ -161,6 +165,217 @@ def _caption(settings: PredictedSettings, column: str | None, rows: tuple[Row, .
 
 def _whiskers(rows: tuple[Row, ...]) -> str:
     return " Whiskers: the intervals of the predictions." if rows and "low" in rows[0] else ""
+
+
+OUTER_BAND, INNER_BAND, BAND_EDGE = "#dbe8f3", "#b3d0e8", "#8fb6d6"
+WIDEST_IN = 13.0
+GAP, FOOT = 0.2, 0.5
+
+
+def draw(shown: FigureData) -> Drawn:
+    """A square panel for each level, all with the same axes; a point outside ± 1 SD is open."""
+    panels = list(dict.fromkeys(str(row["panel"]) for row in shown.rows))
+    limits, look = _limits(shown), _looks(shown.words["colours"])
+    sheet = _sheet(shown, panels, limits)
+    figure, grid = _panels(sheet)
+    marking = Marking()
+    for place, (panel, axes) in enumerate(zip(panels, grid, strict=True)):
+        rows = [row for row in shown.rows if row["panel"] == panel]
+        _panel(axes, rows, limits, sheet.side)
+        axes.tick_params(labelleft=place % sheet.columns == 0, labelbottom=place + sheet.columns >= len(panels))
+        _points(axes, marking, rows, look, len(shown.rows) <= MOST)
+        axes.set_title(sheet.titles[place], fontsize=sheet.title_pt)
+    _axis_words(figure, sheet, str(shown.words["unit"]))
+    if sheet.keys:
+        _legend(figure, sheet, look)
+    return Drawn(figure, marking.all())
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """The figure's measures in inches. They are set by hand: ninety panels would keep a layout engine busy for long."""
+
+    columns: int
+    lines: int
+    side: float
+    left: float
+    titles: tuple[str, ...]
+    title_pt: float
+    keys: tuple[str, ...]
+    key_columns: int
+
+    @property
+    def head(self) -> float:
+        """The room for a panel's title."""
+        return 0.1 + 1.35 * self.title_pt / 72 * max(title.count("\n") + 1 for title in self.titles)
+
+    @property
+    def key_high(self) -> float:
+        """The room for the key."""
+        return 0.1 + 0.19 * math.ceil(len(self.keys) / self.key_columns) if self.keys else 0.04
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height."""
+        wide = self.left + self.columns * (self.side + GAP)
+        return wide, FOOT + self.lines * (self.side + self.head) + self.key_high
+
+
+def _sheet(shown: FigureData, panels: Sequence[str], limits: tuple[float, float]) -> _Sheet:
+    columns = grid_columns(len(panels))
+    side = min(2.6 if len(panels) > 1 else 4.2, WIDEST_IN / columns - GAP)
+    titles = tuple(folded(_name(shown, panel), max(8, int(9.5 * side))) for panel in panels)
+    keys = tuple(shortened(_name(shown, level), 40) for level in shown.words["colours"])
+    left = 0.5 + 0.075 * min(max(len(f"{limit:.4g}") for limit in limits), 9)
+    across = max(1, int((columns * (side + GAP)) / (0.42 + 0.072 * max(map(len, keys), default=1))))
+    title_pt = 10.0 if side > 1.8 else 7.0
+    return _Sheet(columns, math.ceil(len(panels) / columns), side, left, titles, title_pt, keys, across)
+
+
+def _panels(sheet: _Sheet) -> tuple[Figure, list[Axes]]:
+    """The figure and its panels, line by line."""
+    wide, tall = sheet.size
+    figure = Figure(figsize=(wide, tall))
+    found = []
+    for place in range(len(sheet.titles)):
+        line, column = divmod(place, sheet.columns)
+        top = sheet.key_high + line * (sheet.side + sheet.head) + sheet.head
+        corner = (sheet.left + column * (sheet.side + GAP)) / wide, 1 - (top + sheet.side) / tall
+        found.append(figure.add_axes((*corner, sheet.side / wide, sheet.side / tall)))
+    return figure, found
+
+
+def _name(shown: FigureData, level: str) -> str:
+    return str(shown.words["names"].get(level, level))
+
+
+def grid_columns(panels: int) -> int:
+    """How many columns leave the fewest places empty: as many as lines, or up to 1.6 times as many."""
+    least = math.ceil(math.sqrt(panels))
+    return min(range(least, max(least, math.floor(1.6 * math.sqrt(panels))) + 1), key=lambda c: (-panels % c, c))
+
+
+def _looks(levels: Sequence[str]) -> dict[str, tuple[str, str]]:
+    return dict(zip(levels, looks(len(levels)), strict=True)) or {"": (OKABE_ITO[1], "o")}
+
+
+def _limits(shown: FigureData) -> tuple[float, float]:
+    """The study's scale where all values lie on it, else from the smallest to the largest value with a margin."""
+    values = [
+        to_float(row[name])
+        for row in shown.rows
+        for name in ("actual", "predicted", "low", "high")
+        if row.get(name) is not None
+    ]
+    low, high = min(values), max(values)
+    scale = shown.words["scale"]
+    if scale is not None and scale[0] <= low and high <= scale[1]:
+        low, high = scale
+    margin = 0.03 * (high - low) or 0.03 * abs(high) or 0.5
+    return low - margin, high + margin
+
+
+def _panel(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], side: float) -> None:
+    """The bands, the line of identity, and in the two empty corners what lies within the bands."""
+    axes.set(xlim=limits, ylim=limits, aspect="equal")
+    axes.tick_params(labelsize=8 if side > 1.8 else 6)
+    axes.locator_params(nbins=5 if side > 1.8 else 3)
+    axes.grid(visible=True, color=FAINT, linewidth=0.4)
+    ends, sd = np.array(limits), rows[0]["sd"]
+    if sd is not None:
+        for reach, colour in ((1.0, OUTER_BAND), (0.5, INNER_BAND)):
+            spread = reach * to_float(sd)
+            axes.fill_between(ends, ends - spread, ends + spread, color=colour, linewidth=0, zorder=1.1)
+            for sign in (-1, 1):
+                axes.plot(ends, ends + sign * spread, color=BAND_EDGE, linewidth=0.5, zorder=1.2)
+    axes.plot(ends, ends, color=INK, linewidth=1.0, linestyle=(0, (4, 3)), zorder=1.4)
+    size = 7.5 if side > 1.8 else 4.8
+    boxed: dict[str, Any] = {"facecolor": PAPER, "alpha": 0.75, "edgecolor": "none", "pad": 1.0}
+    place: dict[str, Any] = {"transform": axes.transAxes, "fontsize": size, "color": INK, "zorder": 5, "bbox": boxed}
+    axes.text(0.03, 0.97, _shares(rows, side > 1.8), va="top", **place)
+    axes.text(0.97, 0.03, _errors(rows, side > 1.8), va="bottom", ha="right", **place)
+
+
+def _shares(rows: Sequence[Row], wide: bool) -> str:
+    """How many points lie within each band."""
+    if rows[0]["sd"] is None:
+        return ""
+    inner, outer = (sum(bool(row[name]) for row in rows) / len(rows) for name in ("within_half_sd", "within_one_sd"))
+    if not wide:
+        return f"{percent(inner)}\n{percent(outer)}"
+    return f"± 0.5 SD: {percent(inner)}\n± 1 SD: {percent(outer)}"
+
+
+def _errors(rows: Sequence[Row], wide: bool) -> str:
+    errors = np.array([to_float(row["error"]) for row in rows])
+    largest = float(np.max(np.abs(errors))) or 1.0
+    mae, rmse = float(np.mean(np.abs(errors))), largest * float(np.sqrt(np.mean((errors / largest) ** 2)))
+    digits = decimals_for([rmse])
+    if not wide:
+        return f"n {len(rows)}"
+    return f"n = {len(rows)}\nMAE {number(mae, digits)}\nRMSE {number(rmse, digits)}"
+
+
+def _points(
+    axes: Axes, marking: Marking, rows: Sequence[Row], look: Mapping[str, tuple[str, str]], marked: bool
+) -> None:
+    for row in rows:
+        colour, shape = look[str(row.get("colour", ""))]
+        outside = row["within_one_sd"] is False
+        face = PAPER if outside else colour
+        if row.get("low") is not None and row.get("high") is not None:
+            axes.plot(
+                [to_float(row["actual"])] * 2,
+                [to_float(row["low"]), to_float(row["high"])],
+                color=colour,
+                linewidth=0.7,
+                alpha=0.7,
+                zorder=2,
+            )
+        style: dict[str, Any] = {"markerfacecolor": face, "markeredgecolor": colour if outside else PAPER}
+        size: dict[str, Any] = {"markersize": 4.6, "markeredgewidth": 1.0 if outside else 0.4}
+        (point,) = axes.plot(
+            [to_float(row["actual"])],
+            [to_float(row["predicted"])],
+            linestyle="",
+            marker=shape,
+            zorder=3,
+            **style,
+            **size,
+        )
+        if marked:
+            marking.add(point, told(row), str(row["stimulus"]))
+
+
+def told(row: Row) -> tuple[tuple[str, str], ...]:
+    """What is told of a point."""
+    names = [(name, str(row[name])) for name in ("stimulus", "attribute", "panel", "colour") if row.get(name)]
+    once = list({text: (name, text) for name, text in reversed(names)}.values())[::-1]
+    error, digits = row["error"], decimals_for([to_float(row[name]) for name in ("actual", "predicted")])
+    values = [(name, number(to_float(row[name]), digits)) for name in ("actual", "predicted")]
+    sd = row["sd"]
+    in_sd = [("error in SD", number(to_float(error) / to_float(sd), 2))] if sd is not None else []
+    return (*once, *values, ("error", number(to_float(error), digits)), *in_sd)
+
+
+def _axis_words(figure: Figure, sheet: _Sheet, unit: str) -> None:
+    written = f" ({unit})" if unit else ""
+    wide, tall = sheet.size
+    middle = (sheet.left + (wide - GAP)) / 2 / wide, 1 - (sheet.key_high + (tall - FOOT)) / 2 / tall
+    figure.text(middle[0], 0.12 / tall, f"actual{written}", ha="center", va="center", fontsize=9.5)
+    figure.text(0.14 / wide, middle[1], f"predicted{written}", ha="center", va="center", rotation=90, fontsize=9.5)
+
+
+def _legend(figure: Figure, sheet: _Sheet, look: Mapping[str, tuple[str, str]]) -> None:
+    handles = [
+        Line2D([], [], linestyle="", marker=shape, markersize=5.5, markerfacecolor=colour, markeredgecolor=PAPER)
+        for colour, shape in look.values()
+    ]
+    wide, tall = sheet.size
+    figure.legend(
+        handles, sheet.keys, loc="upper left", bbox_to_anchor=(sheet.left / wide, 1 - 0.02 / tall), borderaxespad=0,
+        ncols=sheet.key_columns, frameon=False, fontsize=8, labelcolor=SOFT, handletextpad=0.2, columnspacing=1.2,
+    )  # fmt: skip
 
 
 PREDICTED = FigureKind(PredictedSettings, data, draw, takes="table")

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
-from palpate.analysis.figures.drawn import AskedFigure
-from palpate.analysis.figures.shown_columns import in_order, numbers, require
+from palpate.analysis.figures.columns import in_order, numbers, require
+from palpate.analysis.figures.figure_kind import AskedFigure
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
 from palpate.analysis.ratings.person_cells import texts_of

@@ -11,13 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch, Rectangle
 
-from palpate.analysis.figures.axes import elided, letters_in, quarters, signed
-from palpate.analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
-from palpate.analysis.figures.lettering import number, widest_pt
+from palpate.analysis.figures.columns import require
+from palpate.analysis.figures.figure_kind import MOST, Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import elided, letters_in, number, signed, widest_pt
 from palpate.analysis.figures.level_means import LevelFigure, Places, key_text, level_words, with_families
-from palpate.analysis.figures.marking import MOST, Marking
-from palpate.analysis.figures.rated import demand_attributes, on_scale, title_of
-from palpate.analysis.figures.shown_columns import require
+from palpate.analysis.figures.rating_axes import demand_attributes, on_scale, quarters, title_of
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER
 from palpate.analysis.ratings.person_cells import person_cells
 from palpate.protocols.wording import count, phrase

@@ -11,17 +11,23 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from scipy.cluster.hierarchy import leaves_list, linkage
+from scipy.spatial.distance import squareform
 
-from palpate.analysis.figures.axes import elided, letters_in, quarters, signed
-from palpate.analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
-from palpate.analysis.figures.lettering import letters_of, number, widest_pt
-from palpate.analysis.figures.marking import Marking
-from palpate.analysis.figures.rated import attribute_words, demand_attributes, on_scale, scale_words, title_of
-from palpate.analysis.figures.seriation import similar_order
-from palpate.analysis.figures.shades import ladder
-from palpate.analysis.figures.shown_columns import require
-from palpate.analysis.figures.style import PAPER, SOFT
+from palpate.analysis.figures.columns import require
+from palpate.analysis.figures.figure_kind import AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import elided, letters_in, letters_of, number, signed, widest_pt
+from palpate.analysis.figures.rating_axes import (
+    attribute_words,
+    demand_attributes,
+    on_scale,
+    quarters,
+    scale_words,
+    title_of,
+)
+from palpate.analysis.figures.style import PAPER, SOFT, ladder
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells
+from palpate.analysis.statistics.doubles import Floats
 from palpate.protocols.study import Text
 from palpate.protocols.undefined import nan_to_none
 from palpate.protocols.wording import count
@@ -30,6 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from palpate.analysis.plans.answers import Row, Selected
+
 
 HATCHED = "#aab2bb"
 TOP, GAP, BAR = 0.42, 0.3, 0.75
@@ -246,3 +253,34 @@ def _columns(axes: Axes, grid: Any, attribute: str, words: Mapping[str, Any], ma
 
 
 RATING_HEATMAP = FigureKind(RatingHeatmap, _data, draw)
+
+
+def similar_order(values: Floats) -> list[int]:
+    """The rows of a table so ordered that alike ones stand together; NaN is no value.
+
+    The distance of two rows is the root mean square of their differences where both have a value; rows that share
+    nothing are as far apart as the most distant pair. Average linkage with optimal leaf order (Bar-Joseph, Gifford &
+    Jaakkola 2001). The end with the lower mean comes first, so that no run turns the order round.
+    """
+    n = len(values)
+    if n < 3:
+        return list(range(n))
+    distances = np.zeros((n, n))
+    for i in range(n):
+        gaps = values[i + 1 :] - values[i]
+        shared = np.count_nonzero(~np.isnan(gaps), axis=1)
+        squares = np.nansum(gaps * gaps, axis=1)
+        distances[i, i + 1 :] = np.where(shared > 0, np.sqrt(squares / np.maximum(shared, 1)), np.nan)
+    far = np.nanmax(distances) if np.isfinite(distances).any() else 1.0
+    distances = np.where(np.isnan(distances), far, distances)
+    distances = distances + distances.T
+    order: list[int] = leaves_list(
+        linkage(squareform(distances, checks=False), "average", optimal_ordering=True)
+    ).tolist()
+    ends = [_mean(values[order[0]]), _mean(values[order[-1]])]
+    return order[::-1] if ends[1] < ends[0] else order
+
+
+def _mean(row: Floats) -> float:
+    known = row[~np.isnan(row)]
+    return float(known.mean()) if known.size else 0.0

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.columns import real
+from palpate.analysis.figures.figure_kind import AskedFigure
 from palpate.analysis.figures.lettering import p_written
-from palpate.analysis.figures.shown_columns import real
 from palpate.analysis.plans.answers import Answer, Row
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.did_you_mean import nearest

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from pydantic import Field
 
-from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from palpate.analysis.figures.shown_columns import answer_of, require, uniform
-from palpate.analysis.figures.significance import not_drawn_said, pair_rows, stars_said
-from palpate.analysis.figures.similarity_bars_drawing import MOST_BRACKETS, draw
-from palpate.analysis.plans.answers import Selected
+from palpate.analysis.figures.columns import answer_of, require, to_float, uniform
+from palpate.analysis.figures.distributions import swarm
+from palpate.analysis.figures.figure_kind import AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import decimals_for, elided, folded, number, p_written, shortened, widest_pt
+from palpate.analysis.figures.significance import not_drawn_said, pair_rows, stacked, stars_said
+from palpate.analysis.figures.style import HATCHES, INK, OKABE_ITO, PAPER, SOFT, quiet_axes, tint
+from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import PersonCells, levels_of, person_cells, texts_of
@@ -22,8 +28,6 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Text
 from palpate.protocols.undefined import nan_to_none
 from palpate.protocols.wording import count, phrase
-
-__all__ = ["SIMILARITY_BARS", "SimilarityBarsSettings", "data", "draw"]
 
 
 class SimilarityBarsSettings(AskedFigure):
@@ -265,6 +269,248 @@ def _marks_said(settings: SimilarityBarsSettings, selected: Selected, pairs: lis
     if len(found) > MOST_BRACKETS:
         drawn = f"{len(found)} of {len(pairs)} pairs differ, too many for brackets; their p stand in the table."
     return drawn + not_drawn_said(pairs)
+
+
+MOST_BRACKETS = 36
+WIDE = 0.84
+"""All bars of a cluster, in clusters."""
+STOREY = 0.075
+"""The height of a bracket's storey, as a share of the scale."""
+
+
+@dataclass(frozen=True)
+class _Bars:
+    """What every bar needs to know."""
+
+    data: FigureData
+    marking: Marking
+    base: float
+    span: float
+    digits: int
+
+    def look(self, bar: str) -> dict[str, Any]:
+        """Colour and hatch of a method."""
+        place = self.data.words["bars"].index(bar)
+        colour = OKABE_ITO[place % len(OKABE_ITO)]
+        return {
+            "facecolor": tint(colour),
+            "edgecolor": colour,
+            "linewidth": 0.9,
+            "hatch": HATCHES[place % len(HATCHES)],
+        }
+
+
+def draw(shown: FigureData) -> Drawn:
+    """The clusters at the left, the bars over all of them with their brackets at the right; one axis for both."""
+    clusters, bars = shown.words["clusters"], shown.words["bars"]
+    overall = any(row["shows"] == "mean" and row["cluster"] is None for row in shown.rows)
+    panels: list[list[str | None]] = ([list(clusters)] if clusters else []) + ([[None]] if overall else [])
+    storeys = max((_storeys(shown, cluster) for panel in panels for cluster in panel), default=0)
+    wide = [_panel_in(panel, bars) for panel in panels]
+    size = (max(4.6, sum(wide) + 1.0), 3.3 + 0.17 * storeys + _names_in(shown, wide[0]))
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(1, len(panels), squeeze=False, sharey=True, width_ratios=wide)[0]
+    tools = _Bars(shown, Marking(), *_base_and_span(shown), decimals_for(_all(shown)))
+    for axes, panel in zip(grid, panels, strict=True):
+        _panel(axes, tools, panel, wide[0] / len(panel))
+    _scale(grid[0], tools, storeys, size[1])
+    if clusters:
+        _legend(figure, tools)
+    return Drawn(figure, tools.marking.all())
+
+
+def _panel_in(panel: Sequence[str | None], bars: Sequence[str]) -> float:
+    """How wide a panel is: clusters are pressed together where they are very many, the bars over all never."""
+    if list(panel) == [None]:
+        names_in = widest_pt([folded(bar, 10) for bar in bars], 8) / 72 + 0.08
+        return max(1.0, 0.3 + min(max(0.42, names_in), 1.0) * len(bars))
+    return min(max(1.0, len(panel) * (0.3 + 0.24 * len(bars))), 14.0)
+
+
+def _letters(cluster_in: float, clusters: int) -> tuple[int, bool]:
+    """How many letters fit under a cluster, and whether the names stand upright because these are too few."""
+    letters = max(5, int(cluster_in / 0.075))
+    return letters, letters < 8 and clusters > 12
+
+
+def _names_in(shown: FigureData, panel_in: float) -> float:
+    """What names that stand upright need in height."""
+    clusters = [shortened(str(c), 26) for c in shown.words["clusters"]]
+    upright = bool(clusters) and _letters(panel_in / len(clusters), len(clusters))[1]
+    return widest_pt(clusters, 6) / 72 if upright else 0.0
+
+
+def _all(shown: FigureData) -> list[float]:
+    return [
+        to_float(row[name])
+        for row in shown.rows
+        for name in ("mean", "value", "low", "high")
+        if row.get(name) is not None
+    ]
+
+
+def _base_and_span(shown: FigureData) -> tuple[float, float]:
+    """Where bars start (zero where the scale has it, else its nearest end), and how long the scale is."""
+    values = _all(shown)
+    low, high = shown.words["scale"] or (min(0.0, *values), max(0.0, *values))
+    return min(max(0.0, low), high), (high - low) or 1.0
+
+
+def _of(shown: FigureData, shows: str, cluster: str | None) -> list[Row]:
+    return [row for row in shown.rows if row["shows"] == shows and row["cluster"] == cluster]
+
+
+def _brackets(shown: FigureData, cluster: str | None) -> list[Row]:
+    found = [row for row in _of(shown, "pair", cluster) if row["stars"]]
+    return found if len(found) <= MOST_BRACKETS else []
+
+
+def _spans(shown: FigureData, rows: Sequence[Row]) -> list[tuple[int, int]]:
+    bars = shown.words["bars"]
+    return [(bars.index(row["a"]), bars.index(row["b"])) for row in rows]
+
+
+def _storeys(shown: FigureData, cluster: str | None) -> int:
+    return max(stacked(_spans(shown, _brackets(shown, cluster))), default=-1) + 1
+
+
+def _panel(axes: Axes, tools: _Bars, panel: Sequence[str | None], cluster_in: float) -> None:
+    """Each cluster's bars about its place."""
+    bars = tools.data.words["bars"]
+    drawn: list[tuple[float, Row]] = []
+    for place, cluster in enumerate(panel):
+        at = {bar: place + WIDE * ((i + 0.5) / len(bars) - 0.5) for i, bar in enumerate(bars)}
+        here = [(at[str(row["bar"])], row) for row in _of(tools.data, "mean", cluster)]
+        for x, row in here:
+            _bar(axes, tools, row, x, WIDE / len(bars))
+        drawn += here
+        _bracketed(axes, tools, cluster, at)
+    _whiskers(axes, drawn)
+    axes.set_xlim(-0.5, len(panel) - 0.5)
+    quiet_axes(axes)
+    if list(panel) == [None]:
+        names = [folded(bar, 10) for bar in bars]
+        axes.set_xticks([WIDE * ((i + 0.5) / len(bars) - 0.5) for i in range(len(bars))], names, fontsize=8)
+        axes.tick_params(axis="x", rotation=90 if sum(map(len, names)) > 12 * len(bars) and len(bars) > 6 else 0)
+        if tools.data.words["clusters"]:
+            axes.set_xlabel("all together", fontsize=8.5, color=SOFT)
+        return
+    letters, upright = _letters(cluster_in, len(panel))
+    written = [shortened(str(c), 26) if upright else folded(str(c).replace("_", " "), letters) for c in panel]
+    axes.set_xticks(range(len(panel)), written, fontsize=8 if len(panel) <= 24 else 6)
+    axes.tick_params(axis="x", rotation=90 if upright else 0)
+    axes.set_xlabel(str(tools.data.words["cluster_factor"]), fontsize=8.5, color=SOFT)
+
+
+def _bar(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> None:
+    mean, look = to_float(row["mean"]), tools.look(str(row["bar"]))
+    with_hatch = {**look, "hatch": look["hatch"] if wide > 0.05 else ""}
+    bar = axes.bar([at], [mean - tools.base], 0.9 * wide, bottom=tools.base, zorder=2, **with_hatch)[0]
+    tools.marking.add(bar, _told(tools, row), str(row.get("stimulus") or row["bar"]))
+    if tools.data.words["dots"]:
+        _dots(axes, tools, row, at, wide)
+
+
+def _whiskers(axes: Axes, rows: Sequence[tuple[float, Row]]) -> None:
+    """All whiskers of a panel at once, on a thin halo that keeps them apart from dots and hatches."""
+    known = [(x, row) for x, row in rows if row["low"] is not None and row["high"] is not None]
+    if known:
+        mean, low, high = ([to_float(row[name]) for _, row in known] for name in ("mean", "low", "high"))
+        reach = [[m - e for m, e in zip(mean, low, strict=True)], [e - m for m, e in zip(mean, high, strict=True)]]
+        at = [x for x, _ in known]
+        axes.errorbar(at, mean, reach, fmt="none", ecolor=PAPER, elinewidth=1.9, alpha=0.7, zorder=3.4)
+        axes.errorbar(at, mean, reach, fmt="none", ecolor=INK, elinewidth=1.1, capsize=2.4, zorder=3.5)
+
+
+def _told(tools: _Bars, row: Row) -> tuple[tuple[str, str], ...]:
+    place = "all together" if row["cluster"] is None else str(row["cluster"])
+    numbers = [(name, number(to_float(row[name]), tools.digits)) for name in ("mean", "sd") if row[name] is not None]
+    ends = (
+        []
+        if row["low"] is None
+        else [
+            (
+                "whisker",
+                f"{number(to_float(row['low']), tools.digits)} to {number(to_float(row['high']), tools.digits)}",
+            )
+        ]
+    )
+    return (("bar", f"{row['bar']}, {place}"), *numbers, *ends, ("n", str(row["n"])))
+
+
+def _dots(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> None:
+    rows = [r for r in _of(tools.data, "value", _cluster(row)) if r["bar"] == row["bar"]]
+    values = [to_float(r["value"]) for r in rows]
+    size = 0.022 * tools.span
+    aside = swarm(values, size, size * 4)
+    places = [at + a / size / 4 * 0.36 * wide for a in aside]
+    look: dict[str, Any] = {
+        "marker": "o",
+        "linestyle": "",
+        "markersize": 2.2,
+        "markeredgewidth": 0.3,
+        "markeredgecolor": PAPER,
+    }
+    axes.plot(places, values, color=INK, alpha=0.7, zorder=3, **look)
+
+
+def _cluster(row: Row) -> str | None:
+    return None if row["cluster"] is None else str(row["cluster"])
+
+
+def _top(tools: _Bars, cluster: str | None) -> float:
+    """The highest thing that is drawn in a cluster."""
+    rows = [*_of(tools.data, "mean", cluster), *(_of(tools.data, "value", cluster) if tools.data.words["dots"] else [])]
+    known = [to_float(row[name]) for row in rows for name in ("mean", "high", "value") if row.get(name) is not None]
+    top: float = max([tools.base, *known])
+    return top
+
+
+def _bracketed(axes: Axes, tools: _Bars, cluster: str | None, at: dict[str, float]) -> None:
+    rows = _brackets(tools.data, cluster)
+    floor = _top(tools, cluster) + 0.6 * STOREY * tools.span
+    inset = 0.12 * WIDE / len(at)
+    for row, storey in zip(rows, stacked(_spans(tools.data, rows)), strict=True):
+        height, foot = floor + storey * STOREY * tools.span, 0.018 * tools.span
+        left, right = at[str(row["a"])] + inset, at[str(row["b"])] - inset
+        axes.plot([left, left, right, right], [height - foot, height, height, height - foot], color=INK, linewidth=0.9)
+        text = axes.annotate(
+            str(row["stars"]),
+            ((left + right) / 2, height),
+            (0, 0.3),
+            textcoords="offset points",
+            ha="center",
+            fontsize=9,
+        )
+        told = (
+            ("pair", f"{row['a']} and {row['b']}"),
+            ("p", p_written(to_float(row["p"])).removeprefix("p = ").removeprefix("p ")),
+        )
+        tools.marking.add(text, told)
+
+
+def _scale(axes: Axes, tools: _Bars, storeys: int, high_in: float) -> None:
+    """Ticks on the study's scale only; above it there is room for brackets."""
+    values, scale = _all(tools.data), tools.data.words["scale"]
+    tops = max(_top(tools, cluster) for cluster in (None, *tools.data.words["clusters"]))
+    low = min([scale[0] if scale else tools.base, *values])
+    high = max([scale[1] if scale else tops, tops + (storeys + 0.8) * STOREY * tools.span if storeys else tops])
+    axes.set_ylim(low - 0.01 * tools.span * (low < tools.base), high + 0.01 * tools.span)
+    if scale:
+        axes.set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
+    letters = int(14 * (high_in - 0.7))
+    axes.set_ylabel(folded(elided(str(tools.data.words["what"]), 2 * letters - 12), letters))
+
+
+def _legend(figure: Figure, tools: _Bars) -> None:
+    bars = tools.data.words["bars"]
+    handles = [Patch(**tools.look(bar)) for bar in bars]
+    names = [folded(bar, 24) for bar in bars]
+    columns = max(1, min(len(bars), int(figure.get_figwidth() / (0.55 + 0.075 * max(map(len, names))))))
+    figure.legend(
+        handles, names, loc="outside upper left", ncols=columns, frameon=False, fontsize=8.5, labelcolor=SOFT,
+        handlelength=1.6, handleheight=1.1, columnspacing=1.3,
+    )  # fmt: skip
 
 
 SIMILARITY_BARS = FigureKind(SimilarityBarsSettings, data, draw)

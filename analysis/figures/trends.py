@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from matplotlib.figure import Figure
 
-from palpate.analysis.figures.axes import band, cut_note, lettered, level_axis, scale_axis, signed, spread
-from palpate.analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
-from palpate.analysis.figures.lettering import widest_pt
+from palpate.analysis.figures.figure_kind import Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import signed, widest_pt
 from palpate.analysis.figures.level_means import (
     Key,
     LevelFigure,
@@ -21,10 +20,19 @@ from palpate.analysis.figures.level_means import (
     unknown,
     whisker_ends,
 )
-from palpate.analysis.figures.marking import Marking
-from palpate.analysis.figures.rated import by_category, on_scale, people_text, title_of
-from palpate.analysis.figures.shades import looks
-from palpate.analysis.figures.style import PAPER, SOFT
+from palpate.analysis.figures.rating_axes import (
+    band,
+    by_category,
+    cut_note,
+    lettered,
+    level_axis,
+    on_scale,
+    people_text,
+    scale_axis,
+    spread,
+    title_of,
+)
+from palpate.analysis.figures.style import PAPER, SOFT, looks
 from palpate.protocols.wording import phrase
 
 if TYPE_CHECKING:

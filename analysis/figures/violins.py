@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
-from palpate.analysis.figures.drawn import FigureData, FigureKind, Shown
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from palpate.analysis.figures.columns import in_order, numbers, pair_names, require, to_float, uniform
+from palpate.analysis.figures.distributions import density, summary, swarm
+from palpate.analysis.figures.figure_kind import MOST, Drawn, FigureData, FigureKind, Marking, Shown
+from palpate.analysis.figures.lettering import decimals_for, folded, number, shortened
 from palpate.analysis.figures.predictions import PredictionSettings, chosen, read_points
-from palpate.analysis.figures.shown_columns import in_order, numbers, pair_names, require, uniform
-from palpate.analysis.figures.spots import summary
-from palpate.analysis.figures.violins_drawing import draw
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
+from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
 from palpate.analysis.ratings.person_cells import texts_of
 from palpate.protocols.wording import count
-
-__all__ = ["VIOLINS", "ViolinSettings", "data", "draw"]
 
 
 class ViolinSettings(PredictionSettings):
@@ -101,6 +104,111 @@ def _caption(settings: ViolinSettings, left_out: int) -> str:
         " Gaussian kernel density (Silverman's bandwidth; all violins equally high; none for fewer than three different"
         f" values), the long line the median, the short ones the quartiles, the diamond the mean.{lost}"
     )
+
+
+HALF = 0.40
+"""Half a violin, in rows."""
+WIDE_IN = 7.6
+FILL, EDGE, DOT = "#d3e4f1", "#5b93bd", OKABE_ITO[0]
+
+
+def draw(shown: FigureData) -> Drawn:
+    """A row for each level, its name at the left and its n and mean at the right."""
+    levels, by = shown.words["levels"], str(shown.words["by"])
+    high = 0.62 if len(levels) <= 12 else 0.42 if len(levels) <= 30 else 0.3
+    figure = Figure(figsize=(WIDE_IN, high * len(levels) + 0.75), layout="constrained")
+    axes, marking = figure.add_subplot(), Marking()
+    values = [row for row in shown.rows if row["shows"] == "value"]
+    numbers = [to_float(row["value"]) for row in values]
+    low, most = min([*numbers, *([shown.words["least"]] if shown.words["least"] is not None else [])]), max(numbers)
+    span = (most - low) or abs(most) or 1.0
+    axes.set(xlim=(low - 0.03 * span, most + 0.03 * span), ylim=(len(levels) - 0.45, -0.55))
+    digits = decimals_for(numbers)
+    for place, level in enumerate(levels):
+        told = next(row for row in shown.rows if row["shows"] == "level" and row["level"] == level)
+        of = [row for row in values if row["level"] == level]
+        _violin(axes, of, place, shown.words["least"])
+        _dots(axes, marking, of, place, _diameter(axes, figure), str(shown.words["what"]), by, len(values) <= MOST)
+        _summary(axes, marking, told, place, str(level), digits)
+    _names(axes, shown, levels)
+    return Drawn(figure, marking.all())
+
+
+def _diameter(axes: Axes, figure: Figure) -> tuple[float, float]:
+    """How large a point is, in values and in rows."""
+    wide, tall = figure.get_size_inches()
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    dot_in = 0.055
+    return dot_in * (right - left) / (0.68 * wide), dot_in * (bottom - top) / (tall - 0.6)
+
+
+def _violin(axes: Axes, rows: Sequence[Row], place: int, least: float | None) -> None:
+    at, heights = density([to_float(row["value"]) for row in rows], least)
+    if len(at):
+        axes.fill_between(at, place - HALF * heights, place + HALF * heights, color=FILL, linewidth=0, zorder=1)
+        for sign in (-1, 1):
+            axes.plot(at, place + sign * HALF * heights, color=EDGE, linewidth=0.7, zorder=1.1)
+
+
+def _dots(
+    axes: Axes,
+    marking: Marking,
+    rows: Sequence[Row],
+    place: int,
+    size: tuple[float, float],
+    what: str,
+    by: str,
+    marked: bool,
+) -> None:
+    values = [to_float(row["value"]) for row in rows]
+    aside = [a * size[1] / size[0] for a in swarm(values, size[0], HALF * 0.9 * size[0] / size[1])]
+    look: dict[str, Any] = {
+        "linestyle": "",
+        "marker": "o",
+        "markersize": 3.4,
+        "markeredgewidth": 0,
+        "color": DOT,
+        "alpha": 0.75,
+    }
+    if not marked:
+        axes.plot(values, [place + a for a in aside], zorder=2, **look)
+        return
+    for row, value, a in zip(rows, values, aside, strict=True):
+        (dot,) = axes.plot([value], [place + a], zorder=2, **look)
+        names = list(
+            {
+                str(row[of]): (name, str(row[of])) for name, of in (("stimulus", "stimulus"), (by, "level")) if row[of]
+            }.values()
+        )
+        marking.add(dot, (*names, (what, number(value, decimals_for([value])))), str(row["stimulus"] or ""))
+
+
+def _summary(axes: Axes, marking: Marking, told: Row, place: int, level: str, digits: int) -> None:
+    for name, reach, wide in (("q1", 0.20, 1.1), ("median", 0.32, 2.2), ("q3", 0.20, 1.1)):
+        at = to_float(told[name])
+        axes.plot([at, at], [place - reach, place + reach], color=INK, linewidth=wide, zorder=3, solid_capstyle="butt")
+    mean = to_float(told["mean"])
+    look: dict[str, Any] = {"markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.1, "markersize": 5.5}
+    (diamond,) = axes.plot([mean], [place], marker="D", linestyle="", zorder=4, **look)
+    parts = [(name, number(to_float(told[name]), digits)) for name in ("mean", "median", "q1", "q3")]
+    marking.add(diamond, (("level", level), ("n", str(told["n"])), *parts), level)
+    text = f"{number(mean, digits)}   n {told['n']}"
+    axes.text(1.015, place, text, transform=axes.get_yaxis_transform(), va="center", fontsize=8, color=SOFT)
+
+
+def _names(axes: Axes, shown: FigureData, levels: Sequence[str]) -> None:
+    few = len(levels) <= 30
+    named = [shown.words["names"].get(level, level) for level in levels]
+    written = [folded(name, 26) if few else shortened(name, 30) for name in named]
+    axes.set_yticks(range(len(levels)), written, fontsize=9 if few else 7)
+    axes.text(1.015, -0.6, "mean", transform=axes.get_yaxis_transform(), fontsize=7.5, color=SOFT, va="bottom")
+    unit = f" ({shown.words['unit']})" if shown.words["unit"] else ""
+    axes.set_xlabel(f"{shown.words['what']}{unit}")
+    axes.grid(visible=True, axis="x", color=FAINT)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+    if shown.words["least"] is None and axes.get_xlim()[0] < 0 < axes.get_xlim()[1]:
+        axes.axvline(0, color=SOFT, linewidth=0.8, zorder=0.5)
 
 
 VIOLINS = FigureKind(ViolinSettings, data, draw, takes="table")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from palpate.protocols.registry import Registry
 
 if TYPE_CHECKING:
-    from palpate.analysis.figures.drawn import FigureKind
+    from palpate.analysis.figures.figure_kind import FigureKind
     from palpate.analysis.plans.answers import Kind
 
 TESTS: Registry[Kind] = Registry(
@@ -39,6 +39,6 @@ FIGURES: Registry[FigureKind] = Registry(
         "similarity_bars": f"{_FIGURES}.similarity_bars:SIMILARITY_BARS",
         "matching": f"{_FIGURES}.matching:MATCHING",
         "likert": f"{_FIGURES}.likert:LIKERT",
-        "map": f"{_FIGURES}.space_map:MAP",
+        "map": f"{_FIGURES}.map:MAP",
     }
 )

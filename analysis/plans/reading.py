@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.figure_kind import AskedFigure
 from palpate.analysis.plans.answers import Asked
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.schema import AnalysisPlan

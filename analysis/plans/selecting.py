@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import pandas as pd
 
-from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.figure_kind import AskedFigure
 from palpate.analysis.plans.answers import FACTORS, Asked, Normalise, Selected, Takes, columns_named
 from palpate.analysis.plans.exclusions import matching
 from palpate.analysis.plans.material import OF_A_RATING, Material

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from palpate.analysis.figures.drawn import AskedFigure, FigureData, Mark, Shown
+from palpate.analysis.figures.figure_kind import AskedFigure, FigureData, Mark, Shown
 from palpate.analysis.figures.style import drawing, save, svg_text
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.idle import effective, idle_notes

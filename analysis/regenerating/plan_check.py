@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from palpate.analysis.figures.drawn import AskedFigure, FigureKind
+from palpate.analysis.figures.figure_kind import AskedFigure, FigureKind
 from palpate.analysis.plans.answers import COLUMNS, Asked, Kind, Takes, columns_named
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS

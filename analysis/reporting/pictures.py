@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.analysis.figures.drawn import Drawn, FigureData, Shown
+from palpate.analysis.figures.figure_kind import Drawn, FigureData, Shown
 from palpate.analysis.plans.selecting import all_ratings
 from palpate.analysis.ratings.dataset import Ratings
 from palpate.analysis.ratings.describe import describe

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.analysis.figures.drawn import FigureKind, Shown
+from palpate.analysis.figures.figure_kind import FigureKind, Shown
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_figures_time import time_figures

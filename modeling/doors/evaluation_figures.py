@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.analysis.figures.drawn import FigureKind, Shown
+from palpate.analysis.figures.figure_kind import FigureKind, Shown
 from palpate.analysis.figures.style import drawing, save
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_whole import Evaluation

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.patches import Circle
 
 from palpate.analysis.figures.bubbles import SPACE, draw
-from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.figure_kind import Drawn, FigureData
 from palpate.analysis.figures.style import INK, PAPER, SOFT, drawing, save
 from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, felt
 from palpate.modeling.library.writing import demand_folder

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.analysis.figures.drawn import Mark
+from palpate.analysis.figures.figure_kind import Mark
 from palpate.analysis.figures.style import save
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.analysis.figures.axes import spread
 from palpate.analysis.figures.level_means import Places
+from palpate.analysis.figures.rating_axes import spread
 from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
 from palpate.analysis.ratings.dataset import DataRefused, Ratings
 from palpate.analysis.ratings.describe import describe

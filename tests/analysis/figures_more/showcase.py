@@ -17,7 +17,7 @@ from pathlib import Path
 import pandas as pd
 from sqlalchemy import create_engine, text
 
-from palpate.analysis.figures.drawn import FigureKind, Shown
+from palpate.analysis.figures.figure_kind import FigureKind, Shown
 from palpate.analysis.figures.style import drawing
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.kinds import FIGURES, TESTS

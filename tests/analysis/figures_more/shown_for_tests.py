@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from palpate.analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.figure_kind import Drawn, FigureData, FigureKind, Shown
 from palpate.analysis.figures.style import drawing, svg_text
 from palpate.analysis.plans.answers import Answer, Selected
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import pandas as pd
 import pytest
 
-from palpate.analysis.figures.drawn import FigureData, Shown
+from palpate.analysis.figures.figure_kind import FigureData, Shown
 from palpate.analysis.figures.style import drawing, inline_svg
 from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.ratings.dataset import DataRefused

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from palpate.analysis.figures.likert import LIKERT
-from palpate.analysis.figures.likert_bars import colours
+from palpate.analysis.figures.likert import LIKERT, colours
 from palpate.analysis.figures.matching import MATCHING
 from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more.shown_for_tests import asked, shown, svg

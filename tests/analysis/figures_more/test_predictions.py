@@ -9,8 +9,7 @@ import pandas as pd
 import pytest
 
 from palpate.analysis.figures.class_heatmap import CLASS_HEATMAP
-from palpate.analysis.figures.predicted import PREDICTED
-from palpate.analysis.figures.predicted_drawing import grid_columns
+from palpate.analysis.figures.predicted import PREDICTED, grid_columns
 from palpate.analysis.figures.violins import VIOLINS
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.refusals import BadValue

@@ -7,8 +7,8 @@ import math
 import pandas as pd
 import pytest
 
-from palpate.analysis.figures.map_names import about, placed
-from palpate.analysis.figures.space_map import MAP
+from palpate.analysis.figures.label_places import about, placed
+from palpate.analysis.figures.map import MAP
 from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from palpate.analysis.figures.spots import density, quartiles, summary, swarm, whiskers
+from palpate.analysis.figures.distributions import density, quartiles, summary, swarm, whiskers
 from tests.examples import examples
 
 VALUES = st.lists(st.integers(0, 40).map(lambda i: i / 4), min_size=1, max_size=40)

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.analysis.figures.treemap import TREEMAP
-from palpate.analysis.figures.treemap_layout import squarified
+from palpate.analysis.figures.treemap import TREEMAP, squarified
 from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
 from tests.examples import examples

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.analysis.figures.axes import elided, lettered, quarters, signed, spread
-from palpate.analysis.figures.drawn import Drawn, FigureData, Shown
+from palpate.analysis.figures.figure_kind import Drawn, FigureData, Shown
 from palpate.analysis.figures.label_places import Bubble, placed_labels
-from palpate.analysis.figures.lettering import width_pt
-from palpate.analysis.figures.seriation import similar_order
+from palpate.analysis.figures.lettering import elided, signed, width_pt
+from palpate.analysis.figures.rating_axes import lettered, quarters, spread
+from palpate.analysis.figures.rating_heatmap import similar_order
 from palpate.analysis.figures.style import drawing, svg_text
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.kinds import FIGURES

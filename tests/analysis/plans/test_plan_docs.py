@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.figure_kind import AskedFigure
 from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import Asked
 from palpate.analysis.plans.schema import AnalysisPlan, Rule

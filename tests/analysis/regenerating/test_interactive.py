@@ -4,9 +4,8 @@ import re
 
 import pytest
 
-from palpate.analysis.figures.compact import compact_svg
-from palpate.analysis.figures.drawn import Mark
-from palpate.analysis.figures.interactive import figure_markup, key_text, script
+from palpate.analysis.figures.figure_kind import Mark
+from palpate.analysis.figures.interactive import compact_svg, figure_markup, key_text, script
 from palpate.analysis.figures.style import inline_svg
 from palpate.analysis.regenerating.pictured import draw_all
 

@@ -6,24 +6,20 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from palpate.analysis.figures.lettering import folded, letters_of, widest_pt
+from palpate.analysis.figures.columns import numbers
+from palpate.analysis.figures.lettering import Ends, elided, folded, signed, widest_pt
 from palpate.analysis.figures.style import FAINT, INK, SOFT, quiet_axes
+from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Ends = tuple[float, float]
+    from palpate.analysis.plans.answers import Row, Selected
+
+
 BEYOND = 0.2
 """An axis goes at most this share of the scale beyond its ends, however long a whisker is."""
-
-
-def signed(value: float, scale: Ends) -> str:
-    """A number with its sign where the scale has both, and a true minus; far from 0 with the digits that differ."""
-    sign = "+" if scale[0] < 0 < scale[1] and value else ""
-    span, far = scale[1] - scale[0], max(map(abs, scale))
-    digits = max(6, math.ceil(math.log10(far / span)) + 3) if span and far else 6
-    return f"{value:{sign}.{digits}g}".replace("-", "−")
 
 
 def round_ends(values: Iterable[float]) -> Ends:
@@ -34,21 +30,6 @@ def round_ends(values: Iterable[float]) -> Ends:
         return low - 1.0, high + 1.0
     step = 10.0 ** math.floor(math.log10(high - low))
     return math.floor(low / step) * step, math.ceil(high / step) * step
-
-
-def elided(text: str, letters: int) -> str:
-    """A long text without its middle: names that begin alike stay apart by their ends."""
-    long = letters_of(text)
-    if long <= letters:
-        return text
-    letters = int(letters * len(text) / long)
-    end = min(letters // 2, 8)
-    return f"{text[: letters - 1 - end].rstrip()}…{text[-end:].lstrip()}"
-
-
-def letters_in(inches: float, size: float = 9.0) -> int:
-    """How many bold letters of that size have room in a width."""
-    return max(4, int(72 * inches / (0.7 * size)))
 
 
 def base_of(scale: Ends) -> float:
@@ -171,3 +152,62 @@ def spread(heights: Sequence[float], step: float) -> list[float]:
         for k, member in enumerate(members):
             placed[member] = centre + (k - (len(members) - 1) / 2) * step
     return placed
+
+
+def attribute_words(selected: Selected) -> list[dict[str, str]]:
+    """Each attribute: its name, its words at the low and the high end ("" for a scale of one word), its category."""
+    return [
+        {
+            "name": name,
+            "low": name,
+            "high": selected.antonyms.get(name, ""),
+            "category": selected.categories.get(name, ""),
+        }
+        for name in selected.outcomes
+    ]
+
+
+def title_of(attribute: Mapping[str, Any], letters: int = 10_000) -> str:
+    """Both words as they are read, from the low end to the high one, in at most about so many letters."""
+    if not attribute["high"]:
+        return elided(attribute["name"], letters)
+    low, high = attribute["low"], attribute["high"]
+    half = (letters - 3) // 2
+    low = elided(low, max(half, letters - 3 - len(high)))
+    return f"{low} → {elided(high, max(half, letters - 3 - len(low)))}"
+
+
+def scale_words(selected: Selected) -> list[float]:
+    """The ends of the declared scale, else round numbers around the values."""
+    low, high = selected.scale if selected.scale is not None else round_ends(numbers(selected.table, "value"))
+    return [float(low), float(high)]
+
+
+def on_scale(selected: Selected) -> str:
+    """What a caption says of the scale."""
+    return "on the rating scale" if selected.scale is not None else "on the range of the data, which have no scale"
+
+
+def people_text(rows: Sequence[Row], column: str = "n") -> str:
+    """How many participants numbers are over, in words."""
+    n = sorted({value for row in rows if isinstance(value := row.get(column), int) and value > 0})
+    if not n:
+        return "no participant"
+    return count(n[-1], "participant") if len(n) == 1 else f"{n[0]} to {n[-1]} participants"
+
+
+def demand_attributes(name: str, selected: Selected) -> None:
+    """Refuse a figure of ratings whose table has no attribute or no value."""
+    for column in ("attribute", "value", "participant"):
+        if column not in selected.table.columns:
+            raise DataRefused(f"figure {name!r} shows ratings, and its table has no column {column!r}")
+    if not selected.outcomes:
+        raise DataRefused(f"figure {name!r}: no attribute is left to show; look at `outcomes`")
+
+
+def by_category(attributes: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
+    """The attributes of each category, in order."""
+    found: dict[str, list[Mapping[str, Any]]] = {}
+    for attribute in attributes:
+        found.setdefault(attribute["category"], []).append(attribute)
+    return found

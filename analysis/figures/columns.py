@@ -14,7 +14,7 @@ from palpate.analysis.statistics.column_values import numbers_of
 from palpate.protocols.did_you_mean import nearest
 
 if TYPE_CHECKING:
-    from palpate.analysis.figures.drawn import AskedFigure, Shown
+    from palpate.analysis.figures.figure_kind import AskedFigure, Shown
 
 
 def require(figure: AskedFigure, frame: pd.DataFrame, names: Iterable[str]) -> None:

@@ -13,9 +13,11 @@ from palpate.analysis.plans.where import Condition
 from palpate.protocols.study import Strict, Text
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
     from palpate.analysis.plans.answers import Answer, Row, Selected
+
 
 _NONE: Mapping[str, Any] = MappingProxyType({})
 
@@ -98,3 +100,24 @@ class FigureKind:
     data: Callable[[Shown, Any], FigureData]
     draw: Callable[[FigureData], Drawn]
     takes: Takes = "ratings"
+
+
+MOST = 700
+"""Beyond this many points a figure draws them together: a page with more groups turns slow."""
+
+
+@dataclass
+class Marking:
+    """Gives each artist that can be looked at closer an id of its own, in the order of drawing."""
+
+    marks: list[Mark] = field(default_factory=list)
+
+    def add(self, artist: Artist, told: tuple[tuple[str, str], ...], key: str = "") -> None:
+        """The artist becomes a mark."""
+        gid = f"m{len(self.marks)}"
+        artist.set_gid(gid)
+        self.marks.append(Mark(gid, told, key))
+
+    def all(self) -> tuple[Mark, ...]:
+        """Every mark, in the order of drawing."""
+        return tuple(self.marks)
