@@ -4,7 +4,7 @@
              door_adjectives:P001..P020 texture_ratings:P001..P026; do
       palpate run ${s%%:*} --participant ${s##*:} --simulate --seed 1 --lab LAB; done
     palpate collect --lab LAB
-    python -m tests.analysis.figures_more.showcase LAB docs/pictures
+    python -m tests.analysis.figures.showcase LAB docs/pictures
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from palpate.analysis.figures.treemap import TREEMAP, squarified
 from palpate.analysis.ratings.dataset import DataRefused
-from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
+from tests.analysis.figures.specimens import answer, asked, shown, svg
 from tests.examples import examples
 
 SIZES = st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=70)

@@ -14,9 +14,9 @@ from palpate.analysis.figures.figure_kind import FigureData, Shown
 from palpate.analysis.figures.style import drawing, inline_svg
 from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.ratings.dataset import DataRefused
-from tests.analysis.figures_more import test_matching_and_likert, test_predictions, test_similarity_bars, test_space_map
-from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
-from tests.analysis.figures_more.test_treemap import relevant
+from tests.analysis.figures import test_map, test_matching_and_likert, test_predictions, test_similarity_bars
+from tests.analysis.figures.specimens import answer, asked, shown, svg
+from tests.analysis.figures.test_treemap import relevant
 
 KINDS: dict[str, tuple[Callable[[], Shown], dict]] = {
     "treemap": (lambda: shown(answers={"r": answer(relevant({"<b>&": 0.5, "$x_1$": 0.1}))}), {"tests": ("r",)}),
@@ -26,7 +26,7 @@ KINDS: dict[str, tuple[Callable[[], Shown], dict]] = {
     "similarity_bars": (lambda: shown(test_similarity_bars.rated()), {}),
     "matching": (lambda: shown(test_matching_and_likert.doors()), {}),
     "likert": (lambda: shown(test_matching_and_likert.forms({"Realism": [4, 5, 5]})), {"points": (1, 7)}),
-    "map": (lambda: shown(answers=test_space_map.configuration()), {"tests": ("map", "words")}),
+    "map": (lambda: shown(answers=test_map.configuration()), {"tests": ("map", "words")}),
 }
 RATED = [name for name in KINDS if name not in ("treemap", "map")]
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from palpate.analysis.figures.significance import stacked, stars
 from palpate.analysis.figures.similarity_bars import SIMILARITY_BARS
 from palpate.analysis.ratings.dataset import DataRefused
-from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
+from tests.analysis.figures.specimens import answer, asked, shown, svg
 
 
 def rated(people: int = 6, methods: int = 3) -> pd.DataFrame:

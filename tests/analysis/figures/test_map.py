@@ -10,7 +10,7 @@ import pytest
 from palpate.analysis.figures.label_places import about, placed
 from palpate.analysis.figures.map import MAP
 from palpate.analysis.ratings.dataset import DataRefused
-from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
+from tests.analysis.figures.specimens import answer, asked, shown, svg
 
 PLACES = [{"stimulus": f"T{i}", "dim1": float(i), "dim2": float(i % 3)} for i in range(1, 13)]
 ELLIPSE = {"stimulus": "T1", "centre_1": 1.0, "centre_2": 1.0, "semi_major": 2.0, "semi_minor": 1.0, "angle_deg": 30.0}

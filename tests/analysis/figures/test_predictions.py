@@ -13,7 +13,7 @@ from palpate.analysis.figures.predicted import PREDICTED, grid_columns
 from palpate.analysis.figures.violins import VIOLINS
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.refusals import BadValue
-from tests.analysis.figures_more.shown_for_tests import asked, shown, svg
+from tests.analysis.figures.specimens import asked, shown, svg
 
 
 def table() -> pd.DataFrame:

@@ -8,7 +8,7 @@ import pytest
 from palpate.analysis.figures.likert import LIKERT, colours
 from palpate.analysis.figures.matching import MATCHING
 from palpate.analysis.ratings.dataset import DataRefused
-from tests.analysis.figures_more.shown_for_tests import asked, shown, svg
+from tests.analysis.figures.specimens import asked, shown, svg
 
 
 def doors() -> pd.DataFrame:
