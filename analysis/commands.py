@@ -18,9 +18,9 @@ from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from palpate.analysis.reporting.analysed import Analysed
-    from palpate.analysis.reporting.compare_reference import Compared
-    from palpate.analysis.reporting.sources import Missing, Wanted
+    from palpate.analysis.first_look.analysed import Analysed
+    from palpate.analysis.first_look.compare_reference import Compared
+    from palpate.analysis.ratings.sources import Missing, Wanted
 
 
 DATABASE = click.option(
@@ -52,7 +52,7 @@ def source_options(command: Callable[..., None]) -> Callable[..., None]:
         *, name: str, lab: Path, url: str | None, digest: str | None, include_incomplete: bool, simulated: bool | None,
         **others: Any,
     ) -> None:  # fmt: skip
-        from palpate.analysis.reporting.sources import Wanted
+        from palpate.analysis.ratings.sources import Wanted
 
         command(Wanted(name, lab, url, digest, include_incomplete, simulated), **others)
 
@@ -93,8 +93,8 @@ def analyse(
         _demand_no_other_option()
         _analyse_codes(wanted, codes, as_json)
         return
-    from palpate.analysis.reporting.report import save_figures
-    from palpate.analysis.reporting.results import write_results
+    from palpate.analysis.first_look.report import save_figures
+    from palpate.analysis.first_look.results import write_results
     from palpate.protocols.files import staged_files
 
     with progress_bar(as_json) as progress:
@@ -127,7 +127,7 @@ def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> No
     from palpate.analysis.coding.agreement import agreement, code_counts, notes_on
     from palpate.analysis.coding.tables import answers_in, read_coders
     from palpate.analysis.exporting.source import opened
-    from palpate.analysis.reporting.csv_files import csv_text, json_row
+    from palpate.analysis.reports.csv_files import csv_text, json_row
     from palpate.protocols.files import write_texts
     from palpate.protocols.wording import count
 
@@ -169,7 +169,7 @@ def report(wanted: Wanted, missing: Missing, to: Path | None, as_json: bool) -> 
 
     Example: palpate report door_ratings --lab LAB
     """
-    from palpate.analysis.reporting.report import write_report
+    from palpate.analysis.first_look.report import write_report
 
     with progress_bar(as_json) as progress:
         found = _analysed(wanted, missing, progress)
@@ -200,7 +200,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     from palpate.analysis.ratings.design import check_ratings
     from palpate.analysis.ratings.notes import data_notes, exclusion_lines
     from palpate.analysis.ratings.saved import save_ratings
-    from palpate.analysis.reporting.sources import IMPORTED
+    from palpate.analysis.ratings.sources import IMPORTED
     from palpate.protocols.wording import count
 
     ratings = import_table(find_map(map), data)
@@ -225,8 +225,8 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
 
 
 def _analysed(wanted: Wanted, missing: Missing, progress: Progress) -> Analysed:
-    from palpate.analysis.reporting.analysed import analyse_ratings
-    from palpate.analysis.reporting.sources import read_source
+    from palpate.analysis.first_look.analysed import analyse_ratings
+    from palpate.analysis.ratings.sources import read_source
 
     ratings, title = read_source(replace(wanted, missing=missing), progress)
     return analyse_ratings(ratings, title, progress)
@@ -239,7 +239,7 @@ def _folder(wanted: Wanted) -> Path:
 def _compared(found: Analysed, choice: str) -> list[Compared]:
     if choice == "none":
         return []
-    from palpate.analysis.reporting.compare_reference import compare_with_reference, fitting_test, read_reference
+    from palpate.analysis.first_look.compare_reference import compare_with_reference, fitting_test, read_reference
 
     reference = read_reference(choice, found.ratings.name)
     return compare_with_reference(fitting_test(found.statistics.tests, reference).rows, reference)
@@ -252,7 +252,7 @@ def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
     _show_data(console, found)
     _show_headlines(console, found)
     if compared:
-        from palpate.analysis.reporting.compare_reference import comparison_table
+        from palpate.analysis.first_look.compare_reference import comparison_table
 
         console.print(comparison_table(compared, "Beside the reference values"))
     for folder in dict.fromkeys(path.parent for path in files):
@@ -263,9 +263,9 @@ def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
 def _show_data(console: Console, found: Analysed) -> None:
     from rich.markup import escape
 
+    from palpate.analysis.first_look.page_data import inclusions
     from palpate.analysis.ratings.notes import data_notes
-    from palpate.analysis.reporting.page_data import inclusions
-    from palpate.analysis.reporting.page_text import count
+    from palpate.analysis.reports.numbers import count
 
     ratings, design = found.ratings, found.design
     people = f"{count(len(ratings.participants), 'participant')}, {count(len(ratings.table), 'rating')}"
@@ -287,8 +287,8 @@ def _show_headlines(console: Console, found: Analysed) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from palpate.analysis.reporting.page_tests import refusals
-    from palpate.analysis.reporting.sentences import headlines
+    from palpate.analysis.first_look.page_tests import refusals
+    from palpate.analysis.first_look.sentences import headlines
 
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="bold", no_wrap=True)
@@ -301,9 +301,9 @@ def _show_headlines(console: Console, found: Analysed) -> None:
 
 
 def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
+    from palpate.analysis.first_look.page_tests import refusals
+    from palpate.analysis.first_look.sentences import headlines
     from palpate.analysis.ratings.notes import data_notes
-    from palpate.analysis.reporting.page_tests import refusals
-    from palpate.analysis.reporting.sentences import headlines
 
     return {
         "name": found.ratings.name,

@@ -192,9 +192,9 @@ def _show(found: Evaluation, page: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from palpate.analysis.reports.blocks import written
+    from palpate.analysis.reports.terminal import print_banners
     from palpate.modeling.doors.evaluation_parts import banners, reached
-    from palpate.modeling.report.blocks import written
-    from palpate.modeling.report.terminal import print_banners
 
     print_banners(banners(found))
     console = Console(highlight=False)

@@ -167,12 +167,12 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
 
     Example: palpate train attributes --lab LAB --method ridge
     """
+    from palpate.analysis.reports.terminal import print_banners
     from palpate.modeling.attributes.evaluation_outputs import default_of
     from palpate.modeling.attributes.judging_default import Choice
     from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
     from palpate.modeling.attributes.training import demand_no_loss
     from palpate.modeling.attributes.training import train_attributes as trained
-    from palpate.modeling.report.terminal import print_banners
 
     wanted = wanted_for(asked, None if method is None else (method,), ablations=False)
     folder = to or asked.lab / "models"
@@ -257,9 +257,9 @@ def evaluate_attributes(
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
 
+    from palpate.analysis.reports.terminal import methods_table, print_banners
     from palpate.modeling.attributes.evaluation_report import banners, choice_of, reached
     from palpate.modeling.attributes.evaluation_tables import method_rows
-    from palpate.modeling.report.terminal import methods_table, print_banners
 
     print_banners(banners(found))
     rows = method_rows(found)

@@ -240,7 +240,7 @@ def evaluate_textures(
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
 
-    from palpate.modeling.report.terminal import methods_table, print_banners
+    from palpate.analysis.reports.terminal import methods_table, print_banners
     from palpate.modeling.textures.evaluation_reached import reached
     from palpate.modeling.textures.evaluation_report import banners, choice_of
     from palpate.modeling.textures.evaluation_tables import method_rows

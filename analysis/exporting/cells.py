@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from palpate.analysis.exporting.tabular import ExportRefused, Row, Table, Value
-from palpate.analysis.reporting.csv_files import demand_not_infinite, without_formula
+from palpate.analysis.reports.csv_files import demand_not_infinite, without_formula
 from palpate.protocols.files import open_text
 
 NOT_AVAILABLE = "n/a"

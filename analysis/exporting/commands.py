@@ -14,7 +14,7 @@ from palpate.studies.options import JSON, echo_json, progress
 
 if TYPE_CHECKING:
     from palpate.analysis.exporting.exported import Exported
-    from palpate.analysis.reporting.sources import Wanted
+    from palpate.analysis.ratings.sources import Wanted
 
 FORMATS = ("bids", "psych-ds", "csv", "parquet")
 

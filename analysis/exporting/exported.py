@@ -15,7 +15,7 @@ from palpate.analysis.exporting.plain import demand_parquet, write_parquet, writ
 from palpate.analysis.exporting.psych_ds import write_psych_ds
 from palpate.analysis.exporting.source import Source, Watch, opened, unwatched
 from palpate.analysis.exporting.tables import Shared, shared
-from palpate.analysis.reporting.sources import Wanted
+from palpate.analysis.ratings.sources import Wanted
 from palpate.studies.participants.identities import identities
 
 LEAST_PEOPLE = 3

@@ -15,7 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.collected_sessions import SessionRow, choose_sessions
 from palpate.analysis.ratings.dataset import natural_key
-from palpate.analysis.reporting.sources import IMPORTED, Wanted
+from palpate.analysis.ratings.sources import IMPORTED, Wanted
 from palpate.protocols.canonical import parse
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Study

@@ -16,7 +16,7 @@ from palpate.analysis.monitoring.watching import Snapshot
 from palpate.protocols.wording import count
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
-HOUSE_STYLE = Path(__file__).resolve().parent.parent / "reporting" / "templates" / "report.css"
+HOUSE_STYLE = Path(__file__).resolve().parent.parent / "reports" / "templates" / "report.css"
 SHOWN_AT_ONCE = 12
 REFRESH_S = 2
 FIRST = ("running", "interrupted")

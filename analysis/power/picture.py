@@ -9,7 +9,7 @@ from pathlib import Path
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.power.curve import Asking, Point
-from palpate.analysis.reporting.csv_files import csv_text
+from palpate.analysis.reports.csv_files import csv_text
 from palpate.protocols.files import staged_files, write_text
 
 

@@ -15,8 +15,8 @@ from palpate.protocols.wording import count
 from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
+    from palpate.analysis.ratings.sources import Wanted
     from palpate.analysis.regenerating.regenerated import Regenerated
-    from palpate.analysis.reporting.sources import Wanted
 
 
 @click.command()
@@ -54,10 +54,10 @@ def regenerate(
 
     Example: palpate regenerate door_ratings --lab LAB; palpate regenerate door_ratings --lab LAB --check
     """
+    from palpate.analysis.ratings.sources import Wanted
     from palpate.analysis.regenerating.outputs import FOLDER
     from palpate.analysis.regenerating.plan_check import check_against_study, refuse_idle_settings
     from palpate.analysis.regenerating.regenerated import find_plan, regenerate_by
-    from palpate.analysis.reporting.sources import Wanted
 
     wanted = Wanted(study, lab, url, digest, simulated=simulated)
     name, plan = find_plan(wanted, plan_file)

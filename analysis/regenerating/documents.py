@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from palpate.analysis.regenerating.grid import Grid
 from palpate.analysis.regenerating.regenerated import Regenerated
 from palpate.analysis.regenerating.shown import by_test, method_of, rests_on, test_grid, test_title
+from palpate.analysis.reports.tables import Grid
 
 MOST_LETTERS = 30
 """A cell of more letters wraps."""

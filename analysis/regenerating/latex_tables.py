@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from palpate.analysis.regenerating.documents import Titled, table_letters
-from palpate.analysis.regenerating.grid import Grid, Head
+from palpate.analysis.reports.tables import Grid, Head
 
 PACKAGES = "booktabs,longtable,pdflscape"
 _GREEK = {

@@ -12,17 +12,17 @@ from palpate.analysis.crosschecking.summary import disagreements, line_of, sente
 from palpate.analysis.figures.interactive import figure_markup, key_text, script
 from palpate.analysis.figures.style import inline_svg
 from palpate.analysis.ratings.dataset import Input, Ratings
-from palpate.analysis.regenerating.grid import Grid, Head, plain_grid, value_grid
 from palpate.analysis.regenerating.page_data import declared, facts, left_out, seconds_told
-from palpate.analysis.regenerating.page_words import Caption, caption, parts_of
 from palpate.analysis.regenerating.pictured import Picture
 from palpate.analysis.regenerating.regenerated import Regenerated
 from palpate.analysis.regenerating.running import Answered
 from palpate.analysis.regenerating.shown import by_test, method_of, notes_of, rests_on, test_grid, test_kind, test_name
-from palpate.analysis.reporting.templates import environment
+from palpate.analysis.reports.captions import Caption, caption, parts_of
+from palpate.analysis.reports.tables import Grid, Head, plain_grid, value_grid
+from palpate.analysis.reports.templates import environment
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
-CSS = Path(__file__).resolve().parent.parent / "reporting" / "templates" / "report.css"
+CSS = Path(__file__).resolve().parent.parent / "reports" / "templates" / "report.css"
 
 BRIEF = 50
 """A sentence of no more letters than this fits half a line."""

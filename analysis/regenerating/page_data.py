@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.analysis.ratings.dataset import Exclusion
 from palpate.analysis.ratings.sample import sample_facts
-from palpate.analysis.regenerating.grid import Grid, Head, plain_grid
 from palpate.analysis.regenerating.regenerated import Regenerated
-from palpate.analysis.reporting.page_text import count
+from palpate.analysis.reports.numbers import count
+from palpate.analysis.reports.tables import Grid, Head, plain_grid
 
 NOTHING = "nothing"
 """What a rule of the plan left out that met nothing."""

@@ -15,7 +15,7 @@ from palpate.analysis.plans.study_columns import StudyColumns, study_columns
 from palpate.analysis.plans.where import Condition, Range, first_word, levels_of
 from palpate.analysis.ratings.reading import column_name
 from palpate.analysis.ratings.saved import load_ratings
-from palpate.analysis.reporting.sources import IMPORTED, Wanted
+from palpate.analysis.ratings.sources import IMPORTED, Wanted
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.problems import Problem
 from palpate.protocols.study import Study

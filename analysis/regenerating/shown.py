@@ -9,8 +9,8 @@ from itertools import groupby
 
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.regenerating.grid import Grid, value_grid
 from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.reports.tables import Grid, value_grid
 
 MOST_ROWS = 2000
 """A page that holds more rows of one test than this is no longer read; the CSV has them all."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
 from palpate.analysis.regenerating.documents import Titled, table_letters
-from palpate.analysis.regenerating.grid import Grid
+from palpate.analysis.reports.tables import Grid
 
 if TYPE_CHECKING:
     from docx.document import Document

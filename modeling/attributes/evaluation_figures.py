@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.figures.figure_kind import FigureKind, Shown
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
+from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_figures_time import time_figures
 from palpate.modeling.attributes.evaluation_tables import Row, attribute_rows, method_rows, names_of, prediction_rows
@@ -15,7 +16,6 @@ from palpate.modeling.attributes.judging_default import choice
 from palpate.modeling.attributes.judging_entries import PROPOSED
 from palpate.modeling.attributes.judging_jobs import MAIN, Entry
 from palpate.modeling.attributes.judging_whole import Judged
-from palpate.modeling.report.drawn import Pictured, drawn_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

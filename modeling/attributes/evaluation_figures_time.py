@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, drawing
+from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_tables import Row
-from palpate.modeling.report.drawn import Pictured, drawn_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

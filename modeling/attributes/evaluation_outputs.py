@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.reporting.csv_files import json_row
+from palpate.analysis.reports.csv_files import json_row
 from palpate.modeling.attributes.evaluation_report import choice_of, reached
 from palpate.modeling.attributes.evaluation_tables import (
     Row,
@@ -103,9 +103,9 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
+    from palpate.analysis.reports.drawn import Pictured
     from palpate.modeling.attributes.evaluation_figures import figures
     from palpate.modeling.attributes.evaluation_report import report_html
-    from palpate.modeling.report.drawn import Pictured
 
     def draw(place: Path) -> list[Pictured]:
         report("drawing")

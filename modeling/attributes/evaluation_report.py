@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from palpate.analysis.reports.blocks import Block, Points, Section
+from palpate.analysis.reports.drawn import Pictured
+from palpate.analysis.reports.page import Page, page_html
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_sections import (
     features_section,
@@ -16,9 +19,6 @@ from palpate.modeling.attributes.evaluation_tables import method_rows
 from palpate.modeling.attributes.judging_default import RULE, Choice, choice, fusion
 from palpate.modeling.attributes.judging_whole import Judged
 from palpate.modeling.attributes.lacking import lacking
-from palpate.modeling.report.blocks import Block, Points, Section
-from palpate.modeling.report.drawn import Pictured
-from palpate.modeling.report.page import Page, page_html
 
 
 def report_html(found: Judged, pictured: Sequence[Pictured] = ()) -> str:

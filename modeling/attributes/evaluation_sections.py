@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Words, in_seconds, table
+from palpate.analysis.reports.drawn import Pictured
+from palpate.analysis.reports.pictures import chosen as pictures
+from palpate.analysis.reports.pictures import figure_block
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_tables import (
     Row,
@@ -17,10 +21,6 @@ from palpate.modeling.attributes.evaluation_tables import (
 from palpate.modeling.attributes.evaluation_thesis import Which, number_of
 from palpate.modeling.attributes.judging_default import Choice
 from palpate.modeling.attributes.judging_whole import Judged
-from palpate.modeling.report.blocks import Block, Column, Heading, Section, Words, in_seconds, table
-from palpate.modeling.report.drawn import Pictured
-from palpate.modeling.report.pictures import chosen as pictures
-from palpate.modeling.report.pictures import figure_block
 from palpate.modeling.training.run_card import versions
 
 OVERALL = (

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from palpate.modeling.report.printed import printed_numbers
+from palpate.modeling.files.printed_numbers import printed_numbers
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 SAID = "thesis"

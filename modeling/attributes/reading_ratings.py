@@ -58,7 +58,7 @@ def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -
 
 def _has(lab: Path, study: str) -> bool:
     """Whether there is anything to read: session files, an imported table, or the study in the collected database."""
-    from palpate.analysis.reporting.sources import IMPORTED
+    from palpate.analysis.ratings.sources import IMPORTED
     from palpate.studies.collect import ledgers_in
 
     return bool(ledgers_in(lab, study)) or (lab / IMPORTED / study).is_dir() or _collected(lab, study)

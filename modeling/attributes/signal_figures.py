@@ -12,7 +12,7 @@ import numpy as np
 from palpate.analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact, segments
 from palpate.analysis.features.touch import RATE_HZ, Touch
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
-from palpate.analysis.reporting.csv_files import csv_text
+from palpate.analysis.reports.csv_files import csv_text
 from palpate.modeling.attributes.reading_touch import recorded
 from palpate.modeling.attributes.touching import filtering, touch_of
 from palpate.modeling.textures.preparing import UP, Touched

@@ -32,9 +32,9 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
+    from palpate.analysis.reports.drawn import Pictured
     from palpate.modeling.doors.evaluation_figures import figures
     from palpate.modeling.doors.evaluation_report import report_html
-    from palpate.modeling.report.drawn import Pictured
 
     def draw(place: Path) -> list[Pictured]:
         report("drawing")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.figures.figure_kind import FigureKind, Shown
 from palpate.analysis.figures.style import drawing, save
+from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_whole import Evaluation
 from palpate.modeling.doors.evaluation_overall import widths
@@ -15,7 +16,6 @@ from palpate.modeling.doors.evaluation_profiles import made_profiles, measured_d
 from palpate.modeling.doors.evaluation_results import curve_rows
 from palpate.modeling.doors.evaluation_tables import prediction_rows, waveform_error_rows
 from palpate.modeling.doors.evaluation_words import CURVES, WORK_PRECISION
-from palpate.modeling.report.drawn import Pictured, drawn_figure
 from palpate.protocols.undefined import nan_to_none
 
 if TYPE_CHECKING:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Table, Words, table
+from palpate.analysis.reports.drawn import Pictured
+from palpate.analysis.reports.pictures import chosen, figure_block
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_whole import Evaluation
@@ -12,9 +15,6 @@ from palpate.modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, th
 from palpate.modeling.doors.evaluation_thesis import printed
 from palpate.modeling.doors.intervals import COVERAGE
 from palpate.modeling.doors.registry import THESIS
-from palpate.modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
-from palpate.modeling.report.drawn import Pictured
-from palpate.modeling.report.pictures import chosen, figure_block
 
 TABLES = (("mae", "5.3", "MAE", "2"), ("rmse", "5.4", "RMSE", "2"), ("r2", "5.5", "R²", "3"))
 ERRORS = (

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Table, Words, table
+from palpate.analysis.reports.drawn import Pictured
+from palpate.analysis.reports.pictures import chosen, figure_block
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_whole import Evaluation
@@ -13,9 +16,6 @@ from palpate.modeling.doors.evaluation_results import corner_rows, plausible_row
 from palpate.modeling.doors.evaluation_tables import OVERALL, Row, waveform_rows
 from palpate.modeling.doors.evaluation_thesis import printed_waveforms
 from palpate.modeling.doors.registry import THESIS
-from palpate.modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
-from palpate.modeling.report.drawn import Pictured
-from palpate.modeling.report.pictures import chosen, figure_block
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 
 ERRORS = (

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.modeling.doors import evaluation_words as words
-from palpate.modeling.doors.evaluating_measured import Recovered
-from palpate.modeling.doors.evaluating_whole import Evaluation
-from palpate.modeling.doors.evaluation_tables import Row
-from palpate.modeling.report.blocks import (
+from palpate.analysis.reports.blocks import (
     NONE,
     Block,
     Column,
@@ -20,8 +16,12 @@ from palpate.modeling.report.blocks import (
     table,
     written,
 )
-from palpate.modeling.report.drawn import Pictured
-from palpate.modeling.report.pictures import chosen, figure_block
+from palpate.analysis.reports.drawn import Pictured
+from palpate.analysis.reports.pictures import chosen, figure_block
+from palpate.modeling.doors import evaluation_words as words
+from palpate.modeling.doors.evaluating_measured import Recovered
+from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation_tables import Row
 from palpate.modeling.training.run_card import versions
 
 TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes
+from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_scores import by_level
 from palpate.modeling.doors.evaluating_whole import Evaluation
 from palpate.modeling.doors.evaluation_tables import waveform_errors
 from palpate.modeling.doors.evaluation_words import PROFILES
 from palpate.modeling.doors.registry import THESIS
-from palpate.modeling.report.drawn import Pictured, drawn_figure
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 

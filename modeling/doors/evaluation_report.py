@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from palpate.analysis.reports.drawn import Pictured
+from palpate.analysis.reports.page import Page, page_html
 from palpate.modeling.doors.evaluating_whole import Evaluation
 from palpate.modeling.doors.evaluation_forward import forward_section
 from palpate.modeling.doors.evaluation_inverse import inverse_section
 from palpate.modeling.doors.evaluation_parts import banners, facts, in_short, measured_section, provenance
 from palpate.modeling.doors.evaluation_words import LEAD
-from palpate.modeling.report.drawn import Pictured
-from palpate.modeling.report.page import Page, page_html
 
 TITLE = "Car doors: how well feelings are predicted, and profiles made"
 

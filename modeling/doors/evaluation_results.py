@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from palpate.analysis.reporting.csv_files import json_row
+from palpate.analysis.reports.csv_files import json_row
 from palpate.modeling.doors.ceiling import Ceiling
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_kept import code

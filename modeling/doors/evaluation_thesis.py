@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.modeling.report.printed import printed_numbers
+from palpate.modeling.files.printed_numbers import printed_numbers
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 SAID = "thesis (private data, other people)"

@@ -8,8 +8,8 @@ from pathlib import Path
 from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
+from palpate.analysis.ratings.sources import IMPORTED, Wanted
 from palpate.analysis.regenerating.regenerated import whole_material
-from palpate.analysis.reporting.sources import IMPORTED, Wanted
 from palpate.modeling.doors.data import ModelDataError
 from palpate.studies.catalogue import find, names
 from palpate.studies.collect import ledgers_in

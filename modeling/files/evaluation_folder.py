@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from palpate.analysis.regenerating.files import readable_json
-from palpate.analysis.reporting.csv_files import csv_text, json_row
+from palpate.analysis.reports.csv_files import csv_text, json_row
 from palpate.protocols.files import staged_files, write_text, write_texts
 
 RESULTS, REPORT = "evaluation.json", "report.html"

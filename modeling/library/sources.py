@@ -141,7 +141,7 @@ def rating_sources(wanted: Wanted) -> Iterator[Source]:
 
 def _rated_files(wanted: Wanted) -> list[Path]:
     """Of session files those that a rating was taken from: not one that was interrupted, left out or withdrawn."""
-    from palpate.analysis.reporting.sources import IMPORTED
+    from palpate.analysis.ratings.sources import IMPORTED
     from palpate.modeling.doors.lab_material import COLLECTED, lab_material
 
     imported = sorted(each for each in (wanted.lab / IMPORTED / wanted.study).glob("*") if each.is_file())

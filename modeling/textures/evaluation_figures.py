@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
-from palpate.modeling.report.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_figures_free import free_figures
 from palpate.modeling.textures.evaluation_figures_time import time_figures

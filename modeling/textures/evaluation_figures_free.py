@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
-from palpate.modeling.report.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_panels import Draw, keyed, named, panels, spectrum
 from palpate.modeling.textures.evaluation_tables import TRUTH

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, drawing
-from palpate.modeling.report.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_panels import named
 from palpate.modeling.textures.evaluation_tables import Row, method_rows

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.reporting.csv_files import json_row
+from palpate.analysis.reports.csv_files import json_row
 from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
 from palpate.modeling.textures.evaluation_report import choice_of
 from palpate.modeling.textures.evaluation_tables import (
@@ -94,7 +94,7 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
-    from palpate.modeling.report.drawn import Pictured
+    from palpate.analysis.reports.drawn import Pictured
     from palpate.modeling.textures.evaluation_figures import figures
     from palpate.modeling.textures.evaluation_report import report_html
 

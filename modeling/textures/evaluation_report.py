@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
-from palpate.modeling.report.blocks import Block, Points, Section
-from palpate.modeling.report.drawn import Pictured
-from palpate.modeling.report.page import Page, page_html
+from palpate.analysis.reports.blocks import Block, Points, Section
+from palpate.analysis.reports.drawn import Pictured
+from palpate.analysis.reports.page import Page, page_html
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_reached import reached
 from palpate.modeling.textures.evaluation_sections import free_section, provenance, step_section, time_section

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.modeling.report.blocks import Block, Column, Heading, Section, Words, in_seconds, table
-from palpate.modeling.report.drawn import Pictured
-from palpate.modeling.report.pictures import chosen as pictures
-from palpate.modeling.report.pictures import figure_block
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Words, in_seconds, table
+from palpate.analysis.reports.drawn import Pictured
+from palpate.analysis.reports.pictures import chosen as pictures
+from palpate.analysis.reports.pictures import figure_block
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_tables import (
     Row,

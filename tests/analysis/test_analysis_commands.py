@@ -16,15 +16,15 @@ from typing import Any
 import pytest
 
 from palpate import command_line
-from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.reporting.compare_reference import (
+from palpate.analysis.first_look.compare_reference import (
     SHIPPED,
     Compared,
     compare_with_reference,
     fitting_test,
     read_reference,
 )
-from palpate.analysis.reporting.study_statistics import study_statistics
+from palpate.analysis.first_look.study_statistics import study_statistics
+from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
 MAP = SHIPPED.parents[1] / "importing" / "maps" / "sk2011.yaml"

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
+from palpate.analysis.first_look.analysed import analyse_ratings
+from palpate.analysis.first_look.report import report_html
 from palpate.analysis.importing.map_file import MapRefused, read_map
 from palpate.analysis.ratings.column_names import RESERVED
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.describe import describe, participant_means
 from palpate.analysis.ratings.reading import read_ratings
-from palpate.analysis.reporting.analysed import analyse_ratings
-from palpate.analysis.reporting.report import report_html
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings
 from tests.analysis.tables_for_tests import COLUMNS, imported, write_map
 

@@ -10,7 +10,7 @@ import pytest
 from palpate import command_line
 from palpate.analysis.exporting.cells import write_csv
 from palpate.analysis.exporting.tabular import Column, Table
-from palpate.analysis.reporting.csv_files import NotFinite, csv_text
+from palpate.analysis.reports.csv_files import NotFinite, csv_text
 from palpate.protocols.canonical import NotCanonical, json_text
 
 MAP = """

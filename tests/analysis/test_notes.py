@@ -10,7 +10,7 @@ from palpate.analysis.commands import analyse
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Scale
 from palpate.analysis.ratings.notes import data_notes, exclusion_lines
 from palpate.analysis.regenerating.commands import regenerate
-from palpate.analysis.reporting.csv_files import csv_text, without_formula
+from palpate.analysis.reports.csv_files import csv_text, without_formula
 from tests.analysis.ratings_for_tests import small_ratings
 
 ALIKE = "1 set of labels that look alike and count as different:\n  participant: '001' and '1'"

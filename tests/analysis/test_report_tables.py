@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
+from palpate.analysis.first_look import page_data
+from palpate.analysis.first_look.analysed import Analysed, analyse_ratings
+from palpate.analysis.first_look.page import page_of, stimulus_table
+from palpate.analysis.first_look.page_tests import comparisons, question_words, variance_tables
+from palpate.analysis.first_look.study_statistics import Question, Row, StudyStatistics, study_statistics
+from palpate.analysis.first_look.study_statistics import Test as Answer
 from palpate.analysis.ratings.dataset import Exclusion
-from palpate.analysis.reporting import page_data
-from palpate.analysis.reporting.analysed import Analysed, analyse_ratings
-from palpate.analysis.reporting.page import page_of, stimulus_table
-from palpate.analysis.reporting.page_table import Footnotes, Table
-from palpate.analysis.reporting.page_tests import comparisons, question_words, variance_tables
-from palpate.analysis.reporting.study_statistics import Question, Row, StudyStatistics, study_statistics
-from palpate.analysis.reporting.study_statistics import Test as Answer
+from palpate.analysis.reports.page_table import Footnotes, Table
 from palpate.analysis.statistics.between import anova
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 

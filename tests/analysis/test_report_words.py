@@ -11,12 +11,12 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from palpate.analysis.first_look.analysed import analyse_ratings
+from palpate.analysis.first_look.page_data import facts
+from palpate.analysis.first_look.report import report_html, save_figures
+from palpate.analysis.first_look.results import write_results
 from palpate.analysis.ratings.dataset import Exclusion, Ratings
 from palpate.analysis.ratings.reading import read_ratings
-from palpate.analysis.reporting.analysed import analyse_ratings
-from palpate.analysis.reporting.page_data import facts
-from palpate.analysis.reporting.report import report_html, save_figures
-from palpate.analysis.reporting.results import write_results
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 from tests.analysis.tables_for_tests import imported

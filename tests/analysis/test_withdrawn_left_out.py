@@ -6,8 +6,8 @@ import pytest
 
 from palpate.analysis.exporting.exported import Choices, export
 from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.analysis.ratings.sources import Wanted, read_source
 from palpate.analysis.regenerating.regenerated import regenerate
-from palpate.analysis.reporting.sources import Wanted, read_source
 from palpate.studies.collect import collect, open_database
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry

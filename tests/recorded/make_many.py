@@ -10,9 +10,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+from palpate.analysis.ratings.sources import Wanted
 from palpate.analysis.regenerating.files import file_texts
 from palpate.analysis.regenerating.regenerated import regenerate
-from palpate.analysis.reporting.sources import Wanted
 from palpate.protocols.files import write_texts
 from palpate.protocols.plan import compile_plan
 from palpate.studies.allocation import allocate

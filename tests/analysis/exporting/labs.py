@@ -12,7 +12,7 @@ import pytest
 
 from palpate import command_line
 from palpate.analysis.exporting.exported import Choices, export
-from palpate.analysis.reporting.sources import Wanted
+from palpate.analysis.ratings.sources import Wanted
 from palpate.protocols.canonical import canonical
 from palpate.protocols.forms import LabForms
 from palpate.protocols.plan import compile_plan

@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from palpate.analysis.figures.level_means import Places
 from palpate.analysis.figures.rating_axes import spread
 from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
+from palpate.analysis.first_look.pictures import Picture, pictures
 from palpate.analysis.ratings.dataset import DataRefused, Ratings
 from palpate.analysis.ratings.describe import describe
-from palpate.analysis.reporting.pictures import Picture, pictures
 from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed
 
 

@@ -11,8 +11,8 @@ from palpate.analysis.plans.material import read_material
 from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.sources import gathered
 from palpate.analysis.regenerating.regenerated import read_table
-from palpate.analysis.reporting.sources import gathered
 from palpate.studies.catalogue import SHIPPED
 from palpate.studies.collect import ledgers_in
 from tests.recorded.make_many import MANY, PEOPLE

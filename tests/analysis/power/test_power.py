@@ -23,7 +23,7 @@ from palpate.analysis.power.curve import (
 from palpate.analysis.power.deciding import p_of
 from palpate.analysis.power.refusals import PowerError
 from palpate.analysis.power.simulating import people, simulated_material, with_effect
-from palpate.analysis.reporting.sources import gathered
+from palpate.analysis.ratings.sources import gathered
 from palpate.protocols.plan import compile_plan
 from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, find, read_study

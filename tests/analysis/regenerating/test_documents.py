@@ -11,10 +11,10 @@ from docx.enum.section import WD_ORIENT
 from docx.oxml.ns import qn
 
 from palpate.analysis.regenerating.documents import Titled, table_letters, titled_tables
-from palpate.analysis.regenerating.grid import Head, plain_grid
 from palpate.analysis.regenerating.latex_tables import LETTERS, escaped, latex_text
 from palpate.analysis.regenerating.outputs import write_documents
 from palpate.analysis.regenerating.word_tables import UPRIGHT, allowed, word_bytes
+from palpate.analysis.reports.tables import Head, plain_grid
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE
 
 NARROW = plain_grid(("who", Head("F", "number")), [("P001", "2.50"), ("P002", "−0.10")])

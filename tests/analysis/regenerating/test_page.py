@@ -10,7 +10,7 @@ import pytest
 
 from palpate.analysis.ratings.dataset import Exclusion
 from palpate.analysis.regenerating.page_data import left_out, seconds_told
-from palpate.analysis.regenerating.page_words import SHORT, caption, parts_of
+from palpate.analysis.reports.captions import SHORT, caption, parts_of
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE, page_of, small_study
 
 UNCLOSED = {"meta", "link", "br", "path", "use", "rect", "image", "circle"}

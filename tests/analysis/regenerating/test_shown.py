@@ -10,9 +10,9 @@ from palpate.analysis.plans.answers import Answer, Asked
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.missing import MissingTold
 from palpate.analysis.regenerating import shown
-from palpate.analysis.regenerating.grid import NO_NUMBER, column_texts, value_grid
-from palpate.analysis.regenerating.headings import HEADINGS, heading, is_p
 from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.reports.headings import HEADINGS, heading, is_p
+from palpate.analysis.reports.tables import NO_NUMBER, column_texts, value_grid
 
 
 def answered(outcome, rows, name="levels", test="anova", refused="", **more):

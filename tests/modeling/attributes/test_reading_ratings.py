@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.reporting.sources import Wanted, read_source
+from palpate.analysis.ratings.sources import Wanted, read_source
 from palpate.modeling.attributes.material import MaterialError, Pair
 from palpate.modeling.attributes.reading_ratings import attributes_of, read_ratings
 from palpate.studies.participants.people import add as enter

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from palpate.analysis.reports.blocks import Column, in_bytes, in_seconds, table, written
 from palpate.modeling.doors.evaluating_outputs import default_of, write_all
 from palpate.modeling.doors.evaluating_whole import evaluate
 from palpate.modeling.doors.evaluation_inverse import inverse_section
 from palpate.modeling.doors.evaluation_report import report_html
-from palpate.modeling.report.blocks import Column, in_bytes, in_seconds, table, written
 from tests.modeling.doors.evaluated_small import small_data, wanted
 
 pytestmark = pytest.mark.needs("torch")

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.modeling.report.blocks import Section
+from palpate.analysis.reports.blocks import Section
 
-HERE = Path(__file__).resolve().parent
+TEMPLATES = Path(__file__).resolve().parent / "templates"
 MOST_COLUMNS = 40
 
 
@@ -30,27 +30,27 @@ def page_html(page: Page) -> str:
     from markupsafe import Markup
 
     from palpate.analysis.figures.interactive import script
-    from palpate.analysis.reporting import templates
+    from palpate.analysis.reports import templates
 
     code = script()
     return (
-        templates.environment(HERE)
-        .get_template("page.html")
+        templates.environment(TEMPLATES)
+        .get_template("evaluation.html")
         .render(
             title=page.title,
             lead=page.lead,
             banners=page.banners,
             facts=page.facts,
             sections=page.sections,
-            css=Markup(_css(Path(templates.__file__).parent)),
+            css=Markup(_css()),
             script=Markup(code),
             script_hash=base64.b64encode(hashlib.sha256(code.encode()).digest()).decode(),
         )
     )
 
 
-def _css(reporting: Path) -> str:
+def _css() -> str:
     """The look of every report, this page's own, and on which side each column of a table stands."""
     sides = ",".join(f".n{place} td:nth-child({place})" for place in range(1, MOST_COLUMNS + 1))
-    shared = (reporting / "templates" / "report.css").read_text(encoding="utf-8")
-    return shared + (HERE / "page.css").read_text(encoding="utf-8") + sides + " { text-align: right; }\n"
+    shared = (TEMPLATES / "report.css").read_text(encoding="utf-8")
+    return shared + (TEMPLATES / "evaluation.css").read_text(encoding="utf-8") + sides + " { text-align: right; }\n"

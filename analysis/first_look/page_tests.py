@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from palpate.analysis.reporting.analysed import Analysed, correction, reported_p
-from palpate.analysis.reporting.page_table import Footnotes, Table, number, table, without_repeats
-from palpate.analysis.reporting.page_text import NONE, count, degrees, fixed, p_cell, phrase, share
-from palpate.analysis.reporting.sentences import all_sentences, effect_name, pair_sentence
-from palpate.analysis.reporting.study_statistics import Question, Row, Test, differing_factors, levels_by_group
+from palpate.analysis.first_look.analysed import Analysed, correction, reported_p
+from palpate.analysis.first_look.sentences import all_sentences, effect_name, pair_sentence
+from palpate.analysis.first_look.study_statistics import Question, Row, Test, differing_factors, levels_by_group
+from palpate.analysis.reports.numbers import NONE, count, degrees, fixed, p_cell, phrase, share
+from palpate.analysis.reports.page_table import Footnotes, Table, number, table, without_repeats
 
 CROSS = " × "
 ALPHA = 0.05

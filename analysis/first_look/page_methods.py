@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from palpate.analysis.reporting.analysed import Analysed
-from palpate.analysis.reporting.page_data import averaged
-from palpate.analysis.reporting.page_tests import GROUPS_APART, groups_met
-from palpate.analysis.reporting.page_text import phrase
+from palpate.analysis.first_look.analysed import Analysed
+from palpate.analysis.first_look.page_data import averaged
+from palpate.analysis.first_look.page_tests import GROUPS_APART, groups_met
+from palpate.analysis.reports.numbers import phrase
 
 
 def methods(found: Analysed) -> Iterator[str]:

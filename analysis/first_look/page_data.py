@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from palpate.analysis.first_look.analysed import Analysed
 from palpate.analysis.ratings.dataset import Exclusion, Ratings
 from palpate.analysis.ratings.sample import sample_facts
-from palpate.analysis.reporting.analysed import Analysed
-from palpate.analysis.reporting.page_table import Column, Table, number, table, words
-from palpate.analysis.reporting.page_text import count, fixed
+from palpate.analysis.reports.numbers import count, fixed
+from palpate.analysis.reports.page_table import Column, Table, number, table, words
 from palpate.protocols.wording import some
 
 MOST_SEEDS = 6

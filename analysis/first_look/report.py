@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
-from palpate.analysis.reporting.analysed import Analysed
-from palpate.analysis.reporting.page import level_table, page_of
-from palpate.analysis.reporting.page_table import Table
-from palpate.analysis.reporting.pictures import pictures
-from palpate.analysis.reporting.templates import environment
+from palpate.analysis.first_look.analysed import Analysed
+from palpate.analysis.first_look.page import level_table, page_of
+from palpate.analysis.first_look.pictures import pictures
+from palpate.analysis.reports.page_table import Table
+from palpate.analysis.reports.templates import environment
 from palpate.protocols.files import staged_files, write_text
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
+CSS = Path(__file__).resolve().parent.parent / "reports" / "templates" / "report.css"
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ def save_figures(found: Analysed, folder: Path) -> list[Path]:
 
 def report_html(found: Analysed) -> str:
     """The whole report as one HTML text, every name in it escaped, every figure inline."""
-    css = (TEMPLATES / "report.css").read_text(encoding="utf-8")
+    css = CSS.read_text(encoding="utf-8")
     template = environment(TEMPLATES).get_template("report.html")
     return template.render(page=page_of(found), figures=list(_figures(found)), css=_trusted(css))
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from palpate.analysis.ratings.notes import data_notes
-from palpate.analysis.reporting import page_data
-from palpate.analysis.reporting.analysed import Analysed, software
-from palpate.analysis.reporting.page_methods import methods
-from palpate.analysis.reporting.page_table import Column, Table, number, table
-from palpate.analysis.reporting.page_tests import (
+from palpate.analysis.first_look import page_data
+from palpate.analysis.first_look.analysed import Analysed, software
+from palpate.analysis.first_look.page_methods import methods
+from palpate.analysis.first_look.page_tests import (
     PairsTable,
     VarianceTable,
     comparisons,
@@ -18,9 +16,11 @@ from palpate.analysis.reporting.page_tests import (
     refusals,
     variance_tables,
 )
-from palpate.analysis.reporting.page_text import NONE, fixed, phrase
-from palpate.analysis.reporting.pictures import shown_factors
-from palpate.analysis.reporting.sentences import headlines
+from palpate.analysis.first_look.pictures import shown_factors
+from palpate.analysis.first_look.sentences import headlines
+from palpate.analysis.ratings.notes import data_notes
+from palpate.analysis.reports.numbers import NONE, fixed, phrase
+from palpate.analysis.reports.page_table import Column, Table, number, table
 
 
 @dataclass(frozen=True)

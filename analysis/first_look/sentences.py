@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from palpate.analysis.reporting.analysed import Analysed
-from palpate.analysis.reporting.study_statistics import Row, Test
+from palpate.analysis.first_look.analysed import Analysed
+from palpate.analysis.first_look.study_statistics import Row, Test
 from palpate.analysis.statistics.apa import apa_f, apa_t
 
 NOT_TESTED = "not tested; the reason stands below"

@@ -10,8 +10,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from palpate.analysis.first_look.study_statistics import Row, Test
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.reporting.study_statistics import Row, Test
 from palpate.protocols.did_you_mean import nearest
 
 if TYPE_CHECKING:

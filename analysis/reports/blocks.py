@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from palpate.analysis.regenerating.grid import Grid, Head
-from palpate.analysis.regenerating.page_words import Caption
+from palpate.analysis.reports.captions import Caption
+from palpate.analysis.reports.tables import Grid, Head
 
 NONE = "–"
 Row = Mapping[str, Any]

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from palpate.analysis.figures.interactive import figure_markup
 from palpate.analysis.figures.style import inline_svg
-from palpate.analysis.regenerating.page_words import caption
-from palpate.modeling.report.blocks import Picture
-from palpate.modeling.report.drawn import Pictured
+from palpate.analysis.reports.blocks import Picture
+from palpate.analysis.reports.captions import caption
+from palpate.analysis.reports.drawn import Pictured
 
 
 def figure_block(each: Pictured, numbered: str = "") -> Picture:

@@ -8,11 +8,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from palpate.analysis.first_look.analysed import Analysed, correction, reported_p, software
+from palpate.analysis.first_look.pictures import shown_factors
+from palpate.analysis.first_look.study_statistics import Row, Test
 from palpate.analysis.ratings.notes import data_notes
-from palpate.analysis.reporting.analysed import Analysed, correction, reported_p, software
-from palpate.analysis.reporting.csv_files import csv_text, records
-from palpate.analysis.reporting.pictures import shown_factors
-from palpate.analysis.reporting.study_statistics import Row, Test
+from palpate.analysis.reports.csv_files import csv_text, records
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import write_texts
 

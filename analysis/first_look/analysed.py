@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from palpate.analysis.first_look.pictures import level_means
+from palpate.analysis.first_look.study_statistics import Row, StudyStatistics, Test, study_statistics
 from palpate.analysis.ratings.dataset import Ratings
 from palpate.analysis.ratings.describe import describe
 from palpate.analysis.ratings.design import check_ratings
 from palpate.analysis.ratings.design_report import DesignReport
-from palpate.analysis.reporting.pictures import level_means
-from palpate.analysis.reporting.study_statistics import Row, StudyStatistics, Test, study_statistics
 from palpate.protocols.extras import installed_version
 from palpate.protocols.progress import Progress
 

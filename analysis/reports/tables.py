@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from palpate.analysis.plans.answers import Row, Value
-from palpate.analysis.regenerating.headings import counts, heading, is_p
-from palpate.analysis.reporting.page_table import Footnotes
-from palpate.analysis.reporting.page_text import NONE, fixed, p_cell
+from palpate.analysis.reports.headings import counts, heading, is_p
+from palpate.analysis.reports.numbers import NONE, fixed, p_cell
+from palpate.analysis.reports.page_table import Footnotes
 
 NO_NUMBER = "There is no such number for this row."
 LONG_TEXT = 40

@@ -1,1 +1,0 @@
-"""From ratings to tests, figures, files and one HTML report."""
