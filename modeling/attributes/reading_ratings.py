@@ -42,45 +42,18 @@ def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -
     They are of one version of the study, all real or all simulated, without what the study's analysis plan leaves out.
     A person who rated a texture more than once counts once, with the mean. The SD between raters (n - 1) is NaN where
     one person rated: what nobody knows is not 0. Where a lab has no such session the attributes are the study's own,
-    and nothing is rated. Raises MaterialError on ratings off their scale, and what reading raises (DataRefused,
-    PlanError, StudyError, LedgerError: all ValueErrors).
+    and nothing is rated. Raises MaterialError where a study rates nothing, and what reading raises (DataRefused, also
+    on ratings off their scale, PlanError, StudyError, LedgerError: all ValueErrors).
     """
-    from palpate.modeling.doors.lab_material import lab_material
+    from palpate.modeling.lab_answers import has_answers, lab_answers, left_out_lines
 
-    if not _has(lab, study):
+    if not has_answers(lab, study):
         return RatedTextures(attributes_of(lab, study), notes=(f"{lab}: no session of {study}: no texture is rated",))
-    answers, _folder = lab_material(lab, study, digest=None, url=None, simulated=simulated)
+    answers, _folder = lab_answers(lab, study, simulated=simulated)
     if answers.ratings is None:
         raise MaterialError(f"{study}: holds no ratings; a study that rates textures is expected")
-    left_out = [each for each in answers.exclusions if each.what not in ("practice", "nothing")]
-    return _rated(answers, answers.ratings, tuple(f"ratings left out: {each.who}: {each.why}" for each in left_out))
-
-
-def _has(lab: Path, study: str) -> bool:
-    """Whether there is anything to read: session files, an imported table, or the study in the collected database."""
-    from palpate.analysis.ratings.sources import IMPORTED
-    from palpate.studies.collect import ledgers_in
-
-    return bool(ledgers_in(lab, study)) or (lab / IMPORTED / study).is_dir() or _collected(lab, study)
-
-
-def _collected(lab: Path, study: str) -> bool:
-    from palpate.modeling.doors.lab_material import COLLECTED
-
-    path = lab / COLLECTED
-    if not path.is_file():
-        return False
-    from sqlalchemy import text
-
-    from palpate.studies.collect import open_database
-
-    engine = open_database(f"sqlite:///{path}", lab=lab)
-    try:
-        with engine.connect() as connection:
-            query = text("SELECT count(*) FROM sessions WHERE study = :study")
-            return bool(connection.execute(query, {"study": study}).scalar_one())
-    finally:
-        engine.dispose()
+    notes = tuple(f"ratings left out: {line}" for line in left_out_lines(answers))
+    return _rated(answers, answers.ratings, notes)
 
 
 def attributes_of(lab: Path | None, study: str = STUDY) -> tuple[Pair, ...]:
@@ -92,29 +65,20 @@ def attributes_of(lab: Path | None, study: str = STUDY) -> tuple[Pair, ...]:
 
 
 def _rated(answers: Answers, ratings: Ratings, notes: tuple[str, ...]) -> RatedTextures:
-    if ratings.scale is None:
-        raise MaterialError(f"{ratings.name!r}: its scale is not known; the ends of a rating scale are expected")
+    from palpate.modeling.lab_answers import demand_on_scale, demand_scale
+
+    scale = demand_scale(ratings)
     if "stimulus" not in ratings.table.columns:
         raise MaterialError(f"{ratings.name!r}: no column 'stimulus' says which texture a rating is of")
     table = ratings.table[ratings.table["value"].notna()]
-    _demand_on_scale(table, ratings.scale.low, ratings.scale.high)
+    demand_on_scale(table, scale.low, scale.high)
     people = table.groupby(["stimulus", "attribute", "participant"], observed=True)["value"].mean().reset_index()
-    people["value"] = (people["value"] - ratings.scale.low) * (TOP / (ratings.scale.high - ratings.scale.low))
+    people["value"] = (people["value"] - scale.low) * (TOP / (scale.high - scale.low))
     rated, incomplete = _by_texture(people, ratings.attributes)
     pairs = tuple(Pair(name, ratings.antonyms.get(name, f"not {name}")) for name in ratings.attributes)
     stimuli = answers.study.stimuli if answers.study is not None else ()
     columns = {each.id: dict(each.columns) for each in stimuli}
     return RatedTextures(pairs, rated, incomplete, columns, answers.simulated, notes)
-
-
-def _demand_on_scale(table: pd.DataFrame, low: float, high: float) -> None:
-    off = table[~table["value"].between(low, high)]
-    if len(off):
-        row = off.iloc[0]
-        raise MaterialError(
-            f"{row['participant']} rated {row['stimulus']} {row['value']:g} on {row['attribute']}: a number on the"
-            f" scale from {low:g} to {high:g} is expected"
-        )
 
 
 def _by_texture(people: pd.DataFrame, attributes: Sequence[str]) -> tuple[dict[str, Rated], dict[str, str]]:

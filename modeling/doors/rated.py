@@ -65,8 +65,9 @@ def rated_of(
     """The ratings of these stimuli, with their means; `ratings` has participant, group, stimulus, attribute, value.
 
     A person who rated a stimulus more than once counts once, with the mean of those ratings. With `rated_only`,
-    stimuli without a rating on every attribute are left out. Raises ModelDataError on a rating off the scale, an
-    attribute or a stimulus that nobody rated, and where fewer than two different profiles are left.
+    stimuli without a rating on every attribute are left out. Raises DataRefused on a rating off the scale,
+    ModelDataError on an attribute or a stimulus that nobody rated, and where fewer than two different profiles are
+    left.
     """
     individual = _individual(shown, asked, ratings)
     _demand_attributes(individual, asked)
@@ -99,8 +100,10 @@ def merged_sources(ids: Sequence[str], force_N: Array) -> tuple[str, ...]:
 
 
 def _individual(shown: Sequence[Shown], asked: Asked, ratings: pd.DataFrame) -> Individual:
+    from palpate.modeling.lab_answers import demand_on_scale
+
     given = ratings[ratings["value"].notna()]
-    _demand_on_scale(given, asked)
+    demand_on_scale(given, *asked.scale)
     people = sorted(set(given["participant"]))
     group = dict(zip(given["participant"], given["group"].astype(str), strict=True))
     places = [_places(given["participant"], people), _places(given["stimulus"], [each.id for each in shown]),
@@ -124,17 +127,6 @@ def _of_stimuli(individual: Individual, kept: Indices) -> Individual:
 def _places(column: pd.Series[str], names: Sequence[str]) -> Indices:
     place = {name: i for i, name in enumerate(names)}
     return np.array([place[name] for name in column], dtype=np.int64)
-
-
-def _demand_on_scale(given: pd.DataFrame, asked: Asked) -> None:
-    low, high = asked.scale
-    off = given[~given["value"].between(low, high)]
-    if len(off):
-        row = off.iloc[0]
-        raise ModelDataError(
-            f"{row['participant']} rated {row['stimulus']} {row['value']:g} on {row['attribute']}: a number on the"
-            f" scale from {low:g} to {high:g} is expected"
-        )
 
 
 def _demand_attributes(individual: Individual, asked: Asked) -> None:

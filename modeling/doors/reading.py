@@ -42,9 +42,9 @@ def rated_in_lab(
     url: str | None = None, rated_only: bool = False,
 ) -> Rated:  # fmt: skip
     """As `read_lab`, with each person's own ratings beside the means."""
-    from palpate.modeling.doors.lab_material import lab_material
+    from palpate.modeling.lab_answers import lab_answers
 
-    material, folder = lab_material(lab, study, digest=digest, url=url, simulated=simulated)
+    material, folder = lab_answers(lab, study, digest=digest, url=url, simulated=simulated)
     return rated_material(material, folder, rated_only=rated_only)
 
 
@@ -65,10 +65,11 @@ def rated_material(
 
 
 def _asked(ratings: Ratings) -> Asked:
-    if ratings.scale is None:
-        raise ModelDataError(f"{ratings.name!r}: its scale is not known; the ends of a rating scale are expected")
+    from palpate.modeling.lab_answers import demand_scale
+
+    scale = demand_scale(ratings)
     antonyms = tuple(ratings.antonyms.get(name, f"not {name}") for name in ratings.attributes)
-    return Asked(ratings.attributes, antonyms, (ratings.scale.low, ratings.scale.high))
+    return Asked(ratings.attributes, antonyms, (scale.low, scale.high))
 
 
 def _of_study(stimuli: Sequence[Stimulus], folder: Path) -> list[Shown]:
@@ -104,9 +105,10 @@ def _shown(name: str, columns: Mapping[str, str], folder: Path, sha256: str | No
 
 def _inputs(material: Material) -> tuple[str, ...]:
     """The study and the session files by their SHA-256, and what was left out."""
-    told = [each for each in material.exclusions if each.what not in ("practice", "nothing")]
-    left_out = [f"left out: {each.who}: {each.why}" for each in told]
-    return (*(f"{each.name} {each.sha256}" for each in material.inputs), *left_out)
+    from palpate.modeling.lab_answers import left_out_lines
+
+    left_out = (f"left out: {line}" for line in left_out_lines(material))
+    return (*(f"{source.name} {source.sha256}" for source in material.inputs), *left_out)
 
 
 def _digest_line(shown: Sequence[Shown]) -> str:

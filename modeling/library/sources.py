@@ -19,8 +19,6 @@ from palpate.modeling.library.pictures import Pictures, pictures_in, pictures_ta
 from palpate.modeling.library.rated_folder import read_rated
 from palpate.protocols.files import file_sha256
 from palpate.protocols.progress import Report
-from palpate.studies.collect import ledgers_in
-from palpate.studies.record import read_header
 
 if TYPE_CHECKING:
     from palpate.modeling.attributes.reading_recordings import Recordings
@@ -135,29 +133,10 @@ def rating_sources(wanted: Wanted) -> Iterator[Source]:
         table = wanted.ratings or table_in(wanted.folder)
         yield Source(what="ratings", file=table.name, sha256=file_sha256(table))
         return
-    for path in _rated_files(wanted):
+    from palpate.modeling.lab_answers import answer_files
+
+    for path in answer_files(wanted.lab, wanted.study, wanted.simulated):
         yield Source(what="ratings", file=path.relative_to(wanted.lab).as_posix(), sha256=file_sha256(path))
-
-
-def _rated_files(wanted: Wanted) -> list[Path]:
-    """Of session files those that a rating was taken from: not one that was interrupted, left out or withdrawn."""
-    from palpate.analysis.ratings.sources import IMPORTED
-    from palpate.modeling.doors.lab_material import COLLECTED, lab_material
-
-    imported = sorted(each for each in (wanted.lab / IMPORTED / wanted.study).glob("*") if each.is_file())
-    sessions = ledgers_in(wanted.lab, wanted.study)
-    if not sessions:
-        return imported or [each for each in (wanted.lab / COLLECTED,) if each.is_file()]
-    answers, _ = lab_material(wanted.lab, wanted.study, digest=None, url=None, simulated=wanted.simulated)
-    table = answers.ratings.table if answers.ratings is not None else None
-    counting = set() if table is None else set(table[table["value"].notna()]["session"])
-    return [path for path in sessions if _session(path) in counting]
-
-
-def _session(path: Path) -> str:
-    """What a session is called in tables."""
-    header = read_header(path)
-    return f"{header['study']['study']}/{header['participant']}/{header['session']}"
 
 
 def first_pictures(wanted: Wanted, names: Sequence[str]) -> Pictures:

@@ -82,7 +82,8 @@ def test_the_licence_folder_tells_of_every_file_in_it():
 def test_reading_folding_and_judging_data_import_no_device_no_torch_and_no_plots():
     code = (
         "import sys\n"
-        "from palpate.modeling.doors import ceiling, folding, lab_material, measured, reading_tables\n"
+        "from palpate.modeling import lab_answers\n"
+        "from palpate.modeling.doors import ceiling, folding, measured, reading_tables\n"
         "from palpate.modeling.doors import training_variants\n"
         "from palpate.modeling.doors.simulated import simulated_data\n"
         f"from pathlib import Path\nsimulated_data(2, study=Path({str(SMALL)!r}))\nmeasured.measured_doors()\n"

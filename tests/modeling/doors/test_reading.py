@@ -148,7 +148,7 @@ def test_a_study_without_sessions_is_refused_by_name(lab, study, error, says):
 
 
 def test_a_lab_that_is_none_is_refused(tmp_path):
-    with pytest.raises(ModelDataError, match="nowhere: no such lab"):
+    with pytest.raises(DataRefused, match="nowhere: no such lab"):
         read_lab(tmp_path / "nowhere")
 
 
@@ -187,7 +187,7 @@ def test_an_imported_data_set_that_carries_profiles_is_read_like_a_study(lab):
 )
 def test_an_imported_data_set_without_its_profiles_or_off_its_scale_is_refused(lab, columns, says):
     imported(lab, **columns)
-    with pytest.raises(ModelDataError, match=says):
+    with pytest.raises((ModelDataError, DataRefused), match=says):
         read_lab(lab, "others")
 
 
@@ -241,7 +241,7 @@ def test_a_stimulus_without_ratings_is_named_or_left_out_where_that_is_asked_for
     ],
 )
 def test_what_nothing_can_be_learned_from_is_refused(stimuli, rows, says):
-    with pytest.raises(ModelDataError, match=says):
+    with pytest.raises((ModelDataError, DataRefused), match=says):
         of(stimuli, *rows)
 
 
