@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.protocols.canonical import canonical, digest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.study import Study, conditions_of
-from palpate.studies.begun import in_person
-from palpate.studies.collect import ledgers_in
 from palpate.studies.model_versions import SHOWN, models_before, models_in
-from palpate.studies.participants.registry import withdrawn
-from palpate.studies.record import LedgerError, read_header
+from palpate.studies.record import read_header
 from palpate.studies.session import ledger_path
+from palpate.studies.session_headers import in_person
+from palpate.studies.study_sessions import headers_of
 
 if TYPE_CHECKING:
     from palpate.devices.window.calibration import Calibration
@@ -89,12 +87,8 @@ def sample_ledgers(lab: Path, study: str, real: bool) -> list[Path]:
 
     Those of people who withdrew, and those whose first event cannot be read, are left out.
     """
-    gone, ledgers = withdrawn(lab), []
-    for path in ledgers_in(lab, study):
-        with suppress(LedgerError):
-            header = read_header(path)
-            if in_person(header) == real and header["participant"] not in gone:
-                ledgers.append(path)
+    headers = headers_of(lab, study)
+    ledgers = [path for path, header in headers if header is not None and in_person(header) == real]
     return sorted(ledgers, key=lambda path: path.stat().st_mtime_ns, reverse=True)
 
 

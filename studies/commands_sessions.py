@@ -196,9 +196,9 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     Example:
       palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
     """
-    from palpate.studies.begun import in_person
     from palpate.studies.record import LedgerError, read
     from palpate.studies.session import resume as go_on
+    from palpate.studies.session_headers import in_person
 
     if ledger.is_dir():
         raise LedgerError(f"{ledger}: a folder; name one ledger, as {ledger / 'STUDY_P001_s1.sqlite'}")
@@ -220,7 +220,6 @@ def _to_go_on(
     record: Record, lab: Path, study: str | None, live: LiveOptions
 ) -> tuple[Found, RigPlan, dict[str, Any] | None]:
     """The recorded study at its folder, its rig, and what of changes since then goes on record."""
-    from palpate.studies.begun import in_person
     from palpate.studies.catalogue import Found, find
     from palpate.studies.changes import demand_same_models, sample_ledgers
     from palpate.studies.launch import changed_since
@@ -228,6 +227,7 @@ def _to_go_on(
     from palpate.studies.participants.admission import admit, readmit
     from palpate.studies.replay import recompiled
     from palpate.studies.rig import simulated
+    from palpate.studies.session_headers import in_person
 
     plan = recompiled(record)
     header, declared = record.header, plan.study

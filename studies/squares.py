@@ -7,9 +7,9 @@ from pathlib import Path
 
 from palpate.protocols.plan import Plan
 from palpate.studies.allocation import AllocationError
-from palpate.studies.begun import begun_in
 from palpate.studies.collect import ledgers_in
 from palpate.studies.session import fresh_path
+from palpate.studies.session_headers import session_starts
 
 
 def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> None:
@@ -36,7 +36,7 @@ def rows_taken(lab: Path, study: str, simulated: bool = True) -> dict[tuple[str 
     An unreadable ledger takes no row.
     """
     taken: dict[tuple[str | None, int], set[str]] = {}
-    for each in begun_in(ledgers_in(lab, study)):
+    for each in session_starts(ledgers_in(lab, study)):
         if simulated or each.in_person:
             taken.setdefault((each.who.group, each.who.row), set()).add(each.who.participant)
     return taken

@@ -14,10 +14,10 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Answer, SessionState, fold
 from palpate.protocols.study import Study, conditions_of
 from palpate.protocols.trial import Trial
-from palpate.studies.begun import by_twins
 from palpate.studies.model_versions import models_in
 from palpate.studies.record import LedgerError, Record
 from palpate.studies.replay import recompiled
+from palpate.studies.session_headers import by_twins
 
 Row = dict[str, Any]
 TEXT = "text"

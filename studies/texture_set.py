@@ -13,7 +13,6 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.progress import Report
 from palpate.protocols.study import Study
 from palpate.protocols.wording import count, some
-from palpate.studies.begun import begun_in
 from palpate.studies.catalogue import Found
 from palpate.studies.changes import study_change
 from palpate.studies.collect import ledgers_in
@@ -24,6 +23,7 @@ from palpate.studies.participants.making import make_lab
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.record import Record, read
 from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.session_headers import session_starts
 from palpate.studies.texture_set_pace import Pace, cpu_s
 from palpate.studies.texture_set_rig import rig_for
 from palpate.studies.texture_set_studies import (
@@ -160,7 +160,7 @@ def _people(study: str, wanted: SetWanted) -> list[str]:
 def _demand_no_others(lab: Path, wanted: SetWanted) -> None:
     """Raise where a person sat in the lab, whose pseudonym a simulated one would take, and where it has sessions by
     these names that the set does not."""
-    if any(each.in_person for each in begun_in(ledgers_in(lab))):
+    if any(each.in_person for each in session_starts(ledgers_in(lab))):
         raise TextureSetError(f"{lab}: people took part here; a set of simulated textures wants a lab of its own")
     for study in STUDIES:
         ours = {ledger_path(lab, study, who).name for who in _people(study, wanted)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -20,10 +20,10 @@ from palpate.protocols.canonical import parse
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Study
 from palpate.studies import collected_schema as schema
-from palpate.studies.begun import in_person
 from palpate.studies.collect import fill, ledgers_in, open_database, scratch_database
 from palpate.studies.messages import database_reason, describe_url
 from palpate.studies.participants.registry import find_registry, withdrawn
+from palpate.studies.session_headers import in_person
 from palpate.studies.tables import session_number
 
 _OF_A_CHOICE = tuple(each.name for each in fields(SessionRow))
@@ -121,11 +121,11 @@ def _nothing(wanted: Wanted) -> str:
 
 def _source(wanted: Wanted, connection: Connection) -> Source:
     rows = {row["session"]: row for row in _sessions(connection, wanted)}
-    gone = withdrawn(wanted.lab)
     told = [SessionRow(**{name: row[name] for name in _OF_A_CHOICE}) for row in rows.values()]
-    told = [replace(each, status="withdrawn") if each.participant in gone else each for each in told]
     _demand_lab(wanted, told)
-    choice = choose_sessions(told, wanted.name, wanted.digest, wanted.include_incomplete, wanted.simulated)
+    choice = choose_sessions(
+        told, wanted.name, wanted.digest, wanted.include_incomplete, wanted.simulated, withdrawn(wanted.lab)
+    )
     kept = [_sat(rows[each.session]) for each in choice.kept]
     definition = _definition(connection, choice.digest)
     return Source(

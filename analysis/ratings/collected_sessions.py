@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.did_you_mean import nearest
@@ -45,12 +45,15 @@ class Choice:
 
 
 def choose_sessions(
-    rows: Sequence[SessionRow], study: str, digest: str | None, include_incomplete: bool, simulated: bool | None
-) -> Choice:
+    rows: Sequence[SessionRow], study: str, digest: str | None, include_incomplete: bool, simulated: bool | None,
+    withdrawn: Collection[str] = (),
+) -> Choice:  # fmt: skip
     """The sessions of one version of the study, all real or all simulated, and complete unless told otherwise.
 
+    Nobody in `withdrawn` is among them, whatever the rows say of their sessions.
     Raises DataRefused where the choice is not the program's to make, and where nothing is left.
     """
+    rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
     chosen = _one_version(rows, study, digest)
     left_out: list[tuple[SessionRow, str]] = []
     kept = _keep(rows, left_out, lambda s: s.study_digest == chosen, _other_version)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
@@ -88,8 +88,7 @@ def chosen(
     rows = [SessionRow(**row) for row in query(connection, _SESSIONS, study)]
     if not rows:
         raise DataRefused(_no_sessions(connection, study))
-    rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
-    choice = choose_sessions(rows, study, digest, include_incomplete, simulated)
+    choice = choose_sessions(rows, study, digest, include_incomplete, simulated, withdrawn)
     return _definition(connection, study, choice.digest), choice
 
 

@@ -10,10 +10,9 @@ from typing import Any
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.seeing import Album, Picture
 from palpate.protocols.files import file_sha256
-from palpate.studies.begun import by_twins, left_out, wanted_kind
-from palpate.studies.collect import ledgers_in
-from palpate.studies.participants.registry import withdrawn
-from palpate.studies.record import LedgerError, Record, read
+from palpate.studies.record import LedgerError, Record
+from palpate.studies.session_headers import by_twins, stimulus_columns
+from palpate.studies.study_sessions import real_or_simulated, sessions_of
 
 STUDY = "texture_photos"
 PICTURES = "pictures"
@@ -38,8 +37,8 @@ class Photographed:
 
 
 @dataclass(frozen=True)
-class Taken:
-    """One trial that counts: what its reply says of each picture."""
+class PicturedTrial:
+    """A trial that counts: what its reply says of each picture."""
 
     record: Record
     stimulus: str
@@ -55,63 +54,42 @@ def photographed(lab: Path, study: str = STUDY, simulated: bool | None = None) -
     twin that kept no file gave no picture. Files lie in LAB/pictures, or where the session's rig put them; each is
     read here once. Raises MaterialError on one that is missing or has changed, and on a damaged ledger.
     """
-    found, left_out = of_kind(list(taken_of(lab, study)), simulated)
-    by_texture: dict[str, list[Taken]] = {}
-    for each in found:
-        by_texture.setdefault(each.stimulus, []).append(each)
-    return tuple(_photographed(lab, texture, every, left_out) for texture, every in by_texture.items())
+    counting, notes = real_or_simulated(list(pictured_trials(lab, study)), simulated, "pictures")
+    by_texture: dict[str, list[PicturedTrial]] = {}
+    for trial in counting:
+        by_texture.setdefault(trial.stimulus, []).append(trial)
+    return tuple(_photographed(lab, texture, trials, notes) for texture, trials in by_texture.items())
 
 
-def taken_of(lab: Path, study: str) -> Iterator[Taken]:
-    """Every trial of a study that counts, of people who did not withdraw. Raises MaterialError on a damaged ledger."""
-    gone = withdrawn(lab)
-    for path in ledgers_in(lab, study):
-        try:
-            record = read(path)
-        except LedgerError as error:
-            raise MaterialError(str(error)) from None
-        if record.header["participant"] not in gone:
-            yield from _of_session(record)
+def pictured_trials(lab: Path, study: str) -> Iterator[PicturedTrial]:
+    """Yield every trial of a study that counts, of people who did not withdraw; a damaged ledger: MaterialError."""
+    try:
+        for record in sessions_of(lab, study):
+            simulated = by_twins(record.header)
+            for attempt in record.state.counting:
+                for event in record.events_of(attempt):
+                    if event.kind == "reply" and PICTURES in event.value:
+                        yield PicturedTrial(record, attempt.stimulus, event.value[PICTURES], simulated)
+    except LedgerError as error:
+        raise MaterialError(str(error)) from None
 
 
-def _of_session(record: Record) -> Iterator[Taken]:
-    made_up = by_twins(record.header)
-    for attempt in record.state.counting:
-        for event in record.events_of(attempt):
-            if event.kind == "reply" and PICTURES in event.value:
-                yield Taken(record, attempt.stimulus, event.value[PICTURES], made_up)
-
-
-def of_kind(taken: Sequence[Taken], simulated: bool | None) -> tuple[list[Taken], tuple[str, ...]]:
-    """Those of twins or the real ones, and a note where both are there."""
-    kinds = {each.simulated for each in taken}
-    wanted = wanted_kind(kinds, simulated)
-    told = (left_out("pictures", wanted),) if len(kinds) > 1 else ()
-    return [each for each in taken if each.simulated == wanted], told
-
-
-def _photographed(lab: Path, texture: str, every: Sequence[Taken], notes: tuple[str, ...]) -> Photographed:
-    columns = _columns(every[0].record, texture)
-    pictures = {each.sha256: each for taken in every for each in _pictures(lab, taken)}
-    without = sum("file" not in picture for taken in every for picture in taken.pictures)
+def _photographed(lab: Path, texture: str, trials: Sequence[PicturedTrial], notes: tuple[str, ...]) -> Photographed:
+    columns = stimulus_columns(trials[0].record.header).get(texture, {})
+    pictures = {picture.sha256: picture for trial in trials for picture in _pictures(lab, trial)}
+    without = sum("file" not in picture for trial in trials for picture in trial.pictures)
     if without:
         notes = (*notes, f"{without} simulated pictures were not kept as files: they show nothing here")
     label, category = columns.get("label") or texture, columns.get("class") or ""
-    return Photographed(texture, label, category, tuple(pictures.values()), every[0].simulated, notes)
+    return Photographed(texture, label, category, tuple(pictures.values()), trials[0].simulated, notes)
 
 
-def _columns(record: Record, texture: str) -> Mapping[str, str]:
-    """The texture's row of the stimulus table that the session was started with."""
-    stimuli = record.header.get("study", {}).get("stimuli", ())
-    return next((each.get("columns", {}) for each in stimuli if each.get("id") == texture), {})
-
-
-def _pictures(lab: Path, taken: Taken) -> Iterator[Picture]:
-    for told in taken.pictures:
-        if "file" in told:
-            light = f", light {told['light']}" if "light" in told else ""
-            name = f"{taken.stimulus}{light} ({taken.record.path.stem})"
-            yield picture_of(name, str(told["file"]), str(told["sha256"]), folders_of(lab, taken.record))
+def _pictures(lab: Path, trial: PicturedTrial) -> Iterator[Picture]:
+    for picture in trial.pictures:
+        if "file" in picture:
+            light = f", light {picture['light']}" if "light" in picture else ""
+            name = f"{trial.stimulus}{light} ({trial.record.path.stem})"
+            yield picture_of(name, str(picture["file"]), str(picture["sha256"]), folders_of(lab, trial.record))
 
 
 def folders_of(lab: Path, record: Record) -> list[Path]:

@@ -6,13 +6,13 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from palpate.modeling.attributes import reading_pictures
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.reading_folder import is_picture
+from palpate.modeling.attributes.reading_pictures import STUDY, folders_of, picture_of, pictured_trials
 from palpate.modeling.library.entries import LibraryError
 from palpate.protocols.wording import some
+from palpate.studies.study_sessions import real_or_simulated
 
 NUMBER = re.compile(r"[_\-. ](\d+)")
 """What may stand behind a texture's name: the number of its picture."""
@@ -36,20 +36,17 @@ def pictures_taken(lab: Path, simulated: bool | None = None) -> Pictures:
     """
     files: dict[str, Path] = {}
     lacking: dict[str, str] = {}
-    counting, _ = reading_pictures.of_kind(list(reading_pictures.taken_of(lab, reading_pictures.STUDY)), simulated)
-    for taken in counting:
-        folders = reading_pictures.folders_of(lab, taken.record)
-        for told in taken.pictures:
-            if taken.stimulus not in files and "file" in told:
+    counting, _ = real_or_simulated(list(pictured_trials(lab, STUDY)), simulated, "pictures")
+    for trial in counting:
+        folders = folders_of(lab, trial.record)
+        for picture in trial.pictures:
+            if trial.stimulus not in files and "file" in picture:
+                file, sha256 = str(picture["file"]), str(picture["sha256"])
                 try:
-                    files[taken.stimulus] = _found(taken.record.path.stem, told, folders)
+                    files[trial.stimulus] = picture_of(trial.record.path.stem, file, sha256, folders).path
                 except MaterialError as error:
-                    lacking.setdefault(taken.stimulus, str(error))
+                    lacking.setdefault(trial.stimulus, str(error))
     return Pictures(files, {name: why for name, why in lacking.items() if name not in files})
-
-
-def _found(session: str, told: Mapping[str, Any], folders: Sequence[Path]) -> Path:
-    return reading_pictures.picture_of(session, str(told["file"]), str(told["sha256"]), folders).path
 
 
 def pictures_in(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Path]]:

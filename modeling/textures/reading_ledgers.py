@@ -18,10 +18,11 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import some
 from palpate.signals.arrays import Array
-from palpate.studies.begun import by_twins, left_out, wanted_kind
 from palpate.studies.collect import ledgers_in
 from palpate.studies.participants.registry import withdrawn
-from palpate.studies.record import LedgerError, Record, read, read_header
+from palpate.studies.record import LedgerError
+from palpate.studies.session_headers import by_twins, stimulus_columns
+from palpate.studies.study_sessions import real_or_simulated, sessions_of
 
 STUDY = "texture_capture"
 AXES = ("x", "y", "z")
@@ -88,63 +89,34 @@ def captures_by_texture(
     rig did; None takes a rig's where there is any: the two are never one texture's recordings. Raises TextureDataError
     on a damaged file, and its NoCapture where there is no capture.
     """
-    gone = withdrawn(lab.parent.parent if lab.is_file() else lab)
-    counted, told = _of_kind(list(_captures(lab, study, gone)), simulated)
-    found: dict[str, list[Capture]] = {}
+    captures = list(_captures(lab, study))
+    counted, notes = real_or_simulated(captures, simulated, "captures")
+    by_texture: dict[str, list[Capture]] = {}
     for capture in counted:
         if textures is None or capture.attempt.stimulus in textures:
-            found.setdefault(capture.attempt.stimulus, []).append(capture)
-    _demand_all(lab, found, textures, [*(["is of somebody who withdrew"] if gone else []), *told])
-    return found
+            noted = replace(capture, notes=(*capture.notes, *notes))
+            by_texture.setdefault(capture.attempt.stimulus, []).append(noted)
+    gone = withdrawn(lab.parent.parent if lab.is_file() else lab)
+    others = {each.simulated for each in captures} - {each.simulated for each in counted}
+    also = [f"is of a {'simulated' if kind else 'real'} session" for kind in others]
+    _demand_all(lab, by_texture, textures, [*(["is of somebody who withdrew"] if gone else []), *also])
+    return by_texture
 
 
-def _of_kind(captures: Sequence[Capture], simulated: bool | None) -> tuple[list[Capture], list[str]]:
-    """Those of twins or of a rig, with a note where both are there; and what the others are."""
-    kinds = {each.simulated for each in captures}
-    wanted = wanted_kind(kinds, simulated)
-    if kinds <= {wanted}:
-        return list(captures), []
-    note = left_out("captures", wanted)
-    kept = [replace(each, notes=(*each.notes, note)) for each in captures if each.simulated == wanted]
-    return kept, [f"is of a {'real' if wanted else 'simulated'} session"]
-
-
-def _captures(lab: Path, study: str, without: Collection[str]) -> Iterator[Capture]:
-    paths = [lab] if lab.is_file() else ledgers_in(lab, study)
-    if not paths:
+def _captures(lab: Path, study: str) -> Iterator[Capture]:
+    """The captures that count of every session. Raises TextureDataError on a damaged file, and where there is none."""
+    if not (lab.is_file() or ledgers_in(lab, study)):
         where = "a lab's folder or a session's file is expected (or --tables, --simulated)"
         raise TextureDataError(f"{lab}: no session of {study}; {where}")
-    for path in paths:
-        if _participant(path) in without:
-            continue
-        try:
-            record = read(path)
-        except LedgerError as error:
-            raise TextureDataError(str(error)) from None
-        yield from _of_session(path, record)
-
-
-def _participant(path: Path) -> str:
-    """Whose session it is, told without a look at what was recorded; "" where `read` will say what is wrong."""
     try:
-        header = read_header(path)
-    except LedgerError:
-        return ""
-    return str(header.get("participant", "")) if isinstance(header, dict) else ""
-
-
-def _of_session(path: Path, record: Record) -> Iterator[Capture]:
-    rows = {each["id"]: each for each in _stimuli(record)}
-    for attempt in counting(attempts_of(record)).values():
-        row = rows.get(attempt.stimulus, {})
-        label = str(row.get("label") or attempt.stimulus)
-        yield Capture(path, attempt, label, str(row.get("class") or ""), _notes(record))
-
-
-def _stimuli(record: Record) -> Sequence[dict[str, str]]:
-    """The stimulus table that the session was started with, as rows."""
-    found = record.header.get("study", {}).get("stimuli", ())
-    return [{"id": each["id"], **each.get("columns", {})} for each in found if isinstance(each, dict) and "id" in each]
+        for record in sessions_of(lab, study):
+            rows, notes = stimulus_columns(record.header), (SIMULATED,) if by_twins(record.header) else ()
+            for attempt in counting(attempts_of(record)).values():
+                row = rows.get(attempt.stimulus, {})
+                label, category = row.get("label") or attempt.stimulus, row.get("class") or ""
+                yield Capture(record.path, attempt, label, category, notes)
+    except LedgerError as error:
+        raise TextureDataError(str(error)) from None
 
 
 def _touched(
@@ -167,10 +139,6 @@ def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: 
             where, _sampled("acceleration", of_act, where), _sampled("force", of_act, where),
             position=_sampled("position", of_act, where), normal=normal, made_from=(made_from,), notes=capture.notes,
         )  # fmt: skip
-
-
-def _notes(record: Record) -> tuple[str, ...]:
-    return (SIMULATED,) if by_twins(record.header) else ()
 
 
 def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:

@@ -10,11 +10,11 @@ from pathlib import Path
 from palpate.protocols.balance import Balance, certificates
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.begun import begun_in
 from palpate.studies.collect import ledgers_in
 from palpate.studies.participants.allocations import Allocation, every_allocation
 from palpate.studies.participants.places import Places, places, recorded_rows
 from palpate.studies.participants.registry import Registry, withdrawn
+from palpate.studies.session_headers import session_starts
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def _of_group(
 def _seeds(lab: Path, study: str, otherwise: int) -> Mapping[str, int]:
     """Participant -> the seed of their first session of the study in person."""
     found: defaultdict[str, int] = defaultdict(lambda: otherwise)
-    for each in begun_in(reversed(ledgers_in(lab, study))):
+    for each in session_starts(reversed(ledgers_in(lab, study))):
         if each.in_person and each.seed is not None:
             found[each.who.participant] = each.seed
     return found
@@ -104,7 +104,7 @@ def _participation(registry: Registry) -> dict[str, set[str]]:
     for held in every_allocation(registry):
         if held.holds:
             found.setdefault(held.study, set()).add(held.participant)
-    for each in begun_in(ledgers_in(registry.lab)):
+    for each in session_starts(ledgers_in(registry.lab)):
         if each.in_person:
             found.setdefault(each.study, set()).add(each.who.participant)
     gone = withdrawn(registry.lab)

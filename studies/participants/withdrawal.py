@@ -8,7 +8,6 @@ from pathlib import Path
 from sqlalchemy import Connection, select, update
 
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.begun import begun_in
 from palpate.studies.collect import ledgers_in
 from palpate.studies.participants import schema
 from palpate.studies.participants.allocations import Allocation, allocation_of
@@ -18,6 +17,7 @@ from palpate.studies.participants.identities import demand_nameless, erase
 from palpate.studies.participants.people import status_of, unknown
 from palpate.studies.participants.registry import Registry, note, write
 from palpate.studies.participants.rows import give_up
+from palpate.studies.session_headers import session_starts
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def sessions_by_participant(lab: Path) -> dict[str, list[str]]:
 def recorded_everywhere(lab: Path, participant: str) -> dict[str, ParticipantRow]:
     """Study -> the row that the participant's sessions in this lab's folder were recorded with."""
     ledgers = (lab / "sessions" / name for name in sessions_of(lab, participant))
-    return {each.study: each.who for each in begun_in(ledgers)}
+    return {each.study: each.who for each in session_starts(ledgers)}
 
 
 def _withdrawn(

@@ -21,7 +21,6 @@ from palpate.protocols.requests import Sense
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies import texture_set
 from palpate.studies.ahead import Ahead
-from palpate.studies.begun import Begun
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.lab import demand_lab
 from palpate.studies.participants.making import make_lab
@@ -33,6 +32,7 @@ from palpate.studies.replay import replay
 from palpate.studies.rig import simulated
 from palpate.studies.scenes import WHOLE, Strokes
 from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.session_headers import SessionStart
 from palpate.studies.texture_set import QUICK, SetWanted, estimate, make_set, room_bytes
 from palpate.studies.texture_set_pace import Pace
 from palpate.studies.texture_set_rig import ToolAhead, felt, rig_for
@@ -149,8 +149,8 @@ def test_palpate_resume_goes_on_with_pictures_too(tmp_path):
 
 
 def test_where_people_took_part_no_simulated_ones_join_them(tmp_path, monkeypatch):
-    sat = Begun("door_ratings", ParticipantRow("P001"), 0, in_person=True)
-    monkeypatch.setattr(texture_set, "begun_in", lambda ledgers: iter([sat]))
+    sat = SessionStart("door_ratings", ParticipantRow("P001"), 0, in_person=True)
+    monkeypatch.setattr(texture_set, "session_starts", lambda ledgers: iter([sat]))
     with pytest.raises(TextureSetError, match="people took part here"):
         make(tmp_path / "lab")
     assert not (tmp_path / "lab").exists()
