@@ -124,8 +124,7 @@ def _demand_no_other_option() -> None:
 
 
 def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> None:
-    from palpate.analysis.coding.agreement import agreement, code_counts, notes_on
-    from palpate.analysis.coding.tables import answers_in, read_coders
+    from palpate.analysis.coding import agreement, answers_in, code_counts, notes_on, read_coders
     from palpate.analysis.exporting.source import opened
     from palpate.analysis.reports.csv_files import csv_text, json_row
     from palpate.protocols.files import write_texts

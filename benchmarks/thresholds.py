@@ -14,14 +14,22 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from palpate.analysis.choices.asking import Asked, Rate, Rates, Task, asked_of, problem_of, quantities, rates_of
 from palpate.analysis.choices.intervals import CORRECTING_DRAWS, Which, profile_ends
-from palpate.analysis.choices.maximising import Fitted, Problem
+from palpate.analysis.choices.maximising import Fitted, Problem, best_of_starts
 from palpate.analysis.choices.posterior import UP_TO_HALF, posterior_of
 from palpate.analysis.choices.psychometric import STARTS, refuse_no_estimate
-from palpate.analysis.choices.starting import best_of_starts
-from palpate.analysis.choices.trials import Levels
-from palpate.analysis.spaces.draws import stream
+from palpate.analysis.choices.specification import (
+    Asked,
+    Levels,
+    Rate,
+    Rates,
+    Task,
+    asked_of,
+    problem_of,
+    quantities,
+    rates_of,
+)
+from palpate.analysis.spaces.resampling import stream
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import StatisticsError
 from palpate.protocols.bench import Case

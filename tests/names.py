@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import palpate.devices.rig.kinds
-from palpate import analysis
 
 ROOT = Path(__file__).resolve().parent.parent
 INSTALLED = ("protocols", "signals", "devices", "studies", "analysis", "modeling")
@@ -37,7 +36,6 @@ NO_NAMES = {
 }
 """What looks like a name of ours, and what it is."""
 PUT_TOGETHER = {
-    "palpate.analysis.{_HOMES[name]}": [f"palpate.analysis.{home}:{name}" for name, home in analysis._HOMES.items()],
     **{f"palpate.{{{part}}}": [f"palpate.{name}" for name in INSTALLED] for part in ("name", "folder", "room")},
 }
 """Names that are put together while the program runs, as an f-string has them, and all that come of it."""

@@ -7,19 +7,22 @@ from collections.abc import Hashable
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.choices.conditional import Maximum, most_likely
 from palpate.analysis.choices.counted import Counted, gather_choices
-from palpate.analysis.choices.existing import NoEstimate, refuse_separated, refuse_unconnected
 from palpate.analysis.choices.scales import (
     SUM_ZERO,
+    Maximum,
     Scale,
     constrained,
     effect_table,
     fit_against_free,
+    most_likely,
+    refuse_separated,
+    refuse_unconnected,
     value_table,
 )
-from palpate.analysis.spaces.draws import check_share
+from palpate.analysis.spaces.resampling import check_share
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import NoEstimate
 
 
 def bradley_terry(

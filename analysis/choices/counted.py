@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.statistics.cells import Counts, check_columns
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.labels import coded
 from palpate.analysis.statistics.refusals import BadValue, TooFew, listed
 
 TRUE, FALSE = ("true", "1", "1.0", "yes"), ("false", "0", "0.0", "no", "")

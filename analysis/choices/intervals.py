@@ -10,13 +10,11 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from scipy.special import ndtri
 
-from palpate.analysis.choices.asking import Asked, problem_of, quantities, to_level, to_size
-from palpate.analysis.choices.coordinates import Coordinates, by_jnd, by_threshold
-from palpate.analysis.choices.maximising import DONE, Fitted, Problem, maximised, shares
+from palpate.analysis.choices.maximising import DONE, Fitted, Problem, best_of_starts, maximised, shares
 from palpate.analysis.choices.psychometric import Psychometric, deviance_residuals
-from palpate.analysis.choices.starting import best_of_starts
-from palpate.analysis.choices.trials import Levels
-from palpate.analysis.spaces.draws import check_draws, check_share, p_of_draws, stream
+from palpate.analysis.choices.shapes import Coordinates, by_jnd, by_threshold
+from palpate.analysis.choices.specification import Asked, Levels, problem_of, quantities, to_level, to_size
+from palpate.analysis.spaces.resampling import check_draws, check_share, p_of_draws, stream
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import refuse_idle
 

@@ -1,4 +1,7 @@
-"""The Bayesian posterior of a psychometric function on a grid, with overdispersed answers, as psignifit 4 has it."""
+"""The Bayesian posterior of a psychometric function on a grid, with overdispersed answers, as psignifit 4 has it.
+
+The priors are those of psignifit 4 (Schütt et al. 2016, 2.2).
+"""
 
 from __future__ import annotations
 
@@ -10,22 +13,23 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, xlogy
 
-from palpate.analysis.choices.asking import (
+from palpate.analysis.choices.maximising import Problem
+from palpate.analysis.choices.shapes import JndKind
+from palpate.analysis.choices.specification import (
     Asked,
+    Bounds,
     Function,
+    Levels,
     Rate,
     Task,
     asked_of,
+    gather_levels,
     problem_of,
     quantities,
     rates_of,
     unit_of,
 )
-from palpate.analysis.choices.coordinates import JndKind
-from palpate.analysis.choices.maximising import Problem
-from palpate.analysis.choices.priors import Tested, rate_prior, tested, threshold_prior, width_prior
-from palpate.analysis.choices.trials import Bounds, Levels, gather_levels
-from palpate.analysis.spaces.draws import check_share
+from palpate.analysis.spaces.resampling import check_share
 from palpate.analysis.statistics.doubles import Floats
 
 COARSE = (21, 21, 6, 6, 6)
@@ -76,7 +80,7 @@ def posterior(
     overdispersed: bool = True,
     confidence: float = 0.95,
 ) -> Posterior:
-    """The posterior under the priors of `priors`, with beta-binomial answers (or binomial ones).
+    """The posterior under the priors of psignifit 4, with beta-binomial answers (or binomial ones).
 
     Also answers that step from one side to the other, or are all alike, have a posterior: it then tells mostly the
     prior, which is made from the levels tested. Data and rates as for `fit_psychometric`.
@@ -195,3 +199,45 @@ def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:
     middle = np.cumsum(mass) - mass / 2
     low, high = np.interp([(1 - confidence) / 2, (1 + confidence) / 2], middle, distinct)
     return float(low) * size, float(high) * size
+
+
+BETA = 10.0
+
+
+@dataclass(frozen=True)
+class Tested:
+    """What the priors are made from: the lowest and highest level tested, and the smallest step between two."""
+
+    low: float
+    high: float
+    step: float
+
+    @property
+    def range(self) -> float:
+        """From the lowest to the highest level."""
+        return self.high - self.low
+
+
+def tested(levels: Floats) -> Tested:
+    """The levels' range and smallest step."""
+    return Tested(float(levels.min()), float(levels.max()), float(np.diff(np.sort(levels)).min()))
+
+
+def threshold_prior(place: Floats, of: Tested) -> Floats:
+    """Even over the levels tested, falling as a cosine to 0 half a range beyond them."""
+    beyond = np.maximum(of.low - place, place - of.high) / (of.range / 2)
+    return np.where(beyond <= 0, 1.0, np.where(beyond < 1, (1 + np.cos(np.pi * np.minimum(beyond, 1))) / 2, 0.0))
+
+
+def width_prior(width: Floats, of: Tested) -> Floats:
+    """Even from two steps to the range (x.95 - x.05), rising from one step, falling to 0 at three ranges."""
+    rise = np.clip((width - of.step) / of.step, 0, 1)
+    fall = np.clip((width - of.range) / (2 * of.range), 0, 1)
+    result: Floats = (1 - np.cos(np.pi * rise)) / 2 * (1 + np.cos(np.pi * fall)) / 2
+    return result
+
+
+def rate_prior(rate: Floats) -> Floats:
+    """Beta(1, 10): of the guess rate (where it is estimated), the lapse rate and the overdispersion eta."""
+    result: Floats = BETA * (1 - rate) ** (BETA - 1)
+    return result

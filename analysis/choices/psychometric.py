@@ -10,24 +10,26 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, rel_entr
 
-from palpate.analysis.choices.asking import (
+from palpate.analysis.choices.maximising import Fitted, Problem, best_of_starts, shares
+from palpate.analysis.choices.shapes import JndKind
+from palpate.analysis.choices.specification import (
     Asked,
     Function,
+    Levels,
     Rate,
     Task,
     asked_of,
+    gather_levels,
     problem_of,
     quantities,
     rates_of,
+    refuse_flat,
+    refuse_step,
     to_level,
     unit_of,
 )
-from palpate.analysis.choices.coordinates import JndKind
-from palpate.analysis.choices.existing import NoEstimate
-from palpate.analysis.choices.maximising import Fitted, Problem, shares
-from palpate.analysis.choices.starting import best_of_starts
-from palpate.analysis.choices.trials import Levels, gather_levels, refuse_flat, refuse_step
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import NoEstimate
 
 STARTS = 4
 

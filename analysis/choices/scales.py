@@ -1,4 +1,8 @@
-"""A scale of items: values, their covariance, differences and fit, whatever model they come from."""
+"""A scale of items: values, covariance, differences and fit, whatever model they come from; whether one exists.
+
+Choices among alternatives whose utilities are linear in some parameters are fitted by maximum likelihood with Newton's
+method. There is no scale where one group of items never lost to the rest.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,19 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.special import gammaincc, ndtr, ndtri, xlogy
+from scipy.optimize import linprog
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+from scipy.special import gammaincc, logsumexp, ndtr, ndtri, xlogy
 
 from palpate.analysis.choices.counted import Counted
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.pvalues import SMALLEST, adjusted
-from palpate.analysis.statistics.refusals import BadOption, UnknownColumn
+from palpate.analysis.statistics.refusals import BadOption, NoEstimate, UnknownColumn, listed
 
 SUM_ZERO = "sum_zero"
 FEW_EXPECTED = 5.0
@@ -125,3 +133,111 @@ def fit_against_free(counts: Floats, fitted: Floats, parameters: int) -> tuple[f
     low = float((expected < FEW_EXPECTED).mean())
     rough = f"{low:.0%} of the expected counts are below 5: the p of the fit is rough"
     return deviance, df, p, (rough,) if low > 0.2 else ()
+
+
+STEPS, HALVINGS = 100, 40
+DONE = 1e-24
+
+
+class Maximum(NamedTuple):
+    """Where a likelihood is largest: parameters, their covariance (inverse information), log likelihood."""
+
+    parameters: Floats
+    covariance: Floats
+    log_likelihood: float
+    fitted: Floats
+
+
+def inverse(information: Floats) -> Floats:
+    """The covariance of estimates with this information."""
+    return np.asarray(np.linalg.inv(information), dtype=np.float64)
+
+
+def most_likely(design: Floats, counts: Floats) -> Maximum:
+    """The maximum for `design` (contexts, alternatives, parameters) and `counts` (contexts, alternatives).
+
+    The likelihood is concave, so there is one maximum; its existence is the caller's to check.
+    Raises NoEstimate where Newton's method does not arrive. Source: McFadden 1974.
+    """
+    total = counts.sum(axis=1)
+    place = np.zeros(design.shape[2])
+    value, slope, bend, fitted = _around(design, counts, total, place)
+    for _ in range(STEPS):
+        step: Floats = np.asarray(np.linalg.solve(bend, slope), dtype=np.float64)
+        gain = float(step @ slope)
+        if gain <= DONE * max(1.0, abs(value)):
+            return Maximum(place, inverse(bend), value, fitted)
+        for halving in range(HALVINGS):
+            moved = place + step * 0.5**halving
+            found = _around(design, counts, total, moved)
+            if found[0] >= value:
+                break
+        else:
+            return Maximum(place, inverse(bend), value, fitted)
+        if found[0] == value and gain < 1e-12:
+            return Maximum(moved, inverse(found[2]), found[0], found[3])
+        place, (value, slope, bend, fitted) = moved, found
+    raise NoEstimate(f"the estimates still move after {STEPS} steps of Newton's method; the comparisons are too few")
+
+
+def _around(design: Floats, counts: Floats, total: Floats, place: Floats) -> tuple[float, Floats, Floats, Floats]:
+    """Log likelihood, its slope, its curvature (positive) and the probabilities at some parameters."""
+    utility = design @ place
+    log_share = utility - logsumexp(utility, axis=1, keepdims=True)
+    share = np.exp(log_share)
+    left = counts - total[:, None] * share
+    mean = np.einsum("ca,cap->cp", share, design)
+    around = design - mean[:, None, :]
+    bend = np.einsum("c,ca,cap,caq->pq", total, share, around, around, optimize=True)
+    return float((counts * log_share).sum()), np.einsum("ca,cap->p", left, design), bend, share
+
+
+def refuse_unconnected(counted: Counted) -> None:
+    """Refuse comparisons in which some item cannot be reached from every other through wins or ties.
+
+    Ford 1957: exactly then the maximum of the likelihood is not at finite worths. Raises NoEstimate naming the items.
+    """
+    beats = (counted.wins() + counted.tied()) > 0
+    weak, group = connected_components(csr_array(beats), connection="weak")
+    if weak > 1:
+        parts = " and ".join(_names(counted.items, group == i) for i in range(min(weak, 3)))
+        raise NoEstimate(
+            f"the comparisons fall into {weak} parts that were never compared with each other ({parts}); "
+            "scale each part by itself, or compare items across them"
+        )
+    strong, group = connected_components(csr_array(beats), connection="strong")
+    if strong > 1:
+        raise NoEstimate(_one_sided(counted.items, beats, group, strong))
+
+
+def _one_sided(items: tuple[Hashable, ...], beats: Any, group: Any, strong: int) -> str:
+    for i in sorted(range(strong), key=lambda i: (int((group == i).sum()), int(np.argmax(group == i)))):
+        inside = group == i
+        for won, lost, what in ((inside, ~inside, "lost to"), (~inside, inside, "beat")):
+            if beats[np.ix_(won, lost)].any() and not beats[np.ix_(lost, won)].any():
+                return (
+                    f"{_names(items, inside)} never {what} any of the other items, so how far apart they are has no "
+                    "estimate; leave them out, or add comparisons that could go the other way"
+                )
+    return "the items cannot be brought into one scale: no chain of wins leads back"
+
+
+def _names(items: tuple[Hashable, ...], chosen: Any) -> str:
+    found = [repr(items[i]) for i in np.flatnonzero(chosen).tolist()]
+    return listed(found, len(found)).replace("; ", ", ")
+
+
+def refuse_separated(better: Floats, names: list[str]) -> None:
+    """Refuse a model that some change of its parameters fits ever better: rows of `better` are what each answer adds.
+
+    Albert & Anderson 1984, by a linear programme: a direction along which no answer becomes less likely, some more.
+    """
+    if not len(better):
+        return
+    found = linprog(-better.sum(axis=0), A_ub=-better, b_ub=np.zeros(len(better)), bounds=(-1, 1), method="highs")
+    if found.status == 0 and -found.fun > 1e-7:
+        moving = [name for name, value in zip(names, found.x, strict=True) if abs(value) > 1e-9]
+        raise NoEstimate(
+            f"the answers fit ever better as {listed(moving, len(moving))} grow without end; "
+            "leave such an effect out, or gather answers that contradict it"
+        )

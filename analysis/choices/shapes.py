@@ -1,16 +1,22 @@
-"""The shapes of a psychometric function: F(z), z = (t - centre) / spread, t the level or its logarithm.
+"""The shapes of a psychometric function and its coordinates.
+
+F(z), z = (t - centre) / spread, t the level or its logarithm:
 
 | shape | F(z) | t | in words |
 |---|---|---|---|
 | logistic | 1 / (1 + exp(-z)) | level | centre is x.50, slope of the logit is 1 / spread |
 | gaussian | Phi(z) | level | centre is x.50, spread the standard deviation |
 | weibull | 1 - exp(-exp(z)) | log level | = 1 - exp(-(x / a)^b), a = exp(centre) (x.632), b = 1 / spread |
+
+To profile the likelihood of a quantity, such as the threshold, it must be a parameter itself: each set of coordinates
+(first, second) maps to (centre, log spread), with the derivatives of that map.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 from scipy.special import expit, logit, ndtr, ndtri
@@ -69,3 +75,81 @@ SHAPES: Mapping[str, Shape] = {
         lambda p: float(np.log(-np.log1p(-p))),
     ),
 }
+
+
+JndKind: TypeAlias = Literal["half_interquartile", "x84_x50"]
+Mapped = tuple[Floats, Floats, Floats]
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """`native` maps (first, second) to (centre, log spread, derivatives[..., 2, 2]); `of` is its inverse.
+
+    `ends_in_spread`: the second coordinate is the log spread itself.
+    """
+
+    native: Callable[[Floats, Floats], Mapped]
+    of: Callable[[Floats, Floats], tuple[Floats, Floats]]
+    ends_in_spread: bool = True
+
+
+def own() -> Coordinates:
+    """(centre, log spread) as they are."""
+
+    def native(first: Floats, second: Floats) -> Mapped:
+        return first, second, np.broadcast_to(np.eye(2), (*first.shape, 2, 2))
+
+    return Coordinates(native, lambda centre, log_spread: (centre, log_spread))
+
+
+def by_threshold(shape: Shape, level: float) -> Coordinates:
+    """(the t at which F is `level`, log spread)."""
+    z = shape.place(level)
+
+    def native(first: Floats, second: Floats) -> Mapped:
+        slopes = np.zeros((*first.shape, 2, 2))
+        slopes[..., 0, 0] = slopes[..., 1, 1] = 1.0
+        slopes[..., 0, 1] = -z * np.exp(second)
+        return first - z * np.exp(second), second, slopes
+
+    return Coordinates(native, lambda centre, log_spread: (centre + z * np.exp(log_spread), log_spread))
+
+
+def ends(kind: JndKind) -> tuple[float, float, float]:
+    """Weight, upper and lower value of F between whose levels the JND lies."""
+    return (0.5, 0.75, 0.25) if kind == "half_interquartile" else (1.0, float(ndtr(1.0)), 0.5)
+
+
+def by_jnd(shape: Shape, kind: JndKind) -> Coordinates:
+    """(log JND, the remaining one): the centre, or for a logarithmic shape the log spread."""
+    weight, high, low = ends(kind)
+    up, down = shape.place(high), shape.place(low)
+    return _logarithmic(weight, up, down) if shape.logarithmic else _linear(weight * (up - down))
+
+
+def _linear(unit: float) -> Coordinates:
+    def native(first: Floats, second: Floats) -> Mapped:
+        slopes = np.zeros((*first.shape, 2, 2))
+        slopes[..., 0, 1] = slopes[..., 1, 0] = 1.0
+        return second, first - np.log(unit), slopes
+
+    return Coordinates(native, lambda centre, log_spread: (log_spread + np.log(unit), centre), False)
+
+
+def _logarithmic(weight: float, up: float, down: float) -> Coordinates:
+    """JND = weight (exp(centre + up s) - exp(centre + down s)), s the spread."""
+
+    def gap(log_spread: Floats) -> tuple[Floats, Floats]:
+        s = np.exp(log_spread)
+        ratio = np.exp((down - up) * s)
+        rest = -np.expm1((down - up) * s)
+        return np.log(weight) + up * s + np.log(rest), s * (up - down * ratio) / rest
+
+    def native(first: Floats, second: Floats) -> Mapped:
+        log_gap, slope = gap(second)
+        slopes = np.zeros((*first.shape, 2, 2))
+        slopes[..., 0, 0] = slopes[..., 1, 1] = 1.0
+        slopes[..., 0, 1] = -slope
+        return first - log_gap, second, slopes
+
+    return Coordinates(native, lambda centre, log_spread: (centre + gap(log_spread)[0], log_spread))

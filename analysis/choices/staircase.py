@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.choices.existing import NoEstimate
 from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import numbers_of
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, shown
+from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate, TooFew, shown
 
 MOST_IN_A_ROW = 5
 FOLLOWED = 0.9  # of the moves: below, the rule counts as unknown

@@ -11,13 +11,23 @@ import pandas as pd
 from scipy.special import log_ndtr, ndtr, ndtri
 
 from palpate.analysis.choices.bradley_terry import pair_table
-from palpate.analysis.choices.conditional import DONE, HALVINGS, STEPS, inverse
 from palpate.analysis.choices.counted import Counted, gather_choices
-from palpate.analysis.choices.existing import NoEstimate, refuse_unconnected
-from palpate.analysis.choices.scales import SUM_ZERO, Scale, constrained, effect_table, fit_against_free, value_table
-from palpate.analysis.spaces.draws import check_share
+from palpate.analysis.choices.scales import (
+    DONE,
+    HALVINGS,
+    STEPS,
+    SUM_ZERO,
+    Scale,
+    constrained,
+    effect_table,
+    fit_against_free,
+    inverse,
+    refuse_unconnected,
+    value_table,
+)
+from palpate.analysis.spaces.resampling import check_share
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, listed, refuse_idle, shown
+from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, NoEstimate, listed, refuse_idle, shown
 
 Method: TypeAlias = Literal["likelihood", "least_squares"]
 LOG_ROOT = 0.5 * math.log(2 * math.pi)

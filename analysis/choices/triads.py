@@ -10,8 +10,8 @@ import pandas as pd
 
 from palpate.analysis.choices.counted import gather_choices
 from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.columns import coded
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.labels import coded
 
 POOLED = "all together"
 

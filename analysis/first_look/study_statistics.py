@@ -10,11 +10,9 @@ import pandas as pd
 
 from palpate.analysis.ratings.completeness import Faults, cell_faults
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural
-from palpate.analysis.statistics.between import anova
-from palpate.analysis.statistics.pair_order import pairs_in_order
-from palpate.analysis.statistics.pairwise import pairwise_tests
+from palpate.analysis.statistics.anova import anova, rm_anova
+from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
 from palpate.analysis.statistics.pvalues import adjusted
-from palpate.analysis.statistics.within import rm_anova
 from palpate.protocols.progress import Progress
 from palpate.protocols.undefined import finite_or_none
 from palpate.protocols.wording import count, phrase

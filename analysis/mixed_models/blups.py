@@ -7,9 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.mixed_models.criterion import block_factor, whitened, whitening
-from palpate.analysis.mixed_models.reducing import Batch, outside
-from palpate.analysis.mixed_models.results import Fit, MixedModel
+from palpate.analysis.mixed_models.model import Fit, MixedModel
+from palpate.analysis.mixed_models.problem import Batch, block_factor, outside, whitened, whitening
 from palpate.analysis.statistics.doubles import Floats
 
 

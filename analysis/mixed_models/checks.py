@@ -8,15 +8,20 @@ from itertools import combinations
 
 import numpy as np
 
-from palpate.analysis.mixed_models.criterion import Solved, block_factor, solved
-from palpate.analysis.mixed_models.grouping import Random
-from palpate.analysis.mixed_models.optimising import SIZES, Optimum
-from palpate.analysis.mixed_models.parameters import Parameters
-from palpate.analysis.mixed_models.problem import WIDEST, Problem
-from palpate.analysis.mixed_models.reducing import Reduced, outside_width
-from palpate.analysis.mixed_models.refusals import NoResidual, NotIdentified, RankDeficient
+from palpate.analysis.mixed_models.design import Random
+from palpate.analysis.mixed_models.optimising import SIZES, Optimum, Parameters
+from palpate.analysis.mixed_models.problem import WIDEST, Problem, Reduced, Solved, block_factor, outside_width, solved
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, rescaled
-from palpate.analysis.statistics.refusals import BadOption, BadValue, UnknownColumn, listed, shown
+from palpate.analysis.statistics.refusals import (
+    BadOption,
+    BadValue,
+    NoResidual,
+    NotIdentified,
+    RankDeficient,
+    UnknownColumn,
+    listed,
+    shown,
+)
 
 DEPENDENT = 1e-10  # a column whose new part is a smaller share of it adds nothing
 NOISE = 1e-7  # how much of the residual rounding may be

@@ -1,20 +1,29 @@
-"""The columns of a set of effects: main effects and interactions of variables, with the way back to reported ones."""
+"""The columns of a mixed model: variables, effects, contrasts and random effects.
+
+The model is fitted in columns that are centred and of size one (or in sum coding), so that neither an offset of 1e9
+nor a unit of measurement costs a digit. `back` maps to the reported columns: with c the internal and x the reported
+columns of a variable, [1, c] = [1, x] back, and so the coefficients of x are back times those of c.
+The contrasts of type III are lmerTest's (3.1), in internal coordinates: F does not depend on how a hypothesis is
+written as rows, but its pooled denominator df does, a little, where the rows have different df. With several effects
+they are each level against the first, averaged over the other factors; with one effect alone the rows of a Doolittle
+factorisation of X'X in treatment coding.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import combinations, product
-from typing import TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
+import pandas as pd
 
-from palpate.analysis.mixed_models.linear import kronecker
-from palpate.analysis.mixed_models.variables import Rows, Variable
-from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.refusals import BadOption, UnknownColumn
+from palpate.analysis.statistics.columns import Coded, Codes, coded, numbers_of
+from palpate.analysis.statistics.doubles import Floats, difference
+from palpate.analysis.statistics.refusals import BadOption, BadValue, NotIdentified, TooFew, UnknownColumn, listed
 
 Effect: TypeAlias = tuple[str, ...]
 INTERCEPT = "(Intercept)"
@@ -93,3 +102,260 @@ def effects_of(mains: Sequence[str], interactions: Sequence[str]) -> tuple[Effec
                 "among the effects; an interaction without its parts has no meaning of its own"
             )
     return tuple(effects)
+
+
+def triangle_of(rows: Floats) -> Floats:
+    """R of rows = Q R, of one matrix or of a stack: the same sums of squares in fewer rows."""
+    found: Any = np.linalg.qr(rows, mode="r")
+    triangle: Floats = found
+    return triangle
+
+
+def kronecker(blocks: Iterable[Floats]) -> Floats:
+    """The Kronecker product of matrices, [[1]] of none."""
+    whole: Floats = np.ones((1, 1))
+    for block in blocks:
+        whole = np.asarray(np.kron(whole, block), dtype=np.float64)
+    return whole
+
+
+Coding: TypeAlias = Literal["treatment", "sum"]
+Rows: TypeAlias = slice | Codes
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A factor (`codes` and the `table` of its levels' columns) or a number (`values`), row by row."""
+
+    name: str
+    labels: tuple[str, ...]
+    back: Floats
+    codes: Codes | None = None
+    table: Floats | None = None
+    values: Floats | None = None
+
+    @property
+    def width(self) -> int:
+        """How many columns the variable takes."""
+        return len(self.back) - 1
+
+    def columns(self, rows: Rows) -> Floats:
+        """The internal columns of these rows, (rows, width)."""
+        if self.codes is not None and self.table is not None:
+            picked: Floats = self.table[self.codes[rows]]
+            return picked
+        return np.asarray(self.values)[rows, None]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """The levels of a column and each row's level."""
+
+    name: str
+    codes: Codes
+    levels: tuple[str, ...]
+
+
+def factor_of(column: pd.Series[Any], name: Hashable, order: Sequence[Any] | None = None) -> Factor:
+    """A column of labels as a factor, levels in the given order or else in their natural one.
+
+    Raises BadValue (no label, labels that read the same), BadOption (a level that the order lacks), TooFew (one level).
+    """
+    found = coded(column, name)
+    texts = [str(label) for label in found.labels]
+    if len(texts) < 2:
+        raise TooFew(f"factor {name!r} has one level, {texts[0]!r}; a comparison needs two or more")
+    if order is None:
+        return Factor(str(name), found.codes, tuple(texts))
+    place = {str(level): i for i, level in enumerate(order)}
+    unknown = [text for text in texts if text not in place]
+    if unknown:
+        raise BadOption(f"levels of {name!r} lack {listed(map(repr, unknown), len(unknown))}; name every level")
+    kept = sorted(texts, key=place.__getitem__)
+    rank = np.array([kept.index(text) for text in texts], dtype=np.intp)
+    return Factor(str(name), rank[found.codes], tuple(kept))
+
+
+def sum_table(levels: int) -> Floats:
+    """Sum coding, (levels, levels - 1): each column one level against the last, so that effects add up to zero."""
+    return np.vstack([np.eye(levels - 1), -np.ones(levels - 1)])
+
+
+def factor_variable(factor: Factor, coding: Coding, internal: Coding = "sum") -> Variable:
+    """A factor in `internal` columns that is reported in `coding`."""
+    k = len(factor.levels)
+    tables = {"sum": sum_table(k), "treatment": np.eye(k)[:, 1:]}
+    inner, outer = (np.column_stack([np.ones(k), tables[each]]) for each in (internal, coding))
+    shown = factor.levels[1:] if coding == "treatment" else factor.levels[:-1]
+    back = np.eye(k) if internal == coding else np.linalg.solve(outer, inner)
+    labels = tuple(f"{factor.name}[{level}]" for level in shown)
+    return Variable(factor.name, labels, back, codes=factor.codes, table=tables[internal])
+
+
+def number_variable(column: pd.Series[Any], name: Hashable, centre: bool = True) -> Variable:
+    """A numeric column, centred (unless told otherwise) and divided by a power of two near its size.
+
+    Raises BadValue (text, NaN, infinity) or TooFew (one value).
+    """
+    x = numbers_of(column, name)
+    empty = np.flatnonzero(np.isnan(x)).tolist()
+    if empty:
+        where = listed((f"row {row + 1}" for row in empty), len(empty))
+        raise BadValue(f"column {name!r} has no number in {where}; name every row's number or take these rows out")
+    high, low = difference(x, np.full_like(x, x.min()))
+    if not high.any():
+        raise TooFew(f"column {name!r} has one value, {x[0]:g}; an effect of it needs two or more")
+    mean = math.fsum(high.tolist()) / len(high) if centre else 0.0
+    moved = (high - mean) + low if centre else x
+    _, exponent = math.frexp(math.sqrt(_mean_square(moved)))
+    middle, size = (float(x.min()) + mean if centre else 0.0), math.ldexp(1.0, exponent)
+    back = np.array([[1.0, -middle / size], [0.0, 1 / size]])
+    return Variable(str(name), (str(name),), back, values=np.ldexp(moved, -exponent))
+
+
+def _mean_square(values: Floats) -> float:
+    largest = float(np.abs(values).max())
+    return float(np.mean((values / largest) ** 2)) * largest * largest
+
+
+def type_three(design: Design, triangle: Floats) -> dict[Effect, Floats]:
+    """Each effect's rows; `design` reports sum coding, `triangle` is that of its columns (X'X = its square)."""
+    effects = [effect for effect in design.effects if effect]
+    if len(effects) == 1:
+        return {effects[0]: _doolittle(design, triangle)}
+    back, places = design.back(), design.places
+    return {effect: _against_first(design, effect) @ back[places[effect]] for effect in effects}
+
+
+def _against_first(design: Design, effect: Effect) -> Floats:
+    return kronecker(_differences(design.variables[name]) for name in effect)
+
+
+def _differences(variable: Variable) -> Floats:
+    """The differences from the first level as combinations of sum-coded coefficients; a number is itself."""
+    if variable.table is None:
+        return np.ones((1, 1))
+    differences: Floats = variable.table[1:] - variable.table[:1]
+    return differences
+
+
+def _doolittle(design: Design, triangle: Floats) -> Floats:
+    """The effect's rows of L', where X'X = L D L' in treatment coding; a triangle of X is D^(1/2) L'."""
+    back = design.back().copy()
+    effect = design.effects[-1]
+    if design.variables[effect[0]].table is not None:
+        back[1:] = _against_first(design, effect) @ back[1:]
+        back[0, 1:] = np.asarray(design.variables[effect[0]].table)[0]
+    upper = triangle_of(triangle @ np.linalg.inv(back))
+    rows: Floats = (upper / np.diag(upper)[:, None])[1:] @ back
+    return rows
+
+
+@dataclass(frozen=True)
+class Random:
+    """The random effects of one grouping factor: an intercept and slopes, correlated or not.
+
+    `back` maps the effects of a level in internal coordinates to those that are reported.
+    """
+
+    name: str
+    codes: Codes
+    levels: tuple[str, ...]
+    design: Design
+    back: Floats
+    correlated: bool
+
+    @property
+    def size(self) -> int:
+        """Random effects per level."""
+        return len(self.back)
+
+    @property
+    def effects(self) -> list[str]:
+        """The names of a level's reported random effects."""
+        return self.design.names
+
+    @property
+    def free(self) -> int:
+        """How many numbers its relative covariance factor has."""
+        return self.size * (self.size + 1) // 2 if self.correlated else self.size
+
+
+def grouping(frame: pd.DataFrame, name: str) -> Coded:
+    """The levels of a grouping factor: a column, or columns joined by ":" (the levels of one within another's)."""
+    parts = [name] if name in frame.columns else name.split(":")
+    axes = [coded(frame[part], part) for part in parts]
+    flat = np.zeros(len(frame), dtype=np.intp)
+    for axis in axes:
+        flat = flat * len(axis.labels) + axis.codes
+    found, codes = np.unique(flat, return_inverse=True)
+    places = np.unravel_index(found, [len(axis.labels) for axis in axes])
+    labels = zip(*([axis.labels[i] for i in place] for axis, place in zip(axes, places, strict=True)), strict=True)
+    return Coded(codes.reshape(-1), [":".join(map(str, each)) for each in labels])
+
+
+def group_columns(names: Sequence[str], columns: Sequence[object]) -> list[str]:
+    """The columns that grouping factors are made of."""
+    parts = [[name] if name in columns else name.split(":") for name in names]
+    return list(dict.fromkeys(part for each in parts for part in each))
+
+
+def random_effects_of(
+    frame: pd.DataFrame,
+    name: str,
+    slopes: Sequence[str],
+    factors: Mapping[str, Factor],
+    coding: Coding,
+    correlated: bool,
+) -> Random:
+    """The random effects of one grouping factor: intercept, slopes of columns and of their "a:b" interactions.
+
+    Raises TooFew (one level) or NotIdentified (more effects than values, a slope that never varies within a level).
+    """
+    groups = grouping(frame, name)
+    if len(groups.labels) < 2:
+        raise TooFew(f"grouping factor {name!r} has one level, {groups.labels[0]!r}; a variance needs two or more")
+    mains = [slope for slope in slopes if ":" not in slope or slope in frame.columns]
+    crossed = [slope for slope in slopes if slope not in mains]
+    internal: Coding = "sum" if correlated else coding
+    variables = {
+        slope: factor_variable(factors[slope], coding, internal)
+        if slope in factors
+        else number_variable(frame[slope], slope, centre=correlated)
+        for slope in mains
+    }
+    if name in mains or set(name.split(":")) & set(mains):
+        raise UnknownColumn(f"{name!r} is a grouping factor and one of its own slopes; name another column")
+    design = Design(variables, effects_of(mains, crossed))
+    random = Random(name, groups.codes, tuple(map(str, groups.labels)), design, design.back(), correlated)
+    _refuse_too_many(random, len(frame))
+    _refuse_still(random, len(frame))
+    return random
+
+
+def _refuse_too_many(random: Random, rows: int) -> None:
+    count = len(random.levels) * random.size
+    if count >= rows:
+        raise NotIdentified(
+            f"grouping factor {random.name!r} has {count:,} random effects ({len(random.levels):,} levels x "
+            f"{random.size}) for {rows:,} values; the residual cannot be told from them: take slopes or the factor out"
+        )
+
+
+def _refuse_still(random: Random, rows: int) -> None:
+    """Refuse slopes that vary within no level: they cannot be told from the intercept's variance."""
+    first = np.zeros(len(random.levels), dtype=np.intp)
+    first[random.codes[::-1]] = np.arange(rows)[::-1]
+    for effect, place in random.design.places.items():
+        alone = Design(random.design.variables, (effect,))
+        varies = np.zeros(place.stop - place.start, dtype=bool)
+        for start in range(0, rows, 65536):
+            part = np.arange(start, min(start + 65536, rows))
+            here, there = (alone.columns(at, len(at)) for at in (part, first[random.codes[part]]))
+            varies |= (here != there).any(axis=0)
+        still = [random.effects[place.start + i] for i in np.flatnonzero(~varies).tolist()]
+        if effect and still:
+            raise NotIdentified(
+                f"the random slope of {listed(map(repr, still), len(still))} varies within no level of "
+                f"{random.name!r}, so it cannot be told from the intercept; take the slope out"
+            )

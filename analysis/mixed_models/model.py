@@ -1,10 +1,13 @@
-"""Gaussian linear mixed models by penalised least squares: Bates, Mächler, Bolker & Walker 2015, JSS 67(1)."""
+"""Gaussian linear mixed models by penalised least squares: Bates, Mächler, Bolker & Walker 2015, JSS 67(1).
+
+R squared: Nakagawa & Schielzeth 2013, Johnson 2014.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,30 +23,50 @@ from palpate.analysis.mixed_models.checks import (
     singular_notes,
     without_random,
 )
-from palpate.analysis.mixed_models.contrasts import type_three
-from palpate.analysis.mixed_models.criterion import degrees_of_freedom, deviance, solved
-from palpate.analysis.mixed_models.design import Design, effects_of
-from palpate.analysis.mixed_models.explained import fixed_variance, mean_variances
-from palpate.analysis.mixed_models.grouping import Random, group_columns, random_effects_of
-from palpate.analysis.mixed_models.optimising import Counted, optimum
-from palpate.analysis.mixed_models.parameters import natural
-from palpate.analysis.mixed_models.problem import Problem, best_layout
-from palpate.analysis.mixed_models.reducing import Reduced, reduced
-from palpate.analysis.mixed_models.results import Fit, MixedModel
-from palpate.analysis.mixed_models.satterthwaite import uncertainty
-from palpate.analysis.mixed_models.table import Table, read_table, refuse_constant
-from palpate.analysis.mixed_models.tables import (
+from palpate.analysis.mixed_models.design import (
+    Coding,
+    Design,
+    Factor,
+    Random,
+    effects_of,
+    factor_of,
+    factor_variable,
+    group_columns,
+    number_variable,
+    random_effects_of,
+    type_three,
+)
+from palpate.analysis.mixed_models.optimising import Counted, Optimum, natural, optimum
+from palpate.analysis.mixed_models.problem import (
+    Problem,
+    Reduced,
+    Solved,
+    best_layout,
+    degrees_of_freedom,
+    deviance,
+    reduced,
+    solved,
+)
+from palpate.analysis.mixed_models.satterthwaite import (
     correlations_table,
     covariances,
     effects_table,
     fixed_table,
+    uncertainty,
     variances_table,
 )
-from palpate.analysis.mixed_models.variables import Coding, Factor, factor_of, factor_variable, number_variable
-from palpate.analysis.statistics.cells import Missing
-from palpate.analysis.statistics.doubles import difference, scaled
+from palpate.analysis.statistics.cells import Missing, check_columns, check_options
+from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.doubles import Floats, difference, scaled
 from palpate.analysis.statistics.one_thread import one_thread
-from palpate.analysis.statistics.refusals import refuse_idle, refuse_idle_levels
+from palpate.analysis.statistics.refusals import (
+    BadValue,
+    IncompleteCells,
+    TooFew,
+    listed,
+    refuse_idle,
+    refuse_idle_levels,
+)
 
 
 @dataclass(frozen=True)
@@ -192,3 +215,130 @@ def _described(asked: _Asked, fit: Fit, reml: bool, confidence: float) -> MixedM
         distance=fit.best.distance,
         fit=fit,
     )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a model was computed from; y_scale and y_pivot bring the internal y back to the outcome's unit."""
+
+    problem: Problem
+    parts: Reduced
+    best: Optimum
+    at: Solved
+    y_exponent: int
+    y_pivot: float
+
+
+@dataclass(frozen=True)
+class MixedModel:
+    """A Gaussian linear mixed model, fitted.
+
+    `fixed` has one row per coefficient: effect, estimate, se, df (Satterthwaite), t, p, ci_low, ci_high (Wald,
+    Student's t with that df). `effects` has one row per effect, its F test of type III: Source, F, ddof1, ddof2
+    (Satterthwaite), p_unc. `variances` has one row per random effect and the residual: group, effect, variance, sd,
+    icc (the group's share of the variance that the fixed effects leave, in its first row); `correlations` one row per
+    pair of correlated effects. `criterion` is the REML criterion or the deviance; `log_likelihood`, `aic` and `bic`
+    (its n is the number of values, as in lme4) belong to it. `marginal_r2` and `conditional_r2` are Nakagawa &
+    Schielzeth's, with Johnson's 2014 mean variance for slopes. `singular` says that some variance is zero or some
+    correlation one, and `notes` which. `slope` and `distance` are the evidence of convergence: the largest derivative
+    of the deviance, and the deviance that a further step promises.
+    """
+
+    fixed: pd.DataFrame
+    effects: pd.DataFrame
+    variances: pd.DataFrame
+    correlations: pd.DataFrame
+    groups: Mapping[str, int]
+    values: int
+    dropped: int
+    reml: bool
+    coding: Coding
+    criterion: float
+    log_likelihood: float
+    aic: float
+    bic: float
+    parameters: int
+    marginal_r2: float
+    conditional_r2: float
+    singular: bool
+    notes: tuple[str, ...]
+    slope: float
+    distance: float
+    fit: Fit = field(repr=False, compare=False)
+
+
+STEP = 65536
+
+
+def fixed_variance(problem: Problem, coefficients: Floats) -> float:
+    """The variance (n - 1) of what the fixed effects predict, in internal units."""
+    n = len(problem.y)
+    parts = [slice(start, min(start + STEP, n)) for start in range(0, n, STEP)]
+    predicted = np.concatenate([problem.fixed.columns(p, p.stop - p.start) @ coefficients for p in parts])
+    return float(np.var(predicted, ddof=1))
+
+
+def mean_variances(problem: Problem, factors: Sequence[Floats], sigma2: float) -> list[float]:
+    """Each random term's variance, averaged over the values: the mean of z' Sigma z."""
+    n, found = len(problem.y), []
+    for term, factor in zip(problem.random, factors, strict=True):
+        total = 0.0
+        for start in range(0, n, STEP):
+            rows = slice(start, min(start + STEP, n))
+            spread = term.design.columns(rows, rows.stop - start) @ factor
+            total += float((spread * spread).sum())
+        found.append(sigma2 * total / n)
+    return found
+
+
+@dataclass(frozen=True)
+class Table:
+    """The rows that have a value, sorted by their contents; `dropped` counts those without one."""
+
+    frame: pd.DataFrame
+    y: Floats
+    dropped: int
+
+
+def read_table(
+    data: pd.DataFrame, dv: Hashable, factors: Sequence[str], numbers: Sequence[str], missing: Missing
+) -> Table:
+    """The sorted table of one outcome and these columns.
+
+    Raises UnknownColumn, BadValue, BadOption, IncompleteCells (rows without a value that `missing` does not allow) or
+    TooFew (fewer than three rows).
+    """
+    check_options(missing, None)
+    check_columns(data, [dv, *factors, *numbers])
+    y = numbers_of(data[dv], dv)
+    empty = np.isnan(y)
+    if empty.any():
+        _allow(dv, np.flatnonzero(empty).tolist(), missing)
+    kept = data.loc[~empty, [*factors, *numbers]] if empty.any() else data[[*factors, *numbers]]
+    y = y[~empty]
+    if len(y) < 3:
+        raise TooFew(f"{len(y)} rows have a value in column {dv!r}; a mixed model needs many more")
+    order = np.lexsort(list(_keys(kept, y, factors, numbers)))
+    return Table(kept.iloc[order].reset_index(drop=True), y[order], int(empty.sum()))
+
+
+def _keys(kept: pd.DataFrame, y: Floats, factors: Sequence[str], numbers: Sequence[str]) -> Iterable[Any]:
+    """What rows are sorted by, the last key first; rows that share all of them are the same in everything."""
+    yield y
+    yield from (numbers_of(kept[name], name) for name in numbers)
+    yield from (coded(kept[name], name).codes for name in sorted(factors))
+
+
+def _allow(dv: Hashable, rows: list[int], missing: Missing) -> None:
+    if missing == "raise":
+        where = listed((f"row {row + 1}" for row in rows), len(rows))
+        raise IncompleteCells(
+            f"column {dv!r} has no value in {where}; a mixed model needs no value for every cell: "
+            "pass missing='listwise' to leave these rows out"
+        )
+
+
+def refuse_constant(y: Floats, dv: Hashable) -> None:
+    """Refuse an outcome without variation."""
+    if y.min() == y.max():
+        raise BadValue(f"column {dv!r} has one value, {y[0]:g}, in every row; there is nothing to explain")

@@ -1,17 +1,25 @@
-"""The smallest deviance: found from several starts, then proved by gradient and second derivatives, or refused."""
+"""The smallest deviance: found from several starts, then proved by gradient and second derivatives, or refused.
+
+The free numbers of the relative covariance factors are scaled so that each is about one where it matters. Lambda of a
+term is a lower triangle (its `units`) times a lower triangle of free numbers (correlated), or the same with diagonals
+(not). The signs of the diagonal are free: a column's sign changes no covariance, so that a variance of zero is no
+border of the search but a point where the deviance is level.
+Derivatives are central differences, extrapolated once (Richardson): errors of the fourth order in the step.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize
 
-from palpate.analysis.mixed_models.derivatives import Scalar, gradient, hessian, rough_gradient
-from palpate.analysis.mixed_models.parameters import Parameters, triangular
-from palpate.analysis.mixed_models.refusals import NotConverged
+from palpate.analysis.mixed_models.design import Random, triangle_of
+from palpate.analysis.mixed_models.problem import Problem
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import NotConverged
 
 SIZES = (0.0, *(10.0**k for k in range(-2, 16)))
 """Sizes of an effect, in natural units, that are tried first: up to 1e15 times the residual."""
@@ -182,3 +190,118 @@ def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) ->
 def _without(factor: Floats, unit: Floats, largest: float) -> Floats:
     """A diagonal factor without its effects of at most this size."""
     return np.where(factor / unit[:, None] <= largest, 0.0, factor)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """How free numbers make factors: `natural` are the sizes at which effects begin to matter, one array per term."""
+
+    random: tuple[Random, ...]
+    natural: tuple[Floats, ...]
+    units: tuple[Floats, ...]
+
+    @property
+    def free(self) -> int:
+        """How many free numbers there are."""
+        return sum(term.free for term in self.random)
+
+    def factors(self, free: Floats) -> list[Floats]:
+        """Lambda of each term."""
+        made, start = [], 0
+        for term, unit in zip(self.random, self.units, strict=True):
+            factor = np.zeros((term.size, term.size))
+            factor[_places(term)] = free[start : start + term.free]
+            made.append(unit @ factor)
+            start += term.free
+        return made
+
+    def free_of(self, factors: Sequence[Floats]) -> Floats:
+        """The free numbers that make these lower triangles."""
+        parts = zip(self.random, self.units, factors, strict=True)
+        return np.concatenate([np.linalg.solve(unit, factor)[_places(term)] for term, unit, factor in parts])
+
+    def diagonal(self, sizes: Floats) -> list[Floats]:
+        """Factors of uncorrelated effects of these sizes, in natural units, in the order of all effects."""
+        ends = np.cumsum([term.size for term in self.random])[:-1]
+        return [np.diag(unit * size) for unit, size in zip(self.natural, np.split(sizes, ends), strict=True)]
+
+    def around(self, factors: Sequence[Floats]) -> Parameters:
+        """In units in which the deviance bends alike in every direction near these factors.
+
+        It answers to a change of Lambda relative to Lambda itself, or to the natural unit where that is larger: the new
+        unit U has U U' = Lambda Lambda' + natural^2.
+        """
+        units = []
+        for term, unit, factor in zip(self.random, self.natural, factors, strict=True):
+            both = triangular(np.concatenate([factor, np.diag(unit)], axis=1))
+            units.append(both if term.correlated else np.diag(np.diag(both)))
+        return Parameters(self.random, self.natural, tuple(units))
+
+
+def _places(term: Random) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:
+    return np.tril_indices(term.size) if term.correlated else (np.arange(term.size), np.arange(term.size))
+
+
+def natural(problem: Problem) -> Parameters:
+    """Units at which an effect's variance weighs as much in a level's estimate as the residual does."""
+    units = []
+    for term in problem.random:
+        squares = np.zeros(term.size)
+        for start in range(0, len(problem.y), 65536):
+            rows = slice(start, min(start + 65536, len(problem.y)))
+            squares += (term.design.columns(rows, rows.stop - start) ** 2).sum(axis=0)
+        units.append(np.sqrt(len(term.levels) / squares))
+    return Parameters(problem.random, tuple(units), tuple(map(np.diag, units)))
+
+
+def triangular(root: Floats) -> Floats:
+    """The lower triangle with the same product with its transpose and no negative number on its diagonal."""
+    lower = triangle_of(root.T).T
+    signs = np.where(np.diag(lower) < 0, -1.0, 1.0)
+    flipped: Floats = lower * signs
+    return flipped
+
+
+Vector: TypeAlias = Callable[[Floats], Floats]
+Scalar: TypeAlias = Callable[[Floats], float]
+
+STEP = 3e-3
+WIDE_STEP = 1e-2
+
+
+def jacobian(function: Vector, at: Floats, step: float = STEP) -> Floats:
+    """The derivatives of a vector function, (parameters, values)."""
+    rows = []
+    for move in np.eye(len(at)) * step:
+        near, far = (function(at + k * move) - function(at - k * move) for k in (1, 2))
+        rows.append((8 * near - far) / (12 * step))
+    return np.array(rows)
+
+
+def gradient(function: Scalar, at: Floats, step: float = STEP) -> Floats:
+    """The derivatives of a function."""
+    derivatives: Floats = jacobian(lambda x: np.array([function(x)]), at, step)[:, 0]
+    return derivatives
+
+
+def rough_gradient(function: Scalar, at: Floats, step: float = 1e-4) -> Floats:
+    """The derivatives of a function by plain central differences, for the way to the optimum."""
+    moves = np.eye(len(at)) * step
+    return np.array([(function(at + move) - function(at - move)) / (2 * step) for move in moves])
+
+
+def hessian(function: Scalar, at: Floats, step: float = WIDE_STEP) -> Floats:
+    """The second derivatives of a function, (parameters, parameters)."""
+    k, middle, moves = len(at), function(at), np.eye(len(at)) * step
+    result = np.empty((k, k))
+    for i in range(k):
+        near, far = (function(at + m * moves[i]) - 2 * middle + function(at - m * moves[i]) for m in (1, 2))
+        result[i, i] = (16 * near - far) / (12 * step**2)
+        for j in range(i):
+            near, far = (_crossed(function, at, m * moves[i], m * moves[j]) for m in (1, 2))
+            result[i, j] = result[j, i] = (16 * near - far) / (48 * step**2)
+    return result
+
+
+def _crossed(function: Scalar, at: Floats, a: Floats, b: Floats) -> float:
+    return function(at + a + b) - function(at + a - b) - function(at - a + b) + function(at - a - b)

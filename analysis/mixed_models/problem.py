@@ -1,16 +1,27 @@
-"""The model as arrays: sorted values, fixed design, random effects, and which factor's groups are eliminated first."""
+"""The penalised least-squares problem of a mixed model, and its profiled deviance.
+
+Everything that does not depend on the variances is rotated out once (Pinheiro & Bates 2000, section 2.2). Within a
+block with random-effect columns Z = U S V', the rotation U splits every other column a (of the effects outside, of the
+fixed effects, and y) into U'a, which sees the block's random effects through R = S V', and the rest a - U U'a, which
+does not. The rest enters every block's sum of squares alike and is gathered in one triangle, free of the blocks'
+offsets: differences before products.
+The profiled deviance at given relative covariance factors is that of Bates, Mächler, Bolker & Walker 2015, section 3.
+A term's relative covariance factor Lambda has the covariance of a level's effects as sigma^2 Lambda Lambda'. Blocks
+are whitened by the triangle L with L L' = I + R Lambda Lambda' R', the rest is one penalised triangle. No matrix is
+ever squared.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.analysis.mixed_models.design import Design
-from palpate.analysis.mixed_models.grouping import Random
+from palpate.analysis.mixed_models.design import Design, Random, triangle_of
+from palpate.analysis.statistics.columns import Codes
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.labels import Codes
 
 WIDEST = 20_000
 
@@ -98,3 +109,252 @@ def _cost(layout: Layout, random: Sequence[Random], fixed: int) -> tuple[float, 
     late = sum(len(random[i].levels) * random[i].size for i in layout.outside) + fixed + 1
     early, blocks = float(layout.width), float(layout.blocks)
     return blocks * early**2 * (early + late) + (blocks * early + late) * float(late) ** 2, early
+
+
+CHUNK = 3_000_000  # doubles held at once
+LOST = 1e-12  # a direction of Z with less than this share of the largest is rounding
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Blocks of one rank r: R (unique, r, width), how many blocks share each, and what is seen through R.
+
+    `seen` has shape (rows, r, columns) and `which` says through which R; `members` are the blocks, for `seen` that is
+    not compressed.
+    """
+
+    through: Floats
+    shared: Codes
+    seen: Floats
+    which: Codes
+    members: Codes
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """The batches, as they are and compressed, and the triangle of what sees no block's random effects."""
+
+    batches: tuple[Batch, ...]
+    compressed: tuple[Batch, ...]
+    corner: Floats
+
+
+def reduced(problem: Problem) -> Reduced:
+    """Rotate a problem; columns are those outside, the fixed ones and y."""
+    corner = np.zeros((0, _late(problem)))
+    found: dict[int, list[tuple[Floats, Floats, Codes]]] = {}
+    for rows, members in _chunks(problem):
+        through, seen, rest = _rotated(_inside(problem, rows), _others(problem, rows), problem.y_low[rows])
+        found.setdefault(through.shape[1], []).append((through, seen, members))
+        corner = triangle_of(np.concatenate([corner, rest]))
+    whole = tuple(_batch(*map(np.concatenate, zip(*found[rank], strict=True))) for rank in sorted(found))
+    return Reduced(whole, tuple(map(_compressed, whole)), corner)
+
+
+def outside(problem: Problem) -> Iterator[tuple[Random, int]]:
+    """The terms outside the blocks and their first column."""
+    start = 0
+    for i in problem.layout.outside:
+        yield problem.random[i], start
+        start += len(problem.random[i].levels) * problem.random[i].size
+
+
+def outside_width(problem: Problem) -> int:
+    """The number of columns of the terms outside."""
+    return sum(len(term.levels) * term.size for term, _ in outside(problem))
+
+
+def _late(problem: Problem) -> int:
+    return outside_width(problem) + problem.columns + 1
+
+
+def _chunks(problem: Problem) -> Iterator[tuple[Codes, Codes]]:
+    """Blocks of the same number of rows, a few at a time: their rows (blocks, rows of each) and who they are."""
+    codes = problem.layout.codes
+    order, counts = np.argsort(codes, kind="stable"), np.bincount(codes, minlength=problem.layout.blocks)
+    starts = np.cumsum(counts) - counts
+    for size in np.unique(counts).tolist():
+        blocks = np.flatnonzero(counts == size)
+        step = max(1, CHUNK // (size * (_late(problem) + problem.layout.width)))
+        for i in range(0, len(blocks), step):
+            members = blocks[i : i + step]
+            yield order[starts[members][:, None] + np.arange(size)], members
+
+
+def _inside(problem: Problem, rows: Codes) -> Floats:
+    """The blocks' random-effect columns, (blocks, rows, width)."""
+    flat = rows.ravel()
+    z = np.zeros((len(flat), problem.layout.width))
+    for block in problem.layout.inside:
+        term = problem.random[block.term]
+        first = block.start + block.slots[term.codes[flat]] * term.size
+        z[np.arange(len(flat))[:, None], first[:, None] + np.arange(term.size)] = term.design.columns(flat, len(flat))
+    return z.reshape(*rows.shape, -1)
+
+
+def _others(problem: Problem, rows: Codes) -> Floats:
+    """All other columns, (blocks, rows, columns)."""
+    flat = rows.ravel()
+    late, width = _late(problem), outside_width(problem)
+    a = np.zeros((len(flat), late))
+    for term, start in outside(problem):
+        first = start + term.codes[flat] * term.size
+        a[np.arange(len(flat))[:, None], first[:, None] + np.arange(term.size)] = term.design.columns(flat, len(flat))
+    a[:, width:-1] = problem.fixed.columns(flat, len(flat))
+    a[:, -1] = problem.y[flat]
+    return a.reshape(*rows.shape, -1)
+
+
+def _rotated(z: Floats, a: Floats, y_low: Floats) -> tuple[Floats, Floats, Floats]:
+    """R, U'a and the rows of a - U U'a; the first row of a block is taken off first, so that offsets cost no digit."""
+    u, through = _factored(z)
+    pivot = a[:, :1].copy()
+    a -= pivot  # lies in the span of the intercept, which every block has
+    a[:, :, -1] += y_low - y_low[:, :1]
+    pivot[:, :, -1] += y_low[:, :1]
+    turned = u.transpose(0, 2, 1)
+    seen = turned @ a
+    rest = a - u @ seen
+    rest -= u @ (turned @ rest)
+    return through, seen + turned.sum(axis=2)[:, :, None] * pivot, rest.reshape(-1, a.shape[2])
+
+
+def _factored(z: Floats) -> tuple[Floats, Floats]:
+    """U (blocks, rows, r) and R = S V' (blocks, r, width); columns of U that Z does not span are zero."""
+    if z.shape[2] == 1:
+        norms = np.sqrt((z * z).sum(axis=1, keepdims=True))
+        return z / norms, norms
+    u, s, v = np.linalg.svd(z, full_matrices=False)
+    s = np.where(s > LOST * s[:, :1], s, 0.0)
+    return u * (s > 0)[:, None, :], s[:, :, None] * v
+
+
+def _batch(through: Floats, seen: Floats, members: Codes) -> Batch:
+    flat = through.reshape(len(through), -1)
+    _, first, which, shared = np.unique(flat, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    return Batch(through[first], shared, seen, which.reshape(-1), members)
+
+
+def _compressed(batch: Batch) -> Batch:
+    """Fewer rows with the same sums of squares for every R: blocks that share one are rotated among themselves."""
+    _, rank, columns = batch.seen.shape
+    crowded = np.flatnonzero(batch.shared > rank * columns).tolist()
+    if not crowded:
+        return batch
+    alone = ~np.isin(batch.which, crowded)
+    seen, which = [batch.seen[alone]], [batch.which[alone]]
+    for unique in crowded:
+        rows = batch.seen[batch.which == unique].reshape(-1, rank * columns)
+        seen.append(triangle_of(rows).reshape(-1, rank, columns))
+        which.append(np.full(len(seen[-1]), unique, dtype=np.intp))
+    return Batch(batch.through, batch.shared, np.concatenate(seen), np.concatenate(which), batch.members)
+
+
+NOTHING = 2.0**-1000  # stands for a residual of zero, which has no logarithm
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The penalised least-squares problem at one point.
+
+    `log_det` is log|L|^2 of the random effects, `triangle` the triangle of the columns outside, fixed and y, `rss` the
+    penalised residual sum of squares.
+    """
+
+    log_det: float
+    triangle: Floats
+    width: int
+    rss: float
+
+    @property
+    def fixed_triangle(self) -> Floats:
+        """R_X, with X' V^-1 X = R_X' R_X / sigma^2."""
+        return self.triangle[self.width : -1, self.width : -1]
+
+    @property
+    def coefficients(self) -> Floats:
+        """The internal fixed effects."""
+        return np.asarray(np.linalg.solve(self.fixed_triangle, self.triangle[self.width : -1, -1]))
+
+    @property
+    def log_det_fixed(self) -> float:
+        """log|R_X|^2."""
+        return 2 * float(np.log(np.abs(np.diag(self.fixed_triangle))).sum())
+
+    def covariance(self) -> Floats:
+        """(X' V^-1 X)^-1 / sigma^2."""
+        inverse = np.linalg.inv(self.fixed_triangle)
+        product: Floats = inverse @ inverse.T
+        return product
+
+
+def solved(problem: Problem, parts: Reduced, factors: Sequence[Floats]) -> Solved:
+    """Solve at these relative covariance factors, one per random term."""
+    inside = block_factor(problem, factors)
+    log_det, rows = 0.0, [parts.corner]
+    for batch in parts.compressed:
+        lower = whitening(batch, inside)
+        log_det += 2 * float(batch.shared @ np.log(np.abs(np.diagonal(lower, axis1=1, axis2=2))).sum(axis=1))
+        rows.append(whitened(lower[batch.which], batch.seen).reshape(-1, batch.seen.shape[2]))
+    width = outside_width(problem)
+    whole = np.concatenate(rows)
+    triangle = triangle_of(_penalised(problem, whole, factors) if width else whole)
+    log_det += 2 * float(np.log(np.abs(np.diag(triangle)[:width])).sum())
+    return Solved(log_det, triangle, width, max(float(triangle[-1, -1] ** 2), NOTHING))
+
+
+def block_factor(problem: Problem, factors: Sequence[Floats]) -> Floats:
+    """The relative covariance factor of all random effects of a block, (width, width)."""
+    whole = np.zeros((problem.layout.width,) * 2)
+    for block in problem.layout.inside:
+        factor = factors[block.term]
+        for start in range(block.start, block.start + block.count * len(factor), len(factor)):
+            whole[start : start + len(factor), start : start + len(factor)] = factor
+    return whole
+
+
+def whitening(batch: Batch, inside: Floats) -> Floats:
+    """The triangles L of a batch's different R, (unique, r, r)."""
+    scaled = batch.through @ inside
+    unique, rank, width = scaled.shape
+    if rank == 1:
+        lower: Floats = np.sqrt(1 + (scaled * scaled).sum(axis=2, keepdims=True))
+        return lower
+    stacked = np.zeros((unique, width + rank, rank))
+    stacked[:, :width] = scaled.transpose(0, 2, 1)
+    stacked[:, width:] = np.eye(rank)
+    return triangle_of(stacked).transpose(0, 2, 1)
+
+
+def whitened(lower: Floats, seen: Floats) -> Floats:
+    """L^-1 times what is seen, by forward substitution."""
+    result = np.empty_like(seen)
+    for i in range(seen.shape[1]):
+        known = np.einsum("bj,bjc->bc", lower[:, i, :i], result[:, :i])
+        result[:, i] = (seen[:, i] - known) / lower[:, i, i, None]
+    return result
+
+
+def _penalised(problem: Problem, whole: Floats, factors: Sequence[Floats]) -> Floats:
+    """The rows with the columns outside times their factors, above the rows of their penalty."""
+    width = outside_width(problem)
+    scaled = np.zeros((len(whole) + width, whole.shape[1]))
+    scaled[: len(whole), width:] = whole[:, width:]
+    scaled[len(whole) :, :width] = np.eye(width)
+    for i, (term, start) in zip(problem.layout.outside, outside(problem), strict=True):
+        stop = start + len(term.levels) * term.size
+        levels = whole[:, start:stop].reshape(-1, term.size) @ factors[i]
+        scaled[: len(whole), start:stop] = levels.reshape(len(whole), -1)
+    return scaled
+
+
+def deviance(problem: Problem, found: Solved, reml: bool) -> float:
+    """Minus twice the log likelihood (restricted, if asked) at its best sigma, in internal coordinates."""
+    degrees = degrees_of_freedom(problem, reml)
+    extra = found.log_det_fixed if reml else 0.0
+    return found.log_det + extra + degrees * (1 + math.log(2 * math.pi * found.rss / degrees))
+
+
+def degrees_of_freedom(problem: Problem, reml: bool) -> int:
+    """n, or n - p of the restricted likelihood."""
+    return len(problem.y) - (problem.columns if reml else 0)

@@ -17,17 +17,12 @@ import pandas as pd
 from scipy.optimize import brentq, minimize
 from scipy.special import gammaincinv
 
-from palpate.analysis.mixed_models.criterion import degrees_of_freedom, deviance, solved
-from palpate.analysis.mixed_models.derivatives import rough_gradient
-from palpate.analysis.mixed_models.optimising import Counted, Optimum, optimum
-from palpate.analysis.mixed_models.parameters import natural
-from palpate.analysis.mixed_models.problem import Problem
-from palpate.analysis.mixed_models.reducing import Reduced
-from palpate.analysis.mixed_models.refusals import NotConverged
-from palpate.analysis.mixed_models.results import Fit, MixedModel
+from palpate.analysis.mixed_models.model import Fit, MixedModel
+from palpate.analysis.mixed_models.optimising import Counted, Optimum, natural, optimum, rough_gradient
+from palpate.analysis.mixed_models.problem import Problem, Reduced, degrees_of_freedom, deviance, solved
 from palpate.analysis.statistics.doubles import Floats, rescaled
 from palpate.analysis.statistics.one_thread import one_thread
-from palpate.analysis.statistics.refusals import BadOption
+from palpate.analysis.statistics.refusals import BadOption, NotConverged
 
 FURTHEST = 40  # doublings and halvings of a standard deviation that are tried
 SMALLEST_SHARE = 1e-3  # of the size at which an effect weighs as much as the residual; less is none

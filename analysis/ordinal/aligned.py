@@ -2,7 +2,7 @@
 
 Each effect is tested on the ranks of the values from which all other effects have been taken away: the residual from
 the cell's mean plus this effect's own estimate, a signed sum of means (Higgins & Tashtoush 1994; Wobbrock, Findlater,
-Gergle & Higgins 2011). The analysis of variance is the one of `palpate.analysis.statistics.mixed`.
+Gergle & Higgins 2011). The analysis of variance is the one of `palpate.analysis.statistics.mixed_anova`.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ordinal.ranks import WHOLE_END, doubled_ranks, refuse_huge
+from palpate.analysis.statistics.anova import Effect
 from palpate.analysis.statistics.cells import Aggregate, Counts, Missing, cell_means
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
-from palpate.analysis.statistics.effects import Effect
 from palpate.analysis.statistics.hypotheses import SumOfSquares
-from palpate.analysis.statistics.mixed import Design, Names, gather_design, mixed_effects, refuse_unknown_type
+from palpate.analysis.statistics.mixed_anova import Design, Names, gather_design, mixed_effects, refuse_unknown_type
 
 Term: TypeAlias = tuple[int, ...]  # places of an effect's factors: between factors first, then within factors
 CLEAN = 1e-9  # an F of an effect that was aligned away is at most this where alignment works

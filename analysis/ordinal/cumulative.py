@@ -2,19 +2,22 @@
 
 P(Y <= j) = F(theta_j - x'beta), so each answer is an interval (lower'g, upper'g) of a latent scale, linear in all
 parameters g = (theta, beta). The log likelihood is concave (Pratt 1981), so what is stationary is the maximum.
+Probabilities are logarithms, so that an interval far out in a tail keeps its digits.
 Sources: McCullagh 1980; Agresti 2010; Christensen 2018, Cumulative link models for ordinal regression (R's ordinal).
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
+from scipy.special import log_expit, log_ndtr, ndtri
 
-from palpate.analysis.ordinal.links import END, Link, interval, latent_quantile
 from palpate.analysis.ordinal.ranks import Ints, Truths
-from palpate.analysis.ordinal.refusals import NotConverged
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import NotConverged
 
 MOST_STEPS = 200
 HALVINGS = 40
@@ -136,3 +139,57 @@ def _uphill(rows: Rows, g: Floats, step: Floats, value: float, link: Link) -> tu
         if reached >= value:
             return tried, reached
     return g, value
+
+
+Link: TypeAlias = Literal["logit", "probit"]
+LINKS = ("logit", "probit")
+HALF_LOG_TAU = math.log(2 * math.pi) / 2
+END = 1e100  # stands for infinity at the outer ends, where density and slope are 0
+
+
+@dataclass(frozen=True)
+class Interval:
+    """log P(low < Z <= high) and, in units of P, the densities at its ends and the densities' slopes.
+
+    With p = F(high) - F(low): `f_high` = F'(high) / p, `s_high` = F''(high) / p, the same for the low end.
+    """
+
+    log_p: Floats
+    f_high: Floats
+    f_low: Floats
+    s_high: Floats
+    s_low: Floats
+
+
+def interval(high: Floats, low: Floats, link: Link) -> Interval:
+    """The interval's log probability and derivatives; `high` > `low` everywhere, END or -END for an open end."""
+    log_p = _log_p(high, low, link)
+    f_high, f_low = (np.exp(_log_density(end, link) - log_p) for end in (high, low))
+    return Interval(log_p, f_high, f_low, f_high * _relative_slope(high, link), f_low * _relative_slope(low, link))
+
+
+def latent_quantile(share: Floats, link: Link) -> Floats:
+    """Where the latent scale is cut so that this share lies below."""
+    found: Floats = np.log(share) - np.log1p(-share) if link == "logit" else ndtri(share)
+    return found
+
+
+def _log_p(high: Floats, low: Floats, link: Link) -> Floats:
+    if link == "logit":
+        found: Floats = log_expit(high) + log_expit(-low) + np.log(-np.expm1(low - high))
+        return found
+    flip = low > 0  # where both ends are above 0 the upper tail holds the digits
+    top, bottom = log_ndtr(np.where(flip, -low, high)), log_ndtr(np.where(flip, -high, low))
+    below: Floats = np.minimum(bottom - top, -math.ulp(0.0))
+    return np.asarray(top + np.log(-np.expm1(below)), dtype=np.float64)
+
+
+def _log_density(x: Floats, link: Link) -> Floats:
+    found: Floats = log_expit(x) + log_expit(-x) if link == "logit" else -x * x / 2 - HALF_LOG_TAU
+    return found
+
+
+def _relative_slope(x: Floats, link: Link) -> Floats:
+    """F''(x) / F'(x)."""
+    found: Floats = -np.tanh(x / 2) if link == "logit" else np.where(np.abs(x) < END, -x, 0.0)
+    return found

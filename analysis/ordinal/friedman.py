@@ -1,4 +1,7 @@
-"""Friedman's test of ratings by the same participants under several conditions, with Kendall's W."""
+"""Friedman's test with Kendall's W, and Cochran's Q: the same participants under several conditions.
+
+Both have an exact p, from the distribution given each participant's ties, built by adding one participant at a time.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,19 @@ import math
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import permutations
 
 import numpy as np
 import pandas as pd
 from scipy.special import chdtrc
 
-from palpate.analysis.ordinal.friedman_exact import exact_tail
 from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
 from palpate.analysis.ordinal.resampling import Interval, check_interval, w_interval
+from palpate.analysis.statistics.anova import refuse_too_few
 from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
+from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.pvalues import SMALLEST, f_tail, p_note
-from palpate.analysis.statistics.refusals import BadOption
-from palpate.analysis.statistics.within import refuse_too_few
+from palpate.analysis.statistics.refusals import BadOption, BadValue
 
 NO_RANKS = "undefined: every participant gave one and the same value to all conditions"
 NO_EXACT = "exact p not computed: too many arrangements of the ranks"
@@ -135,3 +139,124 @@ def rank_test(ranks: Ints) -> RankTest:
     f = float((n - 1) * chi2 / (most - chi2))
     p_f = f_tail(f, k - 1, (k - 1) * (n - 1))
     return RankTest(float(chi2), k - 1, p, float(chi2 / most), f, p_f, p_note([p, p_f]))
+
+
+MOST_ARRANGEMENTS = 5040  # 7!: distinct orders of one participant's ranks
+MOST_SUMS = 1_500_000  # column sums times orders, over all participants
+MOST_KEY = 2**62
+
+
+def exact_tail(ranks: Ints) -> float:
+    """P(statistic >= the one found) when each participant's ranks fall in any order; NaN where that costs too much.
+
+    Under the hypothesis every order of a participant's own (mid)ranks is equally likely. The columns are
+    interchangeable, so sets of column sums are kept sorted. Probabilities only ever add, so none loses digits.
+    """
+    n, k = ranks.shape
+    centred = ranks - (k + 1)
+    rows = min(_in_order(centred), _in_order(-centred), key=lambda each: each.tolist())  # a turned scale costs as much
+    if not _affordable(rows, n, k):
+        return math.nan
+    found = int((centred.sum(axis=0) ** 2).sum())
+    sums, weights, done = rows[:1], np.ones(1), 0
+    for row in rows[1:]:
+        orders = _orders(row)
+        done += len(sums) * len(orders)
+        if done > MOST_SUMS:
+            return math.nan
+        sums, weights = _step(sums, weights, orders)
+    reached = (sums * sums).sum(axis=1) >= found
+    return min(1.0, max(float(weights[reached].sum()), SMALLEST))
+
+
+def _in_order(rows: Ints) -> Ints:
+    """Each row's ranks rising, and the rows in order: what the distribution rests on."""
+    rising = np.sort(rows, axis=1)
+    ordered: Ints = rising[np.lexsort(rising.T)]
+    return ordered
+
+
+def _affordable(rows: Ints, n: int, k: int) -> bool:
+    orders = max(_order_count(row) for row in np.unique(rows, axis=0))
+    return orders <= MOST_ARRANGEMENTS and (4 * n * (k + 1)) ** k < MOST_KEY
+
+
+def _order_count(row: Ints) -> int:
+    counts = np.unique(row, return_counts=True)[1].tolist()
+    return math.factorial(len(row)) // math.prod(math.factorial(count) for count in counts)
+
+
+def _orders(row: Ints) -> Ints:
+    """Every distinct order of a row, one after the other."""
+    if len(row) <= 7:
+        return np.array(sorted(set(permutations(row.tolist()))), dtype=np.int64)
+    return np.array(list(_distinct(tuple(row.tolist()))), dtype=np.int64)
+
+
+def _distinct(row: tuple[int, ...]) -> set[tuple[int, ...]]:
+    """The distinct orders of many values of which most are tied."""
+    if len(row) == 1:
+        return {row}
+    return {
+        (value, *rest)
+        for value in set(row)
+        for rest in _distinct(row[: row.index(value)] + row[row.index(value) + 1 :])
+    }
+
+
+def _step(sums: Ints, weights: Floats, orders: Ints) -> tuple[Ints, Floats]:
+    """Add one participant: each set of sums with each order, equal outcomes (in any column order) joined."""
+    k = sums.shape[1]
+    added = np.sort((sums[:, None, :] + orders[None, :, :]).reshape(-1, k), axis=1)
+    base = int(added.max() - added.min()) + 1
+    key = np.zeros(len(added), dtype=np.int64)
+    for column in range(k):
+        key = key * base + (added[:, column] - added.min())
+    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+    shares = np.repeat(weights / len(orders), len(orders))
+    joined: Floats = np.bincount(place, weights=shares).astype(np.float64)
+    return added[first].astype(np.int64), joined
+
+
+NO_DIFFERENCE = "every participant answered alike in all conditions: Q is undefined"
+
+
+def cochran_q(
+    data: pd.DataFrame,
+    dv: Hashable,
+    within: Hashable,
+    subject: Hashable,
+    *,
+    yes: float | None = None,
+    exact: bool = True,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Cochran's Q of a long table whose values are 0 (no) or 1 (yes), one for each participant and condition: one row.
+
+    With `yes`, values of at least that much are 1, after averaging where `aggregate` is "mean".
+
+    `Q`, `ddof1`, `p_unc`: the chi-squared form; `p_exact`: over all orders of each participant's own answers, NaN where
+    `exact` is off or there are too many; `decides`: participants whose answers differ, on whom alone Q rests. The
+    attribute `yes` of the table maps each condition to its number of yes.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    Q is Friedman's chi-squared of these answers, corrected for ties. Sources: Cochran 1950; Patil 1975 (exact test).
+    """
+    factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
+    values = cells.values if yes is None else (cells.values >= yes).astype(np.float64)
+    if odd := sorted({float(value) for value in np.unique(values)} - {0.0, 1.0}):
+        raise BadValue(f"{dv!s}: {odd[0]:g} found; Cochran's Q compares answers that are 0 (no) or 1 (yes)")
+    ranks = doubled_ranks(values, np.zeros_like(values))
+    test = rank_test(ranks)
+    alike = math.isnan(test.chi2)
+    p_exact = exact_tail(ranks) if exact and not alike else math.nan
+    notes = [NO_DIFFERENCE] if alike else [NO_EXACT] if exact and math.isnan(p_exact) else []
+    (n, k), answered_yes = values.shape, values.sum(axis=1)
+    row = {
+        **{"Source": str(factor), "n": n, "k": k, "decides": int(((answered_yes > 0) & (answered_yes < k)).sum())},
+        **{"Q": test.chi2, "ddof1": test.df, "p_unc": test.p, "p_exact": p_exact, "note": "; ".join(notes)},
+    }
+    table = pd.DataFrame([row])
+    counts = values.sum(axis=0).astype(int).tolist()
+    table.attrs.update(cells.attrs(), yes=dict(zip(cells.levels[0], counts, strict=True)))
+    return table

@@ -12,9 +12,8 @@ import pandas as pd
 
 from palpate.analysis.ordinal.ranks import Truths, refuse_huge, rounding, same_value
 from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats, deviation_ss, exact_sum
-from palpate.analysis.statistics.labels import coded
 from palpate.analysis.statistics.refusals import BadOption, BadValue, listed, shown
 
 MOST_POINTS = 101

@@ -12,9 +12,8 @@ import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import Coded, coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats, centred, scaled
-from palpate.analysis.statistics.labels import Coded, coded
 from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.did_you_mean import nearest
 

@@ -16,9 +16,8 @@ from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.one_sample import OneSample, one_sample
 from palpate.analysis.ratings.person_cells import written
 from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
-from palpate.analysis.statistics.labels import coded
 from palpate.analysis.statistics.refusals import BadOption
 
 Adjust: TypeAlias = Literal["stimulus", "none"]

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.statistics.column_values import numbers_of
-from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.columns import coded, numbers_of
 from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.wording import count
 

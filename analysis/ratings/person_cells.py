@@ -11,9 +11,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.statistics.cells import Counts, cell_means, check_columns
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
-from palpate.analysis.statistics.labels import coded
 from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, listed
 
 Label: TypeAlias = tuple[str, ...]

@@ -143,7 +143,7 @@ def _summary(found: Regenerated) -> dict[str, Any]:
 
 
 def _second_opinion(found: Regenerated) -> dict[str, Any]:
-    from palpate.analysis.crosschecking.summary import disagreements, sentence
+    from palpate.analysis.crosschecking.checks import disagreements, sentence
 
     if found.checks is None:
         return {}
@@ -159,7 +159,7 @@ def _people(found: Regenerated) -> str:
 
 def _told(found: Regenerated) -> Iterator[str]:
     """What was answered, what another package says of it, and everything that was not answered, with its reason."""
-    from palpate.analysis.crosschecking.summary import disagreements, sentence
+    from palpate.analysis.crosschecking.checks import disagreements, sentence
 
     for check in disagreements(found.checks):
         yield f"DISAGREEMENT: {check.text()}"

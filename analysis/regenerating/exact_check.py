@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from palpate.analysis.plans.idle import effective
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating.running import Answered
-from palpate.analysis.statistics.self_check import self_check
+from palpate.analysis.statistics.exact import self_check
 from palpate.protocols.undefined import nan_to_none
 
 RELATIVE = 1e-12

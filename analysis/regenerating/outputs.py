@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from palpate.analysis.crosschecking.summary import FILE as CROSSCHECK
-from palpate.analysis.crosschecking.summary import crosscheck_json
+from palpate.analysis.crosschecking.checks import FILE as CROSSCHECK
+from palpate.analysis.crosschecking.checks import crosscheck_json
 from palpate.analysis.regenerating.documents import titled_tables
 from palpate.analysis.regenerating.files import file_texts
 from palpate.analysis.regenerating.latex_tables import latex_text

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.crosschecking.checks import difference_text
-from palpate.analysis.crosschecking.summary import disagreements, line_of, sentence
+from palpate.analysis.crosschecking.checks import difference_text, disagreements, line_of, sentence
 from palpate.analysis.figures.interactive import figure_markup, key_text, script
 from palpate.analysis.figures.style import inline_svg
 from palpate.analysis.ratings.dataset import Input, Ratings

@@ -1,4 +1,4 @@
-"""Kendall's W: how far raters put targets in the same order."""
+"""Kendall's W: how far raters put targets in the same order, and how probable so large a W is by chance."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
+from scipy.special import gammaincc
 
-from palpate.analysis.ordinal.friedman_exact import exact_tail
+from palpate.analysis.ordinal.friedman import exact_tail
 from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
-from palpate.analysis.reliability.concordance_p import chi2_tail, permutation_p
 from palpate.analysis.reliability.crossed import crossed, refuse_few
 from palpate.analysis.reliability.intraclass import GAPS, Missing
+from palpate.analysis.reliability.resampling import generator
 from palpate.analysis.statistics.cells import Aggregate
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import SMALLEST
 from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 PKind: TypeAlias = Literal["auto", "exact", "permutation", "chi2"]
@@ -108,3 +110,24 @@ def _p(ranks: Ints, spread: int, asymptotic: float, asked: PKind, draws: int, se
     if asked == "chi2" or (asked == "auto" and draws * ranks.size > AFFORDABLE):
         return asymptotic, "chi2", why
     return permutation_p(ranks, spread, draws, seed), "permutation", why
+
+
+def chi2_tail(statistic: float, df: int) -> float:
+    """P(chi squared > statistic): NaN for NaN, never 0."""
+    return math.nan if math.isnan(statistic) else max(float(gammaincc(df / 2, statistic / 2)), SMALLEST)
+
+
+def permutation_p(ranks: Ints, spread: int, draws: int, seed: int) -> float:
+    """The share of shuffled tables that spread at least as much, the table itself among them: (1 + hits) / (1 + draws).
+
+    Phipson & Smyth 2010: so counted, p is valid and never 0.
+    """
+    rng = generator(seed, "kendall_w")
+    m, n = ranks.shape
+    centred = ranks - (n + 1)
+    block, hits = max(1, 2_000_000 // ranks.size), 0
+    for start in range(0, draws, block):
+        size = min(block, draws - start)
+        shuffled = rng.permuted(np.broadcast_to(centred, (size, m, n)), axis=2)
+        hits += int(((shuffled.sum(axis=1) ** 2).sum(axis=1) >= spread).sum())
+    return (1 + hits) / (1 + draws)

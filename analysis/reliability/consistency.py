@@ -10,11 +10,9 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.reliability.correlating import deviations, deviations_of_sum, product_moment
+from palpate.analysis.reliability.correlating import deviations, deviations_of_sum, f_upper, product_moment
 from palpate.analysis.reliability.crossed import crossed, refuse_few
-from palpate.analysis.reliability.intraclass import demand_confidence
-from palpate.analysis.reliability.quantiles import f_upper
-from palpate.analysis.reliability.two_way import mean_squares
+from palpate.analysis.reliability.intraclass import demand_confidence, mean_squares
 from palpate.analysis.statistics.cells import Aggregate
 from palpate.analysis.statistics.doubles import Floats, deviation_ss, rescaled, scaled
 from palpate.analysis.statistics.refusals import BadOption, UnknownColumn, shown

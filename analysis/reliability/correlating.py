@@ -1,4 +1,4 @@
-"""Deviations and Pearson correlations that keep their digits at any offset and scale."""
+"""Pearson correlations that keep their digits at any offset and scale, and quantiles of F and the normal."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import betainccinv, betaincinv, ndtri
 
-from palpate.analysis.reliability.quantiles import normal_upper
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, centred, differences, row_sums, scaled, sum_of_squares
 from palpate.analysis.statistics.pvalues import t_two_sided
 
@@ -82,3 +82,20 @@ def _fisher(r: float, unexplained: float, half: float) -> tuple[float, float]:
     """tanh(atanh r -+ half); atanh from 1 - r squared where r is near 1 (Fisher 1921)."""
     z = math.copysign(math.log((1 + abs(r)) / math.sqrt(unexplained)), r)
     return math.tanh(z - half), math.tanh(z + half)
+
+
+def f_upper(tail: float, df1: float, df2: float) -> float:
+    """The value that F exceeds with this probability, from the beta distribution (Abramowitz & Stegun 26.6.2).
+
+    Both halves of the beta variable are solved for, so that neither is a difference of nearly equal numbers.
+    """
+    if math.isnan(df1) or math.isnan(df2):
+        return math.nan
+    rest = float(betaincinv(df2 / 2, df1 / 2, tail))  # df2 / (df2 + df1 f)
+    part = float(betainccinv(df1 / 2, df2 / 2, tail))  # df1 f / (df2 + df1 f)
+    return df2 * part / (df1 * rest) if rest > 0 else math.inf
+
+
+def normal_upper(tail: float) -> float:
+    """The value that a standard normal variable exceeds with this probability."""
+    return -float(ndtri(tail))

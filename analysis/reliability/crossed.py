@@ -12,9 +12,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.analysis.statistics.cells import Aggregate, cell_means, check_columns, check_options, name_list
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import Coded, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.labels import Coded, coded
 from palpate.analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew, listed, shown
 
 Gaps: TypeAlias = Literal["raise", "drop_rows", "drop_columns", "keep"]

@@ -1,18 +1,22 @@
-"""Intraclass correlations: all six of Shrout & Fleiss, each with its F, p and confidence interval."""
+"""Intraclass correlations: all six of Shrout & Fleiss, each with its F, p and confidence interval.
+
+From the mean squares of a complete table of rows by columns, without loss where offsets are huge.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 import pandas as pd
 
+from palpate.analysis.reliability.correlating import f_upper
 from palpate.analysis.reliability.crossed import crossed, refuse_few
-from palpate.analysis.reliability.quantiles import f_upper
-from palpate.analysis.reliability.two_way import MeanSquares, mean_squares
+from palpate.analysis.statistics.anova import component
 from palpate.analysis.statistics.cells import Aggregate
-from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import ROUNDING, Floats, Pair, differences, scaled
 from palpate.analysis.statistics.pvalues import f_tail, p_note
 from palpate.analysis.statistics.refusals import BadOption, shown
 
@@ -193,3 +197,35 @@ def _notes(estimate: float, f: _F, low: float, high: float, p: float) -> Iterato
         yield "the interval has no lower limit" if not math.isnan(high) else NO_LIMITS
     if note := p_note([p]):
         yield note
+
+
+@dataclass(frozen=True)
+class MeanSquares:
+    """Of n rows by k columns: between rows, between columns, residual, and within rows, each over its df.
+
+    In units of a power of two squared, so that no square overflows: ratios are what they are for. A mean square that
+    only the rounding of the data makes is 0.
+    """
+
+    rows: float
+    columns: float
+    residual: float
+    within: float
+    n: int
+    k: int
+    exponent: int
+
+
+def mean_squares(values: Floats) -> MeanSquares:
+    """The two-way decomposition of an array (rows, columns), each at least 2 (Shrout & Fleiss 1979, table 3)."""
+    n, k = values.shape
+    x, exponent = scaled(values)
+    plain: Pair = (x, None)
+    by_row = differences(plain, 0)
+    noise = x.size * ROUNDING**2
+    sums = (component(by_row, (0,), 0)[1], component(plain, (1,))[1], component(by_row, (0, 1), 0)[1])
+    rows, columns, residual = (ss if ss > noise else 0.0 for ss in sums)
+    free = (n - 1) * (k - 1)
+    return MeanSquares(
+        rows / (n - 1), columns / (k - 1), residual / free, (columns + residual) / (n * (k - 1)), n, k, exponent
+    )

@@ -11,14 +11,12 @@ import numpy as np
 import pandas as pd
 from scipy.special import chdtri
 
-from palpate.analysis.reliability.correlating import pearson
+from palpate.analysis.reliability.correlating import normal_upper, pearson
 from palpate.analysis.reliability.crossed import combined
 from palpate.analysis.reliability.intraclass import demand_confidence, iccs
-from palpate.analysis.reliability.quantiles import normal_upper
 from palpate.analysis.statistics.cells import check_columns, name_list
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import Coded, Codes, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, difference, rescaled, scaled
-from palpate.analysis.statistics.labels import Coded, Codes
 from palpate.analysis.statistics.pvalues import t_critical
 from palpate.analysis.statistics.refusals import DuplicatedCells, TooFew, listed
 from palpate.protocols.wording import count

@@ -9,8 +9,7 @@ import pandas as pd
 from scipy.linalg import eigh
 
 from palpate.analysis.spaces.dissimilarities import Dissimilarities
-from palpate.analysis.spaces.matrices import frame_of, in_units
-from palpate.analysis.spaces.orienting import principal
+from palpate.analysis.spaces.matrices import frame_of, in_units, principal
 from palpate.analysis.statistics.doubles import Floats, scaled
 from palpate.analysis.statistics.refusals import BadOption, shown
 

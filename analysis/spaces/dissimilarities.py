@@ -14,9 +14,8 @@ from palpate.analysis.spaces.matrices import Matrix, matrix_of, varies
 from palpate.analysis.spaces.profiles import Profiles
 from palpate.analysis.spaces.resampling import Given
 from palpate.analysis.statistics.cells import Counts, cell_means, check_columns
-from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.columns import Coded, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.labels import Coded, coded
 from palpate.analysis.statistics.refusals import (
     BadOption,
     BadValue,

@@ -1,23 +1,25 @@
-"""Non-metric multidimensional scaling: a map whose distances follow the order of the dissimilarities."""
+"""Non-metric multidimensional scaling: a map whose distances follow the order of the dissimilarities.
+
+Also how low its stress is: by number of dimensions, and against dissimilarities in random order.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.random import Generator
 from scipy.spatial.distance import pdist, squareform
 
 from palpate.analysis.spaces.classical import check_dimensions
-from palpate.analysis.spaces.degenerate import degeneracies, too_few_points
 from palpate.analysis.spaces.dissimilarities import Dissimilarities
-from palpate.analysis.spaces.draws import stream
-from palpate.analysis.spaces.isotone import Order, Ties, disparities, order_of
-from palpate.analysis.spaces.matrices import frame_of
-from palpate.analysis.spaces.orienting import principal, unit_size
-from palpate.analysis.spaces.searching import Searched, searched
+from palpate.analysis.spaces.matrices import frame_of, principal, unit_size
+from palpate.analysis.spaces.resampling import check_draws, p_of_draws, stream
+from palpate.analysis.spaces.stress import Order, Ties, at_rest, classical_start, disparities, improved, order_of
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
+from palpate.analysis.statistics.refusals import BadOption, listed, refuse_idle, shown
 
 HOPS_PER_START = 3
 EXACT = 1e-4
@@ -105,3 +107,157 @@ def _shepard(between: Dissimilarities, distances: Floats, fitted: Floats) -> pd.
             "disparity": fitted,
         }
     )
+
+
+COLLAPSED = 1e-3  # of the root mean square distance from the centroid
+STEP = 1e-3  # of the largest disparity: smaller ones belong to the same step
+ZERO = 1e-3
+FEW_STEPS = 3
+POINTS_PER_DIMENSION = 4
+
+
+def too_few_points(points: int, dimensions: int) -> list[str]:
+    """Kruskal and Wish's rule (1978, p. 34): more than four objects for each dimension."""
+    if points > POINTS_PER_DIMENSION * dimensions:
+        return []
+    return [
+        f"{points} objects in {dimensions} dimensions: stress is low for any data; "
+        f"expected more than {POINTS_PER_DIMENSION * dimensions} objects (Kruskal & Wish 1978)"
+    ]
+
+
+def degeneracies(
+    points: Floats, fitted: Floats, order: Order, stress: float, labels: tuple[Hashable, ...]
+) -> list[str]:
+    """What is degenerate about a map of unit size, in words; empty where nothing is."""
+    found = []
+    together = _together(points, order)
+    if together:
+        pairs = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in together), len(together))
+        found.append(f"degenerate: different objects share a place ({pairs}): the map shows clusters only")
+    steps = 1 + int((np.diff(np.sort(fitted)) > STEP * fitted.max()).sum())
+    if steps <= FEW_STEPS < len(order.sizes):
+        found.append(f"degenerate: {len(order.sizes)} ranks of dissimilarity became {steps} steps of distance")
+    if stress < ZERO and too_few_points(*points.shape):
+        found.append("degenerate: stress is nearly 0, so the order of the pairs does not determine the places")
+    return found
+
+
+def _together(points: Floats, order: Order) -> list[tuple[int, int]]:
+    """Pairs of coinciding points whose dissimilarity is not the smallest one."""
+    near = (pdist(points) < COLLAPSED) & (order.rank > 0)
+    first, second = np.triu_indices(len(points), 1)
+    return list(zip(first[near].tolist(), second[near].tolist(), strict=True))
+
+
+REFINED, SETTLING = 3000, 500
+LOWER = 1e-9
+
+
+@dataclass(frozen=True)
+class Searched:
+    """The best map, its stress, the stress of every start (the classical one first), and whether a hop bettered it."""
+
+    points: Floats
+    stress: float
+    starts: tuple[float, ...]
+    hopped: bool
+
+
+def searched(between: Floats, dimensions: int, order: Order, starts: int, hops: int, rng: Generator) -> Searched:
+    """The lowest of the classical start, `starts` random ones and `hops` displacements from the best of these."""
+    begun = [classical_start(between, dimensions)]
+    begun += [_from_above(len(between), dimensions, order, rng) for _ in range(starts)]
+    tried = [improved(each, order, 40 if i == 0 else 10, 50) for i, each in enumerate(begun)]
+    stresses = [stress for _, stress in tried]
+    points, stress = tried[int(np.argmin(stresses))]
+    for _ in range(hops):
+        moved, reached = improved(_displaced(points, rng), order, 5, 40)
+        if reached < stress - LOWER:
+            points, stress = moved, reached
+    hopped = stress < min(stresses)
+    points, stress = improved(points, order, 0, REFINED)
+    return Searched(at_rest(points, order, SETTLING), stress, tuple(stresses), hopped)
+
+
+def _from_above(objects: int, dimensions: int, order: Order, rng: Generator) -> Floats:
+    """A random map of one dimension more, led downhill and seen along its smallest axis: objects can pass each other.
+
+    Borg & Groenen 2005, 13.3, on local minima in few dimensions.
+    """
+    found, _ = improved(rng.standard_normal((objects, dimensions + 1)), order, 15, 20)
+    return principal(found)[:, :dimensions]
+
+
+def _displaced(points: Floats, rng: Generator) -> Floats:
+    """The map with two objects exchanged, or with one put anywhere."""
+    moved: Floats = unit_size(points - points.mean(axis=0)).copy()
+    if rng.random() < 0.5:
+        pair = rng.choice(len(moved), 2, replace=False)
+        moved[pair] = moved[pair[::-1]]
+    else:
+        moved[rng.integers(len(moved))] = rng.standard_normal(moved.shape[1])
+    return moved
+
+
+ENOUGH = 40  # steps: the last digits of a stress do not matter beside its spread over shuffles
+
+
+@dataclass(frozen=True)
+class StressReference:
+    """The stress of dissimilarities in random order, from the same single start as `observed`, and the p of it."""
+
+    observed: float
+    mean: float
+    quantile_05: float
+    p: float
+    draws: int
+
+
+def stress_scree(
+    between: Dissimilarities,
+    most: int = 5,
+    ties: Ties = "primary",
+    starts: int = 4,
+    seed: int = 0,
+    known: NonMetric | None = None,
+) -> pd.DataFrame:
+    """The least stress-1 found in 1, 2, ... dimensions, at most `most` and objects - 2: dimensions, stress, reached.
+
+    `starts` counts each row's starts. A map that is `known` already is not looked for again.
+    """
+    last = max(1, min(most, len(between.labels) - 2))
+    held = {} if known is None else {known.points.shape[1]: known}
+    found = [held.get(k) or nonmetric_mds(between, k, ties, starts, seed if starts else 0) for k in range(1, last + 1)]
+    return pd.DataFrame(
+        {
+            "dimensions": range(1, last + 1),
+            "stress": [each.stress for each in found],
+            "reached": [each.reached for each in found],
+            "starts": [len(each.starts) for each in found],
+        }
+    )
+
+
+def stress_reference(
+    between: Dissimilarities, dimensions: int = 2, ties: Ties = "primary", draws: int = 99, seed: int = 0
+) -> StressReference:
+    """Stress-1 against that of the same dissimilarities shuffled over the pairs; p is that of "no structure at all".
+
+    Both the observed and each shuffled table start from Torgerson's map alone, so that neither is looked for harder.
+    Sources: Spence & Ogilvie 1973; Mair, Borg & Rusch 2016 (permutation).
+    """
+    check_draws(draws)
+    checked_order(between, ties)
+    pairs = squareform(between.values, checks=False)
+    rng = stream(seed, f"stress in {dimensions} dimensions")
+    observed = _one_start(pairs, dimensions, ties)
+    random = np.array([_one_start(rng.permutation(pairs), dimensions, ties) for _ in range(draws)])
+    reached = int((random <= observed * (1 + 1e-12)).sum())
+    return StressReference(
+        observed, float(random.mean()), float(np.quantile(random, 0.05)), p_of_draws(reached, draws), draws
+    )
+
+
+def _one_start(pairs: Floats, dimensions: int, ties: Ties) -> float:
+    return improved(classical_start(squareform(pairs), dimensions), order_of(pairs, ties), polished=ENOUGH)[1]

@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice, permutations
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.random import Generator
 
-from palpate.analysis.spaces.aligning import aligned, correlations, normed
-from palpate.analysis.spaces.draws import check_draws, p_of_draws, stream
 from palpate.analysis.spaces.matrices import Matrix, centred, frame_of, matrix_of, varies
+from palpate.analysis.spaces.resampling import check_draws, p_of_draws, stream
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadValue, IncompleteCells, TooFew, listed, refuse_idle
 
@@ -130,3 +130,54 @@ def _orders(objects: int, total: int, rng: Generator, every: bool) -> Iterator[F
     for done in range(0, total, BATCH):
         size = min(BATCH, total - done)
         yield rng.permuted(np.broadcast_to(np.arange(objects), (size, objects)), axis=1)
+
+
+class Aligned(NamedTuple):
+    """`points` (..., objects, dimensions) on the target; `turn` (..., dimensions, dimensions); `scale` (...)."""
+
+    points: Floats
+    turn: Floats
+    scale: Floats
+    trace: Floats
+
+
+def aligned(target: Floats, others: Floats, scale: bool = True, reflection: bool = True) -> Aligned:
+    """Least squares fit of each configuration to the target (both about their centroids, moved to the target's).
+
+    `trace` is the sum of the (signed) singular values of their cross products: the correlation r for configurations of
+    unit size. Sources: Schoenemann 1966; Gower 1975; without reflection Umeyama 1991.
+    """
+    centre = target.mean(axis=0)
+    goal = target - centre
+    about = others - others.mean(axis=-2, keepdims=True)
+    cross = np.swapaxes(about, -1, -2) @ goal
+    left, sizes, right = np.linalg.svd(cross)
+    if not reflection:
+        flip = np.sign(np.linalg.det(left) * np.linalg.det(right))
+        sizes = np.concatenate((sizes[..., :-1], sizes[..., -1:] * flip[..., None]), axis=-1)
+        left = np.concatenate((left[..., :, :-1], left[..., :, -1:] * flip[..., None, None]), axis=-1)
+    turn = left @ right
+    trace = sizes.sum(axis=-1)
+    size = (about * about).sum(axis=(-1, -2))
+    stretch = np.divide(trace, size, out=np.ones_like(trace), where=size > 0) if scale else np.ones_like(trace)
+    return Aligned(stretch[..., None, None] * (about @ turn) + centre, turn, stretch, trace)
+
+
+def correlations(target: Floats, others: Floats, reflection: bool = True) -> Floats:
+    """The Procrustes correlation of each configuration with the target, both centred and of unit size already."""
+    cross = np.swapaxes(others, -1, -2) @ target
+    if reflection:
+        result: Floats = np.linalg.svd(cross, compute_uv=False).sum(axis=-1)
+        return result
+    sizes = np.linalg.svd(cross, compute_uv=False)
+    flip = np.sign(np.linalg.det(cross))
+    signed: Floats = sizes[..., :-1].sum(axis=-1) + sizes[..., -1] * np.where(flip < 0, -1.0, 1.0)
+    return signed
+
+
+def normed(points: Floats) -> Floats:
+    """A configuration about its centroid with a sum of squares of 1."""
+    about = points - points.mean(axis=-2, keepdims=True)
+    size = np.sqrt((about * about).sum(axis=(-1, -2), keepdims=True))
+    result: Floats = about / size
+    return result

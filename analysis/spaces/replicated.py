@@ -10,14 +10,12 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.distance import squareform
 
-from palpate.analysis.spaces.aligning import aligned
 from palpate.analysis.spaces.classical import torgerson
-from palpate.analysis.spaces.descent import at_rest, improved
 from palpate.analysis.spaces.dissimilarities import Dissimilarities
-from palpate.analysis.spaces.draws import check_draws, check_share, stream
-from palpate.analysis.spaces.isotone import Ties, order_of
 from palpate.analysis.spaces.matrices import matrix_of
-from palpate.analysis.spaces.resampling import resampled
+from palpate.analysis.spaces.procrustes import aligned
+from palpate.analysis.spaces.resampling import check_draws, check_share, resampled, stream
+from palpate.analysis.spaces.stress import Ties, at_rest, improved, order_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, TooFew, refuse_idle
 

@@ -10,8 +10,7 @@ from numbers import Real
 import pandas as pd
 
 from palpate.analysis.statistics.cells import Aggregate, Missing
-from palpate.analysis.statistics.comparisons import Comparison
-from palpate.analysis.statistics.pairwise import Compared, compared
+from palpate.analysis.statistics.pairwise import Compared, Comparison, compared
 from palpate.analysis.statistics.pvalues import p_note, t_critical, t_upper
 from palpate.analysis.statistics.refusals import BadOption, shown
 

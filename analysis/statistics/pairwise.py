@@ -2,21 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+import math
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from numbers import Integral
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
 import pandas as pd
 
-from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
-from palpate.analysis.statistics.comparisons import Comparison, paired, unpaired
-from palpate.analysis.statistics.eta_intervals import checked_confidence
-from palpate.analysis.statistics.groups import gather_groups
+from palpate.analysis.statistics.anova import refuse_too_few
+from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, gather_groups, name_list
+from palpate.analysis.statistics.doubles import (
+    ROUNDING_ULPS,
+    Floats,
+    centred,
+    deviation_ss,
+    difference,
+    differences,
+    exact_sum,
+    rescaled,
+    row_sums,
+    scaled,
+)
+from palpate.analysis.statistics.effect_intervals import checked_confidence, dz_interval, hedges_interval
 from palpate.analysis.statistics.pvalues import adjusted, p_note, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
-from palpate.analysis.statistics.standardised import dz_interval, hedges_interval
-from palpate.analysis.statistics.within import refuse_too_few
 
 Names: TypeAlias = Hashable | Iterable[Hashable] | None
 ADJUSTMENTS = {"none": "none", "bonf": "bonf", "bonferroni": "bonf", "holm": "holm"}
@@ -152,3 +164,149 @@ def _table(found: Compared, method: str, family: int) -> pd.DataFrame:
     table = pd.DataFrame(columns)
     table.insert(0, "Contrast", str(found.factor))
     return table
+
+
+class Comparison(NamedTuple):
+    """Level A minus level B: mean difference and its standard error in the data's unit, t, df, standardised size.
+
+    `spread` is what the size is in units of: the standard deviation of the differences, or the groups' pooled one.
+    Where t is undefined, `t` and `size` are NaN and `note` says why.
+    """
+
+    a: Hashable
+    b: Hashable
+    mean: float
+    error: float
+    t: float
+    df: float
+    size: float
+    note: str
+    spread: float
+
+
+def paired(labels: Sequence[Hashable], values: Floats) -> Iterator[Comparison]:
+    """Every pair of columns of an array (participants, levels); size is dz = mean / SD of the differences."""
+    x, exponent = scaled(values)
+    limits = ROUNDING_ULPS * np.spacing(np.abs(x).max(axis=0))
+    for i in range(len(labels) - 1):
+        means, spreads = _differences_to(x, i)
+        floors = np.maximum(limits[i], limits[i + 1 :])
+        found = zip(labels[i + 1 :], means.tolist(), spreads.tolist(), floors.tolist(), strict=True)
+        for label, mean, spread, floor in found:
+            yield _paired(labels[i], label, (mean, spread, floor), len(x), exponent)
+
+
+def _differences_to(x: Floats, i: int) -> tuple[Floats, Floats]:
+    """Mean and standard deviation of column i minus each later column."""
+    n = len(x)
+    high, low = difference(x[:, i : i + 1], x[:, i + 1 :])
+    change, rest = differences((high, low), 0)
+    deviations = centred(change if rest is None else change + rest, 0) / n
+    spreads = np.sqrt(np.add.reduce(deviations * deviations, axis=0) / (n - 1))
+    return row_sums((high.T, low.T)) / n, spreads
+
+
+def _paired(a: Hashable, b: Hashable, scaled_pair: tuple[float, float, float], n: int, exponent: int) -> Comparison:
+    mean, spread, floor = scaled_pair
+    error = spread / math.sqrt(n)
+    note = "" if spread > floor else _same(mean, floor, spread, "differences")
+    t, size = (math.nan, math.nan) if note else (mean / error, mean / spread)
+    plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, spread))
+    return Comparison(a, b, plain, own_error, t, n - 1, size, note, own_spread)
+
+
+def _same(mean: float, floor: float, spread: float, what: str) -> str:
+    level = "do not vary" if spread == 0 else "vary only at the rounding level of the data"
+    return f"t is undefined: the {what} {level}" + (" and their mean is zero" if abs(mean) <= floor else "")
+
+
+class _Sample(NamedTuple):
+    """One group in scaled units: size, exact mean deviation from the common pivot, sum of squares, rounding level."""
+
+    label: Hashable
+    n: int
+    mean: float
+    low: float  # what `mean` as a double leaves out
+    ss: float
+    floor: float
+
+
+def unpaired(labels: Sequence[Hashable], groups: Sequence[Floats]) -> Iterator[Comparison]:
+    """Every pair of groups; pooled variance for equal sizes, Welch's test otherwise; size is Hedges' g."""
+    x, exponent = scaled(np.concatenate(groups))
+    parts = np.split(x, np.cumsum([len(group) for group in groups])[:-1])
+    samples = [_sample(label, part, float(x[0])) for label, part in zip(labels, parts, strict=True)]
+    for a, b in combinations(samples, 2):
+        yield _unpaired(a, b, exponent)
+
+
+def _sample(label: Hashable, part: Floats, pivot: float) -> _Sample:
+    mean = exact_sum(part, pivot) / len(part)
+    high = float(mean)
+    floor = ROUNDING_ULPS * float(np.spacing(np.abs(part).max()))
+    return _Sample(label, len(part), high, float(mean - type(mean)(high)), deviation_ss(part), floor)
+
+
+def _unpaired(a: _Sample, b: _Sample, exponent: int) -> Comparison:
+    mean = (a.mean - b.mean) + (a.low - b.low)
+    floor, df = max(a.floor, b.floor), float(a.n + b.n - 2)
+    if min(a.n, b.n) == 1 and (df == 0 or a.n != b.n):
+        note, error = "t is undefined: a group has one value", math.nan
+    else:
+        spread = math.sqrt((a.ss + b.ss) / (a.n + b.n))
+        note = "" if spread > floor else _same(mean, floor, spread, "values of each group")
+        error, df = _welch(a, b) if a.n != b.n and not note else (_pooled(a, b), df)
+    size = math.nan if note else hedges_g(mean, a.ss + b.ss, a.n + b.n)
+    t = math.nan if note else mean / error
+    pooled = math.sqrt((a.ss + b.ss) / (a.n + b.n - 2)) if a.n + b.n > 2 else math.nan
+    plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, pooled))
+    return Comparison(a.label, b.label, plain, own_error, t, df, size, note, own_spread)
+
+
+def _pooled(a: _Sample, b: _Sample) -> float:
+    return math.sqrt((a.ss + b.ss) / (a.n + b.n - 2) * (1 / a.n + 1 / b.n))
+
+
+def _welch(a: _Sample, b: _Sample) -> tuple[float, float]:
+    """Standard error and degrees of freedom of Welch 1947."""
+    va, vb = a.ss / (a.n - 1) / a.n, b.ss / (b.n - 1) / b.n
+    share = va / (va + vb)
+    return math.sqrt(va + vb), 1 / (share**2 / (a.n - 1) + (1 - share) ** 2 / (b.n - 1))
+
+
+def hedges_g(mean: float, ss: float, n: int) -> float:
+    """Mean difference in pooled standard deviations, with the small-sample factor 1 - 3 / (4 n - 9) (Hedges 1981)."""
+    return mean / math.sqrt(ss / (n - 2)) * (1 - 3 / (4 * n - 9))
+
+
+ENDS = (("ci_low", "ci_high"), ("bound_low", "bound_high"), ("T_low", "T_high"))
+
+
+def pairs_in_order(
+    table: pd.DataFrame, order: Sequence[str], sizes: Sequence[str] = ("dz",), turned: pd.DataFrame | None = None
+) -> list[dict[str, Any]]:
+    """The rows of a table of pairs (columns A and B) with the level first that comes first in `order`.
+
+    A level that `order` does not name comes after those that it names. `sizes` are the columns of effect sizes, which
+    change their sign as the differences do. `turned` is the table that the rows to be turned round are taken from, row
+    by row, where turning changes more than signs (bounds that are not symmetric); None takes them from `table`.
+    """
+    place = {level: at for at, level in enumerate(order)}
+    places = {level: place.get(str(level), len(place)) for level in {*table["A"], *table["B"]}}
+    backwards = (table if turned is None else turned).to_dict("records")
+    rows = [
+        {str(name): value for name, value in row.items()}
+        if places[row["A"]] <= places[row["B"]]
+        else _turned(back, sizes)
+        for row, back in zip(table.to_dict("records"), backwards, strict=True)
+    ]
+    return sorted(rows, key=lambda row: (places[row["A"]], places[row["B"]]))
+
+
+def _turned(row: Mapping[Any, Any], sizes: Sequence[str]) -> dict[str, Any]:
+    """B minus A instead of A minus B."""
+    ends = (*ENDS, *((f"{size}_low", f"{size}_high") for size in sizes))
+    signed = {name: -row[name] for name in ("mean_diff", "T", *sizes) if name in row}
+    swapped = {a: -row[b] for low, high in ends if low in row for a, b in ((low, high), (high, low))}
+    p = {"p_low": row["p_high"], "p_high": row["p_low"]} if "p_low" in row else {}
+    return {**{str(name): value for name, value in row.items()}, "A": row["B"], "B": row["A"], **signed, **swapped, **p}

@@ -12,14 +12,13 @@ import pandas as pd
 
 from benchmarks.statistics.inputs import extended_answer, long_table, random_cells
 from palpate.analysis.crosschecking import packages
+from palpate.analysis.statistics.anova import rm_anova
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.equivalence import equivalence_tests
-from palpate.analysis.statistics.mixed import mixed_anova
+from palpate.analysis.statistics.exact import self_check
+from palpate.analysis.statistics.mixed_anova import mauchly_tests, mixed_anova
 from palpate.analysis.statistics.pairwise import pairwise_tests
 from palpate.analysis.statistics.references import reference_table, reference_values
-from palpate.analysis.statistics.self_check import self_check
-from palpate.analysis.statistics.sphericity import mauchly_tests
-from palpate.analysis.statistics.within import rm_anova
 from palpate.protocols.bench import Case
 
 AREA = "statistics"

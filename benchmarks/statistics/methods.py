@@ -12,10 +12,9 @@ import pandas as pd
 
 from benchmarks.statistics.inputs import Input
 from palpate.analysis.crosschecking import packages
-from palpate.analysis.statistics.between import anova
+from palpate.analysis.statistics.anova import anova, rm_anova
 from palpate.analysis.statistics.exact import ExactEffect, exact_within
 from palpate.analysis.statistics.refusals import StatisticsError
-from palpate.analysis.statistics.within import rm_anova
 
 Numbers: TypeAlias = dict[tuple[str, str], float]
 """What a method answers, by (effect, kind of number); empty where it refuses by name."""

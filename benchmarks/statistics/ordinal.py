@@ -23,9 +23,9 @@ from benchmarks.statistics.ordinal_truth import (
 )
 from palpate.analysis.crosschecking import packages
 from palpate.analysis.ordinal.friedman import friedman
+from palpate.analysis.ordinal.nemenyi import range_tail
 from palpate.analysis.ordinal.ordinal_model import ordinal_model
-from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
-from palpate.analysis.ordinal.studentized import range_tail
+from palpate.analysis.ordinal.wilcoxon import wilcoxon_tests
 from palpate.analysis.statistics.refusals import StatisticsError
 from palpate.protocols.bench import Case
 

@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.crosschecking import packages
-from palpate.analysis.reliability.coincidence import krippendorff
 from palpate.analysis.reliability.concordance import concordance
 from palpate.analysis.reliability.consistency import cronbach_alpha
 from palpate.analysis.reliability.intraclass import icc
 from palpate.analysis.reliability.kappa import fleiss_kappa
+from palpate.analysis.reliability.krippendorff import krippendorff
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.references import reference_table, reference_values
 from palpate.protocols.bench import Case

@@ -15,7 +15,7 @@ from palpate.analysis.first_look.study_statistics import Question, Row, StudySta
 from palpate.analysis.first_look.study_statistics import Test as Answer
 from palpate.analysis.ratings.dataset import Exclusion
 from palpate.analysis.reports.page_table import Footnotes, Table
-from palpate.analysis.statistics.between import anova
+from palpate.analysis.statistics.anova import anova
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
 EFFECT: Row = {

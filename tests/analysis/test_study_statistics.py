@@ -9,8 +9,8 @@ import pytest
 
 from palpate.analysis.first_look.analysed import analyse_ratings, correction, reported_p
 from palpate.analysis.first_look.study_statistics import Question, questions_of, study_statistics
+from palpate.analysis.statistics.anova import rm_anova
 from palpate.analysis.statistics.pairwise import pairwise_tests
-from palpate.analysis.statistics.within import rm_anova
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
 

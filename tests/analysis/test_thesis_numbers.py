@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis import rm_anova
-from palpate.analysis.statistics.eta_intervals import eta_squared_interval
+from palpate.analysis.statistics.effect_intervals import eta_squared_interval
 from palpate.analysis.statistics.pvalues import f_tail
 from tests.analysis.anova_for_tests import long_table
 

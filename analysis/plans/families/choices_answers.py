@@ -13,16 +13,16 @@ from palpate.analysis.choices.intervals import CORRECTING_DRAWS, Interval, profi
 from palpate.analysis.choices.posterior import posterior_of
 from palpate.analysis.choices.psychometric import Psychometric, fitted_function
 from palpate.analysis.choices.scales import SUM_ZERO, Scale, differences
+from palpate.analysis.choices.specification import gather_levels
 from palpate.analysis.choices.staircase import Staircase, staircase
 from palpate.analysis.choices.thurstone import thurstone
 from palpate.analysis.choices.triads import circular_triads
-from palpate.analysis.choices.trials import gather_levels
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.families.rows import plain_row, require_columns
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.apa import apa_p
-from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.columns import coded
 from palpate.analysis.statistics.pvalues import t_critical
 from palpate.analysis.statistics.refusals import StatisticsError
 

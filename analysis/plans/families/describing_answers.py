@@ -29,10 +29,10 @@ from palpate.analysis.ratings.person_cells import PersonCells, constant_columns,
 from palpate.analysis.ratings.target_errors import ALL, CATEGORY, TargetError, target_errors
 from palpate.analysis.ratings.trends import CORRECTIONS, cell_trends, families_of, steps_of
 from palpate.analysis.ratings.within_intervals import mean_intervals
+from palpate.analysis.statistics.anova import rm_anova
 from palpate.analysis.statistics.apa import apa_p, number
 from palpate.analysis.statistics.pvalues import adjusted
 from palpate.analysis.statistics.refusals import StatisticsError
-from palpate.analysis.statistics.within import rm_anova
 from palpate.protocols.wording import some
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from palpate.analysis.mixed_models.results import MixedModel as Fitted
+    from palpate.analysis.mixed_models.model import MixedModel as Fitted
     from palpate.analysis.plans.answers import Answer, Row, Selected
     from palpate.analysis.plans.families.mixed_model import MixedModel
 

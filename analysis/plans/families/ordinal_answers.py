@@ -11,7 +11,7 @@ from palpate.analysis.ordinal.friedman import friedman
 from palpate.analysis.ordinal.likert import MOST_POINTS, likert
 from palpate.analysis.ordinal.nemenyi import nemenyi
 from palpate.analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
-from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
+from palpate.analysis.ordinal.wilcoxon import wilcoxon_tests
 from palpate.analysis.plans.families.rows import (
     CORRECTED,
     answer_of,

@@ -205,7 +205,7 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
     from dataclasses import asdict
 
     from palpate.analysis.plans.families.rows import require_columns
-    from palpate.analysis.reliability.coincidence import krippendorff_alpha
+    from palpate.analysis.reliability.krippendorff import krippendorff_alpha
     from palpate.analysis.reliability.told import averaged, demand_once, plain, with_interval
 
     require_columns(selected.table, (*asked.units, asked.raters, asked.value))

@@ -14,19 +14,17 @@ from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.families.rows import plain_rows, require_columns
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.spaces.classical import classical_mds
-from palpate.analysis.spaces.components import Components, pca
+from palpate.analysis.spaces.components import Components, parallel_analysis, pca, share_intervals
 from palpate.analysis.spaces.dissimilarities import Dissimilarities, pair_dissimilarities, profile_distances
-from palpate.analysis.spaces.draws import stream
-from palpate.analysis.spaces.judging import stress_reference, stress_scree
-from palpate.analysis.spaces.nonmetric import nonmetric_mds
+from palpate.analysis.spaces.nonmetric import nonmetric_mds, stress_reference, stress_scree
 from palpate.analysis.spaces.procrustes import Procrustes as Compared
 from palpate.analysis.spaces.procrustes import procrustes
 from palpate.analysis.spaces.profiles import Profiles, gather_profiles, of_people
 from palpate.analysis.spaces.replicated import confidence_ellipses
-from palpate.analysis.spaces.retained import parallel_analysis, share_intervals
+from palpate.analysis.spaces.resampling import stream
 from palpate.analysis.spaces.vectors import property_vectors
 from palpate.analysis.statistics.apa import apa_p
-from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.columns import coded
 from palpate.analysis.statistics.refusals import StatisticsError, TooFew
 from palpate.protocols.wording import count
 

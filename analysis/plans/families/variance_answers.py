@@ -19,15 +19,12 @@ from palpate.analysis.plans.families.rows import (
     table_notes,
 )
 from palpate.analysis.plans.idle import idle_note
+from palpate.analysis.statistics.anova import anova, rm_anova
 from palpate.analysis.statistics.apa import apa_f, number
-from palpate.analysis.statistics.between import anova
+from palpate.analysis.statistics.effect_intervals import eta_squared_intervals
 from palpate.analysis.statistics.equivalence import equivalence_tests
-from palpate.analysis.statistics.eta_intervals import eta_squared_intervals
-from palpate.analysis.statistics.mixed import mixed_anova
-from palpate.analysis.statistics.pair_order import pairs_in_order
-from palpate.analysis.statistics.pairwise import pairwise_tests
-from palpate.analysis.statistics.sphericity import mauchly_tests
-from palpate.analysis.statistics.within import rm_anova
+from palpate.analysis.statistics.mixed_anova import mauchly_tests, mixed_anova
+from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
 
 if TYPE_CHECKING:
     import pandas as pd

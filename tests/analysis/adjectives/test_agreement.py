@@ -10,7 +10,7 @@ import pytest
 
 from palpate.analysis.adjectives.agreement import ALL, word_agreement
 from palpate.analysis.adjectives.selections import gather_selections
-from palpate.analysis.reliability.coincidence import krippendorff
+from palpate.analysis.reliability.krippendorff import krippendorff
 from palpate.analysis.statistics.refusals import TooFew
 from tests.analysis.adjectives.tables import WORDS, random_ticks, study, tables
 

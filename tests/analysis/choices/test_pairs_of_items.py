@@ -9,11 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.analysis.choices.bradley_terry import bradley_terry
-from palpate.analysis.choices.existing import NoEstimate
 from palpate.analysis.choices.scales import differences
 from palpate.analysis.choices.thurstone import thurstone
 from palpate.analysis.choices.triads import circular_triads
-from palpate.analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, UnknownColumn
+from palpate.analysis.statistics.refusals import (
+    BadOption,
+    BadValue,
+    IncompleteCells,
+    NoEstimate,
+    StatisticsError,
+    UnknownColumn,
+)
 from tests.analysis.choices.choices_for_tests import baseball, choices, in_r, with_ties
 from tests.examples import examples
 

@@ -15,11 +15,10 @@ from scipy.special import expit, ndtr
 
 from benchmarks.thresholds import OBSERVERS, SD, THRESHOLD, Observer, fitted_sets, missed
 from benchmarks.thresholds import simulated as simulated_sets
-from palpate.analysis.choices.existing import NoEstimate
 from palpate.analysis.choices.intervals import profile_ends, profile_interval, resampled_answers
 from palpate.analysis.choices.posterior import posterior
 from palpate.analysis.choices.psychometric import fit_psychometric
-from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew
+from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate, TooFew
 from tests.analysis.choices.choices_for_tests import in_r
 from tests.examples import examples
 

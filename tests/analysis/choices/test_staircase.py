@@ -7,10 +7,9 @@ import pandas as pd
 import pytest
 from scipy.special import ndtr, ndtri
 
-from palpate.analysis.choices.existing import NoEstimate
 from palpate.analysis.choices.psychometric import fit_psychometric
 from palpate.analysis.choices.staircase import staircase
-from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew
+from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate, TooFew
 
 
 def track(levels: list[float], hits: list[int]) -> pd.DataFrame:

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.analysis.crosschecking import comparing, packages
-from palpate.analysis.crosschecking.checks import LIMIT, cross_check, difference
-from palpate.analysis.crosschecking.comparing import Pair
-from palpate.analysis.crosschecking.summary import line_of, sentence
+from palpate.analysis.crosschecking import conditions as comparing
+from palpate.analysis.crosschecking import packages
+from palpate.analysis.crosschecking.checks import LIMIT, cross_check, difference, line_of, sentence
+from palpate.analysis.crosschecking.conditions import Pair
 from tests.analysis.crosschecking.made_answers import answered, long, rated
 
 

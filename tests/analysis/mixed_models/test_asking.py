@@ -10,7 +10,7 @@ from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.families.mixed_model_answers import gaps_answer
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.statistics.within import rm_anova
+from palpate.analysis.statistics.anova import rm_anova
 
 LEVELS = {"car": ("K8", "BC3", "G90"), "variant": ("soft", "hard"), "group": ("1", "2")}
 

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from palpate.analysis.mixed_models import optimising
-from palpate.analysis.mixed_models.criterion import deviance, solved
 from palpate.analysis.mixed_models.model import mixed_model
-from palpate.analysis.mixed_models.refusals import NotConverged
+from palpate.analysis.mixed_models.problem import deviance, solved
+from palpate.analysis.statistics.refusals import NotConverged
 from tests.analysis.mixed_models.reference_for_tests import asked, table
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from palpate.analysis.mixed_models.blups import random_effects
 from palpate.analysis.mixed_models.model import mixed_model
-from palpate.analysis.statistics.within import rm_anova
+from palpate.analysis.statistics.anova import rm_anova
 from tests.analysis.mixed_models.reference_for_tests import asked, ours, table
 from tests.examples import examples
 

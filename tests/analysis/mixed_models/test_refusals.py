@@ -8,11 +8,14 @@ import pytest
 
 from palpate.analysis.mixed_models.comparing import compare_models
 from palpate.analysis.mixed_models.model import mixed_model
-from palpate.analysis.mixed_models.refusals import NoResidual, NotComparable, NotIdentified, RankDeficient
 from palpate.analysis.statistics.refusals import (
     BadOption,
     BadValue,
     IncompleteCells,
+    NoResidual,
+    NotComparable,
+    NotIdentified,
+    RankDeficient,
     StatisticsError,
     TooFew,
     UnknownColumn,

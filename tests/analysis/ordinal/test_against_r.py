@@ -7,11 +7,8 @@ import pytest
 
 from palpate.analysis.ordinal.aligned import aligned_ranks
 from palpate.analysis.ordinal.friedman import friedman
-from palpate.analysis.ordinal.nemenyi import nemenyi
-from palpate.analysis.ordinal.rank_sums import rank_sums
-from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
-from palpate.analysis.ordinal.signed_ranks import signed_ranks
-from palpate.analysis.ordinal.studentized import range_quantile, range_tail
+from palpate.analysis.ordinal.nemenyi import nemenyi, range_quantile, range_tail
+from palpate.analysis.ordinal.wilcoxon import rank_sums, signed_ranks, wilcoxon_tests
 from tests.analysis.ordinal.r_values import r_values, shipped
 
 SETS = {

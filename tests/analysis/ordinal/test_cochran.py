@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from statsmodels.stats.contingency_tables import cochrans_q
 
-from palpate.analysis.ordinal.cochran import NO_DIFFERENCE, cochran_q
+from palpate.analysis.ordinal.friedman import NO_DIFFERENCE, cochran_q
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.statistics.refusals import StatisticsError

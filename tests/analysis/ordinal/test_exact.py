@@ -9,12 +9,10 @@ from itertools import combinations, permutations, product
 import numpy as np
 import pytest
 
-from palpate.analysis.ordinal.friedman import friedman, rank_test
-from palpate.analysis.ordinal.friedman_exact import exact_tail
-from palpate.analysis.ordinal.nemenyi import nemenyi
-from palpate.analysis.ordinal.permutations import rank_sum_chances, signed_rank_chances, two_sided
+from palpate.analysis.ordinal.friedman import exact_tail, friedman, rank_test
+from palpate.analysis.ordinal.nemenyi import nemenyi, range_tail
 from palpate.analysis.ordinal.ranks import doubled_ranks, row_rounding
-from palpate.analysis.ordinal.studentized import range_tail
+from palpate.analysis.ordinal.wilcoxon import rank_sum_chances, signed_rank_chances, two_sided
 from tests.analysis.ordinal.r_values import long
 
 TABLES = [

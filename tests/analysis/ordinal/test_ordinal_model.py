@@ -12,11 +12,12 @@ from scipy.special import expit
 
 from benchmarks.statistics.ordinal_truth import separated_table, wine_table
 from palpate.analysis.ordinal.ordinal_model import ordinal_model
-from palpate.analysis.ordinal.refusals import NotConverged, Separated
 from palpate.analysis.statistics.refusals import (
     BadOption,
     BadValue,
     IncompleteCells,
+    NotConverged,
+    Separated,
     StatisticsError,
     TooFew,
     UnknownColumn,

@@ -14,7 +14,7 @@ from hypothesis.extra import numpy as hnp
 from palpate.analysis.ordinal.aligned import aligned_ranks, aligned_table
 from palpate.analysis.ordinal.friedman import friedman
 from palpate.analysis.ordinal.nemenyi import nemenyi
-from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
+from palpate.analysis.ordinal.wilcoxon import wilcoxon_tests
 from tests.analysis.ordinal.r_values import long
 from tests.examples import examples
 

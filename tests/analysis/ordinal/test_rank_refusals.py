@@ -11,10 +11,9 @@ import pytest
 from palpate.analysis.ordinal.aligned import aligned_ranks
 from palpate.analysis.ordinal.friedman import friedman, rank_test
 from palpate.analysis.ordinal.nemenyi import nemenyi
-from palpate.analysis.ordinal.rank_tests import in_family, wilcoxon_tests
 from palpate.analysis.ordinal.ranks import doubled_ranks, row_rounding
 from palpate.analysis.ordinal.resampling import Interval, w_interval
-from palpate.analysis.ordinal.signed_ranks import signed_ranks
+from palpate.analysis.ordinal.wilcoxon import in_family, signed_ranks, wilcoxon_tests
 from palpate.analysis.statistics.refusals import (
     BadOption,
     BadValue,

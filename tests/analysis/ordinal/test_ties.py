@@ -10,9 +10,8 @@ from benchmarks.statistics.ordinal_truth import FRIEDMAN, SIGNED, exact_friedman
 from palpate.analysis.ordinal.friedman import friedman
 from palpate.analysis.ordinal.likert import likert
 from palpate.analysis.ordinal.ordinal_model import ordinal_model
-from palpate.analysis.ordinal.rank_sums import rank_sums
 from palpate.analysis.ordinal.ranks import doubled_ranks, rounding, row_rounding
-from palpate.analysis.ordinal.signed_ranks import signed_ranks
+from palpate.analysis.ordinal.wilcoxon import rank_sums, signed_ranks
 from tests.analysis.ordinal.r_values import long
 
 BLURRED = "0.1 + 0.2 against 0.3, 12 x 3"

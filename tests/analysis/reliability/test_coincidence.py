@@ -11,8 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.analysis.reliability.coincidence import krippendorff, krippendorff_alpha
-from palpate.analysis.reliability.disagreement import LEVELS, disagreement_of
+from palpate.analysis.reliability.krippendorff import LEVELS, disagreement_of, krippendorff, krippendorff_alpha
 from palpate.analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, TooFew
 from tests.analysis.reliability.tables import long
 from tests.examples import examples

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.analysis.reliability.coincidence import krippendorff
 from palpate.analysis.reliability.kappa import cohen_kappa, fleiss_kappa
+from palpate.analysis.reliability.krippendorff import krippendorff
 from palpate.analysis.statistics.refusals import BadValue, TooFew
 
 WORKED = np.array(  # 10 things, 14 raters, 5 categories: kappa .210 (Wikipedia, "Fleiss' kappa", worked example)

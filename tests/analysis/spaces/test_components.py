@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.analysis.spaces.components import pca
+from palpate.analysis.spaces.components import parallel_analysis, pca, share_intervals
 from palpate.analysis.spaces.profiles import gather_profiles
-from palpate.analysis.spaces.retained import parallel_analysis, share_intervals
 from palpate.analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew
 from tests.analysis.spaces.spaces_for_tests import attitude, in_r, ratings
 from tests.examples import examples

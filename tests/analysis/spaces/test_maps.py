@@ -14,12 +14,11 @@ from palpate.analysis.spaces.dissimilarities import (
     pair_dissimilarities,
     profile_distances,
 )
-from palpate.analysis.spaces.isotone import disparities, order_of
-from palpate.analysis.spaces.judging import stress_reference, stress_scree
-from palpate.analysis.spaces.nonmetric import nonmetric_mds
+from palpate.analysis.spaces.nonmetric import nonmetric_mds, stress_reference, stress_scree
 from palpate.analysis.spaces.procrustes import procrustes
 from palpate.analysis.spaces.profiles import gather_profiles
 from palpate.analysis.spaces.replicated import confidence_ellipses
+from palpate.analysis.spaces.stress import disparities, order_of
 from palpate.analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, TooFew
 from tests.analysis.spaces.spaces_for_tests import given_set, in_r, ratings
 

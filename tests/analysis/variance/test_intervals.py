@@ -11,12 +11,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.analysis import anova, pairwise_tests, rm_anova
-from palpate.analysis.statistics.eta_intervals import eta_squared_interval, eta_squared_intervals
-from palpate.analysis.statistics.mixed import mixed_anova
-from palpate.analysis.statistics.noncentral import f_chance, f_noncentrality, t_chance, t_noncentrality
+from palpate.analysis.statistics.effect_intervals import (
+    dz_interval,
+    eta_squared_interval,
+    eta_squared_intervals,
+    f_chance,
+    f_noncentrality,
+    hedges_interval,
+    t_chance,
+    t_noncentrality,
+)
+from palpate.analysis.statistics.mixed_anova import mixed_anova
 from palpate.analysis.statistics.references import reference_table
 from palpate.analysis.statistics.refusals import BadOption, UnknownColumn
-from palpate.analysis.statistics.standardised import dz_interval, hedges_interval
 from tests.analysis.anova_for_tests import long_table
 from tests.analysis.variance.variance_for_tests import UNEQUAL, R, design
 from tests.examples import examples

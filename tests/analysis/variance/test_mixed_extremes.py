@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from palpate.analysis import StatisticsError, anova, rm_anova
 from palpate.analysis.statistics.apa import apa_f
+from palpate.analysis.statistics.exact import self_check
 from palpate.analysis.statistics.hypotheses import EXACT_GROUPS
-from palpate.analysis.statistics.mixed import mixed_anova
-from palpate.analysis.statistics.self_check import self_check
+from palpate.analysis.statistics.mixed_anova import mixed_anova
 from tests.analysis.anova_for_tests import relative_error, same
 from tests.analysis.variance.variance_for_tests import UNEQUAL, design
 from tests.examples import examples

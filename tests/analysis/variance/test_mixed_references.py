@@ -7,10 +7,9 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from palpate.analysis.statistics.mixed import mixed_anova
+from palpate.analysis.statistics.anova import rm_anova
+from palpate.analysis.statistics.mixed_anova import mauchly_tests, mixed_anova
 from palpate.analysis.statistics.references import reference_table, reference_values
-from palpate.analysis.statistics.sphericity import mauchly_tests
-from palpate.analysis.statistics.within import rm_anova
 from tests.analysis.anova_for_tests import NAMES, relative_error
 from tests.analysis.variance.variance_for_tests import R, r_table
 

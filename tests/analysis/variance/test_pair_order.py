@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.analysis.statistics.pair_order import pairs_in_order
-from palpate.analysis.statistics.pairwise import pairwise_tests
+from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
 
 LEVELS = ("a", "b", "c")
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.analysis.statistics import self_check as checking
-from palpate.analysis.statistics.exact import exact_one_way, exact_within
-from palpate.analysis.statistics.exact_mixed import exact_mixed
-from palpate.analysis.statistics.mixed import gather_design
+from palpate.analysis.statistics import exact as checking
+from palpate.analysis.statistics.exact import exact_mixed, exact_one_way, exact_within, self_check
+from palpate.analysis.statistics.mixed_anova import gather_design
 from palpate.analysis.statistics.references import reference_table, reference_values
-from palpate.analysis.statistics.self_check import self_check
 from tests.analysis.anova_for_tests import long_table
 from tests.analysis.variance.variance_for_tests import UNEQUAL, R, design, r_table
 

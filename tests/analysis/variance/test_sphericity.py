@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from palpate.analysis.statistics.mixed_anova import mauchly_tests
 from palpate.analysis.statistics.references import reference_table
-from palpate.analysis.statistics.sphericity import mauchly_tests
 from tests.analysis.anova_for_tests import long_table, same
 from tests.analysis.variance.variance_for_tests import UNEQUAL, design
 

@@ -1,4 +1,4 @@
-"""Repeated-measures ANOVA on complete data, any number of within-participant factors.
+"""Repeated-measures ANOVA with any number of factors within participants, and one-way ANOVA between groups.
 
 Every sum of squares is that of differences: the table is differenced against its first level (and participant), so
 that an offset of 1e12 costs no digit, and only then summed, centred and squared. docs/reference/statistics.md has
@@ -9,23 +9,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable, Iterator, Sequence
+from fractions import Fraction
+from functools import lru_cache
 from itertools import combinations
+from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
+from pandas.api.internals import create_dataframe_from_blocks  # type: ignore[import-not-found]
 
-from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather
+from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, gather_groups
 from palpate.analysis.statistics.doubles import (
     ROUNDING,
     Floats,
     Pair,
     centred,
+    deviation_ss,
     differences,
+    exact_sum,
     rescaled,
     row_sums,
     scaled,
     sum_of_squares,
 )
-from palpate.analysis.statistics.effects import Effect, effects_table
 from palpate.analysis.statistics.pvalues import f_tail, p_note
 from palpate.analysis.statistics.refusals import TooFew, UnknownColumn, listed
 
@@ -208,3 +214,107 @@ def range_notes(sums: Iterable[tuple[float, float]], p_values: Iterable[float]) 
     if note := p_note(p_values):
         notes.append(note)
     return notes
+
+
+class Effect(NamedTuple):
+    """One row of the table; sums of squares in the data's unit squared, NaN where a statistic is undefined."""
+
+    source: str
+    ss: float
+    df1: int
+    df2: int
+    ms: float
+    f: float
+    p: float
+    p_gg: float
+    p_hf: float
+    eps: float
+    np2: float
+    ng2: float
+    eps_hf: float
+    ss_error: float
+    note: str
+
+
+COLUMNS = pd.Index(
+    [
+        *("Source", "SS", "ddof1", "ddof2", "MS", "F", "p_unc", "p_GG_corr", "p_HF_corr"),
+        *("eps", "np2", "ng2", "eps_HF", "SS_error", "note"),
+    ],
+    dtype="str",
+)
+SOURCE, INTEGERS, REALS, NOTE = (np.array(places) for places in ([0], [2, 3], [1, *range(4, 14)], [14]))
+
+
+def effects_table(rows: Sequence[Effect]) -> pd.DataFrame:
+    """The table of `rm_anova`, put together block by block: the usual constructor takes longer than the whole test.
+
+    A block is a 2-D array with a row per column of the table, or a column of text of its own.
+    """
+    source, ss, df1, df2, *reals, note = zip(*rows, strict=True)
+    blocks = [
+        (_text(source), SOURCE),
+        (np.array((df1, df2), dtype=np.int64), INTEGERS),
+        (np.array((ss, *reals), dtype=np.float64), REALS),
+        (_text(note), NOTE),
+    ]
+    table: pd.DataFrame = create_dataframe_from_blocks(blocks, pd.RangeIndex(len(rows)), COLUMNS.view())
+    return table
+
+
+def _text(values: tuple[str, ...]) -> Any:
+    return _kept_text(values).copy()  # a table may be changed by whoever asked for it
+
+
+@lru_cache(maxsize=256)
+def _kept_text(values: tuple[str, ...]) -> Any:
+    """A column of text; making one takes long, and a report asks for the same ones again and again."""
+    return pd.array(list(values), dtype="str")
+
+
+def anova(
+    data: pd.DataFrame,
+    dv: Hashable,
+    between: Hashable | Iterable[Hashable],
+    *,
+    subject: Hashable | None = None,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """One-way ANOVA between groups of a long table: one row, pingouin's column names.
+
+    Without `subject` every row is an independent value. `np2` (partial) and `eta2` (classical) eta squared are the same
+    number in a one-way design; `note` says why a value is NaN. `missing="listwise"` leaves out rows without a value,
+    `aggregate="mean"` averages each participant's values.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    groups = gather_groups(data, dv, between, subject, missing, aggregate)
+    table = pd.DataFrame([{"Source": str(groups.factor), **one_way(groups.values)}])
+    table.attrs.update(groups.attrs())
+    return table
+
+
+def one_way(groups: Sequence[Floats]) -> dict[str, float | int | str]:
+    """The statistics of a list of groups, under the names of the table's columns."""
+    sizes = [len(group) for group in groups]
+    x, exponent = scaled(np.concatenate(groups))
+    parts = np.split(x, np.cumsum(sizes)[:-1])
+    ssb, ssw = _between_ss(parts, float(x[0])), math.fsum(map(deviation_ss, parts))
+    df1, df2 = len(groups) - 1, len(x) - len(groups)
+    noise = x.size * ROUNDING**2
+    note = undefined_f(ssb, ssw, noise, "the values of each group are the same")
+    f = math.nan if note else ssb / df1 / (ssw / df2)
+    p, eta2 = f_tail(f, df1, df2), share(ssb, ssw, noise)
+    ss, ms, ss_error = (rescaled(value, 2 * exponent) for value in (ssb, ssb / df1, ssw))
+    notes = [note] * bool(note) + range_notes(((ssb, ss), (ssw, ss_error)), (p,))
+    return {
+        **{"SS": ss, "ddof1": df1, "ddof2": df2, "MS": ms, "F": f, "p_unc": p, "np2": eta2, "eta2": eta2},
+        **{"SS_error": ss_error, "note": "; ".join(notes)},
+    }
+
+
+def _between_ss(parts: Sequence[Floats], pivot: float) -> float:
+    """sum T_g^2 / n_g - T^2 / N in exact rationals: few enough sums to afford it, and it cancels without loss."""
+    totals = [exact_sum(part, pivot) for part in parts]
+    squares = sum((total**2 / len(part) for total, part in zip(totals, parts, strict=True)), Fraction(0))
+    return float(squares - sum(totals, Fraction(0)) ** 2 / sum(map(len, parts)))
