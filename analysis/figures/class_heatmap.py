@@ -11,16 +11,20 @@ from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from palpate.analysis.figures.columns import in_order, pair_names, to_float
-from palpate.analysis.figures.figure_kind import Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import decimals_for, folded, number, widest_pt
-from palpate.analysis.figures.predictions import Point, PredictionSettings, read_points
-from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT, ink_on, ladder
-from palpate.analysis.plans.answers import Row, Selected
+from palpate.analysis.figures.columns import bipolar_names, ordered_levels, to_float
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, Marks
+from palpate.analysis.figures.lettering import decimals_for, fold, format_number, widest_pt
+from palpate.analysis.figures.predictions import Prediction, PredictionSettings, read_predictions
+from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT, readable_ink, shade_scale
+from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.idle import Idle
 from palpate.protocols.wording import count
 
 NAMES = {"MAE": "mean absolute error", "RMSE": "root mean square error"}
+GAP = 0.22
+"""How far the margins stand from the cells, in cells."""
+MARGIN = "all"
+FONT = 8.0
 
 
 class ClassHeatmapSettings(PredictionSettings):
@@ -42,57 +46,62 @@ class ClassHeatmapSettings(PredictionSettings):
         yield Idle("stimulus", "in cells, which hold all stimuli of a class")
 
 
-def data(shown: Shown, settings: ClassHeatmapSettings) -> FigureData:
-    """One row for each cell, then the margins: each class over all attributes, each attribute over all classes.
+def data(inputs: FigureInput, settings: ClassHeatmapSettings) -> FigureData:
+    """Return a row for each cell, then the margins: each class over all attributes, each attribute over all classes.
 
     A margin (its `class` or `attribute` is None) is the error of all its predictions, not a mean of cells. Raises
     DataRefused where a column is missing.
     """
-    found = read_points(settings, shown.selected, (settings.by, settings.attribute))
-    classes, attributes = (_levels(shown.selected, name, found.points) for name in (settings.by, settings.attribute))
+    predictions = read_predictions(settings, inputs.selected, (settings.by, settings.attribute))
+    classes, attributes = (
+        list(ordered_levels(inputs.selected, name, (point.labels[name] for point in predictions.points)))
+        for name in (settings.by, settings.attribute)
+    )
     if settings.order == "error":
-        errors = {each: _measured(settings, _of(settings, found.points, each, None)) for each in classes}
-        classes = sorted(classes, key=lambda each: -errors[each])
-    cells: list[tuple[str | None, str | None]] = [(each, attribute) for each in classes for attribute in attributes]
-    margins = [*((each, None) for each in classes), *((None, attribute) for attribute in attributes), (None, None)]
-    rows = [_row(settings, found.points, *place) for place in (*cells, *margins)]
-    known = tuple(row for row in rows if row["n"])
+        errors = {
+            level: _error(settings, _predictions_in(settings, predictions.points, level, None)) for level in classes
+        }
+        classes = sorted(classes, key=lambda level: -errors[level])
+    cells: list[tuple[str | None, str | None]] = [(level, attribute) for level in classes for attribute in attributes]
+    margins = [*((level, None) for level in classes), *((None, attribute) for attribute in attributes), (None, None)]
+    rows = [_cell_row(settings, predictions.points, *place) for place in (*cells, *margins)]
+    filled = tuple(row for row in rows if row["n"])
     words: dict[str, Any] = {
         "classes": classes,
         "attributes": attributes,
         "measure": settings.measure,
         "unit": settings.unit,
     }
-    words["names"] = pair_names(shown.selected, attributes)
+    words["names"] = bipolar_names(inputs.selected, attributes)
     name = NAMES[settings.measure]
     title = settings.title or f"{name[0].upper()}{name[1:]} by {settings.by}"
-    empty = len(rows) - len(known)
-    return FigureData(known, title, f"{_caption(settings, empty)}{found.said()}", words)
+    empty = len(rows) - len(filled)
+    return FigureData(filled, title, f"{_caption(settings, empty)}{predictions.note()}", words)
 
 
-def _levels(selected: Selected, name: str, points: tuple[Point, ...]) -> list[str]:
-    return list(in_order(selected, name, (point.labels[name] for point in points)))
+def _predictions_in(
+    settings: ClassHeatmapSettings, predictions: tuple[Prediction, ...], level: str | None, attribute: str | None
+) -> list[Prediction]:
+    """Return the predictions of a cell; None stands for every class or attribute."""
+    levels = ((settings.by, level), (settings.attribute, attribute))
+    return [
+        prediction
+        for prediction in predictions
+        if all(level is None or prediction.labels[name] == level for name, level in levels)
+    ]
 
 
-def _of(
-    settings: ClassHeatmapSettings, points: tuple[Point, ...], level: str | None, attribute: str | None
-) -> list[Point]:
-    """The predictions of a cell; None stands for every class or attribute."""
-    wanted = ((settings.by, level), (settings.attribute, attribute))
-    return [point for point in points if all(each is None or point.labels[name] == each for name, each in wanted)]
-
-
-def _row(
-    settings: ClassHeatmapSettings, points: tuple[Point, ...], level: str | None, attribute: str | None
+def _cell_row(
+    settings: ClassHeatmapSettings, predictions: tuple[Prediction, ...], level: str | None, attribute: str | None
 ) -> dict[str, Any]:
-    of = _of(settings, points, level, attribute)
-    value = _measured(settings, of) if of else None
-    return {"class": level, "attribute": attribute, "measure": settings.measure, "value": value, "n": len(of)}
+    chosen = _predictions_in(settings, predictions, level, attribute)
+    value = _error(settings, chosen) if chosen else None
+    return {"class": level, "attribute": attribute, "measure": settings.measure, "value": value, "n": len(chosen)}
 
 
-def _measured(settings: ClassHeatmapSettings, points: list[Point]) -> float:
-    """MAE or RMSE; errors are divided by the largest first, so that no square overflows or vanishes."""
-    sizes = np.sort(np.abs([point.error for point in points]))
+def _error(settings: ClassHeatmapSettings, predictions: list[Prediction]) -> float:
+    """Return MAE or RMSE; errors are divided by the largest first, so that no square overflows or vanishes."""
+    sizes = np.sort(np.abs([prediction.error for prediction in predictions]))
     largest = float(sizes[-1])
     if largest == 0.0:
         return 0.0
@@ -110,50 +119,40 @@ def _caption(settings: ClassHeatmapSettings, empty: int) -> str:
     )
 
 
-GAP = 0.22
-"""How far the margins stand from the cells, in cells."""
-MARGIN = "all"
-FONT = 8.0
-
-
-def draw(shown: FigureData) -> Drawn:
-    """A line for each class, a column for each attribute; the margins stand apart, below and at the right."""
-    classes, attributes = shown.words["classes"], shown.words["attributes"]
-    digits = decimals_for(to_float(row["value"]) for row in shown.rows)
-    heads = [folded(shown.words["names"].get(each, each), 14) for each in attributes]
-    wide = max(widest_pt([*heads, number(9.0, digits)], FONT) / 72 + 0.16, 0.62)
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw a line for each class, a column for each attribute; the margins stand apart, below and at the right."""
+    classes, attributes = data.words["classes"], data.words["attributes"]
+    digits = decimals_for(to_float(row["value"]) for row in data.rows)
+    heads = [fold(data.words["names"].get(name, name), 14) for name in attributes]
+    wide = max(widest_pt([*heads, format_number(9.0, digits)], FONT) / 72 + 0.16, 0.62)
     high = 0.3 if len(classes) <= 30 else 0.22
-    left = widest_pt([folded(each, 34) for each in (*classes, MARGIN)], FONT) / 72 + 0.15
+    left = widest_pt([fold(name, 34) for name in (*classes, MARGIN)], FONT) / 72 + 0.15
     size = (
         left + wide * (len(attributes) + 1 + GAP) + 1.0,
-        high * (len(classes) + 1 + GAP) + 0.45 + 0.14 * _lines(heads),
+        high * (len(classes) + 1 + GAP) + 0.45 + 0.14 * max(head.count("\n") + 1 for head in heads),
     )
     figure = Figure(figsize=(max(size[0], 3.2), max(size[1], 1.7)), layout="constrained")
-    axes, marking = figure.add_subplot(), Marking()
-    largest = max((to_float(row["value"]) for row in shown.rows if not _is_margin(row)), default=0.0)
-    scale, colours = Normalize(0.0, largest or 1.0, clip=True), ladder()
-    _grid(axes, shown.words, heads)
-    for row in shown.rows:
-        _cell(axes, marking, shown.words, row, digits, colours(0.9 * scale(to_float(row["value"]))))
-    _empty(axes, shown)
-    _key(figure, axes, shown.words, scale, colours)
-    return Drawn(figure, marking.all())
-
-
-def _lines(heads: Sequence[str]) -> int:
-    return max(head.count("\n") + 1 for head in heads)
+    axes, marks = figure.add_subplot(), Marks()
+    largest = max((to_float(row["value"]) for row in data.rows if not _is_margin(row)), default=0.0)
+    scale, colours = Normalize(0.0, largest or 1.0, clip=True), shade_scale()
+    _set_axes(axes, data.words, heads)
+    for row in data.rows:
+        _draw_cell(axes, marks, data.words, row, digits, colours(0.9 * scale(to_float(row["value"]))))
+    _hatch_empty_cells(axes, data)
+    _draw_key(figure, axes, data.words, scale, colours)
+    return DrawnFigure(figure, marks.all())
 
 
 def _is_margin(row: Row) -> bool:
     return row["class"] is None or row["attribute"] is None
 
 
-def _grid(axes: Axes, words: Mapping[str, Any], heads: Sequence[str]) -> None:
+def _set_axes(axes: Axes, words: Mapping[str, Any], heads: Sequence[str]) -> None:
     classes, attributes = words["classes"], words["attributes"]
     axes.set(xlim=(-0.5, len(attributes) + 0.5 + GAP), ylim=(len(classes) + 0.5 + GAP, -0.5))
     axes.set_xticks([*range(len(attributes)), len(attributes) + GAP], [*heads, MARGIN], fontsize=FONT)
     axes.set_yticks(
-        [*range(len(classes)), len(classes) + GAP], [*(folded(c, 34) for c in classes), MARGIN], fontsize=FONT
+        [*range(len(classes)), len(classes) + GAP], [*(fold(c, 34) for c in classes), MARGIN], fontsize=FONT
     )
     axes.tick_params(top=False, labeltop=True, labelbottom=False, pad=3)
     for label in (axes.get_xticklabels()[-1], axes.get_yticklabels()[-1]):
@@ -163,25 +162,25 @@ def _grid(axes: Axes, words: Mapping[str, Any], heads: Sequence[str]) -> None:
 
 
 def _place(words: Mapping[str, Any], row: Row) -> tuple[float, float]:
-    """The middle of a cell."""
+    """Return the middle of a cell."""
     attributes, classes = words["attributes"], words["classes"]
     x = len(attributes) + GAP if row["attribute"] is None else attributes.index(row["attribute"])
     y = len(classes) + GAP if row["class"] is None else classes.index(row["class"])
     return float(x), float(y)
 
 
-def _cell(axes: Axes, marking: Marking, words: Mapping[str, Any], row: Row, digits: int, fill: Any) -> None:
+def _draw_cell(axes: Axes, marks: Marks, words: Mapping[str, Any], row: Row, digits: int, fill: Any) -> None:
     x, y = _place(words, row)
     patch = Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=fill, edgecolor=PAPER, linewidth=1.2)
     axes.add_patch(patch)
-    marking.add(patch, _told(row, digits), str(row["class"] or ""))
-    text = number(to_float(row["value"]), digits)
+    marks.add(patch, _details(row, digits), str(row["class"] or ""))
+    text = format_number(to_float(row["value"]), digits)
     weight = "bold" if _is_margin(row) else "normal"
-    axes.text(x, y, text, ha="center", va="center", fontsize=FONT, color=ink_on(fill), fontweight=weight)
+    axes.text(x, y, text, ha="center", va="center", fontsize=FONT, color=readable_ink(fill), fontweight=weight)
 
 
-def _told(row: Row, digits: int) -> tuple[tuple[str, str], ...]:
-    value = number(to_float(row["value"]), digits + 1)
+def _details(row: Row, digits: int) -> tuple[tuple[str, str], ...]:
+    value = format_number(to_float(row["value"]), digits + 1)
     places = (("class", row["class"] or "all classes"), ("attribute", row["attribute"] or "all attributes"))
     return (
         *((name, str(level)) for name, level in places),
@@ -190,22 +189,22 @@ def _told(row: Row, digits: int) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _empty(axes: Axes, shown: FigureData) -> None:
-    """What has no prediction is hatched."""
-    filled = {(row["class"], row["attribute"]) for row in shown.rows}
-    for y, level in enumerate(shown.words["classes"]):
-        for x, attribute in enumerate(shown.words["attributes"]):
+def _hatch_empty_cells(axes: Axes, data: FigureData) -> None:
+    """Hatch the cells without a prediction."""
+    filled = {(row["class"], row["attribute"]) for row in data.rows}
+    for y, level in enumerate(data.words["classes"]):
+        for x, attribute in enumerate(data.words["attributes"]):
             if (level, attribute) not in filled:
                 look: dict[str, Any] = {"facecolor": PAPER, "edgecolor": FAINT, "hatch": "////", "linewidth": 0}
                 axes.add_patch(Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, **look))
 
 
-def _key(figure: Figure, axes: Axes, words: Mapping[str, Any], scale: Normalize, colours: Colormap) -> None:
+def _draw_key(figure: Figure, axes: Axes, words: Mapping[str, Any], scale: Normalize, colours: Colormap) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LinearSegmentedColormap
 
-    shown = LinearSegmentedColormap.from_list("shown", [colours(0.9 * i / 20) for i in range(21)])
-    bar = figure.colorbar(ScalarMappable(scale, shown), ax=axes, fraction=0.05, pad=0.03, aspect=22, shrink=0.9)
+    colormap = LinearSegmentedColormap.from_list("shown", [colours(0.9 * i / 20) for i in range(21)])
+    bar = figure.colorbar(ScalarMappable(scale, colormap), ax=axes, fraction=0.05, pad=0.03, aspect=22, shrink=0.9)
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=7.5, colors=SOFT)
     unit = f" ({words['unit']})" if words["unit"] else ""

@@ -1,4 +1,4 @@
-"""Where points stand that would lie on one another, and how their distribution is drawn beside them."""
+"""How values are distributed: summaries, densities, and places for points that would lie on one another."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_PLACED = 250
 
 
 def swarm(values: Sequence[float], diameter: float, reach: float, *, one_sided: bool = False) -> list[float]:
-    """How far aside each point stands so that no two are nearer than `diameter` (in units of the values).
+    """Return how far aside each point stands so that no two are nearer than `diameter` (in units of the values).
 
     The point goes to the free place nearest to the middle, right before left; equal values keep the order in which
     they are given. Where the swarm is wider than `reach` it is pressed together. One-sided places are 0 or more.
@@ -33,7 +33,9 @@ def swarm(values: Sequence[float], diameter: float, reach: float, *, one_sided: 
 
 
 def _scattered(values: Sequence[float], reach: float, one_sided: bool) -> list[float]:
-    """Places from van der Corput's sequence in base 2, in the order of the values, as wide as their density there."""
+    """Return places from van der Corput's sequence in base 2, in the order of the values, as wide as their density
+    there.
+    """
     order = sorted(range(len(values)), key=lambda i: (values[i], i))
     at, heights = density(values)
     aside = [0.0] * len(values)
@@ -45,7 +47,7 @@ def _scattered(values: Sequence[float], reach: float, one_sided: bool) -> list[f
 
 
 def _free(value: float, near: Sequence[tuple[float, float]], diameter: float, one_sided: bool) -> float:
-    """The place nearest to the middle at which a point touches none of those near it."""
+    """Return the place nearest to the middle at which a point touches none of those near it."""
     taken = [(a, float(np.sqrt(max(diameter**2 - (value - v) ** 2, 0.0)))) for v, a in near]
     places = [0.0, *(a + sign * gap for a, gap in taken for sign in (1, -1))]
     slack = 1e-9 * diameter
@@ -54,18 +56,19 @@ def _free(value: float, near: Sequence[tuple[float, float]], diameter: float, on
 
 
 def density(values: Sequence[float], least: float | None = None, most: float | None = None) -> tuple[Floats, Floats]:
-    """A Gaussian kernel density from the smallest to the largest value: places, and heights of which the largest is 1.
+    """Return a Gaussian kernel density from the smallest to the largest value: places, and heights whose largest is 1.
 
     Bandwidth 0.9 min(SD, IQR / 1.34) n^(-1/5) (Silverman 1986, eq. 3.31). What the kernels would give to values below
     `least` or above `most`, which cannot occur, is mirrored back. Fewer than three different values have no density:
     both arrays are empty.
     """
-    found = np.sort(np.asarray(values, dtype=np.float64))
-    if len(np.unique(found)) < 3:
+    ordered = np.sort(np.asarray(values, dtype=np.float64))
+    if len(np.unique(ordered)) < 3:
         return np.empty(0), np.empty(0)
-    low, span = found[0], found[-1] - found[0]
-    unit = (found - low) / span
-    width = _bandwidth(unit)
+    low, span = ordered[0], ordered[-1] - ordered[0]
+    unit = (ordered - low) / span
+    sd, quarter = float(np.std(unit, ddof=1)), float(np.subtract(*np.quantile(unit, [0.75, 0.25]))) / 1.34
+    width: float = 0.9 * (min(sd, quarter) if quarter > 0 else sd) * len(unit) ** -0.2
     places = np.linspace(0.0, 1.0, POINTS)
     heights = _kernels(places, unit, width)
     for end in (least, most):
@@ -74,27 +77,20 @@ def density(values: Sequence[float], least: float | None = None, most: float | N
     return low + places * span, heights / heights.max()
 
 
-def _bandwidth(unit: Floats) -> float:
-    quarter = float(np.subtract(*np.quantile(unit, [0.75, 0.25]))) / 1.34
-    sd = float(np.std(unit, ddof=1))
-    width: float = 0.9 * (min(sd, quarter) if quarter > 0 else sd) * len(unit) ** -0.2
-    return width
-
-
 def _kernels(places: Floats, unit: Floats, width: float) -> Floats:
     total: Floats = np.exp(-0.5 * ((places[:, None] - unit[None, :]) / width) ** 2).sum(axis=1)
     return total
 
 
 def quartiles(values: Sequence[float]) -> tuple[float, float, float]:
-    """Lower quartile, median, upper quartile (Hyndman & Fan 1996, definition 7)."""
-    found = np.asarray(values, dtype=np.float64)
-    low, middle, high = (float(q) for q in np.quantile(found - found.min(), [0.25, 0.5, 0.75]) + found.min())
+    """Return lower quartile, median and upper quartile (Hyndman & Fan 1996, definition 7)."""
+    given = np.asarray(values, dtype=np.float64)
+    low, middle, high = (float(q) for q in np.quantile(given - given.min(), [0.25, 0.5, 0.75]) + given.min())
     return low, middle, high
 
 
 def whiskers(values: Sequence[float]) -> tuple[float, float]:
-    """The furthest values within 1.5 interquartile ranges of the box (Tukey 1977)."""
+    """Return the furthest values within 1.5 interquartile ranges of the box (Tukey 1977)."""
     low, _, high = quartiles(values)
     reach = 1.5 * (high - low)
     inside = [value for value in values if low - reach <= value <= high + reach]
@@ -102,14 +98,14 @@ def whiskers(values: Sequence[float]) -> tuple[float, float]:
 
 
 def summary(values: Sequence[float]) -> dict[str, float | int | None]:
-    """n, mean, SD (n - 1; None for one value), least, quartiles and most of at least one value.
+    """Return n, mean, SD (n - 1; None for one value), least, quartiles and most of at least one value.
 
     The mean is taken of the distances from the least value, so that a large common offset costs no digits.
     """
-    found = np.sort(np.asarray(values, dtype=np.float64))
-    above = found - found[0]
+    ordered = np.sort(np.asarray(values, dtype=np.float64))
+    above = ordered - ordered[0]
     low, middle, high = quartiles(values)
-    sd = float(np.std(above, ddof=1)) if len(found) > 1 else None
-    mean = float(found[0] + above.mean())
-    ends = {"min": float(found[0]), "q1": low, "median": middle, "q3": high, "max": float(found[-1])}
-    return {"n": len(found), "mean": mean, "sd": sd, **ends}
+    sd = float(np.std(above, ddof=1)) if len(ordered) > 1 else None
+    mean = float(ordered[0] + above.mean())
+    ends = {"min": float(ordered[0]), "q1": low, "median": middle, "q3": high, "max": float(ordered[-1])}
+    return {"n": len(ordered), "mean": mean, "sd": sd, **ends}

@@ -1,4 +1,4 @@
-"""What a figure is: its data, its words, its drawing, and the marks in it that can be looked at closer."""
+"""What a figure is: its settings, its data, its drawing, and the marks in it that can be looked at closer."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ if TYPE_CHECKING:
 
     from palpate.analysis.plans.answers import Answer, Row, Selected
 
-
 _NONE: Mapping[str, Any] = MappingProxyType({})
+MOST_MARKS = 700
+"""Beyond this many points a figure draws them together: a page with more groups turns slow."""
 
 
-class AskedFigure(Strict):
-    """What every figure of an analysis plan says; each kind adds its own settings.
+class FigureSettings(Strict):
+    """What every figure of an analysis plan states; each kind adds its own settings.
 
     `name` is unique in its plan and fit for a file name, `figure` names the kind. `tests` names the plan's tests whose
     answers the figure shows (significance marks, a configuration of points). The rest as for a test.
@@ -45,8 +46,8 @@ class AskedFigure(Strict):
 
 
 @dataclass(frozen=True)
-class Shown:
-    """What a figure's data are made from: the selected rows, and the answers of the tests that it names.
+class FigureInput:
+    """What a figure's data are computed from: the selected rows, and the answers of the tests that it names.
 
     `answers` maps a test's name to its answers by outcome ("" for a kind that is asked once for all).
     """
@@ -72,17 +73,34 @@ class FigureData:
 class Mark:
     """Something drawn that can be looked at closer: `gid` is the id of its group in this figure's SVG.
 
-    `told` is what a page shows when one points at it: names and values. `key` is the stimulus (or level, participant,
-    word) that marks of other figures share: choosing one marks all of them.
+    `details` are the names and values that a page shows when one points at it. `key` is the stimulus (or level,
+    participant, word) that marks of other figures share: choosing one marks all of them.
     """
 
     gid: str
-    told: tuple[tuple[str, str], ...]
+    details: tuple[tuple[str, str], ...]
     key: str = ""
 
 
+@dataclass
+class Marks:
+    """The marks of a drawing, collected while it is drawn: each artist gets an id, in the order of drawing."""
+
+    marks: list[Mark] = field(default_factory=list)
+
+    def add(self, artist: Artist, details: tuple[tuple[str, str], ...], key: str = "") -> None:
+        """Make the artist a mark."""
+        gid = f"m{len(self.marks)}"
+        artist.set_gid(gid)
+        self.marks.append(Mark(gid, details, key))
+
+    def all(self) -> tuple[Mark, ...]:
+        """Return every mark, in the order of drawing."""
+        return tuple(self.marks)
+
+
 @dataclass(frozen=True)
-class Drawn:
+class DrawnFigure:
     """A drawing and its marks."""
 
     figure: Figure
@@ -91,33 +109,14 @@ class Drawn:
 
 @dataclass(frozen=True)
 class FigureKind:
-    """A kind of figure that a plan may ask for. `data` raises a ValueError of ours where there is nothing to show.
+    """A kind of figure that a plan may name: its settings, and two functions.
 
-    `draw` sees the data alone, so that a figure can be drawn again from its table.
+    `data` computes the figure's table and caption, and raises a ValueError of ours where there is nothing to show.
+    `draw` sees the data alone, so that a figure can be drawn again from its table. `takes` says which table of the
+    study the figure is made from.
     """
 
-    settings: type[AskedFigure]
-    data: Callable[[Shown, Any], FigureData]
-    draw: Callable[[FigureData], Drawn]
+    settings: type[FigureSettings]
+    data: Callable[[FigureInput, Any], FigureData]
+    draw: Callable[[FigureData], DrawnFigure]
     takes: Takes = "ratings"
-
-
-MOST = 700
-"""Beyond this many points a figure draws them together: a page with more groups turns slow."""
-
-
-@dataclass
-class Marking:
-    """Gives each artist that can be looked at closer an id of its own, in the order of drawing."""
-
-    marks: list[Mark] = field(default_factory=list)
-
-    def add(self, artist: Artist, told: tuple[tuple[str, str], ...], key: str = "") -> None:
-        """The artist becomes a mark."""
-        gid = f"m{len(self.marks)}"
-        artist.set_gid(gid)
-        self.marks.append(Mark(gid, told, key))
-
-    def all(self) -> tuple[Mark, ...]:
-        """Every mark, in the order of drawing."""
-        return tuple(self.marks)

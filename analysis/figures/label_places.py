@@ -1,4 +1,4 @@
-"""Names beside bubbles, where they cover neither a bubble nor another name."""
+"""Where the names of points are written so that they cover neither a point nor another name."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from palpate.analysis.figures.lettering import width_pt
 
 GAP = 1.6
 DIRECTIONS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
+AROUND = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
+RADIUS = 3.4
+"""How far a point itself reaches, in points."""
 
 
 class Bubble(NamedTuple):
@@ -22,7 +25,7 @@ class Bubble(NamedTuple):
     name: str
 
 
-class Spot(NamedTuple):
+class LabelSpot(NamedTuple):
     """Where a name stands: its left end and its middle height, in points."""
 
     x: float
@@ -37,53 +40,50 @@ class _Box(NamedTuple):
     top: float
 
 
-def placed_labels(bubbles: Sequence[Bubble], side: float, size: float) -> list[Spot]:
-    """The names that have room within a square of that side; lonely bubbles get theirs first.
+def place_beside_bubbles(bubbles: Sequence[Bubble], side: float, size: float) -> list[LabelSpot]:
+    """Return the names that have room within a square of that side; lonely bubbles get theirs first.
 
     A name is tried at eight places around its bubble, nearest to reading order first. One without room has no spot.
     """
-    taken: list[_Box] = []
-    spots: list[Spot] = []
+    names: list[_Box] = []
+    spots: list[LabelSpot] = []
     crowd = [sum(math.hypot(a.x - b.x, a.y - b.y) < 45 for b in bubbles) for a in bubbles]
     for k in sorted(range(len(bubbles)), key=lambda k: (crowd[k], k)):
         for box in _candidates(bubbles[k], size):
-            if _free(box, bubbles, taken, side):
-                taken.append(box)
-                spots.append(Spot(box.left, (box.bottom + box.top) / 2, bubbles[k].name))
+            if _is_free(box, bubbles, names, side):
+                names.append(box)
+                spots.append(LabelSpot(box.left, (box.bottom + box.top) / 2, bubbles[k].name))
                 break
     return spots
 
 
 def _candidates(bubble: Bubble, size: float) -> list[_Box]:
+    """Return the places for a name around its bubble, nearest to reading order first."""
     wide, high = width_pt(bubble.name, size), 1.15 * size
-    found = []
+    boxes = []
     for dx, dy in DIRECTIONS:
         reach = (bubble.radius + GAP) / math.hypot(dx, dy)
         x, y = bubble.x + dx * reach, bubble.y + dy * reach
         left = x if dx > 0 else x - wide if dx < 0 else x - wide / 2
         bottom = y if dy > 0 else y - high if dy < 0 else y - high / 2
-        found.append(_Box(left, bottom, left + wide, bottom + high))
-    return found
+        boxes.append(_Box(left, bottom, left + wide, bottom + high))
+    return boxes
 
 
-def _free(box: _Box, bubbles: Sequence[Bubble], taken: Sequence[_Box], side: float) -> bool:
+def _is_free(box: _Box, bubbles: Sequence[Bubble], taken: Sequence[_Box], side: float) -> bool:
+    """Return whether a box lies within the square and touches neither a bubble nor a name."""
     if box.left < 0 or box.bottom < 0 or box.right > side or box.top > side:
         return False
     for other in taken:
         if box.left < other.right and other.left < box.right and box.bottom < other.top and other.bottom < box.top:
             return False
-    for each in bubbles:
+    for bubble in bubbles:
         near = math.hypot(
-            each.x - min(max(each.x, box.left), box.right), each.y - min(max(each.y, box.bottom), box.top)
+            bubble.x - min(max(bubble.x, box.left), box.right), bubble.y - min(max(bubble.y, box.bottom), box.top)
         )
-        if near < each.radius + 0.4:
+        if near < bubble.radius + 0.4:
             return False
     return True
-
-
-AROUND = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
-RADIUS = 3.4
-"""How far a point itself reaches, in points."""
 
 
 @dataclass(frozen=True)
@@ -96,20 +96,20 @@ class Area:
     top: float
 
     def shared(self, other: Area) -> float:
-        """How much of the other area lies within this one, in square points."""
+        """Return how much of the other area lies within this one, in square points."""
         wide = min(self.right, other.right) - max(self.left, other.left)
         tall = min(self.top, other.top) - max(self.bottom, other.bottom)
         return wide * tall if wide > 0 and tall > 0 else 0.0
 
 
-def about(middle: tuple[float, float], wide: float, tall: float) -> Area:
-    """The area of these sides about a middle."""
+def area_about(middle: tuple[float, float], wide: float, tall: float) -> Area:
+    """Return the area of these sides about a middle."""
     x, y = middle
     return Area(x - wide / 2, y - tall / 2, x + wide / 2, y + tall / 2)
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedName:
     """A name's middle relative to its point, in points; `free` is False where it lies on something."""
 
     x: float
@@ -117,35 +117,38 @@ class Placed:
     free: bool
 
 
-def placed(
+def place_beside_points(
     points: Sequence[tuple[float, float]], names: Sequence[str], size: float, taken: Sequence[Area] = ()
-) -> list[Placed]:
-    """A place for each name about its point (both in points); the most crowded point comes last.
+) -> list[PlacedName]:
+    """Return a place for each name about its point (both in points); the most crowded point comes last.
 
     Of eight places about the point and eight further away the one that covers least is taken, the nearer one first.
     """
-    blocked = [*taken, *(about(point, 2 * RADIUS, 2 * RADIUS) for point in points)]
-    found: dict[int, Placed] = {}
-    for i in sorted(range(len(points)), key=lambda i: (_near(points, i), i)):
+    blocked = [*taken, *(area_about(point, 2 * RADIUS, 2 * RADIUS) for point in points)]
+    chosen: dict[int, PlacedName] = {}
+    crowd = [sum(abs(a - x) < 40 and abs(b - y) < 20 for a, b in points) for x, y in points]
+    for i in sorted(range(len(points)), key=lambda i: (crowd[i], i)):
         sides = (width_pt(names[i], size), 1.05 * size)
-        tries = [_tried(points[i], way, far, sides, blocked) for far in (1.0, 2.4) for way in AROUND]
-        found[i] = min(tries, key=lambda each: each[0])[1]
-        if found[i].free:
-            blocked.append(about((points[i][0] + found[i].x, points[i][1] + found[i].y), *sides))
-    return [found[i] for i in range(len(points))]
+        candidates = [_cover_at(points[i], way, far, sides, blocked) for far in (1.0, 2.4) for way in AROUND]
+        chosen[i] = min(candidates, key=lambda candidate: candidate[0])[1]
+        if chosen[i].free:
+            blocked.append(area_about((points[i][0] + chosen[i].x, points[i][1] + chosen[i].y), *sides))
+    return [chosen[i] for i in range(len(points))]
 
 
-def _near(points: Sequence[tuple[float, float]], i: int) -> int:
-    x, y = points[i]
-    return sum(abs(a - x) < 40 and abs(b - y) < 20 for a, b in points)
-
-
-def _tried(
-    point: tuple[float, float], way: tuple[int, int], far: float, sides: tuple[float, float], blocked: Sequence[Area]
-) -> tuple[float, Placed]:
-    """What a name would cover there, in square points, and the place."""
+def _cover_at(
+    point: tuple[float, float],
+    direction: tuple[int, int],
+    far: float,
+    sides: tuple[float, float],
+    blocked: Sequence[Area],
+) -> tuple[float, PlacedName]:
+    """Return what a name would cover there, in square points, and the place."""
     gap = 4.6 * far
-    middle = (way[0] * (gap + sides[0] / 2), way[1] * (gap + sides[1] / 2) * (0.75 if way[0] else 1.0))
-    area = about((point[0] + middle[0], point[1] + middle[1]), *sides)
+    middle = (
+        direction[0] * (gap + sides[0] / 2),
+        direction[1] * (gap + sides[1] / 2) * (0.75 if direction[0] else 1.0),
+    )
+    area = area_about((point[0] + middle[0], point[1] + middle[1]), *sides)
     cover = sum(area.shared(other) for other in blocked)
-    return cover, Placed(*middle, cover < 1.0)
+    return cover, PlacedName(*middle, cover < 1.0)

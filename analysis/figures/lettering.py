@@ -1,10 +1,10 @@
-"""Text in figures: how wide it is, where it may be broken, how numbers are written."""
+"""Text in figures: how wide it is, where it may be broken or cut, how numbers are written."""
 
 from __future__ import annotations
 
 import math
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import combinations
 
 from matplotlib.font_manager import FontProperties
@@ -13,103 +13,103 @@ from matplotlib.textpath import text_to_path
 from palpate.analysis.statistics.apa import apa_p
 
 Ends = tuple[float, float]
+"""The low and the high end of a scale."""
 UNKNOWN = "–"
 
 
 def width_pt(text: str, size: float, weight: str = "normal") -> float:
-    """How wide a line of text is, in points, at that size."""
+    """Return how wide a line of text is, in points, at that size of DejaVu Sans."""
     font = FontProperties(family="DejaVu Sans", size=size, weight=weight)
     return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
 
 
 def widest_pt(texts: Iterable[str], size: float, weight: str = "normal") -> float:
-    """The width of the widest line of all these texts."""
+    """Return the width of the widest line of all these texts, in points; 0 without any."""
     return max((width_pt(line, size, weight) for text in texts for line in text.split("\n")), default=0.0)
 
 
-def broken(text: str, lines: int) -> list[tuple[str, ...]]:
-    """Every way to write a text on at most so many lines, broken at spaces only."""
+def line_breaks(text: str, lines: int) -> list[tuple[str, ...]]:
+    """Return every way to write a text on at most so many lines, broken at spaces only.
+
+    A text of more than eight words is folded once for each number of lines instead.
+    """
     words = text.split()
     if len(words) > 8:
-        return [tuple(folded(text, math.ceil(len(text) / k)).split("\n")) for k in range(1, lines + 1)]
-    cuts = range(1, len(words))
-    ways = [cut for k in range(min(lines, len(words) or 1)) for cut in combinations(cuts, k)]
-    return [tuple(" ".join(words[a:b]) for a, b in _spans(cut, len(words))) for cut in ways]
+        return [tuple(fold(text, math.ceil(len(text) / k)).split("\n")) for k in range(1, lines + 1)]
+    places = range(1, len(words))
+    cuts = [cut for k in range(min(lines, len(words) or 1)) for cut in combinations(places, k)]
+    return [tuple(" ".join(words[a:b]) for a, b in zip((0, *cut), (*cut, len(words)), strict=True)) for cut in cuts]
 
 
-def _spans(cuts: Sequence[int], end: int) -> Iterable[tuple[int, int]]:
-    return zip((0, *cuts), (*cuts, end), strict=True)
-
-
-def letters_of(text: str) -> float:
-    """How many Latin letters a text is as long as: one of Korean, Chinese or Japanese takes the room of 1.6."""
+def count_letters(text: str) -> float:
+    """Return how many Latin letters a text is as long as: one of Korean, Chinese or Japanese takes the room of 1.6."""
     return sum(1.6 if unicodedata.east_asian_width(letter) in "WF" else 1.0 for letter in text)
 
 
-def folded(text: str, letters: int) -> str:
-    """A text on lines of about so many letters, broken at spaces and after hyphens."""
+def letters_that_fit(inches: float, size: float = 9.0) -> int:
+    """Return how many bold letters of that size (in points) have room in a width; at least 4."""
+    return max(4, int(72 * inches / (0.7 * size)))
+
+
+def fold(text: str, letters: int) -> str:
+    """Return a text on lines of about so many letters, broken at spaces and after hyphens."""
     lines = [""]
     for word in text.replace("-", "-\u200b").replace("\u200b", "\u200b ").split(" "):
         piece = word.replace("\u200b", "")
         glue = "" if not lines[-1] or lines[-1].endswith("-") else " "
-        if lines[-1] and letters_of(lines[-1] + glue + piece) > letters:
+        if lines[-1] and count_letters(lines[-1] + glue + piece) > letters:
             lines.append(piece)
         else:
             lines[-1] += glue + piece
     return "\n".join(lines)
 
 
-def shortened(text: str, letters: int) -> str:
-    """The beginning of a long text, with an ellipsis; its whole is told where one points at it."""
-    if letters_of(text) <= letters:
+def shorten(text: str, letters: int) -> str:
+    """Return the beginning of a long text with an ellipsis; the mark that it belongs to has the whole."""
+    if count_letters(text) <= letters:
         return text
-    return text[: int((letters - 1) * len(text) / letters_of(text))].rstrip() + "…"
+    return text[: int((letters - 1) * len(text) / count_letters(text))].rstrip() + "…"
 
 
-def elided(text: str, letters: int) -> str:
-    """A long text without its middle: names that begin alike stay apart by their ends."""
-    long = letters_of(text)
-    if long <= letters:
+def elide(text: str, letters: int) -> str:
+    """Return a long text without its middle: names that begin alike stay apart by their ends."""
+    length = count_letters(text)
+    if length <= letters:
         return text
-    letters = int(letters * len(text) / long)
+    letters = int(letters * len(text) / length)
     end = min(letters // 2, 8)
     return f"{text[: letters - 1 - end].rstrip()}…{text[-end:].lstrip()}"
 
 
-def letters_in(inches: float, size: float = 9.0) -> int:
-    """How many bold letters of that size have room in a width."""
-    return max(4, int(72 * inches / (0.7 * size)))
-
-
-def number(value: float | None, decimals: int = 2) -> str:
-    """A number with a true minus; a dash where there is none."""
+def format_number(value: float | None, decimals: int = 2) -> str:
+    """Write a number with a true minus; a dash where it is None, NaN or infinite."""
     if value is None or not math.isfinite(value):
         return UNKNOWN
-    written = f"{value:.{decimals}f}"
-    return (written if float(written) else written.lstrip("-")).replace("-", "−")
+    text = f"{value:.{decimals}f}"
+    return (text if float(text) else text.lstrip("-")).replace("-", "−")
 
 
-def signed(value: float, scale: Ends) -> str:
-    """A number with its sign where the scale has both, and a true minus; far from 0 with the digits that differ."""
+def format_signed(value: float, scale: Ends) -> str:
+    """Write a number with its sign where the scale has both, and a true minus; far from 0 with more digits."""
     sign = "+" if scale[0] < 0 < scale[1] and value else ""
     span, far = scale[1] - scale[0], max(map(abs, scale))
     digits = max(6, math.ceil(math.log10(far / span)) + 3) if span and far else 6
     return f"{value:{sign}.{digits}g}".replace("-", "−")
 
 
-def percent(share: float | None, decimals: int = 0) -> str:
-    """A share of 1 in per cent."""
-    return UNKNOWN if share is None else f"{number(100 * share, decimals)} %"
+def format_percent(share: float | None, decimals: int = 0) -> str:
+    """Write a share of 1 in per cent."""
+    return UNKNOWN if share is None else f"{format_number(100 * share, decimals)} %"
+
+
+def format_p(p: float | None) -> str:
+    """Write p as APA does: without the leading zero, never 0."""
+    return "p undefined" if p is None else apa_p(p)
 
 
 def decimals_for(values: Iterable[float]) -> int:
-    """How many decimals show the largest of the values with about three figures."""
+    """Return how many decimals show the largest of the values with about three figures."""
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     if largest == 0 or largest >= 100:
         return 0
     return min(max(2 - math.floor(math.log10(largest)), 0), 9)
-
-
-def p_written(p: float | None) -> str:
-    """p as APA writes it: without the leading zero, never 0."""
-    return "p undefined" if p is None else apa_p(p)

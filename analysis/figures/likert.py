@@ -12,11 +12,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from pydantic import Field
 
-from palpate.analysis.figures.columns import in_order, require, to_float, uniform
+from palpate.analysis.figures.columns import fill_columns, ordered_levels, require_columns, to_float
 from palpate.analysis.figures.distributions import summary, whiskers
-from palpate.analysis.figures.figure_kind import MOST, AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import folded, number, percent
-from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, ink_on
+from palpate.analysis.figures.figure_kind import (
+    MOST_MARKS,
+    DrawnFigure,
+    FigureData,
+    FigureInput,
+    FigureKind,
+    FigureSettings,
+    Marks,
+)
+from palpate.analysis.figures.lettering import fold, format_number, format_percent
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, readable_ink
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells, texts_of
@@ -24,9 +32,13 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
 
 MOST_POINTS = 15
+WIDE_IN = 7.2
+BOX = "#dfeaf3"
+LOW, MIDDLE, HIGH = ("#9a4a00", "#e8a361"), "#e6e6e6", ("#7fb6dc", "#0b4f86")
+BARS_WIDE_IN = 7.6
 
 
-class LikertSettings(AskedFigure):
+class LikertSettings(FigureSettings):
     """The items of one form (its column `form`; None: whatever is in the table), one row of the drawing for each.
 
     `points` are the ends of the scale (None: the plan's scale), `ends` the words that stand there. `style` draws
@@ -43,23 +55,27 @@ class LikertSettings(AskedFigure):
     letters: int = Field(default=24, ge=6, le=80)
 
 
-def data(shown: Shown, settings: LikertSettings) -> FigureData:
-    """Rows of three sorts (`shows`): each "item" with n, mean, SD, quartiles and whiskers, each of its "point"s with
-    how many chose it, and each participant's "answer" (the mean of theirs, where they answered more than once).
+def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
+    """Return rows of three sorts (`shows`): each "item" with n, mean, SD, quartiles and whiskers, each of its "point"s
+    with how many chose it, and each participant's "answer" (the mean of theirs, where they answered more than once).
 
     Raises DataRefused where the scale is not known, an answer lies beyond it, or bars meet an answer between points.
     """
-    low, high = _points(settings, shown.selected)
-    cells = _cells(settings, shown.selected)
+    low, high = _scale_ends(settings, inputs.selected)
+    cells = _cells(settings, inputs.selected)
     items = {item[0]: _answers(settings, cells, j, (low, high)) for j, item in enumerate(cells.cells)}
     known = {item: answers for item, answers in items.items() if answers}
     if not known:
         raise DataRefused(f"figure {settings.name!r}: nobody answered any of these items with a number")
-    order = list(in_order(shown.selected, "attribute", known))
+    order = list(ordered_levels(inputs.selected, "attribute", known))
     if settings.order == "mean":
         order.sort(key=lambda item: -float(np.mean(sorted(known[item].values()))))
-    rows = [{"shows": "item", "item": item, **_told(list(known[item].values()))} for item in order]
-    rows += [row for item in order for row in _counted(item, list(known[item].values()), low, high)]
+    rows: list[dict[str, Any]] = []
+    for item in order:
+        values = list(known[item].values())
+        lowest, highest = whiskers(values)
+        rows.append({"shows": "item", "item": item, **summary(values), "whisker_low": lowest, "whisker_high": highest})
+    rows += [row for item in order for row in _point_rows(item, list(known[item].values()), low, high)]
     rows += [
         {"shows": "answer", "item": item, "participant": person, "value": value}
         for item in order
@@ -68,15 +84,15 @@ def data(shown: Shown, settings: LikertSettings) -> FigureData:
     words = {"items": order, "low": low, "high": high, "ends": settings.ends, "style": settings.style}
     words["letters"] = settings.letters
     title = settings.title or "Answers to the questionnaire"
-    return FigureData(uniform(rows), title, _caption(settings, cells, items, words), words)
+    return FigureData(fill_columns(rows), title, _caption(settings, cells, items, words), words)
 
 
-def _points(settings: LikertSettings, selected: Selected) -> tuple[int, int]:
-    """The ends of the scale. Raises DataRefused where they are not known or no whole numbers in order."""
-    found = settings.points or selected.scale
-    if found is None:
+def _scale_ends(settings: LikertSettings, selected: Selected) -> tuple[int, int]:
+    """Return the ends of the scale. Raises DataRefused where they are not known or no whole numbers in order."""
+    ends = settings.points or selected.scale
+    if ends is None:
         raise DataRefused(f"figure {settings.name!r}: the scale is not known; set `points`, as points: [1, 7]")
-    low, high = found
+    low, high = ends
     if low != int(low) or high != int(high) or not 1 <= high - low < MOST_POINTS:
         raise DataRefused(
             f"figure {settings.name!r}: points from {low:g} to {high:g}; two whole numbers, the lower one first and"
@@ -86,9 +102,9 @@ def _points(settings: LikertSettings, selected: Selected) -> tuple[int, int]:
 
 
 def _cells(settings: LikertSettings, selected: Selected) -> PersonCells:
-    """Participants x items of the form."""
+    """Return the answers, participants x items of the form. Raises DataRefused where there is no such form."""
     frame = selected.table
-    require(settings, frame, ["participant", "attribute", "value"])
+    require_columns(settings, frame, ["participant", "attribute", "value"])
     if settings.form is not None and "form" in frame.columns:
         forms = texts_of(frame, "form")
         if settings.form not in forms:
@@ -100,38 +116,33 @@ def _cells(settings: LikertSettings, selected: Selected) -> PersonCells:
 
 
 def _answers(settings: LikertSettings, cells: PersonCells, j: int, ends: tuple[int, int]) -> dict[str, float]:
-    """Each participant's answer to one item."""
-    found = {
+    """Return each participant's answer to one item. Raises DataRefused for one beyond the scale."""
+    answers = {
         person: float(cells.values[i, j])
         for i, person in enumerate(cells.participants)
         if not np.isnan(cells.values[i, j])
     }
-    for person, value in found.items():
+    for person, value in answers.items():
         where = f"figure {settings.name!r}: {person} answered {cells.cells[j][0]} with {value:g}"
         if not ends[0] <= value <= ends[1]:
             raise DataRefused(f"{where}; the scale goes from {ends[0]} to {ends[1]}: set `points`, or leave it out")
         if settings.style == "bars" and value != int(value):
             raise DataRefused(f"{where} (the mean of several answers?); bars count points: keep one session in `where`")
-    return found
+    return answers
 
 
-def _told(values: list[float]) -> dict[str, Any]:
-    low, high = whiskers(values)
-    return {**summary(values), "whisker_low": low, "whisker_high": high}
-
-
-def _counted(item: str, values: Sequence[float], low: int, high: int) -> list[dict[str, Any]]:
-    """How many chose each point; for bars only, as answers may lie between points otherwise."""
+def _point_rows(item: str, values: Sequence[float], low: int, high: int) -> list[dict[str, Any]]:
+    """Return how many chose each point; empty where an answer lies between points, which bars refuse."""
     if any(value != int(value) for value in values):
         return []
-    chosen = [int(value) for value in values]
+    points = [int(value) for value in values]
     return [
         {
             "shows": "point",
             "item": item,
             "value": float(point),
-            "count": chosen.count(point),
-            "share": chosen.count(point) / len(chosen),
+            "count": points.count(point),
+            "share": points.count(point) / len(points),
         }
         for point in range(low, high + 1)
     ]
@@ -145,59 +156,55 @@ def _caption(
     silent = [item for item, answers in items.items() if not answers]
     lost = f" Without an answer in numbers: {', '.join(silent)}." if silent else ""
     several = " The mean of a participant's answers counts." if cells.counts.max(initial=0) > 1 else ""
-    said = {
+    reading = {
         "boxes": "Boxes: quartiles, the heavy line the median; whiskers: the furthest answers within 1.5 interquartile"
         " ranges; dots: participants, equal answers side by side; diamonds: means.",
         "bars": "Bars: the share of participants that chose each point, to the left and right of the scale's middle; at"
         " the sides the shares below and above it.",
     }[settings.style]
-    return f"Answers of {people} on a scale from {words['low']} to {words['high']}{ends}. {said}{several}{lost}"
+    return f"Answers of {people} on a scale from {words['low']} to {words['high']}{ends}. {reading}{several}{lost}"
 
 
-WIDE_IN = 7.2
-BOX = "#dfeaf3"
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw boxes or diverging bars, as the settings say."""
+    return _draw_bars(data) if data.words["style"] == "bars" else _draw_boxes(data)
 
 
-def draw(shown: FigureData) -> Drawn:
-    """As the table's settings said: boxes or diverging bars."""
-    return draw_bars(shown) if shown.words["style"] == "bars" else _boxes(shown)
-
-
-def _boxes(shown: FigureData) -> Drawn:
-    """A row for each item: box, dots and mean over one axis of points."""
-    items = shown.words["items"]
+def _draw_boxes(data: FigureData) -> DrawnFigure:
+    """Draw a row for each item: box, dots and mean over one axis of points."""
+    items = data.words["items"]
     tall = 0.62 if len(items) <= 12 else 0.42
     figure = Figure(figsize=(WIDE_IN, tall * len(items) + 0.85), layout="constrained")
-    axes, marking = figure.add_subplot(), Marking()
-    low, high = shown.words["low"], shown.words["high"]
+    axes, marks = figure.add_subplot(), Marks()
+    low, high = data.words["low"], data.words["high"]
     axes.set(xlim=(low - 0.4, high + 0.4), ylim=(len(items) - 0.45, -0.6))
-    marked = sum(row["shows"] == "answer" for row in shown.rows) <= MOST
+    few = sum(row["shows"] == "answer" for row in data.rows) <= MOST_MARKS
     for place, item in enumerate(items):
-        told = next(row for row in shown.rows if row["shows"] == "item" and row["item"] == item)
-        answers = [row for row in shown.rows if row["shows"] == "answer" and row["item"] == item]
-        _box(axes, told, place)
-        _dots(axes, marking, answers, place, marked)
-        _mean(axes, marking, told, place)
-    _frame(axes, shown, items)
-    return Drawn(figure, marking.all())
+        summary_row = next(row for row in data.rows if row["shows"] == "item" and row["item"] == item)
+        answers = [row for row in data.rows if row["shows"] == "answer" and row["item"] == item]
+        _draw_box(axes, summary_row, place)
+        _draw_dots(axes, marks, answers, place, few)
+        _draw_mean(axes, marks, summary_row, place)
+    _set_box_axes(axes, data, items)
+    return DrawnFigure(figure, marks.all())
 
 
-def _box(axes: Axes, told: Row, place: int) -> None:
-    """Above the row's middle, so that the dots have the room below."""
-    q1, middle, q3 = (to_float(told[name]) for name in ("q1", "median", "q3"))
+def _draw_box(axes: Axes, row: Row, place: int) -> None:
+    """Draw the box above the row's middle, so that the dots have the room below."""
+    q1, middle, q3 = (to_float(row[name]) for name in ("q1", "median", "q3"))
     y, half = place - 0.12, 0.17
     axes.plot(
-        [to_float(told["whisker_low"]), to_float(told["whisker_high"])], [y, y], color=SOFT, linewidth=1.0, zorder=2
+        [to_float(row["whisker_low"]), to_float(row["whisker_high"])], [y, y], color=SOFT, linewidth=1.0, zorder=2
     )
     for end in ("whisker_low", "whisker_high"):
-        at = to_float(told[end])
+        at = to_float(row[end])
         axes.plot([at, at], [y - half / 2, y + half / 2], color=SOFT, linewidth=1.0, zorder=2)
     axes.add_patch(Rectangle((q1, y - half), q3 - q1, 2 * half, facecolor=BOX, edgecolor=SOFT, linewidth=1.0, zorder=3))
     axes.plot([middle, middle], [y - half, y + half], color=INK, linewidth=2.4, zorder=4, solid_capstyle="butt")
 
 
-def _dots(axes: Axes, marking: Marking, rows: Sequence[Row], place: int, marked: bool) -> None:
-    """Equal answers lie side by side along the axis, in lines under the box."""
+def _draw_dots(axes: Axes, marks: Marks, rows: Sequence[Row], place: int, few: bool) -> None:
+    """Draw equal answers side by side along the axis, in lines under the box."""
     values = [to_float(row["value"]) for row in rows]
     look: dict[str, Any] = {
         "linestyle": "",
@@ -206,17 +213,19 @@ def _dots(axes: Axes, marking: Marking, rows: Sequence[Row], place: int, marked:
         "markeredgewidth": 0.4,
         "markeredgecolor": PAPER,
     }
-    for row, (x, down) in zip(rows, _laid(values), strict=True):
+    for row, (x, down) in zip(rows, _dot_places(values), strict=True):
         (dot,) = axes.plot([x], [place + 0.15 + down], color=OKABE_ITO[0], zorder=5, **look)
-        if marked:
-            value = number(to_float(row["value"]), 1).removesuffix(".0")
-            marking.add(
+        if few:
+            value = format_number(to_float(row["value"]), 1).removesuffix(".0")
+            marks.add(
                 dot, (("participant", str(row["participant"])), (str(row["item"]), value)), str(row["participant"])
             )
 
 
-def _laid(values: Sequence[float]) -> list[tuple[float, float]]:
-    """Places of equal answers: in rows of up to nine, centred on the answer, pressed together where they are many."""
+def _dot_places(values: Sequence[float]) -> list[tuple[float, float]]:
+    """Return places of equal answers: in rows of up to nine, centred on the answer, pressed together where they are
+    many.
+    """
     most = max(map(list(values).count, values), default=1)
     abreast, lines = 9, -(-most // 9)
     step, down = 0.078, min(0.1, 0.22 / max(lines - 1, 1))
@@ -229,8 +238,8 @@ def _laid(values: Sequence[float]) -> list[tuple[float, float]]:
     return places
 
 
-def _mean(axes: Axes, marking: Marking, told: Row, place: int) -> None:
-    mean = to_float(told["mean"])
+def _draw_mean(axes: Axes, marks: Marks, row: Row, place: int) -> None:
+    mean = to_float(row["mean"])
     look: dict[str, Any] = {
         "markerfacecolor": OKABE_ITO[1],
         "markeredgecolor": PAPER,
@@ -239,27 +248,27 @@ def _mean(axes: Axes, marking: Marking, told: Row, place: int) -> None:
     }
     (mark,) = axes.plot([mean], [place - 0.12], marker="D", linestyle="", zorder=6, **look)
     names = {"mean": "mean", "sd": "SD", "median": "median"}
-    parts = [(name, number(to_float(told[of]))) for of, name in names.items() if told[of] is not None]
-    marking.add(mark, (("item", str(told["item"])), *parts, ("n", str(told["n"]))), str(told["item"]))
-    spread = "" if told["sd"] is None else f" ± {number(to_float(told['sd']))}"
+    parts = [(name, format_number(to_float(row[of]))) for of, name in names.items() if row[of] is not None]
+    marks.add(mark, (("item", str(row["item"])), *parts, ("n", str(row["n"]))), str(row["item"]))
+    spread = "" if row["sd"] is None else f" ± {format_number(to_float(row['sd']))}"
     place_of = axes.get_yaxis_transform()
-    axes.text(1.01, place - 0.1, number(mean), transform=place_of, va="center", fontsize=9, fontweight="bold")
+    axes.text(1.01, place - 0.1, format_number(mean), transform=place_of, va="center", fontsize=9, fontweight="bold")
     axes.text(1.075, place - 0.1, spread, transform=place_of, va="center", fontsize=8, color=SOFT)
 
 
-def _frame(axes: Axes, shown: FigureData, items: Sequence[str]) -> None:
-    low, high = shown.words["low"], shown.words["high"]
-    axes.set_yticks([i - 0.05 for i in range(len(items))], [written(shown, item) for item in items], fontsize=9)
+def _set_box_axes(axes: Axes, data: FigureData, items: Sequence[str]) -> None:
+    low, high = data.words["low"], data.words["high"]
+    axes.set_yticks([i - 0.05 for i in range(len(items))], [item_name(data, item) for item in items], fontsize=9)
     axes.set_xticks(range(low, high + 1))
     axes.grid(visible=True, axis="x", color=FAINT)
     axes.axvline((low + high) / 2, color=SOFT, linewidth=0.8, zorder=0.6)
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
     axes.text(1.01, -0.62, "mean ± SD", transform=axes.get_yaxis_transform(), va="bottom", fontsize=7.5, color=SOFT)
-    for at, word, ha in ((low, shown.words["ends"][0], "left"), (high, shown.words["ends"][1], "right")):
+    for at, word, ha in ((low, data.words["ends"][0], "left"), (high, data.words["ends"][1], "right")):
         place = (at - 0.1 if ha == "left" else at + 0.1, 0)
         axes.annotate(
-            folded(word, 30),
+            fold(word, 30),
             place,
             (0, -20),
             xycoords=("data", "axes fraction"),
@@ -271,31 +280,29 @@ def _frame(axes: Axes, shown: FigureData, items: Sequence[str]) -> None:
         )
 
 
-def written(shown: FigureData, item: str) -> str:
-    """An item's name as the drawing writes it."""
-    return folded(item.replace("_", " "), int(shown.words["letters"]))
+def item_name(data: FigureData, item: str) -> str:
+    """Return an item's name as the drawing writes it."""
+    return fold(item.replace("_", " "), int(data.words["letters"]))
 
 
-LOW, MIDDLE, HIGH = ("#9a4a00", "#e8a361"), "#e6e6e6", ("#7fb6dc", "#0b4f86")
-BARS_WIDE_IN = 7.6
-
-
-def draw_bars(shown: FigureData) -> Drawn:
-    """A bar for each item; points below the middle reach to the left, hatched so that grey print shows the sides."""
-    items = shown.words["items"]
+def _draw_bars(data: FigureData) -> DrawnFigure:
+    """Draw a bar for each item; points below the middle reach to the left, hatched so that grey print shows the
+    sides.
+    """
+    items = data.words["items"]
     tall = 0.5 if len(items) <= 12 else 0.34
     figure = Figure(figsize=(BARS_WIDE_IN, tall * len(items) + 1.0), layout="constrained")
-    axes, marking = figure.add_subplot(), Marking()
-    points = list(range(shown.words["low"], shown.words["high"] + 1))
+    axes, marks = figure.add_subplot(), Marks()
+    points = list(range(data.words["low"], data.words["high"] + 1))
     for place, item in enumerate(items):
-        rows = [row for row in shown.rows if row["shows"] == "point" and row["item"] == item]
-        _bar(axes, marking, rows, place, points)
-    _bars_frame(axes, shown, items, points)
-    return Drawn(figure, marking.all())
+        rows = [row for row in data.rows if row["shows"] == "point" and row["item"] == item]
+        _draw_bar(axes, marks, rows, place, points)
+    _set_bar_axes(axes, data, items, points)
+    return DrawnFigure(figure, marks.all())
 
 
-def colours(points: int) -> list[str]:
-    """From the low to the high end, the middle grey where the scale has one."""
+def point_colours(points: int) -> list[str]:
+    """Return colours from the low to the high end, the middle grey where the scale has one."""
     half = points // 2
     low = LinearSegmentedColormap.from_list("low", LOW)
     high = LinearSegmentedColormap.from_list("high", HIGH)
@@ -303,21 +310,21 @@ def colours(points: int) -> list[str]:
     return [*(to_hex(low(s)) for s in steps), *([MIDDLE] if points % 2 else []), *(to_hex(high(s)) for s in steps)]
 
 
-def _bar(axes: Axes, marking: Marking, rows: Sequence[Row], place: int, points: Sequence[int]) -> None:
+def _draw_bar(axes: Axes, marks: Marks, rows: Sequence[Row], place: int, points: Sequence[int]) -> None:
     half, odd = len(points) // 2, len(points) % 2
     below = sum(to_float(row["share"]) for row in rows[:half])
     above = sum(to_float(row["share"]) for row in rows[half + odd :])
     at = -below - (to_float(rows[half]["share"]) / 2 if odd else 0.0)
-    for i, (row, fill) in enumerate(zip(rows, colours(len(points)), strict=True)):
+    for i, (row, fill) in enumerate(zip(rows, point_colours(len(points)), strict=True)):
         share = to_float(row["share"])
         if share > 0:
-            _segment(axes, marking, row, (at, share, float(place)), fill, "////" if i < half else "")
+            _draw_segment(axes, marks, row, (at, share, float(place)), fill, "////" if i < half else "")
         at += share
     for x, share, side in ((-0.01, below, "right"), (1.01, above, "left")):
         axes.text(
             x,
             place,
-            percent(share),
+            format_percent(share),
             transform=axes.get_yaxis_transform(),
             ha=side,
             va="center",
@@ -326,39 +333,39 @@ def _bar(axes: Axes, marking: Marking, rows: Sequence[Row], place: int, points: 
         )
 
 
-def _segment(axes: Axes, marking: Marking, row: Row, at: tuple[float, float, float], fill: str, hatch: str) -> None:
-    """One point's share of a bar; how many chose it stands there where there is room."""
+def _draw_segment(axes: Axes, marks: Marks, row: Row, at: tuple[float, float, float], fill: str, hatch: str) -> None:
+    """Draw one point's share of a bar; how many chose it stands there where there is room."""
     left, share, place = at
     look: dict[str, Any] = {"color": fill, "edgecolor": PAPER, "linewidth": 0.8, "hatch": hatch}
     bar = axes.barh([place], [share], 0.72, left=[left], **look)[0]
-    chosen = f"{row['count']} ({percent(share)})"
-    told = (("item", str(row["item"])), ("point", f"{to_float(row['value']):g}"), ("chosen by", chosen))
-    marking.add(bar, told, str(row["item"]))
+    chosen = f"{row['count']} ({format_percent(share)})"
+    details = (("item", str(row["item"])), ("point", f"{to_float(row['value']):g}"), ("chosen by", chosen))
+    marks.add(bar, details, str(row["item"]))
     if share >= 0.06:
         boxed = {"facecolor": fill, "edgecolor": "none", "pad": 0.8} if hatch else None
-        look = {"ha": "center", "va": "center", "fontsize": 8, "color": ink_on(fill), "bbox": boxed}
+        look = {"ha": "center", "va": "center", "fontsize": 8, "color": readable_ink(fill), "bbox": boxed}
         axes.text(left + share / 2, place, str(row["count"]), **look)
 
 
-def _bars_frame(axes: Axes, shown: FigureData, items: Sequence[str], points: Sequence[int]) -> None:
-    drawn: list[Any] = list(axes.patches)
-    ends = [x for bar in drawn for x in (bar.get_x(), bar.get_x() + bar.get_width())]
+def _set_bar_axes(axes: Axes, data: FigureData, items: Sequence[str], points: Sequence[int]) -> None:
+    bars: list[Any] = list(axes.patches)
+    ends = [x for bar in bars for x in (bar.get_x(), bar.get_x() + bar.get_width())]
     left, right = min(-0.15, *ends), max(0.15, *ends)
     axes.set(xlim=(left - 0.02 * (right - left), right + 0.02 * (right - left)), ylim=(len(items) - 0.45, -0.55))
-    names = [folded(item.replace("_", " "), int(shown.words["letters"])) for item in items]
+    names = [fold(item.replace("_", " "), int(data.words["letters"])) for item in items]
     axes.set_yticks(range(len(items)), names, fontsize=9)
     axes.tick_params(axis="y", pad=36)
     axes.set_xticks([])
     axes.axvline(0, color=INK, linewidth=0.9, zorder=0.5)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    low, high = shown.words["ends"]
+    low, high = data.words["ends"]
     labels = [str(point) for point in points]
     for x, word, ha in ((0.0, low, "left"), (1.0, high, "right")):
         look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": ha, "va": "top"}
-        axes.annotate(folded(word, 22), (x, 0), (0, -7), fontsize=8, color=SOFT, **look)
+        axes.annotate(fold(word, 22), (x, 0), (0, -7), fontsize=8, color=SOFT, **look)
     hatches = ["////" if i < len(points) // 2 else "" for i in range(len(points))]
-    looks = zip(colours(len(points)), hatches, strict=True)
+    looks = zip(point_colours(len(points)), hatches, strict=True)
     handles = [Patch(facecolor=fill, edgecolor=PAPER, hatch=hatch) for fill, hatch in looks]
     axes.legend(
         handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(points), frameon=False, fontsize=8,

@@ -14,11 +14,18 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Ellipse
 from matplotlib.patheffects import withStroke
 
-from palpate.analysis.figures.columns import answer_of, in_order, real, require, to_float, uniform
-from palpate.analysis.figures.figure_kind import AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.label_places import Area, placed
-from palpate.analysis.figures.lettering import folded, number, p_written, shortened, width_pt
-from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, looks, tint
+from palpate.analysis.figures.columns import (
+    answer_of_test,
+    fill_columns,
+    finite_or_nan,
+    ordered_levels,
+    require_columns,
+    to_float,
+)
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
+from palpate.analysis.figures.label_places import Area, place_beside_points
+from palpate.analysis.figures.lettering import fold, format_number, format_p, shorten, width_pt
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, colours_and_shapes, tint
 from palpate.analysis.plans.answers import Answer, Row, Selected
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
@@ -29,9 +36,11 @@ from palpate.protocols.wording import phrase
 PLACES = ("dim", "dimension", "pc", "component")
 DIRECTIONS = ("direction",)
 NEAR = 1e-6
+MAP_IN = 6.3
+"""The longer side of the map."""
 
 
-class MapSettings(AskedFigure):
+class MapSettings(FigureSettings):
     """The configuration of one test of `mds` (or `pca`) in two of its `dimensions`; `tests` may name `vectors` too.
 
     `over` and `items` are the tests' own: the columns that name a point and a vector.
@@ -61,74 +70,78 @@ class MapSettings(AskedFigure):
             yield Idle("items", "with `vectors: false`")
 
 
-def data(shown: Shown, settings: MapSettings) -> FigureData:
-    """Rows of three sorts (`shows`): each "point" with its class and place, each "ellipse", each "vector".
+def data(inputs: FigureInput, settings: MapSettings) -> FigureData:
+    """Return rows of three sorts (`shows`): each "point" with its class and place, each "ellipse", each "vector".
 
     A vector points to where the attribute's value grows, to the second word of its scale. Raises DataRefused where no
     named test has places, or a class is not one for each stimulus.
     """
-    answer = _only(settings, shown, PLACES, settings.over)
+    answer = _answer_with_places(settings, inputs, PLACES, settings.over)
     if answer is None:
         raise DataRefused(
             f"figure {settings.name!r}: `tests` must name a test whose rows have `{settings.over}` and the dimensions"
             f" {settings.dimensions[0]} and {settings.dimensions[1]} (mds, pca);"
             f" named: {', '.join(settings.tests) or 'none'}"
         )
-    vectors = _only(settings, shown, DIRECTIONS, settings.items) if settings.vectors else None
+    vectors = _answer_with_places(settings, inputs, DIRECTIONS, settings.items) if settings.vectors else None
     if settings.vectors and len(settings.tests) > 1 + (vectors is not None):
         raise DataRefused(
             f"figure {settings.name!r}: a map shows one test with places and one of vectors, whose rows have"
             f" `{settings.items}` and directions; named: {', '.join(settings.tests)}"
         )
-    points = _points(settings, shown.selected, answer)
+    points = _point_rows(settings, inputs.selected, answer)
     if vectors is not None:
-        _same_map(settings, points, vectors)
-    rows = [*points, *_ellipses(settings, answer), *(_vectors(settings, shown.selected, vectors) if vectors else [])]
-    classes = _class_order(settings, shown.selected, points)
+        _demand_same_map(settings, points, vectors)
+    rows = [
+        *points,
+        *_ellipse_rows(settings, answer),
+        *(_vector_rows(settings, inputs.selected, vectors) if vectors else []),
+    ]
+    classes = {str(point["class"]) for point in points if point["class"] is not None}
     words: dict[str, Any] = {
-        "classes": classes,
+        "classes": list(ordered_levels(inputs.selected, settings.class_column or "", classes)),
         "class_name": settings.class_column or "",
         "dimensions": list(settings.dimensions),
     }
-    words["alpha"] = shown.selected.alpha
-    found = uniform(rows)
-    return FigureData(found, settings.title or "Map of the stimuli", _caption(shown, answer, found), words)
+    words["alpha"] = inputs.selected.alpha
+    filled = fill_columns(rows)
+    return FigureData(filled, settings.title or "Map of the stimuli", _caption(inputs, answer, filled), words)
 
 
-def _only(settings: MapSettings, shown: Shown, kinds: Sequence[str], label: str) -> Answer | None:
-    """The one answer with a label and two coordinates; None where no test has them."""
-    found = []
+def _answer_with_places(settings: MapSettings, inputs: FigureInput, kinds: Sequence[str], label: str) -> Answer | None:
+    """Return the one answer with a label and two coordinates; None where no test has them."""
+    names = []
     for name in settings.tests:
-        answer = answer_of(settings, shown, name)
+        answer = answer_of_test(settings, inputs, name)
         if (
             answer.rows
             and label in answer.rows[0]
             and all(_column(answer.rows[0], kinds, k) for k in settings.dimensions)
         ):
-            found.append(name)
-    if len(found) > 1:
-        raise DataRefused(f"figure {settings.name!r}: {phrase(found)} would be drawn in one place; name one of them")
-    return answer_of(settings, shown, found[0]) if found else None
+            names.append(name)
+    if len(names) > 1:
+        raise DataRefused(f"figure {settings.name!r}: {phrase(names)} would be drawn in one place; name one of them")
+    return answer_of_test(settings, inputs, names[0]) if names else None
 
 
 def _column(row: Row, kinds: Sequence[str], dimension: int) -> str | None:
-    """The column of a dimension, however it is written: dim1, Dim_1, dimension 1."""
-    wanted = {f"{kind}{dimension}" for kind in kinds}
-    return next((name for name in row if re.sub(r"[^a-z0-9]", "", name.lower()) in wanted), None)
+    """Return the column of a dimension, however it is written: dim1, Dim_1, dimension 1."""
+    names = {f"{kind}{dimension}" for kind in kinds}
+    return next((name for name in row if re.sub(r"[^a-z0-9]", "", name.lower()) in names), None)
 
 
 def _coordinates(settings: MapSettings, row: Row, kinds: Sequence[str]) -> tuple[float, float]:
     names = [_column(row, kinds, dimension) for dimension in settings.dimensions]
-    x, y = (real(row[str(name)], f"figure {settings.name!r}") for name in names)
+    x, y = (finite_or_nan(row[str(name)], f"figure {settings.name!r}") for name in names)
     return x, y
 
 
-def _points(settings: MapSettings, selected: Selected, answer: Answer) -> list[dict[str, Any]]:
-    classes = _per_stimulus(settings, selected, answer, settings.class_column)
-    labels = _per_stimulus(settings, selected, answer, settings.label_column)
+def _point_rows(settings: MapSettings, selected: Selected, answer: Answer) -> list[dict[str, Any]]:
+    classes = _column_by_stimulus(settings, selected, answer, settings.class_column)
+    labels = _column_by_stimulus(settings, selected, answer, settings.label_column)
     order = {
         name: i
-        for i, name in enumerate(in_order(selected, settings.over, (str(r[settings.over]) for r in answer.rows)))
+        for i, name in enumerate(ordered_levels(selected, settings.over, (str(r[settings.over]) for r in answer.rows)))
     }
     rows = []
     for row in sorted(answer.rows, key=lambda row: order[str(row[settings.over])]):
@@ -148,7 +161,7 @@ def _points(settings: MapSettings, selected: Selected, answer: Answer) -> list[d
     return rows
 
 
-def _same_map(settings: MapSettings, points: list[dict[str, Any]], vectors: Answer) -> None:
+def _demand_same_map(settings: MapSettings, points: list[dict[str, Any]], vectors: Answer) -> None:
     """Refuse vectors that were fitted to another configuration: they would point nowhere in this one."""
     fitted = {
         str(row[settings.over]): _coordinates(settings, row, PLACES) for row in vectors.more.get("configuration", ())
@@ -166,70 +179,69 @@ def _same_map(settings: MapSettings, points: list[dict[str, Any]], vectors: Answ
         )
 
 
-def _per_stimulus(settings: MapSettings, selected: Selected, answer: Answer, column: str | None) -> dict[str, str]:
-    """What a column says of each stimulus: from the answer's own rows, else from the study's."""
+def _column_by_stimulus(
+    settings: MapSettings, selected: Selected, answer: Answer, column: str | None
+) -> dict[str, str]:
+    """Return what a column holds for each stimulus: from the answer's own rows, else from the study's."""
     if column is None:
         return {}
     if column in answer.rows[0]:
         return {str(row[settings.over]): str(row[column]) for row in answer.rows}
     frame = selected.table if column in selected.table.columns else selected.trials
-    require(settings, frame, [settings.over, column])
+    require_columns(settings, frame, [settings.over, column])
     pairs = set(zip(texts_of(frame, settings.over), texts_of(frame, column), strict=True))
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        twice = sorted({name for name, level in pairs if found[name] != level}, key=natural_key)
-        raise DataRefused(f"figure {settings.name!r}: column {column!r} has several levels for {phrase(twice[:5])}")
-    return found
+    levels = dict(pairs)
+    if len(levels) < len(pairs):
+        several = sorted({name for name, level in pairs if levels[name] != level}, key=natural_key)
+        raise DataRefused(f"figure {settings.name!r}: column {column!r} has several levels for {phrase(several[:5])}")
+    return levels
 
 
-def _class_order(settings: MapSettings, selected: Selected, points: list[dict[str, Any]]) -> list[str]:
-    found = {str(point["class"]) for point in points if point["class"] is not None}
-    return list(in_order(selected, settings.class_column or "", found))
-
-
-def _ellipses(settings: MapSettings, answer: Answer) -> list[dict[str, Any]]:
-    """Only a map in the dimensions that the ellipses were made in can show them."""
+def _ellipse_rows(settings: MapSettings, answer: Answer) -> list[dict[str, Any]]:
+    """Return a row for each ellipse; none in other dimensions than those that the ellipses were made in."""
     if not settings.ellipses or settings.dimensions != (1, 2):
         return []
-    found = []
+    rows = []
     for row in answer.more.get("ellipses", ()):
         where = f"figure {settings.name!r}, ellipse of {row[settings.over]!r}"
-        x, y = (real(row[name], where) for name in ("centre_1", "centre_2"))
-        major, minor, angle = (real(row[name], where) for name in ("semi_major", "semi_minor", "angle_deg"))
+        x, y = (finite_or_nan(row[name], where) for name in ("centre_1", "centre_2"))
+        major, minor, angle = (finite_or_nan(row[name], where) for name in ("semi_major", "semi_minor", "angle_deg"))
         if not any(math.isnan(part) for part in (x, y, major, minor, angle)):
             sizes = {"semi_major": major, "semi_minor": minor, "angle_deg": angle}
-            found.append({"shows": "ellipse", "stimulus": str(row[settings.over]), "x": x, "y": y, **sizes})
-    return sorted(found, key=lambda row: natural_key(str(row["stimulus"])))
+            rows.append({"shows": "ellipse", "stimulus": str(row[settings.over]), "x": x, "y": y, **sizes})
+    return sorted(rows, key=lambda row: natural_key(str(row["stimulus"])))
 
 
-def _vectors(settings: MapSettings, selected: Selected, answer: Answer) -> list[dict[str, Any]]:
+def _vector_rows(settings: MapSettings, selected: Selected, answer: Answer) -> list[dict[str, Any]]:
     order = {
         name: i
-        for i, name in enumerate(in_order(selected, settings.items, (str(r[settings.items]) for r in answer.rows)))
+        for i, name in enumerate(
+            ordered_levels(selected, settings.items, (str(r[settings.items]) for r in answer.rows))
+        )
     }
-    found = []
+    rows = []
     for row in sorted(answer.rows, key=lambda row: order[str(row[settings.items])]):
         name, (x, y) = str(row[settings.items]), _coordinates(settings, row, DIRECTIONS)
         where = f"figure {settings.name!r}, vector {name!r}"
-        r2, p = real(row["r2"], where), real(row.get("p"), where)
+        r2, p = finite_or_nan(row["r2"], where), finite_or_nan(row.get("p"), where)
         antonym = str(row.get("antonym") or selected.antonyms.get(name, ""))
         numbers = {"x": nan_to_none(x), "y": nan_to_none(y), "r2": nan_to_none(r2), "p": nan_to_none(p)}
-        found.append({"shows": "vector", "attribute": name, "antonym": antonym, **numbers})
-    return found
+        rows.append({"shows": "vector", "attribute": name, "antonym": antonym, **numbers})
+    return rows
 
 
-def _caption(shown: Shown, answer: Answer, rows: Sequence[Row]) -> str:
+def _caption(inputs: FigureInput, answer: Answer, rows: Sequence[Row]) -> str:
     kinds = {str(row["shows"]) for row in rows}
     parts = [answer.method.rstrip(".") + ".", *([answer.headline.rstrip(".") + "."] if answer.headline else [])]
     parts.append("Both axes have one scale; their directions and signs mean nothing by themselves.")
     if "ellipse" in kinds:
-        told = [note for note in answer.notes if note.lower().startswith("ellipses: ")]
-        where = told[0][len("ellipses: ") :].rstrip(".") if told else "as the test resampled it"
+        notes = [note for note in answer.notes if note.lower().startswith("ellipses: ")]
+        where = notes[0][len("ellipses: ") :].rstrip(".") if notes else "as the test resampled it"
         parts.append(f"Ellipses: where a stimulus may lie ({where}).")
     if "vector" in kinds:
         parts.append(
             "Arrows: where an attribute's value grows, towards the second word of its scale; as long as its multiple"
-            f" correlation R with the map, the ring being R = 1; dashed: p not below {shown.selected.alpha:g}."
+            f" correlation R with the map, the ring being R = 1; dashed: p not below {inputs.selected.alpha:g}."
         )
         undefined = [
             str(row["attribute"])
@@ -240,60 +252,58 @@ def _caption(shown: Shown, answer: Answer, rows: Sequence[Row]) -> str:
     return " ".join(parts)
 
 
-MAP_IN = 6.3
-"""The longer side of the map."""
-
-
-def draw(shown: FigureData) -> Drawn:
-    """Ellipses below, then arrows, then points with their names; the classes' colours and shapes at the right."""
-    limits = _limits(shown)
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw ellipses, then arrows, then points with their names; the classes' colours and shapes at the right."""
+    limits = _limits(data)
     spans = [high - low for low, high in limits]
     per_unit = MAP_IN / max(spans)
-    classes = shown.words["classes"]
+    classes = data.words["classes"]
     legend_in = 0.5 + 0.075 * max((min(len(c), 26) for c in classes), default=-6)
     figure = Figure(figsize=(spans[0] * per_unit + 0.75 + legend_in, spans[1] * per_unit + 0.65), layout="constrained")
-    axes, marking = figure.add_subplot(), Marking()
+    axes, marks = figure.add_subplot(), Marks()
     axes.set(xlim=limits[0], ylim=limits[1], aspect="equal")
-    _frame(axes, shown)
-    look = dict(zip(classes, looks(len(classes)), strict=True))
-    points = _of(shown, "point")
-    colours = {str(row["stimulus"]): _look(look, row)[0] for row in points}
-    for row in _of(shown, "ellipse"):
-        _ellipse(axes, row, colours.get(str(row["stimulus"]), SOFT))
-    taken = _arrows(axes, marking, shown, limits, per_unit * 72)
+    _set_axes(axes, data)
+    look = dict(zip(classes, colours_and_shapes(len(classes)), strict=True))
+    points = _rows_of(data, "point")
+    colours = {str(row["stimulus"]): _look_of(look, row)[0] for row in points}
+    for row in _rows_of(data, "ellipse"):
+        _draw_ellipse(axes, row, colours.get(str(row["stimulus"]), SOFT))
+    taken = _draw_arrows(axes, marks, data, limits, per_unit * 72)
     for row in points:
-        _point(axes, marking, row, *_look(look, row))
-    _names(axes, points, limits, per_unit * 72, taken)
+        _draw_point(axes, marks, row, *_look_of(look, row))
+    _draw_names(axes, points, limits, per_unit * 72, taken)
     if classes:
-        _legend(figure, look, str(shown.words["class_name"]))
-    return Drawn(figure, marking.all())
+        _legend(figure, look, str(data.words["class_name"]))
+    return DrawnFigure(figure, marks.all())
 
 
-def _of(shown: FigureData, shows: str) -> list[Row]:
-    return [row for row in shown.rows if row["shows"] == shows]
+def _rows_of(data: FigureData, shows: str) -> list[Row]:
+    return [row for row in data.rows if row["shows"] == shows]
 
 
-def _look(look: dict[str, tuple[str, str]], row: Row) -> tuple[str, str]:
+def _look_of(look: dict[str, tuple[str, str]], row: Row) -> tuple[str, str]:
     return look.get(str(row["class"]), (OKABE_ITO[0], "o"))
 
 
-def _limits(shown: FigureData) -> list[tuple[float, float]]:
-    """Both axes with room for ellipses, arrows and names; the shorter one at least 0.55 of the longer."""
-    boxes = [_reach(row) for row in shown.rows if row["shows"] != "vector"]
-    if _of(shown, "vector"):
-        (x, y), radius = _ring(shown)
+def _limits(data: FigureData) -> list[tuple[float, float]]:
+    """Return the ends of both axes with room for ellipses, arrows and names; the shorter one at least 0.55 of the
+    longer.
+    """
+    boxes = [_reach(row) for row in data.rows if row["shows"] != "vector"]
+    if _rows_of(data, "vector"):
+        (x, y), radius = _ring(data)
         boxes.append((x - 1.12 * radius, x + 1.12 * radius, y - 1.12 * radius, y + 1.12 * radius))
     ends = [(min(b[k] for b in boxes), max(b[k + 1] for b in boxes)) for k in (0, 2)]
     longest = max(high - low for low, high in ends) or 1.0
-    found = []
+    limits = []
     for low, high in ends:
         half = max(0.5 * (high - low) + 0.07 * longest, 0.3 * longest)
-        found.append(((low + high) / 2 - half, (low + high) / 2 + half))
-    return found
+        limits.append(((low + high) / 2 - half, (low + high) / 2 + half))
+    return limits
 
 
 def _reach(row: Row) -> tuple[float, float, float, float]:
-    """How far a point or an ellipse reaches along both axes."""
+    """Return how far a point or an ellipse reaches along both axes."""
     x, y = to_float(row["x"]), to_float(row["y"])
     if row["shows"] == "point":
         return x, x, y, y
@@ -304,26 +314,26 @@ def _reach(row: Row) -> tuple[float, float, float, float]:
     return x - wide, x + wide, y - tall, y + tall
 
 
-def _ring(shown: FigureData) -> tuple[tuple[float, float], float]:
-    """Middle and radius of the ring of R = 1: about the points' mean, as far as most of them."""
-    places = np.array([(to_float(row["x"]), to_float(row["y"])) for row in _of(shown, "point")])
+def _ring(data: FigureData) -> tuple[tuple[float, float], float]:
+    """Return middle and radius of the ring of R = 1: about the points' mean, as far as most of them."""
+    places = np.array([(to_float(row["x"]), to_float(row["y"])) for row in _rows_of(data, "point")])
     middle = places[0] + (places - places[0]).mean(axis=0)
     radius = float(np.quantile(np.hypot(*(places - middle).T), 0.9)) or 1.0
     return (float(middle[0]), float(middle[1])), radius
 
 
-def _frame(axes: Axes, shown: FigureData) -> None:
+def _set_axes(axes: Axes, data: FigureData) -> None:
     axes.grid(visible=True, color=FAINT, linewidth=0.4)
     for spine in axes.spines.values():
         spine.set(visible=True, color=FAINT)
     axes.tick_params(labelsize=7.5, labelcolor=SOFT)
     axes.locator_params(nbins=7)
-    first, second = shown.words["dimensions"]
+    first, second = data.words["dimensions"]
     axes.set_xlabel(f"dimension {first}", color=SOFT)
     axes.set_ylabel(f"dimension {second}", color=SOFT)
 
 
-def _ellipse(axes: Axes, row: Row, colour: str) -> None:
+def _draw_ellipse(axes: Axes, row: Row, colour: str) -> None:
     sides = 2 * to_float(row["semi_major"]), 2 * to_float(row["semi_minor"])
     place = (to_float(row["x"]), to_float(row["y"]))
     fill = Ellipse(place, *sides, angle=to_float(row["angle_deg"]), facecolor=colour, alpha=0.10, linewidth=0, zorder=1)
@@ -340,24 +350,24 @@ def _ellipse(axes: Axes, row: Row, colour: str) -> None:
     axes.add_patch(edge)
 
 
-def _arrows(
-    axes: Axes, marking: Marking, shown: FigureData, limits: Sequence[tuple[float, float]], per_unit: float
+def _draw_arrows(
+    axes: Axes, marks: Marks, data: FigureData, limits: Sequence[tuple[float, float]], per_unit: float
 ) -> list[Area]:
-    """The adjectives, each with its other end across the middle; gives the areas of their names."""
-    rows = [row for row in _of(shown, "vector") if row["x"] is not None and row["r2"] is not None]
+    """Draw the adjectives as arrows, each with its other end across the middle; return the areas of their names."""
+    rows = [row for row in _rows_of(data, "vector") if row["x"] is not None and row["r2"] is not None]
     if not rows:
         return []
-    middle, radius = _ring(shown)
+    middle, radius = _ring(data)
     axes.add_patch(Circle(middle, radius, fill=False, edgecolor=SOFT, linewidth=0.6, linestyle=(0, (1, 3)), zorder=1.2))
     corner = np.array([limits[0][0], limits[1][0]])
-    places = [(np.array([to_float(r["x"]), to_float(r["y"])]) - corner) * per_unit for r in _of(shown, "point")]
+    places = [(np.array([to_float(r["x"]), to_float(r["y"])]) - corner) * per_unit for r in _rows_of(data, "point")]
     taken = [Area(x - 3.5, y - 3.5, x + 3.5, y + 3.5) for x, y in places]
     points = len(taken)
     for row in rows:
         reach = radius * math.sqrt(max(to_float(row["r2"]), 0.0))
         way = np.array([to_float(row["x"]), to_float(row["y"])])
         tip, tail = np.array(middle) + reach * way, np.array(middle) - reach * way
-        sure = row["p"] is not None and to_float(row["p"]) < shown.words["alpha"]
+        sure = row["p"] is not None and to_float(row["p"]) < data.words["alpha"]
         style: dict[str, Any] = {"color": INK if sure else SOFT, "linewidth": 1.3 if sure else 0.9}
         arrow: dict[str, Any] = {
             "arrowstyle": "-|>,head_length=0.5,head_width=0.22",
@@ -372,17 +382,17 @@ def _arrows(
             arrowprops={**arrow, "linestyle": "-" if sure else (0, (4, 2))},
             zorder=2,
         )
-        marking.add(drawn.arrow_patch, _told_vector(row), str(row["attribute"]))
+        marks.add(drawn.arrow_patch, _vector_details(row), str(row["attribute"]))
         axes.plot(
             [middle[0], tail[0]], [middle[1], tail[1]], color=style["color"], linewidth=0.6, alpha=0.6, zorder=1.9
         )
         high, low = row["antonym"] or row["attribute"], row["attribute"] if row["antonym"] else ""
         for word, at, sign, weight in ((high, tip, 1, "bold"), (low, tail, -1, "normal")):
-            taken += _word(axes, str(word), at, sign * way, weight, style["color"], (limits, per_unit), taken)
+            taken += _draw_word(axes, str(word), at, sign * way, weight, style["color"], (limits, per_unit), taken)
     return taken[points:]
 
 
-def _word(
+def _draw_word(
     axes: Axes,
     word: str,
     at: Any,
@@ -392,7 +402,7 @@ def _word(
     where: tuple[Sequence[tuple[float, float]], float],
     taken: Sequence[Area],
 ) -> list[Area]:
-    """A word beyond the end of an arrow, moved outwards while it lies on another."""
+    """Write a word beyond the end of an arrow, moved outwards while it lies on another."""
     if not word:
         return []
     (limits, per_unit), size = where, 8.5
@@ -418,7 +428,7 @@ def _written(
     )  # fmt: skip
 
 
-def _point(axes: Axes, marking: Marking, row: Row, colour: str, shape: str) -> None:
+def _draw_point(axes: Axes, marks: Marks, row: Row, colour: str, shape: str) -> None:
     look: dict[str, Any] = {
         "markersize": 6.2,
         "markerfacecolor": colour,
@@ -429,26 +439,26 @@ def _point(axes: Axes, marking: Marking, row: Row, colour: str, shape: str) -> N
     names = [("stimulus", str(row["stimulus"]))]
     names += [("label", str(row["label"]))] if row["label"] != row["stimulus"] else []
     names += [("class", str(row["class"]))] if row["class"] is not None else []
-    places = [("place", f"{number(to_float(row['x']))}, {number(to_float(row['y']))}")]
-    marking.add(point, (*names, *places), str(row["stimulus"]))
+    places = [("place", f"{format_number(to_float(row['x']))}, {format_number(to_float(row['y']))}")]
+    marks.add(point, (*names, *places), str(row["stimulus"]))
 
 
-def _told_vector(row: Row) -> tuple[tuple[str, str], ...]:
+def _vector_details(row: Row) -> tuple[tuple[str, str], ...]:
     name = f"{row['attribute']} – {row['antonym']}" if row["antonym"] else str(row["attribute"])
-    p = [] if row["p"] is None else [("p", p_written(to_float(row["p"])).removeprefix("p = ").removeprefix("p "))]
-    return (("attribute", name), ("R²", number(to_float(row["r2"]))), *p)
+    p = [] if row["p"] is None else [("p", format_p(to_float(row["p"])).removeprefix("p = ").removeprefix("p "))]
+    return (("attribute", name), ("R²", format_number(to_float(row["r2"]))), *p)
 
 
-def _names(
+def _draw_names(
     axes: Axes, points: Sequence[Row], limits: Sequence[tuple[float, float]], per_unit: float, taken: Sequence[Area]
 ) -> None:
-    """The points' names; in a crowded map those without a free place are told on pointing only."""
+    """Write the points' names; in a crowded map those without a free place are read on pointing only."""
     size = 7.0 if len(points) <= 60 else 5.6
-    names = [shortened(str(row["label"]), 22) for row in points]
+    names = [shorten(str(row["label"]), 22) for row in points]
     places = [
         ((to_float(r["x"]) - limits[0][0]) * per_unit, (to_float(r["y"]) - limits[1][0]) * per_unit) for r in points
     ]
-    for row, name, spot in zip(points, names, placed(places, names, size, taken), strict=True):
+    for row, name, spot in zip(points, names, place_beside_points(places, names, size, taken), strict=True):
         if spot.free or len(points) <= 12:
             _written(axes, name, (to_float(row["x"]), to_float(row["y"])), (spot.x, spot.y), size, INK, "normal")
 
@@ -461,7 +471,7 @@ def _legend(figure: Figure, look: dict[str, tuple[str, str]], name: str) -> None
         for colour, shape in look.values()
     ]
     figure.legend(
-        handles, [folded(level, 26) for level in look], title=name, loc="outside right upper", frameon=False,
+        handles, [fold(level, 26) for level in look], title=name, loc="outside right upper", frameon=False,
         fontsize=8 if len(look) <= 24 else 6, labelcolor=INK, handletextpad=0.2, alignment="left",
     )  # fmt: skip
 

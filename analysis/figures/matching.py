@@ -13,11 +13,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.analysis.figures.columns import numbers, require, to_float, uniform
+from palpate.analysis.figures.columns import fill_columns, read_numbers, require_columns, to_float
 from palpate.analysis.figures.distributions import density, summary, swarm
-from palpate.analysis.figures.figure_kind import MOST, AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import decimals_for, folded, number
-from palpate.analysis.figures.style import INK, PAPER, SOFT, looks, quiet_axes, tint
+from palpate.analysis.figures.figure_kind import (
+    MOST_MARKS,
+    DrawnFigure,
+    FigureData,
+    FigureInput,
+    FigureKind,
+    FigureSettings,
+    Marks,
+)
+from palpate.analysis.figures.lettering import decimals_for, fold, format_number
+from palpate.analysis.figures.style import INK, PAPER, SOFT, colours_and_shapes, quiet_axes, tint
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells, texts_of
@@ -25,9 +33,12 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
 
 USUAL = ("stimulus.attribute", "manipulated", "target_attribute")
+ABREAST = 8
+"""How many attributes stand in one row of the figure."""
+SLOT_IN, HIGH_IN = 1.28, 3.5
 
 
-class MatchingSettings(AskedFigure):
+class MatchingSettings(FigureSettings):
     """The ratings of each stimulus on the one attribute that it was made for.
 
     `attribute_column` is the stimulus column that names this attribute (None: the first of `stimulus.attribute`,
@@ -39,66 +50,62 @@ class MatchingSettings(AskedFigure):
     target: str = "target"
 
 
-def data(shown: Shown, settings: MatchingSettings) -> FigureData:
-    """Rows of two sorts (`shows`): each attribute's "target" with n, mean, SD, quartiles and mean absolute error of the
-    ratings, and each participant's "value" (the mean of their repeats) there.
+def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
+    """Return rows of two sorts (`shows`): each attribute's "target" with n, mean, SD, quartiles and mean absolute error
+    of the ratings, and each participant's "value" (the mean of their repeats) there.
 
     Raises DataRefused where a column is missing, a target is no number or no rating is of a manipulated attribute.
     """
-    selected = shown.selected
-    made = _manipulated(settings, selected)
-    cells = person_cells(made, ["attribute", "target"], levels={**selected.levels, "target": _by_size(made)})
+    selected = inputs.selected
+    ratings = _manipulated(settings, selected)
+    by_size = tuple(sorted(set(ratings["target"].tolist()), key=float))
+    cells = person_cells(ratings, ["attribute", "target"], levels={**selected.levels, "target": by_size})
     rows = [row for j in range(len(cells.cells)) for row in _rows(cells, j)]
     if not rows:
         raise DataRefused(f"figure {settings.name!r}: every rating of a manipulated attribute is missing")
     attributes = list(dict.fromkeys(str(row["attribute"]) for row in rows))
     targets = sorted({float(row["target"]) for row in rows})
-    antonyms = {each: selected.antonyms.get(each, "") for each in attributes}
+    antonyms = {name: selected.antonyms.get(name, "") for name in attributes}
     words = {"attributes": attributes, "targets": targets, "antonyms": antonyms, "scale": selected.scale}
     title = settings.title or "Ratings of the manipulated attribute"
     ordered = sorted(rows, key=lambda row: row["shows"] == "value")
-    return FigureData(uniform(ordered), title, _caption(cells, targets), words)
+    return FigureData(fill_columns(ordered), title, _caption(cells, targets), words)
 
 
 def _manipulated(settings: MatchingSettings, selected: Selected) -> pd.DataFrame:
-    """The ratings whose attribute is the one that their stimulus was made for, with the target as a number."""
+    """Return the ratings whose attribute is the one that their stimulus was made for, with the target as a number."""
     frame = selected.table
-    named = settings.attribute_column or next((name for name in USUAL if name in frame.columns), USUAL[0])
-    require(settings, frame, ["participant", "attribute", "value", named, settings.target])
-    attribute, made = texts_of(frame, "attribute"), texts_of(frame, named)
-    if not set(made) & set(attribute):
+    column = settings.attribute_column or next((name for name in USUAL if name in frame.columns), USUAL[0])
+    require_columns(settings, frame, ["participant", "attribute", "value", column, settings.target])
+    attribute, manipulated = texts_of(frame, "attribute"), texts_of(frame, column)
+    if not set(manipulated) & set(attribute):
         raise DataRefused(
-            f"figure {settings.name!r}: column {named!r} names {made[0]!r}, which is not rated;"
-            f" {nearest(made[0], sorted(set(attribute)))}"
+            f"figure {settings.name!r}: column {column!r} names {manipulated[0]!r}, which is not rated;"
+            f" {nearest(manipulated[0], sorted(set(attribute)))}"
         )
-    kept = np.array([a == b for a, b in zip(attribute, made, strict=True)])
-    rows = frame.loc[kept].reset_index(drop=True)
-    targets = numbers(rows, settings.target)
+    matching = np.array([a == b for a, b in zip(attribute, manipulated, strict=True)])
+    rows = frame.loc[matching].reset_index(drop=True)
+    targets = read_numbers(rows, settings.target)
     if np.isnan(targets).any():
         raise DataRefused(f"figure {settings.name!r}: column {settings.target!r} has no number in some rows")
-    chosen = rows[["participant", "value"]].assign(attribute=[a for a, k in zip(attribute, kept, strict=True) if k])
-    return chosen.assign(target=[repr(value) for value in targets])
-
-
-def _by_size(made: pd.DataFrame) -> tuple[str, ...]:
-    return tuple(sorted(set(made["target"].tolist()), key=float))
+    selection = rows[["participant", "value"]].assign(
+        attribute=[a for a, k in zip(attribute, matching, strict=True) if k]
+    )
+    return selection.assign(target=[repr(value) for value in targets])
 
 
 def _rows(cells: PersonCells, j: int) -> list[dict[str, Any]]:
-    """What one attribute's one target was answered with."""
+    """Return the rows of one attribute's one target: its summary, then each participant's value."""
     attribute, target = cells.cells[j][0], float(cells.cells[j][1])
-    there = [(person, float(cells.values[i, j])) for i, person in enumerate(cells.participants)]
-    known = [(person, value) for person, value in there if not np.isnan(value)]
-    if not known:
+    answers = [(person, float(cells.values[i, j])) for i, person in enumerate(cells.participants)]
+    given = [(person, value) for person, value in answers if not np.isnan(value)]
+    if not given:
         return []
-    place = {"attribute": attribute, "target": target}
-    told = {**summary([value for _, value in known]), "mae": _mae([value for _, value in known], target)}
-    values = [{"shows": "value", **place, "participant": person, "value": value} for person, value in known]
-    return [{"shows": "target", **place, **told}, *values]
-
-
-def _mae(values: Sequence[float], target: float) -> float:
-    return float(np.mean(np.sort(np.abs(np.array(values) - target))))
+    head = {"attribute": attribute, "target": target}
+    errors = np.sort(np.abs(np.array([value for _, value in given]) - target))
+    numbers = {**summary([value for _, value in given]), "mae": float(np.mean(errors))}
+    values = [{"shows": "value", **head, "participant": person, "value": value} for person, value in given]
+    return [{"shows": "target", **head, **numbers}, *values]
 
 
 def _caption(cells: PersonCells, targets: Sequence[float]) -> str:
@@ -113,11 +120,6 @@ def _caption(cells: PersonCells, targets: Sequence[float]) -> str:
     )
 
 
-ABREAST = 8
-"""How many attributes stand in one row of the figure."""
-SLOT_IN, HIGH_IN = 1.28, 3.5
-
-
 @dataclass(frozen=True)
 class _Slot:
     """Where one target's ratings stand: beside `x`, towards `side`, at most `reach` wide."""
@@ -129,84 +131,90 @@ class _Slot:
     shape: str
 
 
-def draw(shown: FigureData) -> Drawn:
-    """A slot for each attribute: the lower target's ratings left of its middle, the higher one's right of it."""
-    attributes = shown.words["attributes"]
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw a slot for each attribute: the lower target's ratings left of its middle, the higher one's right of it."""
+    attributes = data.words["attributes"]
     lines = math.ceil(len(attributes) / ABREAST)
     abreast = math.ceil(len(attributes) / lines)
-    slot_in = SLOT_IN * max(1.0, 0.5 * len(shown.words["targets"]))
+    slot_in = SLOT_IN * max(1.0, 0.5 * len(data.words["targets"]))
     size = (max(slot_in * abreast + 0.9, 4.4), HIGH_IN * lines + 0.35)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(lines, 1, squeeze=False, sharey=True)[:, 0]
-    marking, limits = Marking(), _limits(shown)
+    marks, limits = Marks(), _limits(data)
     for line, axes in enumerate(grid):
         here = attributes[line * abreast : (line + 1) * abreast]
-        _scale(axes, shown, limits, here, abreast)
+        _set_axes(axes, data, limits, here, abreast)
         for place, attribute in enumerate(here):
-            for target, slot in zip(shown.words["targets"], _slots(shown.words["targets"], place), strict=True):
-                _target(axes, marking, shown, (attribute, target), slot)
-    _legend(figure, shown.words["targets"])
-    return Drawn(figure, marking.all())
+            for target, slot in zip(data.words["targets"], _slots(data.words["targets"], place), strict=True):
+                _draw_target(axes, marks, data, (attribute, target), slot)
+    _draw_legend(figure, data.words["targets"])
+    return DrawnFigure(figure, marks.all())
 
 
 def _slots(targets: Sequence[float], place: int) -> list[_Slot]:
-    """Two targets share a middle, back to back; more stand side by side."""
-    found = looks(len(targets))
+    """Return where targets stand: two share a middle, back to back; more stand side by side."""
+    looks = colours_and_shapes(len(targets))
     if len(targets) <= 2:
         gap = 0.03
-        return [_Slot(place + s * gap, s, 0.40, *found[j]) for j, s in enumerate((-1, 1)[: len(targets)])]
+        return [_Slot(place + s * gap, s, 0.40, *looks[j]) for j, s in enumerate((-1, 1)[: len(targets)])]
     wide = 0.86 / len(targets)
-    return [_Slot(place - 0.43 + wide * (j + 0.12), 1, 0.84 * wide, *found[j]) for j in range(len(targets))]
+    return [_Slot(place - 0.43 + wide * (j + 0.12), 1, 0.84 * wide, *looks[j]) for j in range(len(targets))]
 
 
-def _limits(shown: FigureData) -> tuple[float, float]:
-    values = [to_float(row["value"]) for row in shown.rows if row["shows"] == "value"]
-    ends = [*values, *shown.words["targets"], *(shown.words["scale"] or ())]
+def _limits(data: FigureData) -> tuple[float, float]:
+    values = [to_float(row["value"]) for row in data.rows if row["shows"] == "value"]
+    ends = [*values, *data.words["targets"], *(data.words["scale"] or ())]
     low, high = min(ends), max(ends)
     margin = 0.03 * (high - low) or 0.5
     return low - margin, high + margin
 
 
-def _scale(axes: Axes, shown: FigureData, limits: tuple[float, float], here: Sequence[str], abreast: int) -> None:
+def _set_axes(
+    axes: Axes, data: FigureData, limits: tuple[float, float], attributes: Sequence[str], abreast: int
+) -> None:
     axes.set(xlim=(-0.55, abreast - 0.45), ylim=limits, ylabel="rating")
-    scale = shown.words["scale"]
+    scale = data.words["scale"]
     if scale is not None:
         axes.set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
     quiet_axes(axes)
-    named = shown.words["antonyms"]
+    antonyms = data.words["antonyms"]
     axes.tick_params(axis="x", pad=17)
-    _below(axes, "MAE", (0, 0), -6, "axes fraction", {"ha": "right", "color": SOFT})
-    axes.set_xticks(range(len(here)), [folded(each, 15) for each in here], fontsize=8.5, fontweight="bold")
-    for place, attribute in enumerate(here):
-        high = folded(named[attribute], 15)
+    _write_below(axes, "MAE", (0, 0), -6, "axes fraction", {"ha": "right", "color": SOFT})
+    axes.set_xticks(range(len(attributes)), [fold(name, 15) for name in attributes], fontsize=8.5, fontweight="bold")
+    for place, attribute in enumerate(attributes):
+        high = fold(antonyms[attribute], 15)
         look: dict[str, Any] = {"fontsize": 8.5, "fontweight": "bold", "color": INK, "ha": "center", "va": "bottom"}
         axes.text(place, 1.02, high, transform=axes.get_xaxis_transform(), **look)
         if place:
             axes.axvline(place - 0.5, color="#e7ebef", linewidth=0.8, zorder=0)
 
 
-def _below(axes: Axes, text: str, at: tuple[float, float], right: float, system: Any, look: dict[str, Any]) -> None:
-    """A small word between the axis and the names under it."""
+def _write_below(
+    axes: Axes, text: str, at: tuple[float, float], right: float, system: Any, look: dict[str, Any]
+) -> None:
+    """Write a small word between the axis and the names under it."""
     place: dict[str, Any] = {"xycoords": system, "textcoords": "offset points", "annotation_clip": False}
     axes.annotate(text, at, (right, -5), va="top", fontsize=7.5, **place, **look)
 
 
-def _target(axes: Axes, marking: Marking, shown: FigureData, place: tuple[str, float], slot: _Slot) -> None:
-    rows = [row for row in shown.rows if (row["attribute"], row["target"]) == place]
+def _draw_target(axes: Axes, marks: Marks, data: FigureData, place: tuple[str, float], slot: _Slot) -> None:
+    rows = [row for row in data.rows if (row["attribute"], row["target"]) == place]
     if not rows:
         return
-    told, values = rows[0], [row for row in rows if row["shows"] == "value"]
+    summary_row, values = rows[0], [row for row in rows if row["shows"] == "value"]
     ends = (slot.x, slot.x + slot.side * slot.reach)
     axes.plot(ends, [place[1]] * 2, color=slot.colour, linewidth=1.5, linestyle=(0, (3, 1.6)), zorder=2.5)
-    _half_violin(axes, [to_float(row["value"]) for row in values], slot, shown.words["scale"])
-    _dots(axes, marking, values, slot, axes.get_ylim(), sum(row["shows"] == "value" for row in shown.rows) <= MOST)
-    _mean(axes, marking, told, slot)
+    _draw_half_violin(axes, [to_float(row["value"]) for row in values], slot, data.words["scale"])
+    _draw_dots(
+        axes, marks, values, slot, axes.get_ylim(), sum(row["shows"] == "value" for row in data.rows) <= MOST_MARKS
+    )
+    _draw_mean(axes, marks, summary_row, slot)
     at = slot.x + slot.side * slot.reach / 2
-    mae = number(to_float(told["mae"]), decimals_for([to_float(told["mae"])]))
-    _below(axes, mae, (at, 0), 0, axes.get_xaxis_transform(), {"ha": "center", "color": slot.colour})
+    mae = format_number(to_float(summary_row["mae"]), decimals_for([to_float(summary_row["mae"])]))
+    _write_below(axes, mae, (at, 0), 0, axes.get_xaxis_transform(), {"ha": "center", "color": slot.colour})
 
 
-def _half_violin(axes: Axes, values: Sequence[float], slot: _Slot, scale: Sequence[float] | None) -> None:
+def _draw_half_violin(axes: Axes, values: Sequence[float], slot: _Slot, scale: Sequence[float] | None) -> None:
     at, heights = density(values, *(scale or (None, None)))
     if len(at):
         edge = slot.x + slot.side * 0.9 * slot.reach * heights
@@ -214,10 +222,10 @@ def _half_violin(axes: Axes, values: Sequence[float], slot: _Slot, scale: Sequen
         axes.plot(edge, at, color=tint(slot.colour, 0.7), linewidth=0.7, zorder=1.1)
 
 
-def _dots(
-    axes: Axes, marking: Marking, rows: Sequence[Row], slot: _Slot, limits: tuple[float, float], marked: bool
+def _draw_dots(
+    axes: Axes, marks: Marks, rows: Sequence[Row], slot: _Slot, limits: tuple[float, float], few: bool
 ) -> None:
-    """Each participant, from the middle outwards."""
+    """Draw each participant, from the middle outwards."""
     values = [to_float(row["value"]) for row in rows]
     tall = 0.055 / (HIGH_IN - 0.7) * (limits[1] - limits[0])
     wide = 0.055 / SLOT_IN
@@ -232,31 +240,31 @@ def _dots(
     }
     for row, value, a in zip(rows, values, aside, strict=True):
         (dot,) = axes.plot([slot.x + slot.side * (0.13 + a)], [value], color=slot.colour, zorder=3, **look)
-        if marked:
+        if few:
             parts = [(name, str(row[name])) for name in ("participant", "attribute")]
-            found = [
-                (name, number(to_float(row[of]), 1).removesuffix(".0"))
+            numbers = [
+                (name, format_number(to_float(row[of]), 1).removesuffix(".0"))
                 for name, of in (("target", "target"), ("rating", "value"))
             ]
-            marking.add(dot, (*parts, *found), str(row["participant"]))
+            marks.add(dot, (*parts, *numbers), str(row["participant"]))
 
 
-def _mean(axes: Axes, marking: Marking, told: Row, slot: _Slot) -> None:
-    x, mean = slot.x + slot.side * 0.045, to_float(told["mean"])
-    if told["sd"] is not None:
-        axes.errorbar([x], [mean], [to_float(told["sd"])], fmt="none", ecolor=INK, elinewidth=1.1, zorder=4)
+def _draw_mean(axes: Axes, marks: Marks, row: Row, slot: _Slot) -> None:
+    x, mean = slot.x + slot.side * 0.045, to_float(row["mean"])
+    if row["sd"] is not None:
+        axes.errorbar([x], [mean], [to_float(row["sd"])], fmt="none", ecolor=INK, elinewidth=1.1, zorder=4)
     look: dict[str, Any] = {"markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.2, "markersize": 6.5}
     (mark,) = axes.plot([x], [mean], marker=slot.shape, linestyle="", zorder=5, **look)
     names: Mapping[str, Any] = {"mean": "mean", "sd": "SD", "mae": "MAE"}
-    parts = [(name, number(to_float(told[of]), 1)) for of, name in names.items() if told[of] is not None]
-    where = (("attribute", str(told["attribute"])), ("target", f"{to_float(told['target']):g}"))
-    marking.add(mark, (*where, *parts, ("n", str(told["n"]))), str(told["attribute"]))
+    parts = [(name, format_number(to_float(row[of]), 1)) for of, name in names.items() if row[of] is not None]
+    where = (("attribute", str(row["attribute"])), ("target", f"{to_float(row['target']):g}"))
+    marks.add(mark, (*where, *parts, ("n", str(row["n"]))), str(row["attribute"]))
 
 
-def _legend(figure: Figure, targets: Sequence[float]) -> None:
+def _draw_legend(figure: Figure, targets: Sequence[float]) -> None:
     handles = [
         Line2D([], [], color=colour, marker=shape, linestyle=(0, (3, 1.6)), markersize=5, markeredgecolor=PAPER)
-        for colour, shape in looks(len(targets))
+        for colour, shape in colours_and_shapes(len(targets))
     ]
     names = [f"made to feel {target:g}" for target in targets]
     abreast = max(1, int(figure.get_figwidth() / 1.5))

@@ -12,10 +12,17 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from pydantic import Field
 
-from palpate.analysis.figures.columns import require
-from palpate.analysis.figures.figure_kind import AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import decimals_for, elided, letters_in, number, p_written, signed
-from palpate.analysis.figures.rating_axes import attribute_words, demand_attributes, scale_words, title_of
+from palpate.analysis.figures.columns import require_columns
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
+from palpate.analysis.figures.lettering import (
+    decimals_for,
+    elide,
+    format_number,
+    format_p,
+    format_signed,
+    letters_that_fit,
+)
+from palpate.analysis.figures.rating_axes import attribute_title, attribute_words, demand_attributes, scale_ends
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, quiet_axes
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.one_sample import OneSample
@@ -28,8 +35,12 @@ if TYPE_CHECKING:
 
     from palpate.analysis.plans.answers import Row, Selected
 
+TIME = "response time"
+STEP = 10
+"""Slopes are told per so many trials."""
 
-class OrderFigure(AskedFigure):
+
+class OrderEffectSettings(FigureSettings):
     """`bins`: of how many trials' places a mean is shown. `adjust: none` leaves in what the stimuli themselves do.
 
     `carry_over` also shows how the ratings follow the stimulus before. `position`, `stimulus`: the columns that hold
@@ -52,40 +63,43 @@ class OrderFigure(AskedFigure):
             yield from (Idle(name, "with `adjust: none`") for name in ("carry_over", "stimulus"))
 
 
-def _data(shown: Shown, asked: OrderFigure) -> FigureData:
-    selected, table = shown.selected, shown.selected.table
-    demand_attributes(asked.name, selected)
-    require(asked, table, (asked.position, asked.stimulus))
-    adjust, why = _adjust(asked, table)
-    found = {
-        name: _effect(table[table["attribute"] == name], "value", asked, adjust)
+def data(inputs: FigureInput, settings: OrderEffectSettings) -> FigureData:
+    """Return the rows of every attribute and of the response time: its bins, its slope, its carry-over."""
+    selected, table = inputs.selected, inputs.selected.table
+    demand_attributes(settings.name, selected)
+    require_columns(settings, table, (settings.position, settings.stimulus))
+    adjust, why = _adjust(settings, table)
+    effects = {
+        name: _effect(table[table["attribute"] == name], "value", settings, adjust)
         for name in selected.outcomes
         if (table["attribute"] == name).any()
     }
-    rows = [row for name, effect in found.items() for row in _rows(name, effect)]
-    if times := _times(selected, asked, adjust):
+    rows = [row for name, effect in effects.items() for row in _rows(name, effect)]
+    if times := _time_effect(selected, settings, adjust):
         rows += _rows(TIME, times, logarithmic=True)
     people = table["participant"].nunique()
-    share = f"{100 * asked.confidence:g} %"
-    kept = (
-        f"what the {asked.stimulus} itself does is taken out" if adjust == "stimulus" else f"nothing is taken out{why}"
+    share = f"{100 * settings.confidence:g} %"
+    adjustment = (
+        f"what the {settings.stimulus} itself does is taken out"
+        if adjust == "stimulus"
+        else f"nothing is taken out{why}"
     )
     caption = (
-        f"Points are means over {count(people, 'participant')} by the place of the trial in its session, {kept};"
+        f"Points are means over {count(people, 'participant')} by the place of the trial in its session, {adjustment};"
         f" whiskers are {share} within-participant intervals (Cousineau–Morey). The line is the mean of the"
         f" participants' slopes, written per {STEP} trials with its {share} interval."
     )
     caption += f" {TIME.capitalize()}s are geometric means, their slope in per cent." if times else ""
-    if asked.carry_over and adjust == "stimulus":
+    if settings.carry_over and adjust == "stimulus":
         caption += " Carry-over: how much of the effect of the stimulus before a rating takes on (+) or turns from (−)."
-    scale = scale_words(selected)
+    scale = scale_ends(selected)
     words = {"attributes": attribute_words(selected), "scale": scale, "step": STEP}
-    caption += _cut(rows, scale)
-    return FigureData(tuple(rows), asked.title or "Ratings along the session.", caption, words)
+    caption += _cut_note(rows, scale)
+    return FigureData(tuple(rows), settings.title or "Ratings along the session.", caption, words)
 
 
-def _cut(rows: Sequence[Row], scale: Sequence[float]) -> str:
-    """Panels never span more than 0.6 of the scale."""
+def _cut_note(rows: Sequence[Row], scale: Sequence[float]) -> str:
+    """Return what a caption says of whiskers that the panels cut: these never span more than 0.6 of the scale."""
     bins = [row for row in rows if row["kind"] == "bin" and row["measure"] != TIME]
     wide = sum(
         len(b := numbers_in([row], "low", "high")) == 2 and b[1] - b[0] > 0.6 * (scale[1] - scale[0]) for row in bins
@@ -93,66 +107,79 @@ def _cut(rows: Sequence[Row], scale: Sequence[float]) -> str:
     return f" {count(wide, 'whisker')} cut at the edge of a panel; the table has the ends." if wide else ""
 
 
-def _adjust(asked: OrderFigure, table: pd.DataFrame) -> tuple[Literal["stimulus", "none"], str]:
-    """One participant, or one who is alone with a stimulus, cannot tell position from stimulus: said, not hidden."""
-    if asked.adjust == "stimulus" and table["participant"].nunique() == 1:
+def _adjust(settings: OrderEffectSettings, table: pd.DataFrame) -> tuple[Literal["stimulus", "none"], str]:
+    """Return what is taken out, and why not what the settings say: one participant cannot tell position from
+    stimulus.
+    """
+    if settings.adjust == "stimulus" and table["participant"].nunique() == 1:
         return "none", " (with one participant, position and stimulus are the same thing)"
-    return asked.adjust, ""
+    return settings.adjust, ""
 
 
 def _effect(
-    rows: pd.DataFrame, dv: str, asked: OrderFigure, adjust: Literal["stimulus", "none"], carry: bool = True
+    rows: pd.DataFrame, dv: str, settings: OrderEffectSettings, adjust: Literal["stimulus", "none"], carry: bool = True
 ) -> OrderEffect:
+    """Return the effect of order on the column `dv` of these rows."""
     return order_effect(
         rows.reset_index(drop=True),
         dv,
-        stimulus=asked.stimulus,
-        position=asked.position,
-        bins=asked.bins,
+        stimulus=settings.stimulus,
+        position=settings.position,
+        bins=settings.bins,
         adjust=adjust,
-        carry_over=asked.carry_over and carry and adjust == "stimulus",
-        confidence=asked.confidence,
+        carry_over=settings.carry_over and carry and adjust == "stimulus",
+        confidence=settings.confidence,
     )
 
 
-def _times(selected: Selected, asked: OrderFigure, adjust: Literal["stimulus", "none"]) -> OrderEffect | None:
-    """The logarithm of the seconds until a trial's last answer; None where no time is known or it is not wanted."""
+def _time_effect(
+    selected: Selected, settings: OrderEffectSettings, adjust: Literal["stimulus", "none"]
+) -> OrderEffect | None:
+    """Return the effect on the logarithm of the seconds until a trial's last answer; None without times, or unless
+    set.
+    """
     table = selected.table
-    if not asked.response_time or "response_time_s" not in table.columns:
+    if not settings.response_time or "response_time_s" not in table.columns:
         return None
-    keys = [name for name in ("participant", "session", asked.position, asked.stimulus) if name in table.columns]
+    keys = [name for name in ("participant", "session", settings.position, settings.stimulus) if name in table.columns]
     times = one_per_trial(table, keys, "response_time_s")
     times = times[times["response_time_s"] > 0]
     if times.empty:
         return None
-    times = times.assign(log=np.log(times["response_time_s"]), **{asked.position: times[asked.position].astype(float)})
-    return _effect(times, "log", asked, adjust, carry=False)
+    times = times.assign(
+        log=np.log(times["response_time_s"]), **{settings.position: times[settings.position].astype(float)}
+    )
+    return _effect(times, "log", settings, adjust, carry=False)
 
 
 def _rows(measure: str, effect: OrderEffect, logarithmic: bool = False) -> list[Row]:
-    turn = math.exp if logarithmic else float
+    convert = math.exp if logarithmic else float
+
+    def per_step(slope: float) -> float:
+        return 100 * math.expm1(STEP * slope) if logarithmic else STEP * slope
+
     rows: list[Row] = [
         {
             "measure": measure,
             "kind": "bin",
-            "first_trial": each.first,
-            "last_trial": each.last,
-            "n": each.n,
-            "value": _known(each.mean, turn),
-            "low": _known(each.low, turn),
-            "high": _known(each.high, turn),
+            "first_trial": interval.first,
+            "last_trial": interval.last,
+            "n": interval.n,
+            "value": _known(interval.mean, convert),
+            "low": _known(interval.low, convert),
+            "high": _known(interval.high, convert),
             "p": None,
             "note": "",
         }
-        for each in effect.bins
+        for interval in effect.bins
     ]
-    rows.append(_slope_row(measure, f"slope per {STEP} trials", effect.slope, _percent if logarithmic else _per_step))
+    rows.append(_slope_row(measure, f"slope per {STEP} trials", effect.slope, per_step))
     if effect.carry_over is not None:
         rows.append(_slope_row(measure, "carry-over", effect.carry_over, float))
     return rows
 
 
-def _slope_row(measure: str, kind: str, slope: OneSample, turn: Any) -> Row:
+def _slope_row(measure: str, kind: str, slope: OneSample, convert: Any) -> Row:
     numbers = {"value": slope.mean, "low": slope.low, "high": slope.high}
     return {
         "measure": measure,
@@ -160,36 +187,25 @@ def _slope_row(measure: str, kind: str, slope: OneSample, turn: Any) -> Row:
         "first_trial": None,
         "last_trial": None,
         "n": slope.n,
-        **{name: _known(value, turn) for name, value in numbers.items()},
+        **{name: _known(value, convert) for name, value in numbers.items()},
         "p": _known(slope.p, float),
         "note": slope.note,
     }
 
 
-def _per_step(slope: float) -> float:
-    return STEP * slope
-
-
-def _percent(slope: float) -> float:
-    return 100 * math.expm1(STEP * slope)
-
-
-def _known(value: float, turn: Any) -> float | None:
-    return None if math.isnan(value) else float(turn(value))
-
-
-TIME = "response time"
-STEP = 10
-"""Slopes are told per so many trials."""
+def _known(value: float, convert: Any) -> float | None:
+    return None if math.isnan(value) else float(convert(value))
 
 
 def numbers_in(rows: Sequence[Row], *names: str) -> list[float]:
-    """The numbers of these columns in these rows, those that are there."""
+    """Return the numbers of these columns in these rows, those that are there."""
     return [float(value) for row in rows for name in names if isinstance(value := row[name], int | float)]
 
 
-def draw(data: FigureData) -> Drawn:
-    """A panel for each attribute, all with one span; then the response time, then the traces of the trial before."""
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw a panel for each attribute, all with one span; then the response time, then the traces of the trial
+    before.
+    """
     measures = list(dict.fromkeys(str(row["measure"]) for row in data.rows))
     carried = [row for row in data.rows if row["kind"] == "carry-over"]
     panels = len(measures) + bool(carried)
@@ -201,25 +217,25 @@ def draw(data: FigureData) -> Drawn:
         layout=ConstrainedLayoutEngine(h_pad=0.06, w_pad=0.06, hspace=0.04, wspace=0.04),
     )
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
-    attributes = {each["name"]: each for each in data.words["attributes"]}
-    marking, span = Marking(), _span(data)
+    attributes = {attribute["name"]: attribute for attribute in data.words["attributes"]}
+    marks, span = Marks(), _span(data)
     for place, (panel, measure) in enumerate(zip(axes, measures, strict=False)):
         own = [row for row in data.rows if row["measure"] == measure]
-        _course(panel, own, data.words, None if measure == TIME else span, marking)
-        room = letters_in(width - 0.4)
-        title = "Response time in s" if measure == TIME else title_of(attributes[measure], room)
+        _draw_course(panel, own, data.words, None if measure == TIME else span, marks)
+        room = letters_that_fit(width - 0.4)
+        title = "Response time in s" if measure == TIME else attribute_title(attributes[measure], room)
         panel.set_title(title, fontsize=9)
         if place + columns >= len(measures):
             panel.set_xlabel("trial of the session", fontsize=8, color=SOFT)
     if carried:
-        _traces(axes[len(measures)], carried, attributes, marking)
+        _draw_carry_over(axes[len(measures)], carried, attributes, marks)
     for empty in axes[panels:]:
         empty.set_axis_off()
-    return Drawn(figure, marking.all())
+    return DrawnFigure(figure, marks.all())
 
 
 def _span(data: FigureData) -> float:
-    """One span for all attributes: as wide as the widest course, at least an eighth of the scale."""
+    """Return one span for all attributes: as wide as the widest course, at least an eighth of the scale."""
     low, high = data.words["scale"]
     widest = float(high - low) / 8
     for measure in dict.fromkeys(row["measure"] for row in data.rows if row["measure"] != TIME):
@@ -229,7 +245,7 @@ def _span(data: FigureData) -> float:
     return min(widest, 0.6 * float(high - low))
 
 
-def _course(axes: Axes, own: Sequence[Row], words: Mapping[str, Any], span: float | None, marking: Marking) -> None:
+def _draw_course(axes: Axes, own: Sequence[Row], words: Mapping[str, Any], span: float | None, marks: Marks) -> None:
     bins = [row for row in own if row["kind"] == "bin"]
     colour = OKABE_ITO[0] if span is not None else OKABE_ITO[1]
     reach = numbers_in(bins, "low", "high", "value")
@@ -238,7 +254,7 @@ def _course(axes: Axes, own: Sequence[Row], words: Mapping[str, Any], span: floa
     axes.set_ylim(middle - 1.25 * half, middle + half)
     x = [(row["first_trial"] + row["last_trial"]) / 2 for row in bins]  # type: ignore[operator]
     values = numbers_in(bins, "value")
-    _line(axes, own, x, values, colour)
+    _draw_slope(axes, own, x, values, colour)
     known = [(place, row) for place, row in zip(x, bins, strict=True) if row["low"] is not None]
     ends = (numbers_in([row for _, row in known], end) for end in ("low", "high"))
     axes.vlines([place for place, _ in known], *ends, color=INK, linewidth=0.9, zorder=2.5)
@@ -248,17 +264,23 @@ def _course(axes: Axes, own: Sequence[Row], words: Mapping[str, Any], span: floa
             [place], numbers_in([row], "value"), shape, color=colour, markersize=5.5, markeredgecolor=PAPER, zorder=3
         )
         trials = f"{row['first_trial']} to {row['last_trial']}"
-        told = [("measure", str(row["measure"])), ("trials", trials), ("mean", number(numbers_in([row], "value")[0]))]
-        marking.add(point, (*told, ("participants", str(row["n"]))))
+        details = [
+            ("measure", str(row["measure"])),
+            ("trials", trials),
+            ("mean", format_number(numbers_in([row], "value")[0])),
+        ]
+        marks.add(point, (*details, ("participants", str(row["n"]))))
     axes.set_xlim(0.5, max(float(row["last_trial"]) for row in bins) + 0.5)  # type: ignore[arg-type]
-    axes.yaxis.set_major_formatter(lambda value, _: signed(round(value, 9), tuple(words["scale"]) if span else (0, 1)))
+    axes.yaxis.set_major_formatter(
+        lambda value, _: format_signed(round(value, 9), tuple(words["scale"]) if span else (0, 1))
+    )
     axes.locator_params(axis="y", nbins=5)
     axes.tick_params(labelsize=8)
     quiet_axes(axes)
 
 
-def _line(axes: Axes, own: Sequence[Row], x: Sequence[float], values: Sequence[float], colour: str) -> None:
-    """The mean slope through the middle of the course, and its numbers below."""
+def _draw_slope(axes: Axes, own: Sequence[Row], x: Sequence[float], values: Sequence[float], colour: str) -> None:
+    """Draw the mean slope through the middle of the course, and its numbers below."""
     (slope,) = [row for row in own if str(row["kind"]).startswith("slope")]
     if slope["value"] is None:
         text = str(slope["note"])
@@ -274,29 +296,26 @@ def _line(axes: Axes, own: Sequence[Row], x: Sequence[float], values: Sequence[f
         else:
             height = sum(values) / len(values) + value * (ends - middle) / STEP
         axes.plot(ends, height, color=colour, linewidth=1.3, alpha=0.8, zorder=2)
-        bounds = numbers_in([slope], "low", "high")
+        bounds, p = numbers_in([slope], "low", "high"), next(iter(numbers_in([slope], "p")), None)
         decimals = max(2, decimals_for(bounds or [value]) - 1)
-        text = f"{_plus(value, decimals)}{unit} per {STEP} trials"
+        text = f"{_format_difference(value, decimals)}{unit} per {STEP} trials"
         if bounds:
-            text += f"  [{_plus(bounds[0], decimals)}, {_plus(bounds[1], decimals)}], {p_written(_p(slope))}"
+            low, high = (_format_difference(bound, decimals) for bound in bounds)
+            text += f"  [{low}, {high}], {format_p(p)}"
     box = {"facecolor": PAPER, "edgecolor": "none", "pad": 1.5}
-    told = axes.text(0.02, 0.03, elided(text, 60), transform=axes.transAxes, fontsize=7.0, va="bottom", bbox=box)
-    told.set_in_layout(False)
+    note = axes.text(0.02, 0.03, elide(text, 60), transform=axes.transAxes, fontsize=7.0, va="bottom", bbox=box)
+    note.set_in_layout(False)
 
 
-def _p(row: Row) -> float | None:
-    return next(iter(numbers_in([row], "p")), None)
-
-
-def _plus(value: float, decimals: int) -> str:
-    written = number(value, decimals)
+def _format_difference(value: float, decimals: int) -> str:
+    written = format_number(value, decimals)
     return f"+{written}" if value > 0 and float(written) else written
 
 
-def _traces(axes: Axes, carried: Sequence[Row], attributes: Mapping[str, Any], marking: Marking) -> None:
-    """The carry-over of every attribute with its interval, around none."""
+def _draw_carry_over(axes: Axes, carried: Sequence[Row], attributes: Mapping[str, Any], marks: Marks) -> None:
+    """Draw the carry-over of every attribute with its interval, around none."""
     axes.axvline(0, color=SOFT, linewidth=0.8)
-    written = [elided(str(row["measure"]), 14) for row in carried]
+    names = [elide(str(row["measure"]), 14) for row in carried]
     for place, row in enumerate(carried):
         bounds, value = numbers_in([row], "low", "high"), numbers_in([row], "value")
         if len(bounds) == 2:
@@ -305,9 +324,12 @@ def _traces(axes: Axes, carried: Sequence[Row], attributes: Mapping[str, Any], m
             axes.text(0, -place, f" undefined: {row['note']}", fontsize=7, color=SOFT, va="center")
         else:
             (point,) = axes.plot(value, [-place], "D", color=OKABE_ITO[2], markersize=5, markeredgecolor=PAPER)
-            told = (("carry-over", title_of(attributes[str(row["measure"])])), ("slope", number(value[0], 3)))
-            marking.add(point, (*told, ("interval", " to ".join(number(b, 3) for b in bounds) or "none")))
-    axes.set_yticks([-k for k in range(len(carried))], written, fontsize=8)
+            details = (
+                ("carry-over", attribute_title(attributes[str(row["measure"])])),
+                ("slope", format_number(value[0], 3)),
+            )
+            marks.add(point, (*details, ("interval", " to ".join(format_number(b, 3) for b in bounds) or "none")))
+    axes.set_yticks([-k for k in range(len(carried))], names, fontsize=8)
     axes.set_ylim(-len(carried) + 0.4, 0.6)
     axes.set_title("Carry-over of the trial before", fontsize=9)
     axes.grid(visible=True, axis="x")
@@ -318,4 +340,4 @@ def _traces(axes: Axes, carried: Sequence[Row], attributes: Mapping[str, Any], m
         axes.spines[side].set_visible(False)
 
 
-ORDER_EFFECT = FigureKind(OrderFigure, _data, draw)
+ORDER_EFFECT = FigureKind(OrderEffectSettings, data, draw)

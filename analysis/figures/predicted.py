@@ -12,11 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.analysis.figures.columns import in_order, pair_names, to_float
-from palpate.analysis.figures.figure_kind import MOST, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import decimals_for, folded, number, percent, shortened
-from palpate.analysis.figures.predictions import Point, PredictionSettings, chosen, read_points
-from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, looks
+from palpate.analysis.figures.columns import bipolar_names, ordered_levels, to_float
+from palpate.analysis.figures.figure_kind import MOST_MARKS, DrawnFigure, FigureData, FigureInput, FigureKind, Marks
+from palpate.analysis.figures.lettering import decimals_for, fold, format_number, format_percent, shorten
+from palpate.analysis.figures.predictions import Prediction, PredictionSettings, chosen_column, read_predictions
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, colours_and_shapes
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
@@ -25,6 +25,9 @@ from palpate.protocols.undefined import nan_to_none
 INNER, OUTER = 0.5, 1.0
 ROUNDING_ULPS = 4
 """A point exactly on the edge of a band counts as within it, whatever the units round it to."""
+OUTER_BAND, INNER_BAND, BAND_EDGE = "#dbe8f3", "#b3d0e8", "#8fb6d6"
+WIDEST_IN = 13.0
+GAP, FOOT = 0.2, 0.5
 
 
 class PredictedSettings(PredictionSettings):
@@ -54,61 +57,67 @@ class PredictedSettings(PredictionSettings):
             yield Idle("band", "with a number as `sd`")
 
 
-def data(shown: Shown, settings: PredictedSettings) -> FigureData:
-    """One row for each prediction, with its error, its panel's SD and whether it lies within each band.
+def data(inputs: FigureInput, settings: PredictedSettings) -> FigureData:
+    """Return one row for each prediction, with its error, its panel's SD and whether it lies within each band.
 
     Raises DataRefused where a column is missing or an SD is negative.
     """
-    selected = shown.selected
-    attribute = chosen(settings, "attribute", selected)
+    selected = inputs.selected
+    attribute = chosen_column(settings, "attribute", selected)
     labels = [name for name in (settings.panels, attribute, settings.colour) if name is not None]
-    intervals = [name for name in (chosen(settings, end, selected) for end in ("low", "high")) if name is not None]
-    column = chosen(settings, "sd", selected) if isinstance(settings.sd, str) else None
-    found = read_points(settings, selected, labels, [*intervals, *([column] if column else [])])
-    sds = _sds(settings, found.points, column)
-    rows = tuple(_row(settings, point, sds[_panel_of(settings, point)], attribute, intervals) for point in found.points)
-    caption = f"{_caption(settings, column, rows)}{found.said()}"
+    intervals = [
+        name for name in (chosen_column(settings, end, selected) for end in ("low", "high")) if name is not None
+    ]
+    column = chosen_column(settings, "sd", selected) if isinstance(settings.sd, str) else None
+    predictions = read_predictions(settings, selected, labels, [*intervals, *([column] if column else [])])
+    sds = _sds(settings, predictions.points, column)
+    rows = tuple(
+        _row(settings, point, sds[_panel_name(settings, point)], attribute, intervals) for point in predictions.points
+    )
+    caption = f"{_caption(settings, column, rows)}{predictions.note()}"
     return FigureData(
         rows, settings.title or "Predicted against actual values", caption, _words(settings, selected, rows)
     )
 
 
-def _panel_of(settings: PredictedSettings, point: Point) -> str:
+def _panel_name(settings: PredictedSettings, point: Prediction) -> str:
     return point.labels[settings.panels] if settings.panels else ""
 
 
-def _sds(settings: PredictedSettings, points: tuple[Point, ...], column: str | None) -> dict[str, float]:
-    """The SD of each panel, NaN where it is undefined or 0."""
-    panels = sorted({_panel_of(settings, point) for point in points})
-    by_panel = {name: [point for point in points if _panel_of(settings, point) == name] for name in panels}
+def _sds(settings: PredictedSettings, predictions: tuple[Prediction, ...], column: str | None) -> dict[str, float]:
+    """Return the SD of each panel, NaN where it is undefined or 0."""
+    panels = sorted({_panel_name(settings, prediction) for prediction in predictions})
+    by_panel = {
+        name: [prediction for prediction in predictions if _panel_name(settings, prediction) == name] for name in panels
+    }
     if settings.band == "global" or isinstance(settings.sd, float | int):
-        return dict.fromkeys(panels, _sd(settings, points, column))
-    return {name: _sd(settings, tuple(of), column) for name, of in by_panel.items()}
+        return dict.fromkeys(panels, _sd(settings, predictions, column))
+    return {name: _sd(settings, tuple(own), column) for name, own in by_panel.items()}
 
 
-def _sd(settings: PredictedSettings, points: tuple[Point, ...], column: str | None) -> float:
+def _sd(settings: PredictedSettings, predictions: tuple[Prediction, ...], column: str | None) -> float:
     if isinstance(settings.sd, float | int):
-        found = float(settings.sd)
+        sd = float(settings.sd)
     elif column is not None:
-        given = np.array([point.more[column] for point in points])
-        if np.any(given < 0):
+        sds = np.array([prediction.more[column] for prediction in predictions])
+        if np.any(sds < 0):
             raise DataRefused(f"figure {settings.name!r}: column {column!r} holds an SD below 0")
-        known = given[~np.isnan(given)]
-        found = math.hypot(*known) / math.sqrt(len(known)) if len(known) else math.nan
+        known = sds[~np.isnan(sds)]
+        sd = math.hypot(*known) / math.sqrt(len(known)) if len(known) else math.nan
     else:
-        actual = np.array([point.actual for point in points])
-        found = float(np.std(actual - actual[0], ddof=1)) if len(actual) > 1 else math.nan
-    if found < 0:
-        raise DataRefused(f"figure {settings.name!r}: an SD of {found:g}; above 0 is expected")
-    return found if found > 0 else math.nan
+        actual = np.array([prediction.actual for prediction in predictions])
+        sd = float(np.std(actual - actual[0], ddof=1)) if len(actual) > 1 else math.nan
+    if sd < 0:
+        raise DataRefused(f"figure {settings.name!r}: an SD of {sd:g}; above 0 is expected")
+    return sd if sd > 0 else math.nan
 
 
 def _row(
-    settings: PredictedSettings, point: Point, sd: float, attribute: str | None, intervals: list[str]
+    settings: PredictedSettings, point: Prediction, sd: float, attribute: str | None, intervals: list[str]
 ) -> dict[str, Any]:
     known = not math.isnan(sd)
     return {
-        "panel": _panel_of(settings, point),
+        "panel": _panel_name(settings, point),
         "stimulus": point.stimulus,
         **({"attribute": point.labels[attribute]} if attribute else {}),
         **({"colour": point.labels[settings.colour]} if settings.colour else {}),
@@ -126,15 +135,15 @@ def _row(
     }
 
 
-def _within(point: Point, reach: float) -> bool:
+def _within(point: Prediction, reach: float) -> bool:
     slack = ROUNDING_ULPS * math.ulp(max(abs(point.actual), abs(point.predicted), reach))
     return abs(point.error) <= reach + slack
 
 
 def _words(settings: PredictedSettings, selected: Selected, rows: tuple[Row, ...]) -> dict[str, Any]:
     colours = [str(row["colour"]) for row in rows] if settings.colour else []
-    levels = in_order(selected, settings.colour, colours) if settings.colour else ()
-    names = pair_names(selected, {str(row["attribute"]) for row in rows if row.get("attribute")})
+    levels = ordered_levels(selected, settings.colour, colours) if settings.colour else ()
+    names = bipolar_names(selected, {str(row["attribute"]) for row in rows if row.get("attribute")})
     return {
         "names": names,
         "scale": selected.scale,
@@ -156,39 +165,32 @@ def _caption(settings: PredictedSettings, column: str | None, rows: tuple[Row, .
     without = sorted({str(row["panel"]) for row in rows if row["sd"] is None})
     no_band = f" Without bands, as the SD is undefined or 0: {', '.join(without) or 'all'}." if without else ""
     by = f", a panel for each level of {settings.panels}" if settings.panels else ""
+    whiskers = " Whiskers: the intervals of the predictions." if rows and "low" in rows[0] else ""
     return (
         f"Predicted against actual values{by}. Dashed: the line of identity; above it the prediction is too high. "
         f"Bands: ± 0.5 SD (dark) and ± 1 SD (light) around it, with {source}; in each panel the share of points "
-        f"within each band, MAE and RMSE; open points lie outside ± 1 SD.{_whiskers(rows)}{no_band}"
+        f"within each band, MAE and RMSE; open points lie outside ± 1 SD.{whiskers}{no_band}"
     )
 
 
-def _whiskers(rows: tuple[Row, ...]) -> str:
-    return " Whiskers: the intervals of the predictions." if rows and "low" in rows[0] else ""
-
-
-OUTER_BAND, INNER_BAND, BAND_EDGE = "#dbe8f3", "#b3d0e8", "#8fb6d6"
-WIDEST_IN = 13.0
-GAP, FOOT = 0.2, 0.5
-
-
-def draw(shown: FigureData) -> Drawn:
-    """A square panel for each level, all with the same axes; a point outside ± 1 SD is open."""
-    panels = list(dict.fromkeys(str(row["panel"]) for row in shown.rows))
-    limits, look = _limits(shown), _looks(shown.words["colours"])
-    sheet = _sheet(shown, panels, limits)
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw a square panel for each level, all with the same axes; a point outside ± 1 SD is open."""
+    panels = list(dict.fromkeys(str(row["panel"]) for row in data.rows))
+    limits, levels = _limits(data), data.words["colours"]
+    look = dict(zip(levels, colours_and_shapes(len(levels)), strict=True)) or {"": (OKABE_ITO[1], "o")}
+    sheet = _sheet(data, panels, limits)
     figure, grid = _panels(sheet)
-    marking = Marking()
+    marks = Marks()
     for place, (panel, axes) in enumerate(zip(panels, grid, strict=True)):
-        rows = [row for row in shown.rows if row["panel"] == panel]
-        _panel(axes, rows, limits, sheet.side)
+        rows = [row for row in data.rows if row["panel"] == panel]
+        _draw_panel(axes, rows, limits, sheet.side)
         axes.tick_params(labelleft=place % sheet.columns == 0, labelbottom=place + sheet.columns >= len(panels))
-        _points(axes, marking, rows, look, len(shown.rows) <= MOST)
+        _draw_points(axes, marks, rows, look, len(data.rows) <= MOST_MARKS)
         axes.set_title(sheet.titles[place], fontsize=sheet.title_pt)
-    _axis_words(figure, sheet, str(shown.words["unit"]))
+    _name_axes(figure, sheet, str(data.words["unit"]))
     if sheet.keys:
-        _legend(figure, sheet, look)
-    return Drawn(figure, marking.all())
+        _draw_legend(figure, sheet, look)
+    return DrawnFigure(figure, marks.all())
 
 
 @dataclass(frozen=True)
@@ -221,11 +223,11 @@ class _Sheet:
         return wide, FOOT + self.lines * (self.side + self.head) + self.key_high
 
 
-def _sheet(shown: FigureData, panels: Sequence[str], limits: tuple[float, float]) -> _Sheet:
+def _sheet(data: FigureData, panels: Sequence[str], limits: tuple[float, float]) -> _Sheet:
     columns = grid_columns(len(panels))
     side = min(2.6 if len(panels) > 1 else 4.2, WIDEST_IN / columns - GAP)
-    titles = tuple(folded(_name(shown, panel), max(8, int(9.5 * side))) for panel in panels)
-    keys = tuple(shortened(_name(shown, level), 40) for level in shown.words["colours"])
+    titles = tuple(fold(_level_name(data, panel), max(8, int(9.5 * side))) for panel in panels)
+    keys = tuple(shorten(_level_name(data, level), 40) for level in data.words["colours"])
     left = 0.5 + 0.075 * min(max(len(f"{limit:.4g}") for limit in limits), 9)
     across = max(1, int((columns * (side + GAP)) / (0.42 + 0.072 * max(map(len, keys), default=1))))
     title_pt = 10.0 if side > 1.8 else 7.0
@@ -233,50 +235,46 @@ def _sheet(shown: FigureData, panels: Sequence[str], limits: tuple[float, float]
 
 
 def _panels(sheet: _Sheet) -> tuple[Figure, list[Axes]]:
-    """The figure and its panels, line by line."""
+    """Return the figure and its panels, line by line."""
     wide, tall = sheet.size
     figure = Figure(figsize=(wide, tall))
-    found = []
+    panels = []
     for place in range(len(sheet.titles)):
         line, column = divmod(place, sheet.columns)
         top = sheet.key_high + line * (sheet.side + sheet.head) + sheet.head
         corner = (sheet.left + column * (sheet.side + GAP)) / wide, 1 - (top + sheet.side) / tall
-        found.append(figure.add_axes((*corner, sheet.side / wide, sheet.side / tall)))
-    return figure, found
+        panels.append(figure.add_axes((*corner, sheet.side / wide, sheet.side / tall)))
+    return figure, panels
 
 
-def _name(shown: FigureData, level: str) -> str:
-    return str(shown.words["names"].get(level, level))
+def _level_name(data: FigureData, level: str) -> str:
+    return str(data.words["names"].get(level, level))
 
 
 def grid_columns(panels: int) -> int:
-    """How many columns leave the fewest places empty: as many as lines, or up to 1.6 times as many."""
+    """Return how many columns leave the fewest places empty: as many as lines, or up to 1.6 times as many."""
     least = math.ceil(math.sqrt(panels))
     return min(range(least, max(least, math.floor(1.6 * math.sqrt(panels))) + 1), key=lambda c: (-panels % c, c))
 
 
-def _looks(levels: Sequence[str]) -> dict[str, tuple[str, str]]:
-    return dict(zip(levels, looks(len(levels)), strict=True)) or {"": (OKABE_ITO[1], "o")}
-
-
-def _limits(shown: FigureData) -> tuple[float, float]:
-    """The study's scale where all values lie on it, else from the smallest to the largest value with a margin."""
+def _limits(data: FigureData) -> tuple[float, float]:
+    """Return the study's scale where all values lie on it, else the smallest and the largest value with a margin."""
     values = [
         to_float(row[name])
-        for row in shown.rows
+        for row in data.rows
         for name in ("actual", "predicted", "low", "high")
         if row.get(name) is not None
     ]
     low, high = min(values), max(values)
-    scale = shown.words["scale"]
+    scale = data.words["scale"]
     if scale is not None and scale[0] <= low and high <= scale[1]:
         low, high = scale
     margin = 0.03 * (high - low) or 0.03 * abs(high) or 0.5
     return low - margin, high + margin
 
 
-def _panel(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], side: float) -> None:
-    """The bands, the line of identity, and in the two empty corners what lies within the bands."""
+def _draw_panel(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], side: float) -> None:
+    """Draw the bands, the line of identity, and in the two empty corners what lies within the bands."""
     axes.set(xlim=limits, ylim=limits, aspect="equal")
     axes.tick_params(labelsize=8 if side > 1.8 else 6)
     axes.locator_params(nbins=5 if side > 1.8 else 3)
@@ -292,33 +290,31 @@ def _panel(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], side: f
     size = 7.5 if side > 1.8 else 4.8
     boxed: dict[str, Any] = {"facecolor": PAPER, "alpha": 0.75, "edgecolor": "none", "pad": 1.0}
     place: dict[str, Any] = {"transform": axes.transAxes, "fontsize": size, "color": INK, "zorder": 5, "bbox": boxed}
-    axes.text(0.03, 0.97, _shares(rows, side > 1.8), va="top", **place)
-    axes.text(0.97, 0.03, _errors(rows, side > 1.8), va="bottom", ha="right", **place)
+    axes.text(0.03, 0.97, _band_shares(rows, side > 1.8), va="top", **place)
+    axes.text(0.97, 0.03, _error_text(rows, side > 1.8), va="bottom", ha="right", **place)
 
 
-def _shares(rows: Sequence[Row], wide: bool) -> str:
-    """How many points lie within each band."""
+def _band_shares(rows: Sequence[Row], wide: bool) -> str:
+    """Return how many points lie within each band."""
     if rows[0]["sd"] is None:
         return ""
     inner, outer = (sum(bool(row[name]) for row in rows) / len(rows) for name in ("within_half_sd", "within_one_sd"))
     if not wide:
-        return f"{percent(inner)}\n{percent(outer)}"
-    return f"± 0.5 SD: {percent(inner)}\n± 1 SD: {percent(outer)}"
+        return f"{format_percent(inner)}\n{format_percent(outer)}"
+    return f"± 0.5 SD: {format_percent(inner)}\n± 1 SD: {format_percent(outer)}"
 
 
-def _errors(rows: Sequence[Row], wide: bool) -> str:
+def _error_text(rows: Sequence[Row], wide: bool) -> str:
     errors = np.array([to_float(row["error"]) for row in rows])
     largest = float(np.max(np.abs(errors))) or 1.0
     mae, rmse = float(np.mean(np.abs(errors))), largest * float(np.sqrt(np.mean((errors / largest) ** 2)))
     digits = decimals_for([rmse])
     if not wide:
         return f"n {len(rows)}"
-    return f"n = {len(rows)}\nMAE {number(mae, digits)}\nRMSE {number(rmse, digits)}"
+    return f"n = {len(rows)}\nMAE {format_number(mae, digits)}\nRMSE {format_number(rmse, digits)}"
 
 
-def _points(
-    axes: Axes, marking: Marking, rows: Sequence[Row], look: Mapping[str, tuple[str, str]], marked: bool
-) -> None:
+def _draw_points(axes: Axes, marks: Marks, rows: Sequence[Row], look: Mapping[str, tuple[str, str]], few: bool) -> None:
     for row in rows:
         colour, shape = look[str(row.get("colour", ""))]
         outside = row["within_one_sd"] is False
@@ -343,22 +339,22 @@ def _points(
             **style,
             **size,
         )
-        if marked:
-            marking.add(point, told(row), str(row["stimulus"]))
+        if few:
+            marks.add(point, details(row), str(row["stimulus"]))
 
 
-def told(row: Row) -> tuple[tuple[str, str], ...]:
-    """What is told of a point."""
+def details(row: Row) -> tuple[tuple[str, str], ...]:
+    """Return the names and values of a point's mark."""
     names = [(name, str(row[name])) for name in ("stimulus", "attribute", "panel", "colour") if row.get(name)]
-    once = list({text: (name, text) for name, text in reversed(names)}.values())[::-1]
+    different = list({text: (name, text) for name, text in reversed(names)}.values())[::-1]
     error, digits = row["error"], decimals_for([to_float(row[name]) for name in ("actual", "predicted")])
-    values = [(name, number(to_float(row[name]), digits)) for name in ("actual", "predicted")]
+    values = [(name, format_number(to_float(row[name]), digits)) for name in ("actual", "predicted")]
     sd = row["sd"]
-    in_sd = [("error in SD", number(to_float(error) / to_float(sd), 2))] if sd is not None else []
-    return (*once, *values, ("error", number(to_float(error), digits)), *in_sd)
+    in_sd = [("error in SD", format_number(to_float(error) / to_float(sd), 2))] if sd is not None else []
+    return (*different, *values, ("error", format_number(to_float(error), digits)), *in_sd)
 
 
-def _axis_words(figure: Figure, sheet: _Sheet, unit: str) -> None:
+def _name_axes(figure: Figure, sheet: _Sheet, unit: str) -> None:
     written = f" ({unit})" if unit else ""
     wide, tall = sheet.size
     middle = (sheet.left + (wide - GAP)) / 2 / wide, 1 - (sheet.key_high + (tall - FOOT)) / 2 / tall
@@ -366,7 +362,7 @@ def _axis_words(figure: Figure, sheet: _Sheet, unit: str) -> None:
     figure.text(0.14 / wide, middle[1], f"predicted{written}", ha="center", va="center", rotation=90, fontsize=9.5)
 
 
-def _legend(figure: Figure, sheet: _Sheet, look: Mapping[str, tuple[str, str]]) -> None:
+def _draw_legend(figure: Figure, sheet: _Sheet, look: Mapping[str, tuple[str, str]]) -> None:
     handles = [
         Line2D([], [], linestyle="", marker=shape, markersize=5.5, markerfacecolor=colour, markeredgecolor=PAPER)
         for colour, shape in look.values()

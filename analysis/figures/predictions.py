@@ -1,4 +1,4 @@
-"""A table of actual and predicted values, as three figures read it."""
+"""Tables of actual and predicted values, as three kinds of figure read them."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
-from palpate.analysis.figures.columns import in_order, numbers, require
-from palpate.analysis.figures.figure_kind import AskedFigure
+from palpate.analysis.figures.columns import ordered_levels, read_numbers, require_columns
+from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
 from palpate.analysis.ratings.person_cells import texts_of
 from palpate.protocols.wording import count
 
 
-class PredictionSettings(AskedFigure):
+class PredictionSettings(FigureSettings):
     """The columns of a table of predictions: one row for each stimulus and attribute.
 
     A column that is named must be there; one that is not named is read where the table has it.
@@ -29,8 +29,8 @@ class PredictionSettings(AskedFigure):
 
 
 @dataclass(frozen=True)
-class Point:
-    """One prediction. `labels` holds the levels of the columns asked for, `more` numbers, NaN where there is none."""
+class Prediction:
+    """One prediction. `labels` holds the levels of the requested columns, `more` numbers, NaN where there is none."""
 
     stimulus: str
     actual: float
@@ -45,55 +45,54 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Points:
+class Predictions:
     """The predictions in the order of their levels, and how many rows had no value."""
 
-    points: tuple[Point, ...]
+    points: tuple[Prediction, ...]
     left_out: int
 
-    def said(self) -> str:
-        """The rows that are not shown, as a caption says it."""
+    def note(self) -> str:
+        """Return what a caption says of the rows that are not shown, else ""."""
         if not self.left_out:
             return ""
         return f" Not shown: {count(self.left_out, 'row')} without an actual or a predicted value."
 
 
-def read_points(
+def read_predictions(
     settings: PredictionSettings, selected: Selected, labels: Iterable[str], more: Iterable[str] = ()
-) -> Points:
-    """The rows with both values, sorted by their labels in the study's order, then by stimulus and values.
+) -> Predictions:
+    """Return the rows with both values, sorted by their labels in the study's order, then by stimulus and values.
 
     Raises DataRefused where a column is missing or no row has both values.
     """
     frame, labels, more = selected.table, tuple(dict.fromkeys(labels)), tuple(dict.fromkeys(more))
-    stimulus = chosen(settings, "stimulus", selected)
-    named = (settings.actual, settings.predicted, *([stimulus] if stimulus else []), *labels, *more)
-    require(settings, frame, named)
-    points = _points(settings, frame, labels, more)
-    known = [each for each in points if not math.isnan(each.error)]
+    stimulus = chosen_column(settings, "stimulus", selected)
+    columns = (settings.actual, settings.predicted, *([stimulus] if stimulus else []), *labels, *more)
+    require_columns(settings, frame, columns)
+    predictions = _every_prediction(settings, frame, labels, more)
+    known = [prediction for prediction in predictions if not math.isnan(prediction.error)]
     if not known:
         raise DataRefused(f"figure {settings.name!r}: no row has both an actual and a predicted value")
-    ranks = {name: _ranks(selected, name, (each.labels[name] for each in known)) for name in labels}
+    ranks = {
+        name: {level: i for i, level in enumerate(ordered_levels(selected, name, (p.labels[name] for p in known)))}
+        for name in labels
+    }
 
-    def place(point: Point) -> tuple[object, ...]:
-        levels = [ranks[name][point.labels[name]] for name in labels]
-        return (*levels, natural_key(point.stimulus), point.actual, point.predicted)
+    def place(prediction: Prediction) -> tuple[object, ...]:
+        levels = [ranks[name][prediction.labels[name]] for name in labels]
+        return (*levels, natural_key(prediction.stimulus), prediction.actual, prediction.predicted)
 
-    return Points(tuple(sorted(known, key=place)), len(points) - len(known))
-
-
-def _ranks(selected: Selected, name: str, found: Iterable[str]) -> dict[str, int]:
-    return {level: i for i, level in enumerate(in_order(selected, name, found))}
+    return Predictions(tuple(sorted(known, key=place)), len(predictions) - len(known))
 
 
-def _points(
+def _every_prediction(
     settings: PredictionSettings, frame: pd.DataFrame, labels: tuple[str, ...], more: tuple[str, ...]
-) -> list[Point]:
+) -> list[Prediction]:
     names = texts_of(frame, settings.stimulus) if settings.stimulus in frame.columns else [""] * len(frame)
     read = {name: texts_of(frame, name) for name in labels}
-    numeric = {name: numbers(frame, name) for name in more}
+    numeric = {name: read_numbers(frame, name) for name in more}
     return [
-        Point(
+        Prediction(
             names[i],
             actual,
             predicted,
@@ -101,13 +100,13 @@ def _points(
             {name: column[i] for name, column in numeric.items()},
         )
         for i, (actual, predicted) in enumerate(
-            zip(numbers(frame, settings.actual), numbers(frame, settings.predicted), strict=True)
+            zip(read_numbers(frame, settings.actual), read_numbers(frame, settings.predicted), strict=True)
         )
     ]
 
 
-def chosen(settings: AskedFigure, field_name: str, selected: Selected) -> str | None:
-    """The column of that setting: as named, or by its usual name where the table has it, else None."""
+def chosen_column(settings: FigureSettings, field_name: str, selected: Selected) -> str | None:
+    """Return the column that a setting chooses: as named, or by its usual name where the table has it, else None."""
     name = getattr(settings, field_name)
     if name is None or (field_name not in settings.model_fields_set and name not in selected.table.columns):
         return None

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch, Rectangle
 
-from palpate.analysis.figures.columns import require
-from palpate.analysis.figures.figure_kind import MOST, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import elided, letters_in, number, signed, widest_pt
-from palpate.analysis.figures.level_means import LevelFigure, Places, key_text, level_words, with_families
-from palpate.analysis.figures.rating_axes import demand_attributes, on_scale, quarters, title_of
+from palpate.analysis.figures.columns import require_columns
+from palpate.analysis.figures.figure_kind import MOST_MARKS, DrawnFigure, FigureData, FigureInput, FigureKind, Marks
+from palpate.analysis.figures.lettering import elide, format_number, format_signed, letters_that_fit, widest_pt
+from palpate.analysis.figures.level_means import LevelPlaces, LevelSettings, level_name, level_words, with_families
+from palpate.analysis.figures.rating_axes import attribute_title, demand_attributes, quarters, scale_note
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER
 from palpate.analysis.ratings.person_cells import person_cells
 from palpate.protocols.wording import count, phrase
@@ -31,111 +31,122 @@ GOLDEN = (math.sqrt(5) - 1) / 2
 Ends = tuple[float, float]
 
 
-class Raincloud(LevelFigure):
+class RaincloudSettings(LevelSettings):
     """The settings of a raincloud: `whiskers` are the box's, to the last dot within 1.5 box lengths (Tukey)."""
 
     figure: Literal["raincloud"]
     whiskers: Literal["none"] = "none"
 
 
-def _data(shown: Shown, asked: Raincloud) -> FigureData:
-    selected = shown.selected
-    rows = with_families(_rows(selected, asked), selected.table, asked)
-    words = level_words(selected, asked, rows)
+def data(inputs: FigureInput, settings: RaincloudSettings) -> FigureData:
+    """Return a row for each attribute, level and participant: the mean of their ratings there."""
+    selected = inputs.selected
+    rows = with_families(_rows(selected, settings), selected.table, settings)
+    words = level_words(selected, settings, rows)
     order = list(dict.fromkeys(str(row["participant"]) for row in rows))
     caption = (
-        f"A dot is one participant's mean rating ({count(len(order), 'participant')}), {on_scale(selected)}. Boxes are"
-        " quartiles with the median, whiskers reach the last dot within 1.5 box lengths, the diamond is the mean."
+        f"A dot is one participant's mean rating ({count(len(order), 'participant')}), {scale_note(selected)}. Boxes"
+        " are quartiles with the median, whiskers reach the last dot within 1.5 box lengths, the diamond is the mean."
         " Curves are Gaussian kernel densities (Silverman's bandwidth), on one scale within a panel."
     )
-    return FigureData(rows, asked.title or f"Ratings of every participant by {phrase(list(asked.by))}.", caption, words)
+    return FigureData(
+        rows, settings.title or f"Ratings of every participant by {phrase(list(settings.by))}.", caption, words
+    )
 
 
-def _rows(selected: Selected, asked: Raincloud) -> list[Row]:
-    """One row per attribute, level and participant who rated there."""
-    demand_attributes(asked.name, selected)
-    extra = () if asked.families is None else (asked.families,)
-    require(asked, selected.table, (*asked.by, *extra))
-    cells = person_cells(selected.table, ("attribute", *asked.by), levels={**selected.levels})
+def _rows(selected: Selected, settings: RaincloudSettings) -> list[Row]:
+    """Return one row for each attribute, level and participant who rated there."""
+    demand_attributes(settings.name, selected)
+    extra = () if settings.families is None else (settings.families,)
+    require_columns(settings, selected.table, (*settings.by, *extra))
+    cells = person_cells(selected.table, ("attribute", *settings.by), levels={**selected.levels})
     rows: list[Row] = []
     for j in sorted(range(len(cells.cells)), key=lambda j: selected.outcomes.index(cells.cells[j][0])):
         attribute, *levels = cells.cells[j]
         for i, who in enumerate(cells.participants):
             if not math.isnan(cells.values[i, j]):
-                labels = dict(zip(asked.by, levels, strict=True))
+                labels = dict(zip(settings.by, levels, strict=True))
                 value, ratings = float(cells.values[i, j]), int(cells.counts[i, j])
                 rows.append({"attribute": attribute, **labels, "participant": who, "mean": value, "ratings": ratings})
     return rows
 
 
-def draw(data: FigureData) -> Drawn:
-    """A panel for each attribute, levels from top to bottom."""
-    words, places = data.words, Places(data.words)
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw a panel for each attribute, levels from top to bottom."""
+    words, places = data.words, LevelPlaces(data.words)
     attributes = words["attributes"]
     columns = min(len(attributes), 4)
     lines = math.ceil(len(attributes) / columns)
-    names = [elided(places.written[key], 26) for key in places.at]
-    each = 0.46 if len(names) <= 8 else 0.36 if len(names) <= 20 else 0.24
+    names = [elide(places.written[key], 26) for key in places.at]
+    line_height = 0.46 if len(names) <= 8 else 0.36 if len(names) <= 20 else 0.24
     label_in = widest_pt(names, 8.0) / 72 + 0.2
     panel = {1: 6.4, 2: 4.4, 3: 3.4, 4: 2.8}[columns]
-    height = lines * (each * (max(places.at.values()) + 1.3) + 0.75)
+    height = lines * (line_height * (max(places.at.values()) + 1.3) + 0.75)
     figure = Figure(
         figsize=(panel * columns + label_in, height),
         layout=ConstrainedLayoutEngine(h_pad=0.05, w_pad=0.12, hspace=0.03, wspace=0.03),
     )
     axes = figure.subplots(lines, columns, squeeze=False, sharey=True).ravel()
-    marking, dots = Marking(), len(data.rows) + len(attributes) * len(names) <= MOST
+    marks, dots = Marks(), len(data.rows) + len(attributes) * len(names) <= MOST_MARKS
     for place, (panel_axes, attribute) in enumerate(zip(axes, attributes, strict=False)):
-        _panel(panel_axes, data, attribute, places, marking, dots, letters_in(panel - 0.25))
+        _draw_panel(panel_axes, data, attribute, places, marks, dots, letters_that_fit(panel - 0.25))
         panel_axes.tick_params(axis="y", labelleft=place % columns == 0)
     for empty in axes[len(attributes) :]:
         empty.set_axis_off()
-    axes[0].set_yticks([-height for height in places.at.values()], names, fontsize=8.0 if each > 0.3 else 6.5)
+    axes[0].set_yticks([-height for height in places.at.values()], names, fontsize=8.0 if line_height > 0.3 else 6.5)
     axes[0].set_ylim(-max(places.at.values()) - 0.55, 0.75)
-    _families(figure, places)
-    return Drawn(figure, marking.all())
+    _draw_legend(figure, places)
+    return DrawnFigure(figure, marks.all())
 
 
-def _panel(
-    axes: Axes, data: FigureData, attribute: Mapping[str, Any], places: Places, marking: Marking, dots: bool, room: int
+def _draw_panel(
+    axes: Axes,
+    data: FigureData,
+    attribute: Mapping[str, Any],
+    places: LevelPlaces,
+    marks: Marks,
+    dots: bool,
+    room: int,
 ) -> None:
     scale = (data.words["scale"][0], data.words["scale"][1])
-    _scale(axes, scale, attribute, [float(row["mean"] or 0.0) for row in data.rows], room)
-    found: dict[tuple[str, ...], list[Row]] = {}
+    _set_axes(axes, scale, attribute, [float(row["mean"] or 0.0) for row in data.rows], room)
+    rows_at: dict[tuple[str, ...], list[Row]] = {}
     for row in data.rows:
         if row["attribute"] == attribute["name"]:
-            found.setdefault(tuple(str(row[name]) for name in places.by), []).append(row)
+            rows_at.setdefault(tuple(str(row[name]) for name in places.by), []).append(row)
     people = {who: i for i, who in enumerate(dict.fromkeys(str(row["participant"]) for row in data.rows))}
-    values = {key: np.sort([float(row["mean"] or 0.0) for row in rows]) for key, rows in found.items()}
-    clouds = {key: _density(each, scale) for key, each in values.items()}
+    values = {key: np.sort([float(row["mean"] or 0.0) for row in rows]) for key, rows in rows_at.items()}
+    clouds = {key: _density(ratings, scale) for key, ratings in values.items()}
     top = max((float(height.max()) for _, height in clouds.values() if len(height)), default=1.0)
     colours = places.colours() if any(places.members) else {"": OKABE_ITO[0]}
-    for key, rows in found.items():
+    for key, rows in rows_at.items():
         y, colour = -places.at[key], colours[places.family[key]]
         x, height = clouds[key]
         axes.fill_between(x, y + 0.14, y + 0.14 + 0.52 * height / top, color=colour, alpha=0.45, linewidth=0.6)
-        _box(axes, values[key], y, colour, marking, (attribute["name"], key, places))
-        _dots(axes, rows, y, colour, people, marking if dots else None)
+        _draw_box(axes, values[key], y, colour, marks, (attribute["name"], key, places))
+        _draw_dots(axes, rows, y, colour, people, marks if dots else None)
 
 
-def _scale(axes: Axes, scale: Ends, attribute: Mapping[str, Any], values: Sequence[float], room: int) -> None:
+def _set_axes(axes: Axes, scale: Ends, attribute: Mapping[str, Any], values: Sequence[float], room: int) -> None:
     margin = 0.02 * (scale[1] - scale[0])
     axes.set_xlim(min([scale[0], *values]) - margin, max([scale[1], *values]) + margin)
     axes.set_xticks(quarters(scale))
-    axes.xaxis.set_major_formatter(lambda value, _: signed(value, scale))
+    axes.xaxis.set_major_formatter(lambda value, _: format_signed(value, scale))
     axes.grid(visible=True, axis="x")
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
     axes.tick_params(labelsize=8)
     if attribute["high"]:
-        axes.set_title(elided(attribute["low"], room // 2 - 1), loc="left", fontsize=9)
-        axes.set_title(elided(attribute["high"], room // 2 - 1), loc="right", fontsize=9)
+        axes.set_title(elide(attribute["low"], room // 2 - 1), loc="left", fontsize=9)
+        axes.set_title(elide(attribute["high"], room // 2 - 1), loc="right", fontsize=9)
     else:
-        axes.set_title(title_of(attribute, room))
+        axes.set_title(attribute_title(attribute, room))
 
 
 def _density(values: Floats, scale: Ends) -> tuple[Floats, Floats]:
-    """Gaussian kernel density with Silverman's bandwidth (1986, eq. 3.31), cut at the scale; none without spread."""
+    """Return a Gaussian kernel density with Silverman's bandwidth (1986, eq. 3.31), cut at the scale; empty without
+    spread.
+    """
     quarter, three = np.percentile(values, [25, 75])
     sd = float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
     spread = min(sd, float(three - quarter) / 1.34) or sd
@@ -149,13 +160,13 @@ def _density(values: Floats, scale: Ends) -> tuple[Floats, Floats]:
     return x, height
 
 
-def _box(
+def _draw_box(
     axes: Axes,
     values: Floats,
     y: float,
     colour: str,
-    marking: Marking,
-    where: tuple[str, tuple[str, ...], Places],
+    marks: Marks,
+    where: tuple[str, tuple[str, ...], LevelPlaces],
 ) -> None:
     attribute, key, places = where
     quarter, median, three = (float(value) for value in np.percentile(values, [25, 50, 75]))
@@ -168,15 +179,15 @@ def _box(
     axes.plot([median, median], [y - 0.085, y + 0.085], color=INK, linewidth=1.8, solid_capstyle="butt", zorder=4)
     mean = math.fsum(values.tolist()) / len(values)
     axes.plot([mean], [y], marker="D", markersize=3.2, color=colour, markeredgecolor=INK, markeredgewidth=0.6, zorder=5)
-    told = [("attribute", attribute), *zip(places.by, key, strict=True), ("mean", number(mean))]
-    told += [("median", number(median)), ("quartiles", f"{number(quarter)} to {number(three)}")]
-    marking.add(box, (*told, ("participants", str(len(values)))), key_text(key))
+    details = [("attribute", attribute), *zip(places.by, key, strict=True), ("mean", format_number(mean))]
+    details += [("median", format_number(median)), ("quartiles", f"{format_number(quarter)} to {format_number(three)}")]
+    marks.add(box, (*details, ("participants", str(len(values)))), level_name(key))
 
 
-def _dots(
-    axes: Axes, rows: Sequence[Row], y: float, colour: str, people: Mapping[str, int], marking: Marking | None
+def _draw_dots(
+    axes: Axes, rows: Sequence[Row], y: float, colour: str, people: Mapping[str, int], marks: Marks | None
 ) -> None:
-    """Below the box; a participant keeps the same height within every level."""
+    """Draw the participants below the box; each keeps the same height within every level."""
     size = 3.6 if len(rows) <= 60 else 2.6
     style: dict[str, Any] = {
         "linestyle": "none",
@@ -188,24 +199,24 @@ def _dots(
     style |= {"markeredgewidth": 0.3, "zorder": 2, "in_layout": False}
     heights = [y - 0.17 - 0.26 * ((people[str(row["participant"])] * GOLDEN) % 1.0) for row in rows]
     spots = [(float(row["mean"] or 0.0), height) for row, height in zip(rows, heights, strict=True)]
-    if marking is None:
+    if marks is None:
         axes.plot(*zip(*spots, strict=True), **style)
         return
     for (x, height), row in zip(spots, rows, strict=True):
         (dot,) = axes.plot([x], [height], **style)
         levels = [(name, str(row[name])) for name in row if name not in ("participant", "mean", "ratings", "family")]
         who = str(row["participant"])
-        marking.add(dot, (("participant", who), *levels, ("mean", number(x))), who)
+        marks.add(dot, (("participant", who), *levels, ("mean", format_number(x))), who)
 
 
-def _families(figure: Figure, places: Places) -> None:
-    """The families' names beside their colours, where there are several."""
+def _draw_legend(figure: Figure, places: LevelPlaces) -> None:
+    """Write the families' names beside their colours, where there are several."""
     if not any(places.members):
         return
     colours = places.colours()
     handles = [Patch(facecolor=colours[name], alpha=0.6) for name in places.members]
-    names = [elided(name, 24) for name in places.members]
+    names = [elide(name, 24) for name in places.members]
     figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 6), frameon=False, fontsize=8.5)
 
 
-RAINCLOUD = FigureKind(Raincloud, _data, draw)
+RAINCLOUD = FigureKind(RaincloudSettings, data, draw)

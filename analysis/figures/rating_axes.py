@@ -1,4 +1,4 @@
-"""Axes that figures of ratings share: the scale with its two poles, and levels whose names have room."""
+"""What figures of ratings share: the axis of the scale with its two poles, the axis of levels, attributes in words."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from palpate.analysis.figures.columns import numbers
-from palpate.analysis.figures.lettering import Ends, elided, folded, signed, widest_pt
+from palpate.analysis.figures.columns import read_numbers
+from palpate.analysis.figures.lettering import Ends, elide, fold, format_signed, widest_pt
 from palpate.analysis.figures.style import FAINT, INK, SOFT, quiet_axes
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.wording import count
@@ -23,7 +23,7 @@ BEYOND = 0.2
 
 
 def round_ends(values: Iterable[float]) -> Ends:
-    """Round numbers around values that have no declared scale."""
+    """Return round numbers around values that have no declared scale."""
     known = [value for value in values if math.isfinite(value)]
     low, high = (min(known), max(known)) if known else (0.0, 1.0)
     if not low < high:
@@ -32,39 +32,39 @@ def round_ends(values: Iterable[float]) -> Ends:
     return math.floor(low / step) * step, math.ceil(high / step) * step
 
 
-def base_of(scale: Ends) -> float:
-    """Where bars start: zero where the scale has it, else its nearest end."""
+def bar_base(scale: Ends) -> float:
+    """Return where bars start: zero where the scale has it, else its nearest end."""
     return min(max(0.0, scale[0]), scale[1])
 
 
 def quarters(scale: Ends) -> list[float]:
-    """The ends of a scale, its middle, and the middles of both halves."""
+    """Return the ends of a scale, its middle, and the middles of both halves."""
     low, high = scale
     return [low + (high - low) * k / 4 for k in range(5)]
 
 
 def cut_note(reach: Iterable[float], scale: Ends) -> str:
-    """What a caption says where a whisker reaches further than the axis goes."""
+    """Return what a caption says where a whisker reaches further than the axis goes, else ""."""
     most = BEYOND * (scale[1] - scale[0])
     cut = sum(not scale[0] - most <= value <= scale[1] + most for value in reach)
     return f" {count(cut, 'whisker')} cut at the edge of the picture; the table has the ends." if cut else ""
 
 
-def scale_axis(axes: Axes, scale: Ends, reach: Iterable[float] = (), line: float | None = None) -> None:
-    """The scale upright, wider only where something reaches beyond it; `line` is drawn across."""
+def set_scale_axis(axes: Axes, scale: Ends, reach: Iterable[float] = (), line: float | None = None) -> None:
+    """Draw the scale upright, wider only where something reaches beyond it; `line` is drawn across."""
     low, high = scale
     margin, most = 0.025 * (high - low), BEYOND * (high - low)
     known = [min(max(value, low - most), high + most) for value in reach if math.isfinite(value)]
     axes.set_ylim(min([low, *known]) - margin, max([high, *known]) + margin)
     axes.set_yticks(quarters(scale))
-    axes.yaxis.set_major_formatter(lambda value, _: signed(value, scale))
+    axes.yaxis.set_major_formatter(lambda value, _: format_signed(value, scale))
     if line is not None:
         axes.axhline(line, color=SOFT, linewidth=0.7, zorder=1.5)
     quiet_axes(axes)
 
 
-class Lettered(NamedTuple):
-    """How the names of levels are written along an axis, and how much room that takes below it."""
+class AxisLabels(NamedTuple):
+    """How the names of levels are written along an axis, and how many inches that takes below it."""
 
     names: list[str]
     size: float
@@ -72,44 +72,44 @@ class Lettered(NamedTuple):
     inches: float
 
 
-def lettered(places: Sequence[float], names: Sequence[str], width_in: float) -> Lettered:
-    """The names along an axis of this width: smaller, folded, slanted or upright where they lack room."""
+def fit_labels(places: Sequence[float], names: Sequence[str], width_in: float) -> AxisLabels:
+    """Return how names fit along an axis of this width: smaller, folded, slanted or upright where they lack room."""
     room = 72.0 * width_in / (max(places) - min(places) + 1.4 if places else 1.0)
     for size in (8.0, 7.5, 7.0, 6.5):
         if widest_pt(names, size) <= room - 2.0:
-            return Lettered(list(names), size, 0, 0.25)
-    folds = [folded(name, max(6, int(room / 4.6))) for name in names]
+            return AxisLabels(list(names), size, 0, 0.25)
+    folds = [fold(name, max(6, int(room / 4.6))) for name in names]
     if widest_pt(folds, 7.0) <= room - 2.0 and max(name.count("\n") for name in folds) < 4:
-        return Lettered(folds, 7.0, 0, 0.15 + 0.125 * (1 + max(name.count("\n") for name in folds)))
+        return AxisLabels(folds, 7.0, 0, 0.15 + 0.125 * (1 + max(name.count("\n") for name in folds)))
     size = max(4.5, min(8.0, 0.86 * room))
     rotation = 35 if room > 1.6 * size else 90
-    short = [elided(name, 26 if rotation == 35 else 18) for name in names]
+    short = [elide(name, 26 if rotation == 35 else 18) for name in names]
     wide = widest_pt(short, size) / 72
-    return Lettered(short, size, rotation, 0.15 + (0.62 * wide if rotation == 35 else wide))
+    return AxisLabels(short, size, rotation, 0.15 + (0.62 * wide if rotation == 35 else wide))
 
 
-def level_axis(axes: Axes, places: Sequence[float], names: Sequence[str], width_in: float) -> None:
-    """The levels' names along an axis of this width."""
-    written = lettered(places, names, width_in)
-    axes.set_xticks(list(places), written.names)
+def set_level_axis(axes: Axes, places: Sequence[float], names: Sequence[str], width_in: float) -> None:
+    """Write the levels' names along an axis of this width."""
+    labels = fit_labels(places, names, width_in)
+    axes.set_xticks(list(places), labels.names)
     axes.set_xlim(min(places, default=0) - 0.7, max(places, default=0) + 0.7)
-    axes.tick_params(axis="x", rotation=written.rotation, labelsize=written.size)
-    if written.rotation == 35:
+    axes.tick_params(axis="x", rotation=labels.rotation, labelsize=labels.size)
+    if labels.rotation == 35:
         for label in axes.get_xticklabels():
             label.set(ha="right", rotation_mode="anchor")
 
 
-def poles(axes: Axes, attribute: Mapping[str, Any], scale: Ends, size: float = 9.0, room: int = 22) -> None:
-    """The two words stand at the two ends of the scale that they name; an attribute of one word is the title."""
+def write_poles(axes: Axes, attribute: Mapping[str, Any], scale: Ends, size: float = 9.0, room: int = 22) -> None:
+    """Write the two words at the two ends of the scale that they name; an attribute of one word is the title."""
     if not attribute["high"]:
-        axes.set_title(elided(attribute["name"], 60))
+        axes.set_title(elide(attribute["name"], 60))
         return
     place = axes.get_yaxis_transform()
     for word, height, side in ((attribute["high"], scale[1], "top"), (attribute["low"], scale[0], "bottom")):
         axes.text(
             1.01,
             height,
-            elided(word, room),
+            elide(word, room),
             transform=place,
             ha="left",
             va=side,
@@ -119,8 +119,8 @@ def poles(axes: Axes, attribute: Mapping[str, Any], scale: Ends, size: float = 9
         )
 
 
-def band(axes: Axes, left: float, right: float, name: str, width_in: float, span: float) -> None:
-    """A pale stripe with its name above, for levels that belong together."""
+def draw_band(axes: Axes, left: float, right: float, name: str, width_in: float, span: float) -> None:
+    """Draw a pale stripe with its name above, for levels that belong together."""
     room = 72.0 * width_in * (right - left) / span
     size = 8.5 if widest_pt([name], 8.5) <= room + 12.0 else 7.0
     letters = 60 if widest_pt([name], size) <= room + 12.0 else max(3, int((room + 8.0) / (0.6 * size)))
@@ -128,7 +128,7 @@ def band(axes: Axes, left: float, right: float, name: str, width_in: float, span
     axes.text(
         (left + right) / 2,
         1.02,
-        elided(name, letters),
+        elide(name, letters),
         transform=axes.get_xaxis_transform(),
         ha="center",
         va="bottom",
@@ -137,8 +137,8 @@ def band(axes: Axes, left: float, right: float, name: str, width_in: float, span
     )
 
 
-def spread(heights: Sequence[float], step: float) -> list[float]:
-    """The heights moved apart to at least `step`, in their order; those that move do so around their mean."""
+def move_apart(heights: Sequence[float], step: float) -> list[float]:
+    """Return the heights moved apart to at least `step`, in their order; those that move do so around their mean."""
     order = sorted(range(len(heights)), key=lambda i: (heights[i], i))
     clusters: list[tuple[list[int], float]] = []
     for i in order:
@@ -155,7 +155,7 @@ def spread(heights: Sequence[float], step: float) -> list[float]:
 
 
 def attribute_words(selected: Selected) -> list[dict[str, str]]:
-    """Each attribute: its name, its words at the low and the high end ("" for a scale of one word), its category."""
+    """Return each attribute's name, its words at both ends ("" for a scale of one word) and its category."""
     return [
         {
             "name": name,
@@ -167,29 +167,29 @@ def attribute_words(selected: Selected) -> list[dict[str, str]]:
     ]
 
 
-def title_of(attribute: Mapping[str, Any], letters: int = 10_000) -> str:
-    """Both words as they are read, from the low end to the high one, in at most about so many letters."""
+def attribute_title(attribute: Mapping[str, Any], letters: int = 10_000) -> str:
+    """Return both words from the low end to the high one, in at most about so many letters."""
     if not attribute["high"]:
-        return elided(attribute["name"], letters)
+        return elide(attribute["name"], letters)
     low, high = attribute["low"], attribute["high"]
     half = (letters - 3) // 2
-    low = elided(low, max(half, letters - 3 - len(high)))
-    return f"{low} → {elided(high, max(half, letters - 3 - len(low)))}"
+    low = elide(low, max(half, letters - 3 - len(high)))
+    return f"{low} → {elide(high, max(half, letters - 3 - len(low)))}"
 
 
-def scale_words(selected: Selected) -> list[float]:
-    """The ends of the declared scale, else round numbers around the values."""
-    low, high = selected.scale if selected.scale is not None else round_ends(numbers(selected.table, "value"))
+def scale_ends(selected: Selected) -> list[float]:
+    """Return the ends of the declared scale, else round numbers around the values."""
+    low, high = selected.scale if selected.scale is not None else round_ends(read_numbers(selected.table, "value"))
     return [float(low), float(high)]
 
 
-def on_scale(selected: Selected) -> str:
-    """What a caption says of the scale."""
+def scale_note(selected: Selected) -> str:
+    """Return what a caption says of the scale."""
     return "on the rating scale" if selected.scale is not None else "on the range of the data, which have no scale"
 
 
-def people_text(rows: Sequence[Row], column: str = "n") -> str:
-    """How many participants numbers are over, in words."""
+def count_people(rows: Sequence[Row], column: str = "n") -> str:
+    """Return in words how many participants the numbers in `column` are over."""
     n = sorted({value for row in rows if isinstance(value := row.get(column), int) and value > 0})
     if not n:
         return "no participant"
@@ -206,8 +206,8 @@ def demand_attributes(name: str, selected: Selected) -> None:
 
 
 def by_category(attributes: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
-    """The attributes of each category, in order."""
-    found: dict[str, list[Mapping[str, Any]]] = {}
+    """Return the attributes of each category, in order."""
+    categories: dict[str, list[Mapping[str, Any]]] = {}
     for attribute in attributes:
-        found.setdefault(attribute["category"], []).append(attribute)
-    return found
+        categories.setdefault(attribute["category"], []).append(attribute)
+    return categories

@@ -14,18 +14,25 @@ from matplotlib.patches import Rectangle
 from scipy.cluster.hierarchy import leaves_list, linkage
 from scipy.spatial.distance import squareform
 
-from palpate.analysis.figures.columns import require
-from palpate.analysis.figures.figure_kind import AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import elided, letters_in, letters_of, number, signed, widest_pt
+from palpate.analysis.figures.columns import require_columns
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
+from palpate.analysis.figures.lettering import (
+    count_letters,
+    elide,
+    format_number,
+    format_signed,
+    letters_that_fit,
+    widest_pt,
+)
 from palpate.analysis.figures.rating_axes import (
+    attribute_title,
     attribute_words,
     demand_attributes,
-    on_scale,
     quarters,
-    scale_words,
-    title_of,
+    scale_ends,
+    scale_note,
 )
-from palpate.analysis.figures.style import PAPER, SOFT, ladder
+from palpate.analysis.figures.style import PAPER, SOFT, shade_scale
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells
 from palpate.analysis.statistics.doubles import Floats
 from palpate.protocols.study import Text
@@ -35,7 +42,7 @@ from palpate.protocols.wording import count
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.answers import Row
 
 
 HATCHED = "#aab2bb"
@@ -44,7 +51,7 @@ MOST_CELLS = 600
 """Beyond this many cells a column, not a cell, is what one can look at closer."""
 
 
-class RatingHeatmap(AskedFigure):
+class RatingHeatmapSettings(FigureSettings):
     """`by`: the column across. `order`: participants by how alike they rate (groups apart), or by their number."""
 
     figure: Literal["rating_heatmap"]
@@ -52,59 +59,54 @@ class RatingHeatmap(AskedFigure):
     order: Literal["similarity", "number"] = "similarity"
 
 
-def _data(shown: Shown, asked: RatingHeatmap) -> FigureData:
-    selected = shown.selected
-    demand_attributes(asked.name, selected)
-    require(asked, selected.table, (asked.by,))
-    cells = person_cells(selected.table, ("attribute", asked.by), levels=selected.levels)
+def data(inputs: FigureInput, settings: RatingHeatmapSettings) -> FigureData:
+    """Return a row for each attribute, participant and level: the mean rating, None where there is none."""
+    selected = inputs.selected
+    demand_attributes(settings.name, selected)
+    require_columns(settings, selected.table, (settings.by,))
+    cells = person_cells(selected.table, ("attribute", settings.by), levels=selected.levels)
     levels = list(dict.fromkeys(cell[1] for cell in cells.cells))
-    known = [level for level in selected.levels.get(asked.by, ()) if level in levels]
-    levels = [*known, *(level for level in levels if level not in known)]
-    groups = _groups(selected)
-    order = _order(cells, groups, asked.order)
-    rows = _rows(cells, selected.outcomes, order, levels, asked.by)
+    ordered = [level for level in selected.levels.get(settings.by, ()) if level in levels]
+    levels = [*ordered, *(level for level in levels if level not in ordered)]
+    groups: dict[str, str] = {}
+    if "group" in selected.table.columns:
+        people, numbers = (selected.table[name].astype(str) for name in ("participant", "group"))
+        groups = dict(zip(people, numbers, strict=True))
+    order = _order(cells, groups, settings.order)
+    rows = _rows(cells, selected.outcomes, order, levels, settings.by)
     missing = sum(row["mean"] is None for row in rows)
-    way = "as their ratings resemble each other" if asked.order == "similarity" else "by their numbers"
-    way += ", groups apart" if len(set(groups.values())) > 1 and asked.order == "similarity" else ""
-    lacking = f" Hatched: {count(missing, 'cell')} of {len(rows):,} without a rating." if missing else ""
+    way = "as their ratings resemble each other" if settings.order == "similarity" else "by their numbers"
+    way += ", groups apart" if len(set(groups.values())) > 1 and settings.order == "similarity" else ""
+    missing_note = f" Hatched: {count(missing, 'cell')} of {len(rows):,} without a rating." if missing else ""
+    most = int(cells.counts.max(initial=0))
+    averaged = f" (the mean of up to {most} ratings)" if most > 1 else ""
     caption = (
-        f"A row is a participant ({len(order)}, {way}), a column a {asked.by} ({len(levels)}); the shade is the rating,"
-        f" {on_scale(selected)}{_averaged(cells)}.{lacking}"
+        f"A row is a participant ({len(order)}, {way}), a column a {settings.by} ({len(levels)}); the shade is the"
+        f" rating, {scale_note(selected)}{averaged}.{missing_note}"
     )
     words = {
-        "by": asked.by,
+        "by": settings.by,
         "levels": levels,
         "participants": [cells.participants[i] for i in order],
         "attributes": attribute_words(selected),
-        "scale": scale_words(selected),
+        "scale": scale_ends(selected),
     }
-    return FigureData(rows, asked.title or f"Every rating, by participant and {asked.by}.", caption, words)
-
-
-def _groups(selected: Selected) -> dict[str, str]:
-    if "group" not in selected.table.columns:
-        return {}
-    return dict(zip(selected.table["participant"].astype(str), selected.table["group"].astype(str), strict=True))
+    return FigureData(rows, settings.title or f"Every rating, by participant and {settings.by}.", caption, words)
 
 
 def _order(cells: PersonCells, groups: Mapping[str, str], how: str) -> list[int]:
-    """Participants by number, or alike ones next to each other, group after group."""
+    """Return the participants by number, or alike ones next to each other, group after group."""
     people = range(len(cells.participants))
     if how == "number":
         return list(people)
-    found: dict[str, list[int]] = {}
+    members_of: dict[str, list[int]] = {}
     for i in people:
-        found.setdefault(groups.get(cells.participants[i], ""), []).append(i)
+        members_of.setdefault(groups.get(cells.participants[i], ""), []).append(i)
     ordered: list[int] = []
-    for name in sorted(found):
-        members = found[name]
+    for name in sorted(members_of):
+        members = members_of[name]
         ordered += [members[k] for k in similar_order(cells.values[members])]
     return ordered
-
-
-def _averaged(cells: PersonCells) -> str:
-    most = int(cells.counts.max(initial=0))
-    return f" (the mean of up to {most} ratings)" if most > 1 else ""
 
 
 def _rows(
@@ -122,27 +124,29 @@ def _rows(
     return tuple(rows)
 
 
-def draw(data: FigureData) -> Drawn:
-    """A panel for each attribute, the same rows and columns in all."""
-    words, marking = data.words, Marking()
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw a panel for each attribute, the same rows and columns in all."""
+    words, marks = data.words, Marks()
     attributes, scale = words["attributes"], (words["scale"][0], words["scale"][1])
-    room = _rooms(words)
+    room = _sheet(words)
     figure = Figure(figsize=(room.width, room.height))
-    shade = ScalarMappable(Normalize(*scale), ladder())
+    shade = ScalarMappable(Normalize(*scale), shade_scale())
     for place, attribute in enumerate(attributes):
         line, column = divmod(place, room.columns)
         below = place + room.columns >= len(attributes)
         left = room.left + column * (room.panel[0] + GAP)
         bottom = room.height - TOP - room.panel[1] - line * (room.panel[1] + TOP)
         panel = figure.add_axes(_share(room, left, bottom, *room.panel))
-        _panel(panel, data, attribute, shade, marking, letters_in(room.panel[0] + 0.1))
-        _names(panel, "x", words["levels"] if below else [], 72 * room.panel[0] / len(words["levels"]))
-        _names(panel, "y", words["participants"] if not column else [], 72 * room.panel[1] / len(words["participants"]))
-    _bar(figure, room, shade, words)
-    return Drawn(figure, marking.all())
+        _draw_panel(panel, data, attribute, shade, marks, letters_that_fit(room.panel[0] + 0.1))
+        _write_names(panel, "x", words["levels"] if below else [], 72 * room.panel[0] / len(words["levels"]))
+        _write_names(
+            panel, "y", words["participants"] if not column else [], 72 * room.panel[1] / len(words["participants"])
+        )
+    _draw_key(figure, room, shade, words)
+    return DrawnFigure(figure, marks.all())
 
 
-class _Room(NamedTuple):
+class _Sheet(NamedTuple):
     """Where everything stands, in inches."""
 
     width: float
@@ -152,44 +156,48 @@ class _Room(NamedTuple):
     panel: tuple[float, float]
 
 
-def _rooms(words: Mapping[str, Any]) -> _Room:
+def _sheet(words: Mapping[str, Any]) -> _Sheet:
     people, levels, attributes = words["participants"], words["levels"], words["attributes"]
     widest, line = (10.0, 0.105) if len(attributes) <= 3 else (5.5, 0.088)
-    title = max((letters_of(title_of(each)) for each in attributes), default=0.0) if len(attributes) <= 3 else 0.0
+    title = (
+        max((count_letters(attribute_title(attribute)) for attribute in attributes), default=0.0)
+        if len(attributes) <= 3
+        else 0.0
+    )
     across = max(2.4, 0.135 * len(levels), min(0.0875 * title, 4.2))
     panel = min(widest, across), min(6.4, max(0.9, line * len(people)))
     columns = min(len(attributes), max(1, int(12.0 / (panel[0] + GAP))))
     lines = math.ceil(len(attributes) / columns)
-    left = widest_pt([elided(name, 16) for name in people], 7.0) / 72 + 0.2
-    names = widest_pt([elided(level, 16) for level in levels], 7.0) / 72 + 0.2
+    left = widest_pt([elide(name, 16) for name in people], 7.0) / 72 + 0.2
+    names = widest_pt([elide(level, 16) for level in levels], 7.0) / 72 + 0.2
     width = left + columns * (panel[0] + GAP) + BAR
-    return _Room(width, lines * (panel[1] + TOP) + max(names, 0.45), left, columns, panel)
+    return _Sheet(width, lines * (panel[1] + TOP) + max(names, 0.45), left, columns, panel)
 
 
-def _share(room: _Room, left: float, bottom: float, width: float, height: float) -> tuple[float, float, float, float]:
+def _share(room: _Sheet, left: float, bottom: float, width: float, height: float) -> tuple[float, float, float, float]:
     return left / room.width, bottom / room.height, width / room.width, height / room.height
 
 
-def _bar(figure: Figure, room: _Room, shade: ScalarMappable, words: Mapping[str, Any]) -> None:
-    """What the shades mean, at the right of the first line of panels."""
+def _draw_key(figure: Figure, room: _Sheet, shade: ScalarMappable, words: Mapping[str, Any]) -> None:
+    """Draw what the shades mean, at the right of the first line of panels."""
     scale = (words["scale"][0], words["scale"][1])
     height = min(2.6, room.panel[1])
     box = figure.add_axes(_share(room, room.width - BAR + 0.05, room.height - TOP - height, 0.13, height))
     bar = figure.colorbar(shade, cax=box)
     ticks = quarters(scale)[:: 1 if height > 1.2 else 2]
-    bar.set_ticks(ticks, labels=[signed(value, scale) for value in ticks], fontsize=8)
+    bar.set_ticks(ticks, labels=[format_signed(value, scale) for value in ticks], fontsize=8)
     bar.outline.set_visible(False)
     if any(attribute["high"] for attribute in words["attributes"]):
         box.set_title("second\nword", fontsize=7.5, fontweight="normal", color=SOFT, loc="left", pad=4)
         box.text(0, -0.12 / height, "first\nword", transform=box.transAxes, fontsize=7.5, color=SOFT, va="top")
 
 
-def _panel(
+def _draw_panel(
     axes: Axes,
     data: FigureData,
     attribute: Mapping[str, Any],
     shade: ScalarMappable,
-    marking: Marking,
+    marks: Marks,
     room: int,
 ) -> None:
     words = data.words
@@ -200,24 +208,24 @@ def _panel(
     axes.add_patch(Rectangle((-0.5, -0.5), len(levels), len(people), facecolor=PAPER, edgecolor=HATCHED, hatch="/////",
                              linewidth=0, zorder=0))  # fmt: skip
     if len(data.rows) <= MOST_CELLS:
-        _cells(axes, own, grid, words, shade, marking)
+        _draw_cells(axes, own, grid, words, shade, marks)
     else:
         colours = np.asarray(shade.to_rgba(np.nan_to_num(grid), bytes=True))
         colours[np.isnan(grid)] = (255, 255, 255, 0)
         axes.imshow(colours, aspect="auto", interpolation="none", zorder=1)
-        _columns(axes, grid, attribute["name"], words, marking)
+        _mark_columns(axes, grid, attribute["name"], words, marks)
     axes.set(xlim=(-0.5, len(levels) - 0.5), ylim=(len(people) - 0.5, -0.5))
-    axes.set_title(title_of(attribute, room), fontsize=9)
+    axes.set_title(attribute_title(attribute, room), fontsize=9)
     for spine in axes.spines.values():
         spine.set_visible(False)
 
 
-def _names(axes: Axes, side: Literal["x", "y"], names: Sequence[str], room: float) -> None:
-    """Every name where there is room, else every second, third, ..."""
+def _write_names(axes: Axes, side: Literal["x", "y"], names: Sequence[str], room: float) -> None:
+    """Write every name where there is room, else every second, third, ..."""
     size = min(7.0, max(4.6, 0.95 * room))
     step = max(1, math.ceil(size / room))
     ticks = list(range(0, len(names), step))
-    written = [elided(names[k], 16) for k in ticks]
+    written = [elide(names[k], 16) for k in ticks]
     if side == "x":
         upright = widest_pt(written, size) > step * room - 2
         axes.set_xticks(ticks, written, rotation=90 if upright else 0, fontsize=size)
@@ -225,10 +233,10 @@ def _names(axes: Axes, side: Literal["x", "y"], names: Sequence[str], room: floa
         axes.set_yticks(ticks, written, fontsize=size)
 
 
-def _cells(
-    axes: Axes, own: Sequence[Row], grid: Any, words: Mapping[str, Any], shade: ScalarMappable, marking: Marking
+def _draw_cells(
+    axes: Axes, own: Sequence[Row], grid: Any, words: Mapping[str, Any], shade: ScalarMappable, marks: Marks
 ) -> None:
-    """Few cells: each is a mark."""
+    """Draw few cells: each is a mark."""
     for k, row in enumerate(own):
         i, j = divmod(k, grid.shape[1])
         known = not math.isnan(grid[i, j])
@@ -236,27 +244,27 @@ def _cells(
         cell = Rectangle((j - 0.5, i - 0.5), 1, 1, edgecolor=PAPER, linewidth=0.4, in_layout=False, zorder=1, **fill)
         axes.add_patch(cell)
         names = [(name, str(row[name])) for name in ("attribute", "participant", words["by"])]
-        value = number(grid[i, j]) if known else "missing"
-        marking.add(cell, (*names, ("rating", value)), str(row[words["by"]]))
+        value = format_number(grid[i, j]) if known else "missing"
+        marks.add(cell, (*names, ("rating", value)), str(row[words["by"]]))
 
 
-def _columns(axes: Axes, grid: Any, attribute: str, words: Mapping[str, Any], marking: Marking) -> None:
-    """Many cells: each column is a mark, over the picture and unseen."""
+def _mark_columns(axes: Axes, grid: Any, attribute: str, words: Mapping[str, Any], marks: Marks) -> None:
+    """Draw a mark for each column over the picture, unseen, where there are many cells."""
     for j, level in enumerate(words["levels"]):
         known = grid[:, j][~np.isnan(grid[:, j])].tolist()
         strip = Rectangle((j - 0.5, -0.5), 1, len(grid), facecolor=PAPER, alpha=0.0, linewidth=0, zorder=2)
         strip.set_in_layout(False)
         axes.add_patch(strip)
-        mean = number(math.fsum(known) / len(known)) if known else "no rating"
-        told = (("attribute", attribute), (words["by"], level), ("mean", mean), ("participants", str(len(known))))
-        marking.add(strip, told, level)
+        mean = format_number(math.fsum(known) / len(known)) if known else "no rating"
+        details = (("attribute", attribute), (words["by"], level), ("mean", mean), ("participants", str(len(known))))
+        marks.add(strip, details, level)
 
 
-RATING_HEATMAP = FigureKind(RatingHeatmap, _data, draw)
+RATING_HEATMAP = FigureKind(RatingHeatmapSettings, data, draw)
 
 
 def similar_order(values: Floats) -> list[int]:
-    """The rows of a table so ordered that alike ones stand together; NaN is no value.
+    """Return the rows of a table so ordered that alike ones stand together; NaN is no value.
 
     The distance of two rows is the root mean square of their differences where both have a value; rows that share
     nothing are as far apart as the most distant pair. Average linkage with optimal leaf order (Bar-Joseph, Gifford &

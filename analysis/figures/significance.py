@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from palpate.analysis.figures.columns import real
-from palpate.analysis.figures.figure_kind import AskedFigure
-from palpate.analysis.figures.lettering import p_written
+from palpate.analysis.figures.columns import finite_or_nan, to_float
+from palpate.analysis.figures.figure_kind import FigureSettings
+from palpate.analysis.figures.lettering import format_p
 from palpate.analysis.plans.answers import Answer, Row
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.did_you_mean import nearest
@@ -17,75 +17,79 @@ P_COLUMNS = ("p_adjusted", "p_bonferroni", "p_holm", "p_corr", "p")
 """Where a test of pairs writes its p, the adjusted ones first."""
 
 
-def p_column(figure: AskedFigure, named: str | None, rows: Sequence[Row]) -> str:
-    """The column of p: as named, else the first usual one that holds a number. Raises DataRefused where none does."""
-    if named is not None:
-        if named not in rows[0]:
-            raise DataRefused(f"figure {figure.name!r}: the test has no column {named!r}; {nearest(named, rows[0])}")
-        return named
+def p_column(settings: FigureSettings, chosen: str | None, rows: Sequence[Row]) -> str:
+    """Return the column of p: as named, else the first usual one that holds a number. Raises DataRefused where none
+    does.
+    """
+    if chosen is not None:
+        if chosen not in rows[0]:
+            raise DataRefused(
+                f"figure {settings.name!r}: the test has no column {chosen!r}; {nearest(chosen, rows[0])}"
+            )
+        return chosen
     for name in P_COLUMNS:
         if any(row.get(name) is not None for row in rows):
             return name
     if any(name in rows[0] for name in P_COLUMNS):
         return next(name for name in P_COLUMNS if name in rows[0])
-    raise DataRefused(f"figure {figure.name!r}: the test has none of the columns {', '.join(P_COLUMNS)}; set `p`")
+    raise DataRefused(f"figure {settings.name!r}: the test has none of the columns {', '.join(P_COLUMNS)}; set `p`")
 
 
 def pair_rows(
-    figure: AskedFigure, answer: Answer, p: str | None, levels: Iterable[str], thresholds: Sequence[float]
+    settings: FigureSettings, answer: Answer, p: str | None, levels: Iterable[str], thresholds: Sequence[float]
 ) -> list[dict[str, Any]]:
-    """a, b, p and stars (None where p is undefined) of each pair, in the order of levels.
+    """Return a, b, p and stars (None where p is undefined) of each pair, in the order of levels.
 
     Raises DataRefused where the test compares other levels than the figure shows.
     """
-    place = {level: i for i, level in enumerate(levels)}
-    column, found = p_column(figure, p, answer.rows), []
+    rank = {level: i for i, level in enumerate(levels)}
+    column, pairs = p_column(settings, p, answer.rows), []
     for row in answer.rows:
-        a, b = sorted((str(row["a"]), str(row["b"])), key=lambda level: place.get(level, -1))
-        if a not in place or b not in place or a == b:
+        a, b = sorted((str(row["a"]), str(row["b"])), key=lambda level: rank.get(level, -1))
+        if a not in rank or b not in rank or a == b:
             raise DataRefused(
-                f"figure {figure.name!r}: its test compares {row['a']!r} with {row['b']!r}; the bars are"
-                f" {', '.join(place)}"
+                f"figure {settings.name!r}: its test compares {row['a']!r} with {row['b']!r}; the bars are"
+                f" {', '.join(rank)}"
             )
-        value = real(row[column], f"figure {figure.name!r}, {a} and {b}")
-        known = not math.isnan(value)
-        found.append(
-            {"a": a, "b": b, "p": value if known else None, "stars": stars(value, thresholds) if known else None}
+        p_value = finite_or_nan(row[column], f"figure {settings.name!r}, {a} and {b}")
+        known = not math.isnan(p_value)
+        pairs.append(
+            {"a": a, "b": b, "p": p_value if known else None, "stars": stars(p_value, thresholds) if known else None}
         )
-    return sorted(found, key=lambda row: (place[row["a"]], place[row["b"]]))
+    return sorted(pairs, key=lambda row: (rank[row["a"]], rank[row["b"]]))
 
 
 def stars(p: float, thresholds: Sequence[float]) -> str:
-    """One star more for each threshold that p lies below."""
+    """Return one star more for each threshold that p lies below."""
     return "*" * sum(p < threshold for threshold in thresholds)
 
 
-def stars_said(thresholds: Sequence[float]) -> str:
-    """What the stars mean, as a caption says it."""
+def stars_note(thresholds: Sequence[float]) -> str:
+    """Return what the stars mean, as a caption says it."""
     return ", ".join(f"{'*' * i} p < {f'{t:g}'.lstrip('0')}" for i, t in enumerate(thresholds, 1))
 
 
-def not_drawn_said(pairs: Sequence[Row]) -> str:
-    """The pairs without a bracket, as a caption says it; their p with the names where they are few."""
+def not_drawn_note(pairs: Sequence[Row]) -> str:
+    """Return the pairs without a bracket, as a caption says it; their p with the names where they are few."""
     kinds = (("Not significant", ""), ("Undefined", None))
-    return "".join(_said(pairs, why, [row for row in pairs if row["stars"] == stars]) for why, stars in kinds)
+    return "".join(_pairs_note(pairs, why, [row for row in pairs if row["stars"] == stars]) for why, stars in kinds)
 
 
-def _said(pairs: Sequence[Row], why: str, rows: Sequence[Row]) -> str:
+def _pairs_note(pairs: Sequence[Row], why: str, rows: Sequence[Row]) -> str:
     if not rows:
         return ""
     if len(rows) > 6:
         return f" {why}: {len(rows)} of {len(pairs)} pairs."
-    told = [f"{row['a']} and {row['b']}" + ("" if row["p"] is None else f" ({p_written(_p(row))})") for row in rows]
-    return f" {why}: {'; '.join(told)}."
+    names = [
+        f"{row['a']} and {row['b']}" + ("" if row["p"] is None else f" ({format_p(to_float(row['p']))})")
+        for row in rows
+    ]
+    return f" {why}: {'; '.join(names)}."
 
 
-def _p(row: Row) -> float:
-    return float(row["p"])  # type: ignore[arg-type]
-
-
-def stacked(spans: Sequence[tuple[int, int]]) -> list[int]:
-    """The storey of each bracket from one place to another: the lowest where it overlaps no other, shorter ones first.
+def stack_brackets(spans: Sequence[tuple[int, int]]) -> list[int]:
+    """Return the storey of each bracket from one place to another: the lowest where it overlaps no other, shorter ones
+    first.
 
     Brackets that only meet at an end may share a storey.
     """

@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from pydantic import Field
 
-from palpate.analysis.figures.columns import answer_of, require, to_float, uniform
+from palpate.analysis.figures.columns import answer_of_test, fill_columns, require_columns, to_float
 from palpate.analysis.figures.distributions import swarm
-from palpate.analysis.figures.figure_kind import AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import decimals_for, elided, folded, number, p_written, shortened, widest_pt
-from palpate.analysis.figures.significance import not_drawn_said, pair_rows, stacked, stars_said
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
+from palpate.analysis.figures.lettering import decimals_for, elide, fold, format_number, format_p, shorten, widest_pt
+from palpate.analysis.figures.significance import not_drawn_note, pair_rows, stack_brackets, stars_note
 from palpate.analysis.figures.style import HATCHES, INK, OKABE_ITO, PAPER, SOFT, quiet_axes, tint
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.plans.idle import Idle
@@ -29,8 +29,14 @@ from palpate.protocols.study import Text
 from palpate.protocols.undefined import nan_to_none
 from palpate.protocols.wording import count, phrase
 
+MOST_BRACKETS = 36
+WIDE = 0.84
+"""All bars of a cluster, in clusters."""
+STOREY = 0.075
+"""The height of a bracket's storey, as a share of the scale."""
 
-class SimilarityBarsSettings(AskedFigure):
+
+class SimilarityBarsSettings(FigureSettings):
     """A cluster for each level of `clusters` (None: none), in it a bar for each level of `bars`.
 
     Apart stand the bars over all clusters, with the brackets of the one test of `pairs` that `tests` names and `each`
@@ -58,65 +64,58 @@ class SimilarityBarsSettings(AskedFigure):
             yield Idle("confidence", "with `whiskers: sd`")
 
 
-def data(shown: Shown, settings: SimilarityBarsSettings) -> FigureData:
-    """Rows of three sorts (`shows`): each bar's "mean", each participant's "value" in it, and the "pair"s compared.
+def data(inputs: FigureInput, settings: SimilarityBarsSettings) -> FigureData:
+    """Return rows of three sorts (`shows`): each bar's "mean", each participant's "value" in it, and the "pair"s
+    compared.
 
     `cluster` is None for the bars over all clusters: the mean of each participant's cluster means, for participants
     with a value in every cell. Raises DataRefused where a column or a test is missing, or ratings of several
     attributes would be mixed; a StatisticsError where a value is no number.
     """
-    selected = _one_attribute(settings, shown.selected)
+    selected = _one_attribute(settings, inputs.selected)
     by = [name for name in (settings.clusters, settings.bars) if name is not None]
-    require(settings, selected.table, ["participant", "value", *by])
+    require_columns(settings, selected.table, ["participant", "value", *by])
     cells = person_cells(selected.table, by, levels=selected.levels)
-    bars = list(dict.fromkeys(_ordered(selected, settings.bars, cells.level(settings.bars))))
+    occurring = list(dict.fromkeys(cells.level(settings.bars)))
+    known = [level for level in selected.levels.get(settings.bars, ()) if level in occurring]
+    bars = [*known, *(level for level in occurring if level not in known)]
     clusters = list(dict.fromkeys(cells.level(settings.clusters))) if settings.clusters else []
     rows = _bar_rows(settings, selected, cells) if clusters else []
     overall = _over_clusters(cells, settings.bars) if clusters else selected.table
     rows += _overall_rows(settings, selected, overall)
-    rows += _pairs(shown, settings, selected, bars, clusters)
+    rows += _pairs(inputs, settings, selected, bars, clusters)
     words: dict[str, Any] = {"clusters": clusters, "bars": bars, "scale": selected.scale, "dots": settings.dots}
     words["cluster_factor"] = settings.clusters or ""
-    words["what"] = _axis(selected)
+    outcome = selected.outcomes[0] if len(selected.outcomes) == 1 else ""
+    high = selected.antonyms.get(outcome, "")
+    words["what"] = f"Mean rating (high: {high})" if high else f"Mean {outcome or 'rating'}"
+    methods = dict.fromkeys(answer_of_test(settings, inputs, name).method for name in settings.tests)
+    tested = "".join(f" {method.rstrip('.')}." for method in methods if method)
     title = settings.title or f"{words['what']} by {settings.bars}"
-    return FigureData(
-        uniform(rows), title, f"{_caption(settings, selected, cells, rows)}{_methods(shown, settings)}", words
-    )
+    return FigureData(fill_columns(rows), title, _caption(settings, selected, cells, rows) + tested, words)
 
 
 def _one_attribute(settings: SimilarityBarsSettings, selected: Selected) -> Selected:
     if "attribute" in selected.table.columns and selected.table["attribute"].nunique() > 1:
-        found = ", ".join(map(str, selected.table["attribute"].unique()))
-        raise DataRefused(f"figure {settings.name!r}: ratings of {found}; name the one to show in `outcomes`")
+        names = ", ".join(map(str, selected.table["attribute"].unique()))
+        raise DataRefused(f"figure {settings.name!r}: ratings of {names}; name the one to show in `outcomes`")
     return selected
 
 
-def _axis(selected: Selected) -> str:
-    """The high end of the scale names what a higher bar is."""
-    name = selected.outcomes[0] if len(selected.outcomes) == 1 else ""
-    high = selected.antonyms.get(name, "")
-    return f"Mean rating (high: {high})" if high else f"Mean {name or 'rating'}"
-
-
-def _ordered(selected: Selected, name: str, levels: list[str]) -> list[str]:
-    known = [level for level in selected.levels.get(name, ()) if level in levels]
-    return [*known, *(level for level in levels if level not in known)]
-
-
 def _bar_rows(settings: SimilarityBarsSettings, selected: Selected, cells: PersonCells) -> list[dict[str, Any]]:
-    """The mean and the values of every cell."""
+    """Return the mean and the values of every cell."""
     clusters, bars = cells.level(cells.by[0]), cells.level(cells.by[1])
     stimuli = _stimuli(settings, selected)
-    told = _intervals(settings, selected, selected.table, list(cells.by))
+    means = _intervals(settings, selected, selected.table, list(cells.by))
     rows = [
         {
             "shows": "mean",
             "cluster": row[cells.by[0]],
             "bar": row[cells.by[1]],
             "stimulus": stimuli.get((row[cells.by[0]], row[cells.by[1]])),
-            **_shown(settings, row),
+            **_mean_columns(settings, row),
         }
-        for row in told
+        for row in means
     ]
     return rows + [
         {
@@ -133,18 +132,18 @@ def _bar_rows(settings: SimilarityBarsSettings, selected: Selected, cells: Perso
 
 
 def _stimuli(settings: SimilarityBarsSettings, selected: Selected) -> dict[tuple[str, str], str]:
-    """The stimulus of a cell, where it is only one."""
+    """Return the stimulus of a cell, where it is only one."""
     if "stimulus" not in selected.table.columns:
         return {}
     columns = [texts_of(selected.table, name) for name in (str(settings.clusters), settings.bars, "stimulus")]
-    found: dict[tuple[str, str], set[str]] = {}
+    stimuli: dict[tuple[str, str], set[str]] = {}
     for cluster, bar, stimulus in zip(*columns, strict=True):
-        found.setdefault((cluster, bar), set()).add(stimulus)
-    return {place: names.pop() for place, names in found.items() if len(names) == 1}
+        stimuli.setdefault((cluster, bar), set()).add(stimulus)
+    return {place: names.pop() for place, names in stimuli.items() if len(names) == 1}
 
 
 def _over_clusters(cells: PersonCells, bars: str) -> pd.DataFrame:
-    """Each complete participant's mean over the clusters, for each bar; no row where nobody is complete."""
+    """Return each complete participant's mean over the clusters, for each bar; no row where nobody is complete."""
     complete: Any = ~np.isnan(cells.values).any(axis=1)
     levels = np.array(cells.level(bars))
     full = len(cells.cells) == len(set(cells.level(cells.by[0]))) * len(set(cells.level(bars)))
@@ -161,7 +160,9 @@ def _overall_rows(settings: SimilarityBarsSettings, selected: Selected, table: p
     if table.empty:
         return []
     means = _intervals(settings, selected, table, [settings.bars])
-    rows = [{"shows": "mean", "cluster": None, "bar": row[settings.bars], **_shown(settings, row)} for row in means]
+    rows = [
+        {"shows": "mean", "cluster": None, "bar": row[settings.bars], **_mean_columns(settings, row)} for row in means
+    ]
     cells = person_cells(table, [settings.bars], levels=selected.levels)
     return rows + [
         {"shows": "value", "cluster": None, "bar": cell[0], "participant": person, "value": float(cells.values[i, j])}
@@ -175,7 +176,7 @@ def _intervals(
     settings: SimilarityBarsSettings, selected: Selected, table: pd.DataFrame, by: list[str]
 ) -> list[dict[str, Any]]:
     method = "none" if settings.whiskers == "sd" else settings.whiskers
-    found = mean_intervals(
+    means = mean_intervals(
         table,
         by=by,
         method=method,
@@ -183,10 +184,10 @@ def _intervals(
         missing="listwise" if method in WITHIN else "raise",
         levels=levels_of(selected.levels, by),
     )
-    return [{str(name): value for name, value in row.items()} for row in found.to_dict("records")]
+    return [{str(name): value for name, value in row.items()} for row in means.to_dict("records")]
 
 
-def _shown(settings: SimilarityBarsSettings, row: Mapping[str, Any]) -> dict[str, Any]:
+def _mean_columns(settings: SimilarityBarsSettings, row: Mapping[str, Any]) -> dict[str, Any]:
     low, high = (
         (row["ci_low"], row["ci_high"])
         if settings.whiskers != "sd"
@@ -201,21 +202,21 @@ def _shown(settings: SimilarityBarsSettings, row: Mapping[str, Any]) -> dict[str
 
 
 def _pairs(
-    shown: Shown, settings: SimilarityBarsSettings, selected: Selected, bars: list[str], clusters: list[str]
+    inputs: FigureInput, settings: SimilarityBarsSettings, selected: Selected, bars: list[str], clusters: list[str]
 ) -> list[dict[str, Any]]:
-    """The pairs of the overall test, then of each cluster's own."""
+    """Return the pairs of the overall test, then of each cluster's own."""
     over = _overall_test(settings, clusters)
     thresholds = [t for t in sorted(settings.stars, reverse=True) if t <= selected.alpha]
     places: list[tuple[str | None, str]] = [*((None, name) for name in over), *settings.each.items()]
     return [
         {"shows": "pair", "cluster": cluster, **row}
         for cluster, name in places
-        for row in pair_rows(settings, answer_of(settings, shown, name), settings.p, bars, thresholds)
+        for row in pair_rows(settings, answer_of_test(settings, inputs, name), settings.p, bars, thresholds)
     ]
 
 
 def _overall_test(settings: SimilarityBarsSettings, clusters: list[str]) -> list[str]:
-    """The test over all clusters, if there is one; `each` and `tests` must fit one another."""
+    """Return the test over all clusters, if there is one; `each` and `tests` must fit one another."""
     where = f"figure {settings.name!r}"
     for level, test in settings.each.items():
         if level not in clusters:
@@ -252,30 +253,17 @@ def _caption(
         parts.append(f"With a value in every cell: {complete}; only they count where all is averaged{within}.")
     pairs = [row for row in rows if row["shows"] == "pair"]
     if pairs:
-        parts.append(_marks_said(settings, selected, pairs))
+        parts.append(_significance_note(settings, selected, pairs))
     return " ".join(parts)
 
 
-def _methods(shown: Shown, settings: SimilarityBarsSettings) -> str:
-    """What was tested, in the tests' own words."""
-    methods = dict.fromkeys(answer_of(settings, shown, name).method for name in settings.tests)
-    return "".join(f" {method.rstrip('.')}." for method in methods if method)
-
-
-def _marks_said(settings: SimilarityBarsSettings, selected: Selected, pairs: list[dict[str, Any]]) -> str:
+def _significance_note(settings: SimilarityBarsSettings, selected: Selected, pairs: list[dict[str, Any]]) -> str:
     thresholds = [t for t in sorted(settings.stars, reverse=True) if t <= selected.alpha]
-    found = [row for row in pairs if row["stars"]]
-    drawn = f"Brackets: pairs that differ ({stars_said(thresholds)})." if found else "No pair differs significantly."
-    if len(found) > MOST_BRACKETS:
-        drawn = f"{len(found)} of {len(pairs)} pairs differ, too many for brackets; their p stand in the table."
-    return drawn + not_drawn_said(pairs)
-
-
-MOST_BRACKETS = 36
-WIDE = 0.84
-"""All bars of a cluster, in clusters."""
-STOREY = 0.075
-"""The height of a bracket's storey, as a share of the scale."""
+    different = [row for row in pairs if row["stars"]]
+    note = f"Brackets: pairs that differ ({stars_note(thresholds)})." if different else "No pair differs significantly."
+    if len(different) > MOST_BRACKETS:
+        note = f"{len(different)} of {len(pairs)} pairs differ, too many for brackets; their p stand in the table."
+    return note + not_drawn_note(pairs)
 
 
 @dataclass(frozen=True)
@@ -283,7 +271,7 @@ class _Bars:
     """What every bar needs to know."""
 
     data: FigureData
-    marking: Marking
+    marks: Marks
     base: float
     span: float
     digits: int
@@ -300,119 +288,119 @@ class _Bars:
         }
 
 
-def draw(shown: FigureData) -> Drawn:
-    """The clusters at the left, the bars over all of them with their brackets at the right; one axis for both."""
-    clusters, bars = shown.words["clusters"], shown.words["bars"]
-    overall = any(row["shows"] == "mean" and row["cluster"] is None for row in shown.rows)
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw the clusters at the left, the bars over all of them with their brackets at the right; one axis for both."""
+    clusters, bars = data.words["clusters"], data.words["bars"]
+    overall = any(row["shows"] == "mean" and row["cluster"] is None for row in data.rows)
     panels: list[list[str | None]] = ([list(clusters)] if clusters else []) + ([[None]] if overall else [])
-    storeys = max((_storeys(shown, cluster) for panel in panels for cluster in panel), default=0)
+    storeys = max((_storeys(data, cluster) for panel in panels for cluster in panel), default=0)
     wide = [_panel_in(panel, bars) for panel in panels]
-    size = (max(4.6, sum(wide) + 1.0), 3.3 + 0.17 * storeys + _names_in(shown, wide[0]))
+    size = (max(4.6, sum(wide) + 1.0), 3.3 + 0.17 * storeys + _names_in(data, wide[0]))
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(1, len(panels), squeeze=False, sharey=True, width_ratios=wide)[0]
-    tools = _Bars(shown, Marking(), *_base_and_span(shown), decimals_for(_all(shown)))
+    tools = _Bars(data, Marks(), *_base_and_span(data), decimals_for(_every_value(data)))
     for axes, panel in zip(grid, panels, strict=True):
-        _panel(axes, tools, panel, wide[0] / len(panel))
-    _scale(grid[0], tools, storeys, size[1])
+        _draw_panel(axes, tools, panel, wide[0] / len(panel))
+    _set_scale(grid[0], tools, storeys, size[1])
     if clusters:
-        _legend(figure, tools)
-    return Drawn(figure, tools.marking.all())
+        _draw_legend(figure, tools)
+    return DrawnFigure(figure, tools.marks.all())
 
 
 def _panel_in(panel: Sequence[str | None], bars: Sequence[str]) -> float:
-    """How wide a panel is: clusters are pressed together where they are very many, the bars over all never."""
+    """Return how wide a panel is, in inches: very many clusters are pressed together, the bars over all never."""
     if list(panel) == [None]:
-        names_in = widest_pt([folded(bar, 10) for bar in bars], 8) / 72 + 0.08
+        names_in = widest_pt([fold(bar, 10) for bar in bars], 8) / 72 + 0.08
         return max(1.0, 0.3 + min(max(0.42, names_in), 1.0) * len(bars))
     return min(max(1.0, len(panel) * (0.3 + 0.24 * len(bars))), 14.0)
 
 
 def _letters(cluster_in: float, clusters: int) -> tuple[int, bool]:
-    """How many letters fit under a cluster, and whether the names stand upright because these are too few."""
+    """Return how many letters fit under a cluster, and whether the names stand upright because these are too few."""
     letters = max(5, int(cluster_in / 0.075))
     return letters, letters < 8 and clusters > 12
 
 
-def _names_in(shown: FigureData, panel_in: float) -> float:
-    """What names that stand upright need in height."""
-    clusters = [shortened(str(c), 26) for c in shown.words["clusters"]]
+def _names_in(data: FigureData, panel_in: float) -> float:
+    """Return how many inches names that stand upright need in height."""
+    clusters = [shorten(str(c), 26) for c in data.words["clusters"]]
     upright = bool(clusters) and _letters(panel_in / len(clusters), len(clusters))[1]
     return widest_pt(clusters, 6) / 72 if upright else 0.0
 
 
-def _all(shown: FigureData) -> list[float]:
+def _every_value(data: FigureData) -> list[float]:
     return [
         to_float(row[name])
-        for row in shown.rows
+        for row in data.rows
         for name in ("mean", "value", "low", "high")
         if row.get(name) is not None
     ]
 
 
-def _base_and_span(shown: FigureData) -> tuple[float, float]:
-    """Where bars start (zero where the scale has it, else its nearest end), and how long the scale is."""
-    values = _all(shown)
-    low, high = shown.words["scale"] or (min(0.0, *values), max(0.0, *values))
+def _base_and_span(data: FigureData) -> tuple[float, float]:
+    """Return where bars start (zero where the scale has it, else its nearest end), and how long the scale is."""
+    values = _every_value(data)
+    low, high = data.words["scale"] or (min(0.0, *values), max(0.0, *values))
     return min(max(0.0, low), high), (high - low) or 1.0
 
 
-def _of(shown: FigureData, shows: str, cluster: str | None) -> list[Row]:
-    return [row for row in shown.rows if row["shows"] == shows and row["cluster"] == cluster]
+def _rows_of(data: FigureData, shows: str, cluster: str | None) -> list[Row]:
+    return [row for row in data.rows if row["shows"] == shows and row["cluster"] == cluster]
 
 
-def _brackets(shown: FigureData, cluster: str | None) -> list[Row]:
-    found = [row for row in _of(shown, "pair", cluster) if row["stars"]]
-    return found if len(found) <= MOST_BRACKETS else []
+def _brackets(data: FigureData, cluster: str | None) -> list[Row]:
+    pairs = [row for row in _rows_of(data, "pair", cluster) if row["stars"]]
+    return pairs if len(pairs) <= MOST_BRACKETS else []
 
 
-def _spans(shown: FigureData, rows: Sequence[Row]) -> list[tuple[int, int]]:
-    bars = shown.words["bars"]
+def _spans(data: FigureData, rows: Sequence[Row]) -> list[tuple[int, int]]:
+    bars = data.words["bars"]
     return [(bars.index(row["a"]), bars.index(row["b"])) for row in rows]
 
 
-def _storeys(shown: FigureData, cluster: str | None) -> int:
-    return max(stacked(_spans(shown, _brackets(shown, cluster))), default=-1) + 1
+def _storeys(data: FigureData, cluster: str | None) -> int:
+    return max(stack_brackets(_spans(data, _brackets(data, cluster))), default=-1) + 1
 
 
-def _panel(axes: Axes, tools: _Bars, panel: Sequence[str | None], cluster_in: float) -> None:
-    """Each cluster's bars about its place."""
+def _draw_panel(axes: Axes, tools: _Bars, panel: Sequence[str | None], cluster_in: float) -> None:
+    """Draw each cluster's bars about its place."""
     bars = tools.data.words["bars"]
-    drawn: list[tuple[float, Row]] = []
+    bars_at: list[tuple[float, Row]] = []
     for place, cluster in enumerate(panel):
         at = {bar: place + WIDE * ((i + 0.5) / len(bars) - 0.5) for i, bar in enumerate(bars)}
-        here = [(at[str(row["bar"])], row) for row in _of(tools.data, "mean", cluster)]
-        for x, row in here:
-            _bar(axes, tools, row, x, WIDE / len(bars))
-        drawn += here
-        _bracketed(axes, tools, cluster, at)
-    _whiskers(axes, drawn)
+        cluster_bars = [(at[str(row["bar"])], row) for row in _rows_of(tools.data, "mean", cluster)]
+        for x, row in cluster_bars:
+            _draw_bar(axes, tools, row, x, WIDE / len(bars))
+        bars_at += cluster_bars
+        _draw_brackets(axes, tools, cluster, at)
+    _draw_whiskers(axes, bars_at)
     axes.set_xlim(-0.5, len(panel) - 0.5)
     quiet_axes(axes)
     if list(panel) == [None]:
-        names = [folded(bar, 10) for bar in bars]
+        names = [fold(bar, 10) for bar in bars]
         axes.set_xticks([WIDE * ((i + 0.5) / len(bars) - 0.5) for i in range(len(bars))], names, fontsize=8)
         axes.tick_params(axis="x", rotation=90 if sum(map(len, names)) > 12 * len(bars) and len(bars) > 6 else 0)
         if tools.data.words["clusters"]:
             axes.set_xlabel("all together", fontsize=8.5, color=SOFT)
         return
     letters, upright = _letters(cluster_in, len(panel))
-    written = [shortened(str(c), 26) if upright else folded(str(c).replace("_", " "), letters) for c in panel]
-    axes.set_xticks(range(len(panel)), written, fontsize=8 if len(panel) <= 24 else 6)
+    names = [shorten(str(c), 26) if upright else fold(str(c).replace("_", " "), letters) for c in panel]
+    axes.set_xticks(range(len(panel)), names, fontsize=8 if len(panel) <= 24 else 6)
     axes.tick_params(axis="x", rotation=90 if upright else 0)
     axes.set_xlabel(str(tools.data.words["cluster_factor"]), fontsize=8.5, color=SOFT)
 
 
-def _bar(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> None:
+def _draw_bar(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> None:
     mean, look = to_float(row["mean"]), tools.look(str(row["bar"]))
     with_hatch = {**look, "hatch": look["hatch"] if wide > 0.05 else ""}
     bar = axes.bar([at], [mean - tools.base], 0.9 * wide, bottom=tools.base, zorder=2, **with_hatch)[0]
-    tools.marking.add(bar, _told(tools, row), str(row.get("stimulus") or row["bar"]))
+    tools.marks.add(bar, _details(tools, row), str(row.get("stimulus") or row["bar"]))
     if tools.data.words["dots"]:
-        _dots(axes, tools, row, at, wide)
+        _draw_dots(axes, tools, row, at, wide)
 
 
-def _whiskers(axes: Axes, rows: Sequence[tuple[float, Row]]) -> None:
-    """All whiskers of a panel at once, on a thin halo that keeps them apart from dots and hatches."""
+def _draw_whiskers(axes: Axes, rows: Sequence[tuple[float, Row]]) -> None:
+    """Draw all whiskers of a panel at once, on a thin halo that keeps them apart from dots and hatches."""
     known = [(x, row) for x, row in rows if row["low"] is not None and row["high"] is not None]
     if known:
         mean, low, high = ([to_float(row[name]) for _, row in known] for name in ("mean", "low", "high"))
@@ -422,25 +410,21 @@ def _whiskers(axes: Axes, rows: Sequence[tuple[float, Row]]) -> None:
         axes.errorbar(at, mean, reach, fmt="none", ecolor=INK, elinewidth=1.1, capsize=2.4, zorder=3.5)
 
 
-def _told(tools: _Bars, row: Row) -> tuple[tuple[str, str], ...]:
+def _details(tools: _Bars, row: Row) -> tuple[tuple[str, str], ...]:
     place = "all together" if row["cluster"] is None else str(row["cluster"])
-    numbers = [(name, number(to_float(row[name]), tools.digits)) for name in ("mean", "sd") if row[name] is not None]
-    ends = (
-        []
-        if row["low"] is None
-        else [
-            (
-                "whisker",
-                f"{number(to_float(row['low']), tools.digits)} to {number(to_float(row['high']), tools.digits)}",
-            )
-        ]
-    )
+    numbers = [
+        (name, format_number(to_float(row[name]), tools.digits)) for name in ("mean", "sd") if row[name] is not None
+    ]
+    ends = []
+    if row["low"] is not None:
+        low, high = (format_number(to_float(row[end]), tools.digits) for end in ("low", "high"))
+        ends = [("whisker", f"{low} to {high}")]
     return (("bar", f"{row['bar']}, {place}"), *numbers, *ends, ("n", str(row["n"])))
 
 
-def _dots(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> None:
-    rows = [r for r in _of(tools.data, "value", _cluster(row)) if r["bar"] == row["bar"]]
-    values = [to_float(r["value"]) for r in rows]
+def _draw_dots(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> None:
+    cluster = None if row["cluster"] is None else str(row["cluster"])
+    values = [to_float(r["value"]) for r in _rows_of(tools.data, "value", cluster) if r["bar"] == row["bar"]]
     size = 0.022 * tools.span
     aside = swarm(values, size, size * 4)
     places = [at + a / size / 4 * 0.36 * wide for a in aside]
@@ -454,23 +438,22 @@ def _dots(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> None:
     axes.plot(places, values, color=INK, alpha=0.7, zorder=3, **look)
 
 
-def _cluster(row: Row) -> str | None:
-    return None if row["cluster"] is None else str(row["cluster"])
-
-
 def _top(tools: _Bars, cluster: str | None) -> float:
-    """The highest thing that is drawn in a cluster."""
-    rows = [*_of(tools.data, "mean", cluster), *(_of(tools.data, "value", cluster) if tools.data.words["dots"] else [])]
+    """Return the highest thing that is drawn in a cluster."""
+    rows = [
+        *_rows_of(tools.data, "mean", cluster),
+        *(_rows_of(tools.data, "value", cluster) if tools.data.words["dots"] else []),
+    ]
     known = [to_float(row[name]) for row in rows for name in ("mean", "high", "value") if row.get(name) is not None]
     top: float = max([tools.base, *known])
     return top
 
 
-def _bracketed(axes: Axes, tools: _Bars, cluster: str | None, at: dict[str, float]) -> None:
+def _draw_brackets(axes: Axes, tools: _Bars, cluster: str | None, at: dict[str, float]) -> None:
     rows = _brackets(tools.data, cluster)
     floor = _top(tools, cluster) + 0.6 * STOREY * tools.span
     inset = 0.12 * WIDE / len(at)
-    for row, storey in zip(rows, stacked(_spans(tools.data, rows)), strict=True):
+    for row, storey in zip(rows, stack_brackets(_spans(tools.data, rows)), strict=True):
         height, foot = floor + storey * STOREY * tools.span, 0.018 * tools.span
         left, right = at[str(row["a"])] + inset, at[str(row["b"])] - inset
         axes.plot([left, left, right, right], [height - foot, height, height, height - foot], color=INK, linewidth=0.9)
@@ -482,16 +465,16 @@ def _bracketed(axes: Axes, tools: _Bars, cluster: str | None, at: dict[str, floa
             ha="center",
             fontsize=9,
         )
-        told = (
+        details = (
             ("pair", f"{row['a']} and {row['b']}"),
-            ("p", p_written(to_float(row["p"])).removeprefix("p = ").removeprefix("p ")),
+            ("p", format_p(to_float(row["p"])).removeprefix("p = ").removeprefix("p ")),
         )
-        tools.marking.add(text, told)
+        tools.marks.add(text, details)
 
 
-def _scale(axes: Axes, tools: _Bars, storeys: int, high_in: float) -> None:
-    """Ticks on the study's scale only; above it there is room for brackets."""
-    values, scale = _all(tools.data), tools.data.words["scale"]
+def _set_scale(axes: Axes, tools: _Bars, storeys: int, high_in: float) -> None:
+    """Set ticks on the study's scale only; above it there is room for brackets."""
+    values, scale = _every_value(tools.data), tools.data.words["scale"]
     tops = max(_top(tools, cluster) for cluster in (None, *tools.data.words["clusters"]))
     low = min([scale[0] if scale else tools.base, *values])
     high = max([scale[1] if scale else tops, tops + (storeys + 0.8) * STOREY * tools.span if storeys else tops])
@@ -499,13 +482,13 @@ def _scale(axes: Axes, tools: _Bars, storeys: int, high_in: float) -> None:
     if scale:
         axes.set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
     letters = int(14 * (high_in - 0.7))
-    axes.set_ylabel(folded(elided(str(tools.data.words["what"]), 2 * letters - 12), letters))
+    axes.set_ylabel(fold(elide(str(tools.data.words["what"]), 2 * letters - 12), letters))
 
 
-def _legend(figure: Figure, tools: _Bars) -> None:
+def _draw_legend(figure: Figure, tools: _Bars) -> None:
     bars = tools.data.words["bars"]
     handles = [Patch(**tools.look(bar)) for bar in bars]
-    names = [folded(bar, 24) for bar in bars]
+    names = [fold(bar, 24) for bar in bars]
     columns = max(1, min(len(bars), int(figure.get_figwidth() / (0.55 + 0.075 * max(map(len, names))))))
     figure.legend(
         handles, names, loc="outside upper left", ncols=columns, frameon=False, fontsize=8.5, labelcolor=SOFT,

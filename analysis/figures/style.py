@@ -52,6 +52,10 @@ _SETTINGS: dict[str, Any] = {
     "savefig.facecolor": PAPER,
     "svg.fonttype": "path",
 }
+SHADES = ("#f3f7fb", "#c9deee", "#8dbbdc", "#4a90c2", "#1b62a0", "#0a3a6b")
+"""One hue, evenly darker: as readable in grey as in colour."""
+SHAPES = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h", "*")
+HATCHES = ("", "////", "....", "xxxx", "\\\\\\\\", "----", "++++", "oo")
 
 
 @contextmanager
@@ -73,7 +77,7 @@ def drawing(salt: str) -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _fonts() -> list[str]:
-    """DejaVu, which comes with matplotlib, and those of the further fonts that this machine has."""
+    """Return DejaVu, which comes with matplotlib, and those of the further fonts that this machine has."""
     from matplotlib import font_manager
 
     here = set(font_manager.get_font_names())
@@ -81,28 +85,28 @@ def _fonts() -> list[str]:
 
 
 def svg_text(figure: Figure) -> str:
-    """The figure as SVG, equal bytes for equal content (call it within `drawing`)."""
+    """Return the figure as SVG, equal bytes for equal content (call it within `drawing`)."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata=NO_DATE)
     return re.sub(r"[ \t]+\n", "\n", buffer.getvalue())
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write NAME.svg and NAME.png (call it within `drawing`) and give their paths.
+    """Write NAME.svg and NAME.png (call it within `drawing`) and return their paths.
 
     The figure is laid out once, for the SVG: everything stands at the same place in the PNG.
     """
     svg, png = folder / f"{name}.svg", folder / f"{name}.png"
-    with staged_files(folder) as draft:
-        write_text(draft / svg.name, svg_text(figure))
+    with staged_files(folder) as drafts:
+        write_text(drafts / svg.name, svg_text(figure))
         figure.set_layout_engine(None)
-        with open_bytes(draft / png.name) as file:
+        with open_bytes(drafts / png.name) as file:
             figure.savefig(file, format="png", dpi=160, metadata={"Software": None})
     return [svg, png]
 
 
 def inline_svg(svg: str, prefix: str) -> str:
-    """The SVG as a part of an HTML page: no prologue, no metadata, no fixed size, ids of its own."""
+    """Return the SVG as a part of an HTML page: no prologue, no metadata, no fixed size, ids of its own."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
@@ -112,39 +116,33 @@ def inline_svg(svg: str, prefix: str) -> str:
     return re.sub(r'<svg ([^>]*?)width="[^"]*" ?|height="[^"]*pt" ?', _without_size, body, count=2).strip()
 
 
-def _without_size(found: re.Match[str]) -> str:
-    return f"<svg {found[1]}" if found[1] is not None else ""
+def _without_size(match: re.Match[str]) -> str:
+    return f"<svg {match[1]}" if match[1] is not None else ""
 
 
 def quiet_axes(axes: Axes) -> None:
-    """Only a grid across: the data are the ink."""
+    """Leave only a grid across: the data are the ink."""
     axes.grid(visible=True, axis="y")
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
 
 
-LADDER = ("#f3f7fb", "#c9deee", "#8dbbdc", "#4a90c2", "#1b62a0", "#0a3a6b")
-"""One hue, evenly darker: as readable in grey as in colour."""
-SHAPES = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h", "*")
-HATCHES = ("", "////", "....", "xxxx", "\\\\\\\\", "----", "++++", "oo")
-
-
 def tint(colour: str, strength: float = 0.42) -> str:
-    """A colour mixed with paper, for areas that others are drawn upon."""
+    """Return a colour mixed with paper, for areas that others are drawn upon."""
     from matplotlib.colors import to_hex, to_rgb
 
     return to_hex([1 - strength * (1 - part) for part in to_rgb(colour)])
 
 
-def ladder() -> LinearSegmentedColormap:
-    """The ladder as a continuous scale."""
+def shade_scale() -> LinearSegmentedColormap:
+    """Return `SHADES` as a continuous scale."""
     from matplotlib.colors import LinearSegmentedColormap
 
-    return LinearSegmentedColormap.from_list("ladder", LADDER)
+    return LinearSegmentedColormap.from_list("ladder", SHADES)
 
 
-def ink_on(colour: object) -> str:
-    """The ink that reads better on a colour (WCAG 2.2 relative luminance)."""
+def readable_ink(colour: object) -> str:
+    """Return the ink that reads better on a colour (WCAG 2.2 relative luminance)."""
     from matplotlib.colors import to_rgb
 
     parts = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
@@ -152,6 +150,6 @@ def ink_on(colour: object) -> str:
     return INK if (luminance + 0.05) / 0.065 > 1.05 / (luminance + 0.05) else "#ffffff"
 
 
-def looks(count: int) -> list[tuple[str, str]]:
-    """A colour and a shape for each of so many levels; no two the same up to 84 levels."""
+def colours_and_shapes(count: int) -> list[tuple[str, str]]:
+    """Return a colour and a shape for each of so many levels; no two are the same up to 84 levels."""
     return [(OKABE_ITO[i % len(OKABE_ITO)], SHAPES[(i + i // 84) % len(SHAPES)]) for i in range(count)]

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from pydantic import Field
 
-from palpate.analysis.figures.columns import real, the_answer, to_float
-from palpate.analysis.figures.figure_kind import AskedFigure, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import broken, percent, width_pt
-from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, ink_on, ladder
+from palpate.analysis.figures.columns import find_answer, finite_or_nan, to_float
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
+from palpate.analysis.figures.lettering import format_percent, line_breaks, width_pt
+from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, readable_ink, shade_scale
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
@@ -28,7 +28,7 @@ LARGEST, SMALLEST, LEADING = 17.0, 4.6, 1.2
 ROUNDING = 1e-12
 
 
-class TreemapSettings(AskedFigure):
+class TreemapSettings(FigureSettings):
     """A treemap of the words that one `relevance` test weighs.
 
     `words` shows all of them or only those kept. `threshold` (a share) is the test's, to be named in caption and foot;
@@ -47,35 +47,37 @@ class TreemapSettings(AskedFigure):
         yield from (Idle(name, "in a treemap, which shows the answer of its test as it is") for name in rows)
 
 
-def data(shown: Shown, settings: TreemapSettings) -> FigureData:
-    """The words by relevance, the most relevant first; equal ones by name. Raises DataRefused where none was chosen."""
-    answer = the_answer(settings, shown, ("word", "relevance", "kept"), "relevance")
+def data(inputs: FigureInput, settings: TreemapSettings) -> FigureData:
+    """Return the words by relevance, the most relevant first; equal ones by name. Raises DataRefused where none was
+    chosen.
+    """
+    answer = find_answer(settings, inputs, ("word", "relevance", "kept"), "relevance")
     rows = [_row(settings, row) for row in answer.rows]
     rows = [row for row in rows if row["kept"] or settings.words == "all"]
     ranked = sorted(rows, key=lambda row: (-_size(row), natural_key(str(row["word"]))))
     if not any(_size(row) > 0 for row in ranked):
         raise DataRefused(f"figure {settings.name!r}: no word has a relevance above 0; there is no box to draw")
     numbered: list[Row] = [{"rank": i, **row} for i, row in enumerate(ranked, 1)]
-    words = {"width_in": settings.width_in, "height_in": settings.height_in, "foot": _foot(settings, ranked)}
+    words = {"width_in": settings.width_in, "height_in": settings.height_in, "foot": _foot_text(settings, ranked)}
     title = settings.title or "Relevance of the words"
     return FigureData(tuple(numbered), title, _caption(settings, ranked, answer.method), words)
 
 
 def _row(settings: TreemapSettings, row: Row) -> dict[str, Any]:
     where = f"figure {settings.name!r}, word {row['word']!r}"
-    share = real(row["relevance"], where)
+    share = finite_or_nan(row["relevance"], where)
     if not (math.isnan(share) or 0 <= share <= 1):
         raise DataRefused(f"{where}: a relevance of {share:g}; a share between 0 and 1 is expected")
     kept = bool(row["kept"])
-    least = settings.threshold
-    if least is not None and not math.isnan(share) and kept != (share >= least - ROUNDING):
+    threshold = settings.threshold
+    if threshold is not None and not math.isnan(share) and kept != (share >= threshold - ROUNDING):
         raise DataRefused(
-            f"{where}: relevance {share:g}, {'kept' if kept else 'not kept'}: the test's threshold is not {least:g}"
+            f"{where}: relevance {share:g}, {'kept' if kept else 'not kept'}: the test's threshold is not {threshold:g}"
         )
-    shown: dict[str, Any] = {"word": str(row["word"]), "relevance": nan_to_none(share)}
+    columns: dict[str, Any] = {"word": str(row["word"]), "relevance": nan_to_none(share)}
     for end in ("low", "high"):
-        shown[end] = nan_to_none(real(row.get(end, row.get(f"ci_{end}")), where))
-    return shown | {"kept": kept} | {name: row[name] for name in ("ticks", "n") if name in row}
+        columns[end] = nan_to_none(finite_or_nan(row.get(end, row.get(f"ci_{end}")), where))
+    return columns | {"kept": kept} | {name: row[name] for name in ("ticks", "n") if name in row}
 
 
 def _size(row: Row) -> float:
@@ -84,72 +86,78 @@ def _size(row: Row) -> float:
 
 def _caption(settings: TreemapSettings, rows: list[dict[str, Any]], method: str) -> str:
     kept = sum(bool(row["kept"]) for row in rows)
-    least = "" if settings.threshold is None else f" (at least {percent(settings.threshold, 1).replace('.0', '')})"
-    said = "Boxes are as large as a word's relevance and stand in its order; outlined are the words that are kept"
-    return f"{said}{least}, {kept} of {len(rows)}. {method}{_without_box(rows)}"
+    threshold = (
+        "" if settings.threshold is None else f" (at least {format_percent(settings.threshold, 1).replace('.0', '')})"
+    )
+    reading = "Boxes are as large as a word's relevance and stand in its order; outlined are the words that are kept"
+    irrelevant = [str(row["word"]) for row in rows if row["relevance"] == 0]
+    undefined = [str(row["word"]) for row in rows if row["relevance"] is None]
+    reasons = [(irrelevant, "relevance 0"), (undefined, "undefined relevance")]
+    without = "".join(f" Without a box, at {why}: {phrase(words)}." for words, why in reasons if words)
+    return f"{reading}{threshold}, {kept} of {len(rows)}. {method}{without}"
 
 
-def _without_box(rows: list[dict[str, Any]]) -> str:
-    never = [str(row["word"]) for row in rows if row["relevance"] == 0]
-    unknown = [str(row["word"]) for row in rows if row["relevance"] is None]
-    told = [(never, "relevance 0"), (unknown, "undefined relevance")]
-    parts = [f" Without a box, at {why}: {phrase(words)}." for words, why in told if words]
-    return "".join(parts)
-
-
-def _foot(settings: TreemapSettings, rows: list[dict[str, Any]]) -> str:
-    least = "kept" if settings.threshold is None else f"at least {percent(settings.threshold, 1).replace('.0', '')}"
+def _foot_text(settings: TreemapSettings, rows: list[dict[str, Any]]) -> str:
+    threshold = (
+        "kept" if settings.threshold is None else f"at least {format_percent(settings.threshold, 1).replace('.0', '')}"
+    )
     if not any(row["kept"] for row in rows):
-        least = f"none ({least})"
-    never = sum(_size(row) == 0 for row in rows)
-    return f"Outlined: {least}." + (f"  No box: {count(never, 'word')} at 0 %." if never else "")
+        threshold = f"none ({threshold})"
+    irrelevant = sum(_size(row) == 0 for row in rows)
+    return f"Outlined: {threshold}." + (f"  No box: {count(irrelevant, 'word')} at 0 %." if irrelevant else "")
 
 
-def draw(shown: FigureData) -> Drawn:
-    """The boxes, largest first from the left upper corner; a word too long for its box is told on pointing at it."""
-    words, marking = shown.words, Marking()
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw the boxes, largest first from the left upper corner; pointing at a box tells a word that is too long for
+    it.
+    """
+    words, marks = data.words, Marks()
     width, height = float(words["width_in"]) * INCH, float(words["height_in"]) * INCH
     figure = Figure(figsize=(width / INCH, height / INCH))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
     axes.set(xlim=(0, width), ylim=(height, 0))
-    rows = [row for row in shown.rows if _size(row) > 0]
-    boxes = squarified([_size(row) for row in rows], width - 8, height - FOOT - 4)
-    colour, top = ladder(), _size(rows[0])
+    rows = [row for row in data.rows if _size(row) > 0]
+    boxes = squarify([_size(row) for row in rows], width - 8, height - FOOT - 4)
+    colour, top = shade_scale(), _size(rows[0])
     for row, box in zip(rows, boxes, strict=True):
         fill = colour(0.06 + 0.46 * _size(row) / top) if row["kept"] else "#eceff2"
-        _box(axes, marking, row, Box(box.left + 4, box.top + 4, box.width, box.height), fill)
+        _draw_box(axes, marks, row, Box(box.left + 4, box.top + 4, box.width, box.height), fill)
     axes.text(6, height - FOOT / 2 + 1, str(words["foot"]), fontsize=8, color=SOFT, va="center")
-    return Drawn(figure, marking.all())
+    return DrawnFigure(figure, marks.all())
 
 
-def _box(axes: Axes, marking: Marking, row: Row, box: Box, fill: Any) -> None:
+def _draw_box(axes: Axes, marks: Marks, row: Row, box: Box, fill: Any) -> None:
     corner, sides = (box.left + 0.8, box.top + 0.8), (max(box.width - 1.6, 0.3), max(box.height - 1.6, 0.3))
     patch = Rectangle(corner, *sides, facecolor=fill, edgecolor=PAPER, linewidth=0)
     axes.add_patch(patch)
-    marking.add(patch, told(row), str(row["word"]))
+    marks.add(patch, details(row), str(row["word"]))
     if row["kept"]:
         edge = min(1.8, box.width / 4, box.height / 4)
         inset = (corner[0] + edge / 2, corner[1] + edge / 2)
         sides = (sides[0] - edge, sides[1] - edge)
         axes.add_patch(Rectangle(inset, *sides, fill=False, edgecolor=OKABE_ITO[1], linewidth=edge))
-    ink = ink_on(fill) if row["kept"] else INK
-    _label(axes, str(row["word"]), percent(_size(row)), box, ink)
+    ink = readable_ink(fill) if row["kept"] else INK
+    _write_word(axes, str(row["word"]), format_percent(_size(row)), box, ink)
 
 
-def told(row: Row) -> tuple[tuple[str, str], ...]:
-    """What is told of a word: its relevance with the interval, what it is a share of, whether it is kept."""
-    parts = [("word", str(row["word"])), ("relevance", percent(_size(row), 1))]
+def details(row: Row) -> tuple[tuple[str, str], ...]:
+    """Return the names and values of a word's mark: relevance with its interval, what it is a share of, whether it is
+    kept.
+    """
+    parts = [("word", str(row["word"])), ("relevance", format_percent(_size(row), 1))]
     if row.get("low") is not None and row.get("high") is not None:
-        parts.append(("interval", f"{percent(to_float(row['low']), 1)} to {percent(to_float(row['high']), 1)}"))
+        parts.append(
+            ("interval", f"{format_percent(to_float(row['low']), 1)} to {format_percent(to_float(row['high']), 1)}")
+        )
     parts += [(name, str(row[name])) for name in ("ticks", "n") if row.get(name) is not None]
     return (*parts, ("kept", "yes" if row["kept"] else "no"))
 
 
-def _label(axes: Axes, word: str, share: str, box: Box, ink: str) -> None:
-    """The word as large as its box lets it be, with its per cent where there is room."""
-    best = max((_fitted(lines, share, box) for lines in broken(word, 3)), default=(0.0, "", False))
-    size, text, with_share = best
+def _write_word(axes: Axes, word: str, share: str, box: Box, ink: str) -> None:
+    """Write the word as large as its box lets it be, with its per cent where there is room."""
+    fitted = max((_fit_lines(lines, share, box) for lines in line_breaks(word, 3)), default=(0.0, "", False))
+    size, text, with_share = fitted
     if size < SMALLEST:
         return
     x, y = box.left + box.width / 2, box.top + box.height / 2
@@ -161,8 +169,8 @@ def _label(axes: Axes, word: str, share: str, box: Box, ink: str) -> None:
         axes.text(x, y + down, share, fontsize=0.72 * size, color=ink, ha="center", va="center")
 
 
-def _fitted(lines: tuple[str, ...], share: str, box: Box) -> tuple[float, str, bool]:
-    """The largest size at which these lines fit the box, at best with the per cent under them."""
+def _fit_lines(lines: tuple[str, ...], share: str, box: Box) -> tuple[float, str, bool]:
+    """Return the largest size at which these lines fit the box, at best with the per cent under them."""
     wide = max(width_pt(line, 10.0) for line in (*lines, "")) / 10 or 1.0
     room_x, room_y = box.width - 11, box.height - 8
     cap = min(LARGEST, 0.19 * math.sqrt(box.width * box.height))
@@ -185,8 +193,9 @@ class Box:
     height: float
 
 
-def squarified(sizes: Sequence[float], width: float, height: float) -> tuple[Box, ...]:
-    """A box for each size, its area in proportion, in the order given (largest first makes the squarest boxes).
+def squarify(sizes: Sequence[float], width: float, height: float) -> tuple[Box, ...]:
+    """Return a box for each size, its area in proportion, in the order given (largest first makes the squarest
+    boxes).
 
     Raises ValueError where a size is not above 0: such a box cannot be drawn.
     """
@@ -199,30 +208,30 @@ def squarified(sizes: Sequence[float], width: float, height: float) -> tuple[Box
     free, start = Box(0.0, 0.0, width, height), 0
     while start < len(areas):
         end = _row_end(areas, start, min(free.width, free.height))
-        placed, free = _laid(areas[start:end], free)
-        boxes += placed
+        row, free = _lay_row(areas[start:end], free)
+        boxes += row
         start = end
     return tuple(boxes)
 
 
 def _row_end(areas: Sequence[float], start: int, side: float) -> int:
-    """How many boxes make the row along `side` whose worst box is nearest to a square."""
-    end, worst = start + 1, _worst(areas[start : start + 1], side)
-    while end < len(areas) and (longer := _worst(areas[start : end + 1], side)) <= worst:
+    """Return how many boxes make the row along `side` whose worst box is nearest to a square."""
+    end, worst = start + 1, _worst_ratio(areas[start : start + 1], side)
+    while end < len(areas) and (longer := _worst_ratio(areas[start : end + 1], side)) <= worst:
         end, worst = end + 1, longer
     return end
 
 
-def _worst(areas: Sequence[float], side: float) -> float:
-    """The largest ratio of sides in a row of these areas along `side`."""
+def _worst_ratio(areas: Sequence[float], side: float) -> float:
+    """Return the largest ratio of sides in a row of these areas along `side`."""
     if side <= 0:
         return float("inf")
     depth = sum(areas) / side
     return max(max(depth * depth / area, area / (depth * depth)) for area in areas)
 
 
-def _laid(areas: Sequence[float], free: Box) -> tuple[list[Box], Box]:
-    """A row of boxes along the shorter side of the free rectangle, and what is free after it."""
+def _lay_row(areas: Sequence[float], free: Box) -> tuple[list[Box], Box]:
+    """Lay a row of boxes along the shorter side of the free rectangle; return it and what is free after it."""
     upright = free.width >= free.height
     side = free.height if upright else free.width
     depth = sum(areas) / side if side > 0 else 0.0

@@ -9,17 +9,29 @@ from typing import Any, Literal
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.analysis.figures.columns import in_order, numbers, pair_names, require, to_float, uniform
+from palpate.analysis.figures.columns import (
+    bipolar_names,
+    fill_columns,
+    ordered_levels,
+    read_numbers,
+    require_columns,
+    to_float,
+)
 from palpate.analysis.figures.distributions import density, summary, swarm
-from palpate.analysis.figures.figure_kind import MOST, Drawn, FigureData, FigureKind, Marking, Shown
-from palpate.analysis.figures.lettering import decimals_for, folded, number, shortened
-from palpate.analysis.figures.predictions import PredictionSettings, chosen, read_points
+from palpate.analysis.figures.figure_kind import MOST_MARKS, DrawnFigure, FigureData, FigureInput, FigureKind, Marks
+from palpate.analysis.figures.lettering import decimals_for, fold, format_number, shorten
+from palpate.analysis.figures.predictions import PredictionSettings, chosen_column, read_predictions
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
 from palpate.analysis.ratings.person_cells import texts_of
 from palpate.protocols.wording import count
+
+HALF = 0.40
+"""Half a violin, in rows."""
+WIDE_IN = 7.6
+FILL, EDGE, DOT = "#d3e4f1", "#5b93bd", OKABE_ITO[0]
 
 
 class ViolinSettings(PredictionSettings):
@@ -46,52 +58,53 @@ class ViolinSettings(PredictionSettings):
             yield Idle("attribute", "where violins are not of attributes")
 
 
-def data(shown: Shown, settings: ViolinSettings) -> FigureData:
-    """A row for each level with its n, mean, SD and quartiles (`shows`: "level"), then one for each value ("value").
+def data(inputs: FigureInput, settings: ViolinSettings) -> FigureData:
+    """Return a row for each level with its n, mean, SD and quartiles (`shows`: "level"), then one for each value
+    ("value").
 
     Raises DataRefused where a column is missing or no row has a value.
     """
-    found, left_out = _values(shown, settings)
-    levels = list(in_order(shown.selected, settings.by, {level for level, _, _ in found}))
-    told = {level: summary([value for each, _, value in found if each == level]) for level in levels}
+    values, left_out = _values(inputs, settings)
+    levels = list(ordered_levels(inputs.selected, settings.by, {level for level, _, _ in values}))
+    summaries = {level: summary([value for item, _, value in values if item == level]) for level in levels}
     if settings.order == "median":
-        levels.sort(key=lambda level: told[level]["median"] or 0.0)
+        levels.sort(key=lambda level: summaries[level]["median"] or 0.0)
     rank = {level: i for i, level in enumerate(levels)}
-    ordered = sorted(found, key=lambda each: (rank[each[0]], natural_key(each[1]), each[2]))
-    rows: list[dict[str, Any]] = [{"shows": "level", "level": level, **told[level]} for level in levels]
+    ordered = sorted(values, key=lambda item: (rank[item[0]], natural_key(item[1]), item[2]))
+    rows: list[dict[str, Any]] = [{"shows": "level", "level": level, **summaries[level]} for level in levels]
     rows += [{"shows": "value", "level": level, "stimulus": name, "value": value} for level, name, value in ordered]
-    names = pair_names(shown.selected, levels) if settings.by == settings.attribute else {}
+    names = bipolar_names(inputs.selected, levels) if settings.by == settings.attribute else {}
     words: dict[str, Any] = {
         "by": settings.by,
         "levels": levels,
         "names": names,
-        "what": _what(settings),
+        "what": _values_name(settings),
         "unit": settings.unit,
     }
     words["least"] = 0.0 if settings.value is None and not settings.signed else None
-    what = _what(settings)
+    what = _values_name(settings)
     title = settings.title or f"{what[0].upper()}{what[1:]} by {settings.by}"
-    return FigureData(uniform(rows), title, _caption(settings, left_out), words)
+    return FigureData(fill_columns(rows), title, _caption(settings, left_out), words)
 
 
-def _values(shown: Shown, settings: ViolinSettings) -> tuple[list[tuple[str, str, float]], int]:
-    """Level, stimulus and value of each row that has one, and how many rows have none."""
+def _values(inputs: FigureInput, settings: ViolinSettings) -> tuple[list[tuple[str, str, float]], int]:
+    """Return level, stimulus and value of each row that has one, and how many rows have none."""
     if settings.value is None:
-        points = read_points(settings, shown.selected, (settings.by,))
+        points = read_predictions(settings, inputs.selected, (settings.by,))
         error = (lambda x: x) if settings.signed else abs
         return [(p.labels[settings.by], p.stimulus, float(error(p.error))) for p in points.points], points.left_out
-    frame = shown.selected.table
-    stimulus = chosen(settings, "stimulus", shown.selected)
-    require(settings, frame, (settings.by, settings.value, *([stimulus] if stimulus else [])))
+    frame = inputs.selected.table
+    stimulus = chosen_column(settings, "stimulus", inputs.selected)
+    require_columns(settings, frame, (settings.by, settings.value, *([stimulus] if stimulus else [])))
     names = texts_of(frame, stimulus) if stimulus else [""] * len(frame)
-    rows = zip(texts_of(frame, settings.by), names, numbers(frame, settings.value), strict=True)
-    found = [row for row in rows if not math.isnan(row[2])]
-    if not found:
+    rows = zip(texts_of(frame, settings.by), names, read_numbers(frame, settings.value), strict=True)
+    known = [row for row in rows if not math.isnan(row[2])]
+    if not known:
         raise DataRefused(f"figure {settings.name!r}: column {settings.value!r} holds no value")
-    return found, len(frame) - len(found)
+    return known, len(frame) - len(known)
 
 
-def _what(settings: ViolinSettings) -> str:
+def _values_name(settings: ViolinSettings) -> str:
     if settings.value is not None:
         return settings.value
     return "predicted minus actual" if settings.signed else "absolute error"
@@ -100,49 +113,45 @@ def _what(settings: ViolinSettings) -> str:
 def _caption(settings: ViolinSettings, left_out: int) -> str:
     lost = f" Not shown: {count(left_out, 'row')} without a value." if left_out else ""
     return (
-        f"The distribution of the {_what(settings)} at each level of {settings.by}: every value a point, the violin its"
-        " Gaussian kernel density (Silverman's bandwidth; all violins equally high; none for fewer than three different"
-        f" values), the long line the median, the short ones the quartiles, the diamond the mean.{lost}"
+        f"The distribution of the {_values_name(settings)} at each level of {settings.by}: every value a point, the"
+        " violin its Gaussian kernel density (Silverman's bandwidth; all violins equally high; none for fewer than"
+        f" three different values), the long line the median, the short ones the quartiles, the diamond the mean.{lost}"
     )
 
 
-HALF = 0.40
-"""Half a violin, in rows."""
-WIDE_IN = 7.6
-FILL, EDGE, DOT = "#d3e4f1", "#5b93bd", OKABE_ITO[0]
-
-
-def draw(shown: FigureData) -> Drawn:
-    """A row for each level, its name at the left and its n and mean at the right."""
-    levels, by = shown.words["levels"], str(shown.words["by"])
+def draw(data: FigureData) -> DrawnFigure:
+    """Draw a row for each level, its name at the left and its n and mean at the right."""
+    levels, by = data.words["levels"], str(data.words["by"])
     high = 0.62 if len(levels) <= 12 else 0.42 if len(levels) <= 30 else 0.3
     figure = Figure(figsize=(WIDE_IN, high * len(levels) + 0.75), layout="constrained")
-    axes, marking = figure.add_subplot(), Marking()
-    values = [row for row in shown.rows if row["shows"] == "value"]
+    axes, marks = figure.add_subplot(), Marks()
+    values = [row for row in data.rows if row["shows"] == "value"]
     numbers = [to_float(row["value"]) for row in values]
-    low, most = min([*numbers, *([shown.words["least"]] if shown.words["least"] is not None else [])]), max(numbers)
+    low, most = min([*numbers, *([data.words["least"]] if data.words["least"] is not None else [])]), max(numbers)
     span = (most - low) or abs(most) or 1.0
     axes.set(xlim=(low - 0.03 * span, most + 0.03 * span), ylim=(len(levels) - 0.45, -0.55))
     digits = decimals_for(numbers)
     for place, level in enumerate(levels):
-        told = next(row for row in shown.rows if row["shows"] == "level" and row["level"] == level)
-        of = [row for row in values if row["level"] == level]
-        _violin(axes, of, place, shown.words["least"])
-        _dots(axes, marking, of, place, _diameter(axes, figure), str(shown.words["what"]), by, len(values) <= MOST)
-        _summary(axes, marking, told, place, str(level), digits)
-    _names(axes, shown, levels)
-    return Drawn(figure, marking.all())
+        summary_row = next(row for row in data.rows if row["shows"] == "level" and row["level"] == level)
+        own = [row for row in values if row["level"] == level]
+        _draw_violin(axes, own, place, data.words["least"])
+        _draw_dots(
+            axes, marks, own, place, _diameter(axes, figure), str(data.words["what"]), by, len(values) <= MOST_MARKS
+        )
+        _draw_summary(axes, marks, summary_row, place, str(level), digits)
+    _write_names(axes, data, levels)
+    return DrawnFigure(figure, marks.all())
 
 
 def _diameter(axes: Axes, figure: Figure) -> tuple[float, float]:
-    """How large a point is, in values and in rows."""
+    """Return how large a point is, in values and in rows."""
     wide, tall = figure.get_size_inches()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     dot_in = 0.055
     return dot_in * (right - left) / (0.68 * wide), dot_in * (bottom - top) / (tall - 0.6)
 
 
-def _violin(axes: Axes, rows: Sequence[Row], place: int, least: float | None) -> None:
+def _draw_violin(axes: Axes, rows: Sequence[Row], place: int, least: float | None) -> None:
     at, heights = density([to_float(row["value"]) for row in rows], least)
     if len(at):
         axes.fill_between(at, place - HALF * heights, place + HALF * heights, color=FILL, linewidth=0, zorder=1)
@@ -150,9 +159,9 @@ def _violin(axes: Axes, rows: Sequence[Row], place: int, least: float | None) ->
             axes.plot(at, place + sign * HALF * heights, color=EDGE, linewidth=0.7, zorder=1.1)
 
 
-def _dots(
+def _draw_dots(
     axes: Axes,
-    marking: Marking,
+    marks: Marks,
     rows: Sequence[Row],
     place: int,
     size: tuple[float, float],
@@ -175,39 +184,36 @@ def _dots(
         return
     for row, value, a in zip(rows, values, aside, strict=True):
         (dot,) = axes.plot([value], [place + a], zorder=2, **look)
-        names = list(
-            {
-                str(row[of]): (name, str(row[of])) for name, of in (("stimulus", "stimulus"), (by, "level")) if row[of]
-            }.values()
-        )
-        marking.add(dot, (*names, (what, number(value, decimals_for([value])))), str(row["stimulus"] or ""))
+        labels = [(name, str(row[column])) for name, column in (("stimulus", "stimulus"), (by, "level")) if row[column]]
+        names = {text: (name, text) for name, text in labels}.values()
+        marks.add(dot, (*names, (what, format_number(value, decimals_for([value])))), str(row["stimulus"] or ""))
 
 
-def _summary(axes: Axes, marking: Marking, told: Row, place: int, level: str, digits: int) -> None:
+def _draw_summary(axes: Axes, marks: Marks, row: Row, place: int, level: str, digits: int) -> None:
     for name, reach, wide in (("q1", 0.20, 1.1), ("median", 0.32, 2.2), ("q3", 0.20, 1.1)):
-        at = to_float(told[name])
+        at = to_float(row[name])
         axes.plot([at, at], [place - reach, place + reach], color=INK, linewidth=wide, zorder=3, solid_capstyle="butt")
-    mean = to_float(told["mean"])
+    mean = to_float(row["mean"])
     look: dict[str, Any] = {"markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.1, "markersize": 5.5}
     (diamond,) = axes.plot([mean], [place], marker="D", linestyle="", zorder=4, **look)
-    parts = [(name, number(to_float(told[name]), digits)) for name in ("mean", "median", "q1", "q3")]
-    marking.add(diamond, (("level", level), ("n", str(told["n"])), *parts), level)
-    text = f"{number(mean, digits)}   n {told['n']}"
+    parts = [(name, format_number(to_float(row[name]), digits)) for name in ("mean", "median", "q1", "q3")]
+    marks.add(diamond, (("level", level), ("n", str(row["n"])), *parts), level)
+    text = f"{format_number(mean, digits)}   n {row['n']}"
     axes.text(1.015, place, text, transform=axes.get_yaxis_transform(), va="center", fontsize=8, color=SOFT)
 
 
-def _names(axes: Axes, shown: FigureData, levels: Sequence[str]) -> None:
+def _write_names(axes: Axes, data: FigureData, levels: Sequence[str]) -> None:
     few = len(levels) <= 30
-    named = [shown.words["names"].get(level, level) for level in levels]
-    written = [folded(name, 26) if few else shortened(name, 30) for name in named]
+    names = [data.words["names"].get(level, level) for level in levels]
+    written = [fold(name, 26) if few else shorten(name, 30) for name in names]
     axes.set_yticks(range(len(levels)), written, fontsize=9 if few else 7)
     axes.text(1.015, -0.6, "mean", transform=axes.get_yaxis_transform(), fontsize=7.5, color=SOFT, va="bottom")
-    unit = f" ({shown.words['unit']})" if shown.words["unit"] else ""
-    axes.set_xlabel(f"{shown.words['what']}{unit}")
+    unit = f" ({data.words['unit']})" if data.words["unit"] else ""
+    axes.set_xlabel(f"{data.words['what']}{unit}")
     axes.grid(visible=True, axis="x", color=FAINT)
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
-    if shown.words["least"] is None and axes.get_xlim()[0] < 0 < axes.get_xlim()[1]:
+    if data.words["least"] is None and axes.get_xlim()[0] < 0 < axes.get_xlim()[1]:
         axes.axvline(0, color=SOFT, linewidth=0.8, zorder=0.5)
 
 

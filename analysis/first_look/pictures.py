@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.analysis.figures.figure_kind import Drawn, FigureData, Shown
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput
 from palpate.analysis.plans.selecting import all_ratings
 from palpate.analysis.ratings.dataset import Ratings
 from palpate.analysis.ratings.describe import describe
@@ -21,7 +21,7 @@ class Picture:
 
     name: str
     data: FigureData
-    draw: Callable[[FigureData], Drawn]
+    draw: Callable[[FigureData], DrawnFigure]
 
 
 def shown_factors(ratings: Ratings) -> tuple[str, ...]:
@@ -43,17 +43,17 @@ def pictures(ratings: Ratings) -> Iterator[Picture]:
     The trends are drawn without whiskers: those of the means are in the figure before. Raises DataRefused where a level
     belongs to two families.
     """
-    from palpate.analysis.figures.means import MEANS, Means
-    from palpate.analysis.figures.trends import TRENDS, Trends
+    from palpate.analysis.figures.means import MEANS, MeansSettings
+    from palpate.analysis.figures.trends import TRENDS, TrendsSettings
 
     factors = shown_factors(ratings)
     if not factors:
         return
-    shown, asked = Shown(all_ratings(ratings)), {"by": factors, "families": _families(ratings)}
-    means = MEANS.data(shown, Means(name="means", figure="means", **asked))
+    shown, asked = FigureInput(all_ratings(ratings)), {"by": factors, "families": _families(ratings)}
+    means = MEANS.data(shown, MeansSettings(name="means", figure="means", **asked))
     yield Picture("means", means, MEANS.draw)
     if _follow_each_other(means.words["levels"]):
-        trends = Trends(name="trends", figure="trends", whiskers="none", **asked)
+        trends = TrendsSettings(name="trends", figure="trends", whiskers="none", **asked)
         yield Picture("trends", TRENDS.data(shown, trends), TRENDS.draw)
 
 

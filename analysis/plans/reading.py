@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from palpate.analysis.figures.figure_kind import AskedFigure
+from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import Asked
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.schema import AnalysisPlan
@@ -35,7 +35,7 @@ class Plan:
     sha256: str
     declared: AnalysisPlan
     tests: tuple[Asked, ...]
-    figures: tuple[AskedFigure, ...]
+    figures: tuple[FigureSettings, ...]
     document: Document
 
     def complaint(self, problems: Sequence[Problem]) -> PlanError:
@@ -81,7 +81,7 @@ def _test_settings(name: str) -> type[Asked] | None:
     return TESTS[name].settings if name in TESTS else None
 
 
-def _figure_settings(name: str) -> type[AskedFigure] | None:
+def _figure_settings(name: str) -> type[FigureSettings] | None:
     return FIGURES[name].settings if name in FIGURES else None
 
 
@@ -108,7 +108,7 @@ def _asked(
             problems += [Problem((section, place, *p.path), p.message) for p in translated(error, model)]
 
 
-def _names(asked: Sequence[Asked | AskedFigure], section: str) -> Iterator[Problem]:
+def _names(asked: Sequence[Asked | FigureSettings], section: str) -> Iterator[Problem]:
     seen: set[str] = set()
     for place, each in enumerate(asked):
         if not each.name.replace("_", "").replace("-", "").isalnum() or not each.name.isascii():
@@ -118,14 +118,14 @@ def _names(asked: Sequence[Asked | AskedFigure], section: str) -> Iterator[Probl
         seen.add(each.name.casefold())
 
 
-def _links(declared: AnalysisPlan, tests: Sequence[Asked], figures: Sequence[AskedFigure]) -> Iterator[Problem]:
+def _links(declared: AnalysisPlan, tests: Sequence[Asked], figures: Sequence[FigureSettings]) -> Iterator[Problem]:
     """What is named by another part of the plan exists: tests that a figure shows, tables that are used."""
     names = [each.name for each in tests]
     for place, figure in enumerate(figures):
         for n, wanted in enumerate(figure.tests):
             if wanted not in names:
                 yield Problem(("figures", place, "tests", n), f"no test {wanted!r}; {nearest(wanted, names)}")
-    both: tuple[tuple[str, Sequence[Asked | AskedFigure]], ...] = (("tests", tests), ("figures", figures))
+    both: tuple[tuple[str, Sequence[Asked | FigureSettings]], ...] = (("tests", tests), ("figures", figures))
     for section, asked in both:
         for place, each in enumerate(asked):
             if each.table is not None and each.table not in declared.tables:

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import pandas as pd
 
-from palpate.analysis.figures.figure_kind import AskedFigure
+from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import FACTORS, Asked, Normalise, Selected, Takes, columns_named
 from palpate.analysis.plans.exclusions import matching
 from palpate.analysis.plans.material import OF_A_RATING, Material
@@ -50,7 +50,7 @@ class Selecting:
             self._faults[by_session] = Faults() if none or ratings is None else cell_faults(ratings, by_session)
         return self._faults[by_session]
 
-    def of(self, asked: Asked | AskedFigure, takes: Takes) -> Selected:
+    def of(self, asked: Asked | FigureSettings, takes: Takes) -> Selected:
         """The rows that are asked about, all outcomes together. Raises DataRefused where there are none."""
         takes = "table" if asked.table is not None else asked.source or takes
         table, scale = self._table(asked, takes)
@@ -84,7 +84,7 @@ class Selecting:
         """Return the trials of the study, with the columns of people and sessions that a `where` names."""
         return self.material.people.added(self.material.trials, tuple(where))
 
-    def _of_people(self, asked: Asked | AskedFigure, table: pd.DataFrame) -> tuple[pd.DataFrame, tuple[str, ...]]:
+    def _of_people(self, asked: Asked | FigureSettings, table: pd.DataFrame) -> tuple[pd.DataFrame, tuple[str, ...]]:
         """The rows of `where`, with the columns of people and sessions that are asked for, and who is left out.
 
         Left out are those who did not answer a question that is a column.
@@ -114,7 +114,7 @@ class Selecting:
 
     def _selected(
         self,
-        asked: Asked | AskedFigure,
+        asked: Asked | FigureSettings,
         table: pd.DataFrame,
         outcomes: tuple[str, ...],
         scale: tuple[float, float] | None,
@@ -139,7 +139,7 @@ class Selecting:
             tables=self.tables,
         )
 
-    def _table(self, asked: Asked | AskedFigure, takes: Takes) -> tuple[pd.DataFrame, Scale]:
+    def _table(self, asked: Asked | FigureSettings, takes: Takes) -> tuple[pd.DataFrame, Scale]:
         if takes == "table":
             if asked.table is None:
                 raise DataRefused(f"{asked.name!r} needs a table of the plan's own; name it with `table`")
@@ -161,7 +161,7 @@ class Selecting:
 
         return normalised(ratings.table, scale, how)
 
-    def _outcomes(self, asked: Asked | AskedFigure, table: pd.DataFrame, takes: Takes) -> tuple[str, ...]:
+    def _outcomes(self, asked: Asked | FigureSettings, table: pd.DataFrame, takes: Takes) -> tuple[str, ...]:
         ratings = self.material.ratings
         if takes == "ratings" and ratings is not None:
             known = ratings.attributes

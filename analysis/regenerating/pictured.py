@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from palpate.analysis.figures.figure_kind import AskedFigure, FigureData, Mark, Shown
+from palpate.analysis.figures.figure_kind import FigureData, FigureInput, FigureSettings, Mark
 from palpate.analysis.figures.style import drawing, save, svg_text
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.idle import effective, idle_notes
@@ -19,7 +19,7 @@ from palpate.protocols.progress import Progress
 class Pictured:
     """A figure of the plan with its data, or with the reason why there is none."""
 
-    asked: AskedFigure
+    asked: FigureSettings
     data: FigureData | None
     refused: str = ""
 
@@ -37,14 +37,14 @@ def picture_data(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer
     return tuple(_pictured(selecting, answers, asked) for asked in selecting.plan.figures)
 
 
-def _pictured(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]], asked: AskedFigure) -> Pictured:
+def _pictured(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]], asked: FigureSettings) -> Pictured:
     kind = FIGURES[asked.figure]
     settings = effective(asked, kind)
     try:
         lacking = [name for name in settings.tests if name not in answers]
         if lacking:
             return Pictured(asked, None, f"it shows the test {lacking[0]!r}, which has no answer")
-        shown = Shown(selecting.of(settings, kind.takes), {name: answers[name] for name in settings.tests})
+        shown = FigureInput(selecting.of(settings, kind.takes), {name: answers[name] for name in settings.tests})
         data = kind.data(shown, settings)
         data = replace(data, caption=" ".join((data.caption, *idle_notes(asked, kind))))
     except ValueError as refusal:
@@ -62,7 +62,7 @@ def draw_all(
     progress(len(pictured), len(pictured), "")
 
 
-def _drawn(asked: AskedFigure, data: FigureData, folder: Path | None) -> Picture:
+def _drawn(asked: FigureSettings, data: FigureData, folder: Path | None) -> Picture:
     with drawing(asked.name):
         drawn = FIGURES[asked.figure].draw(data)
         files = save(drawn.figure, folder, asked.name) if folder is not None else []

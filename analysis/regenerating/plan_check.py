@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from palpate.analysis.figures.figure_kind import AskedFigure, FigureKind
+from palpate.analysis.figures.figure_kind import FigureKind, FigureSettings
 from palpate.analysis.plans.answers import COLUMNS, Asked, Kind, Takes, columns_named
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
@@ -42,7 +42,7 @@ def check_against_study(wanted: Wanted, plan: Plan) -> None:
         form = lab_forms(study, wanted.lab, live=False) if "demographics" in study.opening else None
         design = study_columns(study, form.questions if form is not None else ())
         columns, outcomes = _known(design)
-    both: tuple[tuple[str, Sequence[Asked | AskedFigure]], ...] = (("tests", plan.tests), ("figures", plan.figures))
+    both: tuple[tuple[str, Sequence[Asked | FigureSettings]], ...] = (("tests", plan.tests), ("figures", plan.figures))
     problems = [
         Problem((section, place, *problem.path), problem.message)
         for section, asked in both
@@ -60,7 +60,7 @@ def refuse_idle_settings(plan: Plan) -> None:
 
     `regenerate` reads such a plan all the same, with a note beside the answer.
     """
-    both: tuple[tuple[str, Sequence[Asked | AskedFigure]], ...] = (("tests", plan.tests), ("figures", plan.figures))
+    both: tuple[tuple[str, Sequence[Asked | FigureSettings]], ...] = (("tests", plan.tests), ("figures", plan.figures))
     problems = [
         Problem((section, place, idle.name), f"{idle.name} has no effect {idle.where}; leave it out")
         for section, asked in both
@@ -121,16 +121,16 @@ def _rule_problems(rules: Sequence[Rule], columns: Mapping[str, Collection[str]]
                 yield Problem(at, f"the study has no column {column!r}; {nearest(column, columns)}")
 
 
-def _takes(asked: Asked | AskedFigure) -> Takes:
+def _takes(asked: Asked | FigureSettings) -> Takes:
     return asked.source or _kind_of(asked).takes
 
 
-def _kind_of(asked: Asked | AskedFigure) -> Kind | FigureKind:
+def _kind_of(asked: Asked | FigureSettings) -> Kind | FigureKind:
     return TESTS[asked.test] if isinstance(asked, Asked) else FIGURES[asked.figure]
 
 
 def _problems(
-    asked: Asked | AskedFigure,
+    asked: Asked | FigureSettings,
     takes: Takes,
     columns: Mapping[str, Collection[str]],
     outcomes: Mapping[Takes, Collection[str]],

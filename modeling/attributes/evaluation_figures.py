@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.analysis.figures.figure_kind import FigureKind, Shown
+from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
 from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.attributes import evaluation_words as words
@@ -123,7 +123,7 @@ def _shown(kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], found: 
     table = pd.DataFrame(list(rows))
     levels = {"attribute": tuple(names_of(found)), "class": tuple(dict.fromkeys(table["class"]))}
     settings = kind.settings.model_validate(asked)
-    shown = kind.data(Shown(Selected(table, table.iloc[:0], tuple(names_of(found)), levels)), settings)
+    shown = kind.data(FigureInput(Selected(table, table.iloc[:0], tuple(names_of(found)), levels)), settings)
     with drawing(settings.name):
         drawn = kind.draw(shown)
         svg, _ = save(drawn.figure, folder, settings.name)

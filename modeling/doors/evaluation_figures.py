@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.analysis.figures.figure_kind import FigureKind, Shown
+from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import drawing, save
 from palpate.analysis.reports.drawn import Pictured, drawn_figure
 from palpate.modeling.doors.evaluating_gathered import Gathered
@@ -78,7 +78,7 @@ def _shown(
     kind: FigureKind, asked: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], found: Gathered, folder: Path
 ) -> Pictured:
     settings = kind.settings.model_validate(asked)
-    shown = kind.data(Shown(_selected(rows, found)), settings)
+    shown = kind.data(FigureInput(_selected(rows, found)), settings)
     with drawing(settings.name):
         drawn = kind.draw(shown)
         svg, _ = save(drawn.figure, folder, settings.name)

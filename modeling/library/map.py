@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.patches import Circle
 
 from palpate.analysis.figures.bubbles import SPACE, draw
-from palpate.analysis.figures.figure_kind import Drawn, FigureData
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData
 from palpate.analysis.figures.style import INK, PAPER, SOFT, drawing, save
 from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, felt
 from palpate.modeling.library.writing import demand_folder
@@ -64,7 +64,7 @@ def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | 
     return row
 
 
-def draw_map(data: FigureData, found: Collection[str] = ()) -> Drawn:
+def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
     """The plane; what was found in full colour with a red edge, the rest faded (call it within `drawing`)."""
     drawn = draw(data)
     axes = drawn.figure.axes[0]

@@ -17,7 +17,7 @@ from pathlib import Path
 import pandas as pd
 from sqlalchemy import create_engine, text
 
-from palpate.analysis.figures.figure_kind import FigureKind, Shown
+from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import drawing
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.kinds import FIGURES, TESTS
@@ -54,7 +54,7 @@ def nothing() -> Selected:
     return Selected(table=empty, trials=empty, outcomes=(), levels={})
 
 
-def treemap(lab: Path) -> Shown:
+def treemap(lab: Path) -> FigureInput:
     """The relevance of the words that were ticked at the six doors."""
     study = read_study(find("door_adjectives", lab)).study
     sql = "SELECT session, trial, stimulus FROM trials WHERE session LIKE 'door_adjectives/%' AND practice = 0"
@@ -69,49 +69,51 @@ def treemap(lab: Path) -> Shown:
         offered=tuple(word.word for word in study.adjectives.words),
     )
     kind = TESTS["relevance"]
-    asked = kind.settings(name="relevance", test="relevance", normalisation="share_of_trials", threshold=0.2)
-    return Shown(chosen, {"relevance": {"": kind.answer(chosen, asked)}})
+    settings = kind.settings(name="relevance", test="relevance", normalisation="share_of_trials", threshold=0.2)
+    return FigureInput(chosen, {"relevance": {"": kind.answer(chosen, settings)}})
 
 
-def similarity(lab: Path) -> Shown:
+def similarity(lab: Path) -> FigureInput:
     """The ratings of likeness, and the paired tests between methods over all textures."""
     ratings = replace(rated(lab, "texture_similarity"), outcomes=("Similarity",))
     kind = TESTS["pairs"]
-    asked = kind.settings(name="methods", test="pairs", factor="method", correction="bonferroni")
-    return Shown(ratings, {"methods": {"": kind.answer(ratings, asked)}})
+    settings = kind.settings(name="methods", test="pairs", factor="method", correction="bonferroni")
+    return FigureInput(ratings, {"methods": {"": kind.answer(ratings, settings)}})
 
 
-def matching(lab: Path) -> Shown:
-    return Shown(rated(lab, "door_matching"))
+def matching(lab: Path) -> FigureInput:
+    return FigureInput(rated(lab, "door_matching"))
 
 
-def questionnaire(lab: Path) -> Shown:
+def questionnaire(lab: Path) -> FigureInput:
     """The five statements after making doors."""
     sql = "SELECT session, form, item AS attribute, number AS value FROM answers WHERE session LIKE 'door_authoring/%'"
     table = query(lab, sql)
     table["participant"] = table["session"].str.split("/").str[1]
-    return Shown(replace(nothing(), table=table, levels={"attribute": tuple(dict.fromkeys(table["attribute"]))}))
+    return FigureInput(replace(nothing(), table=table, levels={"attribute": tuple(dict.fromkeys(table["attribute"]))}))
 
 
-def space(lab: Path) -> Shown:
+def space(lab: Path) -> FigureInput:
     """The textures' map from their mean ratings, its ellipses from resampled participants, and the attributes in it."""
     ratings, answers = rated(lab, "texture_ratings"), {}
     for name, more in (("mds", {"starts": 4, "replications": 100, "reference": 0}), ("vectors", {"starts": 4})):
         kind = TESTS[name]
         answers[name] = {"": kind.answer(ratings, kind.settings(name=name, test=name, **more))}
-    return Shown(ratings, answers)
+    return FigureInput(ratings, answers)
 
 
-def predictions(lab: Path) -> Shown:
+def predictions(lab: Path) -> FigureInput:
     """Each texture's mean ratings, predicted by the mean of the other textures of its class (of all where alone)."""
     ratings = rated(lab, "texture_ratings")
     by = ratings.table.groupby(["attribute", "stimulus", "class"])["value"]
-    found = by.agg(actual="mean", sd="std").reset_index()
-    return Shown(replace(ratings, table=found.assign(predicted=[_others(found, row) for _, row in found.iterrows()])))
+    means = by.agg(actual="mean", sd="std").reset_index()
+    return FigureInput(
+        replace(ratings, table=means.assign(predicted=[_others(means, row) for _, row in means.iterrows()]))
+    )
 
 
-def _others(found: pd.DataFrame, row: pd.Series) -> float:
-    others = found[(found["attribute"] == row["attribute"]) & (found["stimulus"] != row["stimulus"])]
+def _others(means: pd.DataFrame, row: pd.Series) -> float:
+    others = means[(means["attribute"] == row["attribute"]) & (means["stimulus"] != row["stimulus"])]
     alike = others[others["class"] == row["class"]]
     return float((alike if len(alike) else others)["actual"].mean())
 
@@ -130,16 +132,16 @@ SHOWN = {
 }
 
 
-def save(kind: FigureKind, shown: Shown, settings: dict, to: Path) -> str:
+def save(kind: FigureKind, inputs: FigureInput, settings: dict, to: Path) -> str:
     """Draw one figure; gives its caption."""
     from PIL import Image
 
     with drawing(to.stem):
-        made = kind.data(shown, kind.settings(name="shown", **settings))
-        drawn, buffer = kind.draw(made), io.BytesIO()
+        data = kind.data(inputs, kind.settings(name="shown", **settings))
+        drawn, buffer = kind.draw(data), io.BytesIO()
         drawn.figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
     Image.open(buffer).convert("RGB").save(to, optimize=True)
-    return f"{len(made.rows)} rows, {len(drawn.marks)} marks, {to.stat().st_size // 1000} kB\n{made.caption}"
+    return f"{len(data.rows)} rows, {len(drawn.marks)} marks, {to.stat().st_size // 1000} kB\n{data.caption}"
 
 
 def main() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from palpate.analysis.figures.figure_kind import Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind
 from palpate.analysis.figures.style import drawing, svg_text
 from palpate.analysis.plans.answers import Answer, Selected
 
@@ -20,17 +20,17 @@ def answer(rows: list[dict], method: str = "Made by hand.", **more: object) -> A
     return Answer(tuple(rows), method, {}, participants=2, values=len(rows), **more)  # type: ignore[arg-type]
 
 
-def shown(table: pd.DataFrame = NOTHING, answers: dict | None = None, **more: object) -> Shown:
-    return Shown(selected(table, **more), {name: {"": each} for name, each in (answers or {}).items()})
+def inputs_of(table: pd.DataFrame = NOTHING, answers: dict | None = None, **more: object) -> FigureInput:
+    return FigureInput(selected(table, **more), {name: {"": result} for name, result in (answers or {}).items()})
 
 
-def asked(kind: FigureKind, given: Shown, **settings: object) -> FigureData:
+def data_of(kind: FigureKind, inputs: FigureInput, **settings: object) -> FigureData:
     """The data of a figure of that kind."""
     name = kind.settings.model_fields["figure"].annotation.__args__[0]  # type: ignore[union-attr]
-    return kind.data(given, kind.settings(name="made", figure=name, **settings))
+    return kind.data(inputs, kind.settings(name="made", figure=name, **settings))
 
 
-def svg(kind: FigureKind, data: FigureData) -> tuple[str, Drawn]:
+def draw_svg(kind: FigureKind, data: FigureData) -> tuple[str, DrawnFigure]:
     """The drawing as SVG, and its marks."""
     with drawing(data.title):
         drawn = kind.draw(data)

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.analysis.figures.level_means import Places
-from palpate.analysis.figures.rating_axes import spread
+from palpate.analysis.figures.level_means import LevelPlaces
+from palpate.analysis.figures.rating_axes import move_apart
 from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
 from palpate.analysis.first_look.pictures import Picture, pictures
 from palpate.analysis.ratings.dataset import DataRefused, Ratings
@@ -22,14 +22,14 @@ from palpate.analysis.ratings.describe import describe
 from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed
 
 
-def shown(ratings: Ratings, name: str = "means") -> Picture:
-    return {each.name: each for each in pictures(ratings)}[name]
+def report_picture(ratings: Ratings, name: str = "means") -> Picture:
+    return {picture.name: picture for picture in pictures(ratings)}[name]
 
 
 def drawn(ratings: Ratings, name: str = "means") -> Figure:
-    each = shown(ratings, name)
+    picture = report_picture(ratings, name)
     with drawing("test"):
-        return each.draw(each.data).figure
+        return picture.draw(picture.data).figure
 
 
 def bars(axes: Axes) -> list[float]:
@@ -47,14 +47,14 @@ def test_every_bar_is_a_described_mean_and_every_whisker_its_sd() -> None:
 
 @pytest.mark.parametrize("ratings", [door_ratings(people=2), reasoning()], ids=["doors", "reasoning"])
 def test_the_figures_show_the_described_numbers_to_the_last_digit_but_one(ratings: Ratings) -> None:
-    for each in pictures(ratings):
-        by = ["attribute", *each.data.words["by"]]
+    for picture in pictures(ratings):
+        by = ["attribute", *picture.data.words["by"]]
         expected = describe(ratings, by, kind="over participants").to_dict("records")
         for name in (*by, "n", "ratings_min", "ratings_max"):
-            assert [row[name] for row in each.data.rows] == [row[name] for row in expected]
+            assert [row[name] for row in picture.data.rows] == [row[name] for row in expected]
         for name in ("mean", "sd"):
             close = pytest.approx([row[name] for row in expected], rel=4.5e-16, abs=0.0)
-            assert [row[name] for row in each.data.rows] == close
+            assert [row[name] for row in picture.data.rows] == close
 
 
 def test_each_panel_holds_its_own_attribute() -> None:
@@ -86,29 +86,29 @@ def test_the_trends_have_no_whiskers_and_the_caption_says_so() -> None:
     ratings = door_ratings(people=2)
     lacking = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
     assert not any(axes.collections for axes in drawn(lacking, "trends").axes)
-    assert "Their spread is not drawn here." in shown(lacking, "trends").data.caption
+    assert "Their spread is not drawn here." in report_picture(lacking, "trends").data.caption
 
 
 def test_the_original_is_the_reference_and_an_import_has_none() -> None:
     doors, imported = door_ratings(people=1, attributes=1), reasoning()
-    assert Places(shown(doors).data.words).reference == ("g0",)
-    assert Places(shown(imported).data.words).reference is None
+    assert LevelPlaces(report_picture(doors).data.words).reference == ("g0",)
+    assert LevelPlaces(report_picture(imported).data.words).reference is None
 
 
 def test_two_within_factors_make_families_of_the_first() -> None:
     ratings = reasoning()
-    places = Places(shown(ratings).data.words)
+    places = LevelPlaces(report_picture(ratings).data.words)
     assert list(places.members) == ["AC", "DA", "MP", "MT"]
     assert [places.written[key] for key in places.members["AC"]] == ["implausible", "plausible"]
     assert len(drawn(ratings).axes[0].patches) == 8
-    assert "Lines join the levels of one inference." in shown(ratings, "trends").data.caption
+    assert "Lines join the levels of one inference." in report_picture(ratings, "trends").data.caption
 
 
 def test_levels_that_no_family_gathers_have_no_trends() -> None:
     doors = door_ratings(people=1, attributes=1)
     for families in ("", "variant"):
-        assert [each.name for each in pictures(replace(doors, families=families))] == ["means"]
-    assert [each.name for each in pictures(doors)] == ["means", "trends"]
+        assert [picture.name for picture in pictures(replace(doors, families=families))] == ["means"]
+    assert [picture.name for picture in pictures(doors)] == ["means", "trends"]
 
 
 def test_equal_numbers_give_equal_bytes_whatever_was_drawn_before(tmp_path: Path) -> None:
@@ -116,8 +116,8 @@ def test_equal_numbers_give_equal_bytes_whatever_was_drawn_before(tmp_path: Path
     written = []
     for run in ("a", "b"):
         with drawing("means"):
-            each = shown(ratings)
-            paths = save(each.draw(each.data).figure, tmp_path / run, "means")
+            picture = report_picture(ratings)
+            paths = save(picture.draw(picture.data).figure, tmp_path / run, "means")
         written.append([path.read_bytes() for path in paths])
         drawn(reasoning())
     assert written[0] == written[1]
@@ -133,16 +133,16 @@ def test_drawing_leaves_the_users_settings_alone() -> None:
 def test_a_name_is_text_and_nothing_else() -> None:
     ratings = renamed(door_ratings(people=1, attributes=2), "Hard-to-pull", "<script>$x^{2}$ -->")
     with drawing("test"):
-        each = shown(ratings)
-        svg = svg_text(each.draw(each.data).figure)
+        picture = report_picture(ratings)
+        svg = svg_text(picture.draw(picture.data).figure)
     assert "<script" not in svg
     assert "<script" not in inline_svg(svg, "f1")
 
 
 def test_an_inline_svg_has_ids_of_its_own_and_no_size() -> None:
     with drawing("test"):
-        each = shown(reasoning())
-        svg = svg_text(each.draw(each.data).figure)
+        picture = report_picture(reasoning())
+        svg = svg_text(picture.draw(picture.data).figure)
     inline = inline_svg(svg, "f7")
     head = inline[: inline.index(">")]
     assert inline.startswith("<svg ") and "height=" not in head and "width=" not in head and "viewBox=" in head
@@ -156,7 +156,7 @@ def test_one_participant_has_a_bar_and_no_whisker() -> None:
     axes = drawn(one).axes[0]
     assert len(axes.patches) == 15
     assert not axes.collections
-    assert "15 of 15 means have no whisker: one participant has no spread." in shown(one).data.caption
+    assert "15 of 15 means have no whisker: one participant has no spread." in report_picture(one).data.caption
 
 
 def test_a_level_in_two_families_is_refused() -> None:
@@ -170,14 +170,14 @@ def test_a_level_in_two_families_is_refused() -> None:
 
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=12), st.floats(0.1, 3))
 def test_spread_labels_never_overlap_and_keep_their_order(heights: list[float], step: float) -> None:
-    placed = spread(heights, step)
+    placed = move_apart(heights, step)
     order = sorted(range(len(heights)), key=lambda i: (heights[i], i))
     gaps = [placed[b] - placed[a] for a, b in itertools.pairwise(order)]
     assert all(gap >= step * (1 - 1e-9) for gap in gaps)
 
 
 def test_labels_with_room_stay_where_they_are() -> None:
-    assert spread([3.0, -4.0, 0.0], 1.0) == [3.0, -4.0, 0.0]
+    assert move_apart([3.0, -4.0, 0.0], 1.0) == [3.0, -4.0, 0.0]
 
 
 def test_the_key_says_over_how_many_participants() -> None:

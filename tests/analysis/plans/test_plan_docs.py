@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.analysis.figures.figure_kind import AskedFigure
+from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import Asked
 from palpate.analysis.plans.schema import AnalysisPlan, Rule
@@ -32,7 +32,7 @@ def test_every_setting_of_every_kind_of_test_is_in_its_row(name):
 def test_every_kind_of_figure_has_its_section_with_its_settings_and_a_picture(name):
     sections = re.split(r"^## ", FIGURES, flags=re.M)
     section = next(each for each in sections if each.split("\n", 1)[0].strip().strip("`").startswith(name))
-    for setting in own(kinds.FIGURES[name].settings, AskedFigure):
+    for setting in own(kinds.FIGURES[name].settings, FigureSettings):
         assert f"`{setting}`" in section, setting
     picture = re.search(r"\]\(\.\./(pictures/\S+\.png)\)", section)
     assert picture and (DOCS.parent / picture[1]).is_file()
