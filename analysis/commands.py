@@ -93,7 +93,7 @@ def analyse(
         _demand_no_other_option()
         _analyse_codes(wanted, codes, as_json)
         return
-    from palpate.analysis.first_look.report import save_figures
+    from palpate.analysis.first_look.page import save_figures
     from palpate.analysis.first_look.results import write_results
     from palpate.protocols.files import staged_files
 
@@ -168,7 +168,7 @@ def report(wanted: Wanted, missing: Missing, to: Path | None, as_json: bool) -> 
 
     Example: palpate report door_ratings --lab LAB
     """
-    from palpate.analysis.first_look.report import write_report
+    from palpate.analysis.first_look.page import write_report
 
     with progress_bar(as_json) as progress:
         found = _analysed(wanted, missing, progress)
@@ -264,7 +264,7 @@ def _show_data(console: Console, found: Analysed) -> None:
 
     from palpate.analysis.first_look.page_data import inclusions
     from palpate.analysis.ratings.notes import data_notes
-    from palpate.analysis.reports.numbers import count
+    from palpate.protocols.wording import count
 
     ratings, design = found.ratings, found.design
     people = f"{count(len(ratings.participants), 'participant')}, {count(len(ratings.table), 'rating')}"

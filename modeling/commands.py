@@ -192,7 +192,7 @@ def _show(found: Evaluation, page: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from palpate.analysis.reports.blocks import written
+    from palpate.analysis.reports.numbers import written
     from palpate.analysis.reports.terminal import print_banners
     from palpate.modeling.doors.evaluation_parts import banners, reached
 

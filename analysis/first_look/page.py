@@ -1,80 +1,153 @@
-"""What stands on a report's page, as plain data: texts and tables, nothing of HTML."""
+"""The report of a first look: one HTML file that needs nothing else, the same bytes for the same inputs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from pathlib import Path
 
+from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
 from palpate.analysis.first_look import page_data
 from palpate.analysis.first_look.analysed import Analysed, software
 from palpate.analysis.first_look.page_methods import methods
-from palpate.analysis.first_look.page_tests import (
-    PairsTable,
-    VarianceTable,
-    comparisons,
-    pairs_words,
-    refusals,
-    variance_tables,
-)
-from palpate.analysis.first_look.pictures import shown_factors
+from palpate.analysis.first_look.page_tests import comparisons, pairs_words, refusals, variance_tables
+from palpate.analysis.first_look.pictures import pictures, shown_factors
 from palpate.analysis.first_look.sentences import headlines
 from palpate.analysis.ratings.notes import data_notes
-from palpate.analysis.reports.numbers import NONE, fixed, phrase
-from palpate.analysis.reports.page_table import Column, Table, number, table
+from palpate.analysis.reports.blocks import (
+    Block,
+    Caption,
+    FigureBlock,
+    Folded,
+    Heading,
+    Points,
+    Preformatted,
+    Section,
+    Sentences,
+    TableBlock,
+    Words,
+    fill_in,
+    italic,
+    long_table,
+)
+from palpate.analysis.reports.numbers import NONE, fixed
+from palpate.analysis.reports.page import SIMULATED, STILL, Page, page_html
+from palpate.analysis.reports.tables import Head, Table, number, text_table
+from palpate.protocols.files import staged_files, write_text
+from palpate.protocols.wording import phrase
 
 
-@dataclass(frozen=True)
-class Page:
-    """A report without its figures."""
+def write_report(found: Analysed, path: Path) -> Path:
+    """Write the report to `path`, its folder made where missing."""
+    return write_text(path, report_html(found))
 
-    title: str
-    lead: str
-    simulated: bool
-    facts: tuple[tuple[str, str], ...]
-    results_intro: str
-    headlines: tuple[tuple[str, str], ...]
-    not_tested: tuple[str, ...]
-    means: Table
-    check: str
-    inclusions: tuple[str, ...]
-    findings: tuple[str, ...]
-    exclusions: Table
-    participants: Table
-    analyses: tuple[VarianceTable, ...]
-    comparisons_intro: tuple[str, ...]
-    comparisons: tuple[PairsTable, ...]
-    methods: tuple[str, ...]
-    inputs: Table
-    software: Table
+
+def report_html(found: Analysed) -> str:
+    """Return the whole report as one HTML text, every name in it escaped, every figure inline."""
+    return page_html(page_of(found), STILL)
 
 
 def page_of(found: Analysed) -> Page:
-    """The page of an analysed data set: equal analyses give equal pages."""
-    ratings = found.ratings
+    """Return the page of an analysed data set: equal analyses give equal pages."""
+    tested = [Section("pairwise", "Pairwise tests", pairs)] if (pairs := tuple(_pairs(found))) else []
     return Page(
         title=found.title,
-        lead=page_data.lead(ratings),
-        simulated=ratings.simulated,
-        facts=tuple(page_data.facts(ratings)),
-        results_intro=_results_intro(found),
-        headlines=tuple(headlines(found)),
-        not_tested=tuple(refusals(found)),
-        means=stimulus_table(found),
-        check=page_data.check_words(found),
-        inclusions=tuple(page_data.inclusions(ratings)),
-        findings=(
-            *(each.text() for each in found.design.problems),
-            *data_notes(found.design.notes, ratings.exclusions, ratings.sessions),
+        lead=page_data.lead(found.ratings),
+        banners=(SIMULATED,) if found.ratings.simulated else (),
+        facts=tuple(page_data.facts(found.ratings)),
+        sections=(
+            Section("results", "Results", tuple(_results(found))),
+            Section("figures", "Figures", tuple(_figures(found))),
+            Section("data", "Data and exclusions", tuple(_data(found))),
+            Section("anova", "Analyses of variance", tuple(_variance(found))),
+            *tested,
+            Section("methods", "Methods", tuple(map(Words, methods(found)))),
+            Section("provenance", "Provenance", tuple(_provenance(found))),
         ),
-        exclusions=page_data.exclusions(ratings),
-        participants=page_data.participants(ratings),
-        analyses=tuple(variance_tables(found)),
-        comparisons_intro=tuple(_comparisons_intro(found)),
-        comparisons=tuple(comparisons(found)),
-        methods=tuple(methods(found)),
-        inputs=page_data.inputs(ratings),
-        software=table(("package", "version"), software().items()),
     )
+
+
+def save_figures(found: Analysed, folder: Path) -> list[Path]:
+    """Write every figure as SVG and PNG to `folder` and give the paths; none where no factor has levels to show."""
+    paths: list[Path] = []
+    with staged_files(folder) as draft:
+        for picture in pictures(found.ratings):
+            with drawing(picture.name):
+                paths += save(picture.draw(picture.data).figure, draft, picture.name)
+    return [folder / path.name for path in paths]
+
+
+def _results(found: Analysed) -> Iterator[Block]:
+    yield Words(_results_intro(found))
+    yield Points(tuple(headlines(found)))
+    if refused := tuple(refusals(found)):
+        yield Heading("Not tested")
+        yield Sentences(refused)
+
+
+def _figures(found: Analysed) -> Iterator[Block]:
+    from markupsafe import Markup
+
+    numbers = Folded("The numbers behind this figure", (TableBlock(level_table(found)),))
+    place = 0
+    for place, picture in enumerate(pictures(found.ratings), start=1):
+        with drawing(picture.name):
+            svg = inline_svg(svg_text(picture.draw(picture.data).figure), f"f{place}")
+        title, anchor = picture.data.title, f"figure-{place}"
+        markup = Markup('<div role="img" aria-label="{}">{}</div>').format(title, Markup(svg))
+        yield FigureBlock(anchor, f"Figure {place}. {title}", Caption(picture.data.caption), markup, blocks=(numbers,))
+    if not place:
+        yield Words("No factor varies within participants: there is nothing that a figure could compare.")
+    yield Heading("Means of every stimulus")
+    means = "Mean rating and, in brackets, standard deviation over n participants"
+    yield Words(fill_in(f"{means}; unrounded in stimulus_means.csv, which {{}} writes.", italic("palpate analyse")))
+    table = stimulus_table(found)
+    yield from long_table(table, f"All {len(table.rows)} stimuli")
+
+
+def _data(found: Analysed) -> Iterator[Block]:
+    ratings = found.ratings
+    yield Heading("Check of the design")
+    yield Words(page_data.check_words(found))
+    yield from map(Words, page_data.inclusions(ratings))
+    yield from (Preformatted(problem.text()) for problem in found.design.problems)
+    yield from map(Preformatted, data_notes(found.design.notes, ratings.exclusions, ratings.sessions))
+    yield Heading("Exclusion ledger")
+    ledger = page_data.exclusions(ratings)
+    yield TableBlock(ledger) if ledger.rows else Words("Nothing was left out.")
+    yield Heading("Participants")
+    people = page_data.participants(ratings)
+    yield from long_table(people, f"All {len(people.rows)} participants")
+
+
+def _variance(found: Analysed) -> Iterator[Block]:
+    tables = list(variance_tables(found))
+    if not tables:
+        yield Words("None was made.")
+        return
+    every = "Every number, unrounded and with its uncorrected degrees of freedom, stands in anova.csv, which {} writes."
+    yield Words(fill_in(every, italic("palpate analyse")))
+    for analysis in tables:
+        yield Heading(analysis.title)
+        yield Words(analysis.words)
+        yield TableBlock(analysis.table)
+        yield Folded("As sentences", (Sentences(analysis.sentences),))
+
+
+def _pairs(found: Analysed) -> Iterator[Block]:
+    for question in found.statistics.questions:
+        tests = [test for test in found.statistics.of(question) if test.rows]
+        if question.kind == "pairs" and tests:
+            yield Words(pairs_words(question, tests, grouped=bool(found.ratings.between)))
+    for pairs in comparisons(found):
+        yield Folded(f"{pairs.title}: {pairs.summary}", (TableBlock(pairs.table), Sentences(pairs.sentences)))
+
+
+def _provenance(found: Analysed) -> Iterator[Block]:
+    yield Words("Every number on this page comes from these inputs. The same inputs give the same page, byte for byte.")
+    inputs = page_data.inputs(found.ratings)
+    yield from long_table(inputs, f"All {len(inputs.rows)} inputs and their SHA-256")
+    yield Heading("Software")
+    yield TableBlock(text_table(("package", "version"), software().items()))
 
 
 def level_table(found: Analysed) -> Table:
@@ -90,7 +163,7 @@ def level_table(found: Analysed) -> Table:
         )
         for row in found.levels.to_dict("records")
     ]
-    return table(("attribute", *factors, number("mean"), number("SD"), number("participants")), rows)
+    return text_table(("attribute", *factors, number("mean"), number("SD"), number("participants")), rows)
 
 
 def stimulus_table(found: Analysed) -> Table:
@@ -104,8 +177,8 @@ def stimulus_table(found: Analysed) -> Table:
         cells.setdefault(key, {})[row["attribute"]] = f"{fixed(row['mean'])} ({fixed(row['sd'])})"
         people.setdefault(key, set()).add(int(row["n"]))
     rows = [(*key, *(own.get(each, NONE) for each in attributes), _range(people[key])) for key, own in cells.items()]
-    heads: list[str | Column] = [*labels, *map(number, attributes), number("n")]
-    return table(heads, rows)
+    heads: list[str | Head] = [*labels, *map(number, attributes), number("n")]
+    return text_table(heads, rows)
 
 
 def _range(numbers: set[int]) -> str:
@@ -119,10 +192,3 @@ def _results_intro(found: Analysed) -> str:
     over = phrase(first.question.averaged_over)
     means = f" Each participant's ratings were averaged over {over} first." if over else ""
     return f"The effect of {phrase(first.question.factors)} on each attribute, {first.question.scope}.{means}"
-
-
-def _comparisons_intro(found: Analysed) -> Iterator[str]:
-    for question in found.statistics.questions:
-        tests = [test for test in found.statistics.of(question) if test.rows]
-        if question.kind == "pairs" and tests:
-            yield pairs_words(question, tests, grouped=bool(found.ratings.between))

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from palpate.analysis.first_look.analysed import Analysed
 from palpate.analysis.ratings.dataset import Exclusion, Ratings
 from palpate.analysis.ratings.sample import sample_facts
-from palpate.analysis.reports.numbers import count, fixed
-from palpate.analysis.reports.page_table import Column, Table, number, table, words
-from palpate.protocols.wording import some
+from palpate.analysis.reports.numbers import fixed
+from palpate.analysis.reports.tables import Head, Table, number, text_table, words
+from palpate.protocols.wording import count, some
 
 MOST_SEEDS = 6
 
@@ -85,7 +85,7 @@ def inclusions(ratings: Ratings) -> Iterator[str]:
 def exclusions(ratings: Ratings) -> Table:
     """The exclusion ledger."""
     rows = [(each.what, each.who, each.why, f"{each.rows:,}") for each in ratings.exclusions]
-    return table(("what", words("who"), words("why"), number("how many")), rows)
+    return text_table(("what", words("who"), words("why"), number("how many")), rows)
 
 
 def participants(ratings: Ratings) -> Table:
@@ -103,13 +103,13 @@ def participants(ratings: Ratings) -> Table:
         }
         groups = [", ".join(dict.fromkeys(own[factor])) for factor in ratings.between]
         rows.append((name, *groups, f"{len(own):,}", *(cells[column]() for column in has)))
-    return table(("participant", *ratings.between, number("ratings"), *(heads[name] for name in has)), rows)
+    return text_table(("participant", *ratings.between, number("ratings"), *(heads[name] for name in has)), rows)
 
 
 def inputs(ratings: Ratings) -> Table:
     """Every input with its hash."""
     rows = [(each.name, each.note, each.sha256) for each in ratings.inputs]
-    return table((words("input"), words("what"), Column("SHA-256", "hash")), rows)
+    return text_table((words("input"), words("what"), Head("SHA-256", "hash")), rows)
 
 
 def _rows(lines: list[Exclusion]) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from palpate.analysis.first_look.analysed import Analysed
 from palpate.analysis.first_look.page_data import averaged
 from palpate.analysis.first_look.page_tests import GROUPS_APART, groups_met
-from palpate.analysis.reports.numbers import phrase
+from palpate.protocols.wording import phrase
 
 
 def methods(found: Analysed) -> Iterator[str]:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from palpate.analysis.first_look.analysed import Analysed, correction, reported_p
 from palpate.analysis.first_look.sentences import all_sentences, effect_name, pair_sentence
 from palpate.analysis.first_look.study_statistics import Question, Row, Test, differing_factors, levels_by_group
-from palpate.analysis.reports.numbers import NONE, count, degrees, fixed, p_cell, phrase, share
-from palpate.analysis.reports.page_table import Footnotes, Table, number, table, without_repeats
+from palpate.analysis.reports.numbers import NONE, degrees, fixed, p_cell, share
+from palpate.analysis.reports.tables import Footnotes, Table, grouped_table, number, text_table
+from palpate.protocols.wording import count, phrase
 
 CROSS = " × "
 ALPHA = 0.05
@@ -157,7 +158,7 @@ def _within_table(tests: list[Test]) -> Table:
         *(number("ε (GG)"), number("p uncorrected"), number("ε (HF)"), number("p (HF)")),
         *(number("partial η²"), number("generalized η²")),
     )
-    return table(columns, without_repeats(rows), notes.lines())
+    return grouped_table(columns, rows, notes.lines())
 
 
 def _within_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:
@@ -182,7 +183,7 @@ def _between_table(tests: list[Test]) -> Table:
     notes = Footnotes()
     rows = [(test.attribute, *_between_cells(row, notes)) for test in tests for row in test.rows]
     numbers = map(number, ("SS", "SS error", "F", "df", "p", "η²"))
-    return table(("attribute", "effect", *numbers), rows, notes.lines())
+    return text_table(("attribute", "effect", *numbers), rows, notes.lines())
 
 
 def _between_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:
@@ -203,7 +204,7 @@ def _pairs_table(test: Test) -> Table:
         *("pair", number("mean difference"), number("95 % CI"), number("t"), number("df"), number("p uncorrected")),
         *(number("p Bonferroni"), number("p Holm"), number("Cohen's dz")),
     )
-    return table(columns, [_pair_cells(row, notes) for row in test.rows], notes.lines())
+    return text_table(columns, [_pair_cells(row, notes) for row in test.rows], notes.lines())
 
 
 def _pair_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:

@@ -7,44 +7,37 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.monitoring import drawings, words
 from palpate.analysis.monitoring.balance_grid import StudyBalance
 from palpate.analysis.monitoring.sessions import Session
 from palpate.analysis.monitoring.watching import Snapshot
+from palpate.analysis.reports.numbers import NONE
+from palpate.analysis.reports.page import environment, style
 from palpate.protocols.wording import count
 
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
 TEMPLATES = Path(__file__).resolve().parent / "templates"
-HOUSE_STYLE = Path(__file__).resolve().parent.parent / "reports" / "templates" / "report.css"
 SHOWN_AT_ONCE = 12
 REFRESH_S = 2
 FIRST = ("running", "interrupted")
 
 
-def environment() -> Any:
-    """The templates, everything escaped that is put into them."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    made = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    made.filters.update({name: getattr(words, name) for name in ("duration", "rough", "clock", "exact_clock", "sign")})
-    made.globals.update(
-        drawings=drawings, STATUS=words.STATUS, NONE=words.NONE, SHOWN=SHOWN_AT_ONCE, REFRESH=REFRESH_S, count=count
-    )
-    return made
+def _templates() -> Environment:
+    """Return the page's templates with the words and drawings that they use."""
+    filters = {name: getattr(words, name) for name in ("duration", "rough", "clock", "exact_clock", "sign")}
+    helpers = {"drawings": drawings, "STATUS": words.STATUS, "NONE": NONE, "SHOWN": SHOWN_AT_ONCE, "REFRESH": REFRESH_S}
+    return environment(TEMPLATES, helpers={**helpers, "count": count}, filters=filters)
 
 
 @dataclass
 class Pages:
     """Writes the page. The parts that change seldom and are long are kept, and written anew when they do."""
 
-    templates: Any = field(default_factory=environment)
+    templates: Environment = field(default_factory=_templates)
     kept: dict[tuple[str, str], tuple[Any, Any]] = field(default_factory=dict)
     rows: dict[tuple[Any, ...], tuple[Session, Any, Any]] = field(default_factory=dict)
 
@@ -54,11 +47,17 @@ class Pages:
 
     def live(self, snapshot: Snapshot, nonce: str) -> str:
         """The page with its style and script, both under the nonce of the Content-Security-Policy header."""
-        return self._rendered("page.html", {"nonce": nonce, "css": _style(), **self._view(snapshot)})
+        return self._rendered(
+            "page.html",
+            {"nonce": nonce, "css": style(("report.css",), TEMPLATES / "monitor.css"), **self._view(snapshot)},
+        )
 
     def still(self, snapshot: Snapshot) -> str:
         """The page as one file: nothing is loaded, nothing runs."""
-        return self._rendered("page.html", {"nonce": None, "css": _style(), **self._view(snapshot)})
+        return self._rendered(
+            "page.html",
+            {"nonce": None, "css": style(("report.css",), TEMPLATES / "monitor.css"), **self._view(snapshot)},
+        )
 
     def _rendered(self, template: str, view: dict[str, Any]) -> str:
         html: str = self.templates.get_template(template).render(view)
@@ -135,11 +134,3 @@ def _facts(snapshot: Snapshot) -> Any:
 
 def _number(sessions: Sequence[Session], status: str) -> int:
     return sum(session.status == status for session in sessions)
-
-
-def _style() -> Any:
-    """Our own style sheets: the report's, and what the monitor adds."""
-    from markupsafe import Markup
-
-    sheets = (HOUSE_STYLE, TEMPLATES / "monitor.css")
-    return Markup("\n".join(sheet.read_text(encoding="utf-8") for sheet in sheets))

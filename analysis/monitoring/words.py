@@ -5,8 +5,8 @@ from __future__ import annotations
 from datetime import datetime
 
 from palpate.analysis.ratings.diagnostics import Diagnostic
+from palpate.analysis.reports.numbers import NONE
 
-NONE = "–"
 STATUS = {
     "running": "● running",
     "paused": "‖ paused",

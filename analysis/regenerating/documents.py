@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from palpate.analysis.regenerating.regenerated import Regenerated
-from palpate.analysis.regenerating.shown import by_test, method_of, rests_on, test_grid, test_title
-from palpate.analysis.reports.tables import Grid
+from palpate.analysis.regenerating.shown import by_test, method_of, rests_on, test_table, test_title
+from palpate.analysis.reports.tables import Table
 
 MOST_LETTERS = 30
 """A cell of more letters wraps."""
@@ -20,7 +20,7 @@ class Titled:
     number: int
     name: str
     title: str
-    grid: Grid
+    table: Table
     notes: tuple[str, ...]
 
 
@@ -28,16 +28,16 @@ def titled_tables(found: Regenerated) -> Iterator[Titled]:
     """Each test as a table, in the plan's order; what qualifies every number stands below each."""
     qualified = tuple(" ".join(note.split()) for note in found.notes)
     for number, answered in enumerate(by_test(found.answered), start=1):
-        grid = test_grid(answered)
+        table = test_table(answered)
         about = " ".join(filter(None, (method_of(answered), rests_on(answered))))
-        notes = (*grid.notes, *([about] if about else []), *qualified)
-        yield Titled(number, answered[0].asked.name, test_title(answered), grid, notes)
+        notes = (*table.notes, *([about] if about else []), *qualified)
+        yield Titled(number, answered[0].asked.name, test_title(answered), table, notes)
 
 
-def table_letters(grid: Grid) -> int:
+def table_letters(table: Table) -> int:
     """How many letters the table takes side by side: what decides whether a page must be turned. Heads may wrap."""
-    cells = zip(*grid.rows, strict=True) if grid.rows else [() for _ in grid.heads]
-    return sum(_letters(head.name, column) for head, column in zip(grid.heads, cells, strict=True))
+    cells = zip(*table.rows, strict=True) if table.rows else [() for _ in table.heads]
+    return sum(_letters(head.name, column) for head, column in zip(table.heads, cells, strict=True))
 
 
 def _letters(head: str, column: Iterable[str]) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from palpate.analysis.regenerating.documents import Titled, table_letters
-from palpate.analysis.reports.tables import Grid, Head
+from palpate.analysis.reports.tables import Head, Table
 
 PACKAGES = "booktabs,longtable,pdflscape"
 _GREEK = {
@@ -41,9 +41,9 @@ def latex_text(title: str, lead: str, tables: Sequence[Titled]) -> str:
 
 
 def _letters(each: Titled) -> str:
-    heads = "".join(head.name for head in each.grid.heads)
-    cells = "".join(cell for row in each.grid.rows for cell in row)
-    return "".join((each.title, heads, cells, *each.notes, *each.grid.groups.values()))
+    heads = "".join(head.name for head in each.table.heads)
+    cells = "".join(cell for row in each.table.rows for cell in row)
+    return "".join((each.title, heads, cells, *each.notes, *each.table.groups.values()))
 
 
 def one_line(text: str) -> str:
@@ -57,7 +57,7 @@ def escaped(text: str) -> str:
 
 
 def _table(each: Titled) -> str:
-    width = table_letters(each.grid)
+    width = table_letters(each.table)
     turned = width > SIZES[-1][0]
     size, gap = next((size, gap) for most, size, gap in (TURNED if turned else SIZES) if width <= most)
     lines = ["{", size, rf"\setlength{{\tabcolsep}}{{{gap}pt}}", *_longtable(each), "}"]
@@ -66,21 +66,21 @@ def _table(each: Titled) -> str:
 
 
 def _longtable(each: Titled) -> list[str]:
-    grid = each.grid
-    head = [r"\toprule", " & ".join(map(_head, grid.heads)) + r" \\", r"\midrule"]
+    table = each.table
+    head = [r"\toprule", " & ".join(map(_head, table.heads)) + r" \\", r"\midrule"]
     name = "".join(letter if letter.isascii() and letter.isalnum() else "-" for letter in each.name)
-    lines = [rf"\begin{{longtable}}{{@{{}}{_sides(grid)}@{{}}}}", rf"\caption{{{escaped(each.title)}}}"]
+    lines = [rf"\begin{{longtable}}{{@{{}}{_sides(table)}@{{}}}}", rf"\caption{{{escaped(each.title)}}}"]
     lines += [rf"\label{{tab:{name}}}\\", *head, r"\endfirsthead", *head, r"\endhead", r"\bottomrule", r"\endfoot"]
-    for place, row in enumerate(grid.rows):
-        if place in grid.groups:
-            lines += [rf"\multicolumn{{{len(grid.heads)}}}{{@{{}}l}}{{\itshape {escaped(grid.groups[place])}}}\\*"]
+    for place, row in enumerate(table.rows):
+        if place in table.groups:
+            lines += [rf"\multicolumn{{{len(table.heads)}}}{{@{{}}l}}{{\itshape {escaped(table.groups[place])}}}\\*"]
         lines.append(_row(row))
     return [*lines, r"\end{longtable}"]
 
 
-def _sides(grid: Grid) -> str:
+def _sides(table: Table) -> str:
     kinds = {"number": "r", "words": r"p{5cm}"}
-    return "".join(kinds.get(head.kind, "l") for head in grid.heads)
+    return "".join(kinds.get(head.kind, "l") for head in table.heads)
 
 
 def _head(head: Head) -> str:

@@ -2,187 +2,196 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from palpate.analysis.crosschecking.checks import difference_text, disagreements, line_of, sentence
-from palpate.analysis.figures.interactive import figure_markup, key_text, script
+from palpate.analysis.figures.interactive import figure_markup
 from palpate.analysis.figures.style import inline_svg
-from palpate.analysis.ratings.dataset import Input, Ratings
+from palpate.analysis.ratings.dataset import Input
 from palpate.analysis.regenerating.page_data import declared, facts, left_out, seconds_told
 from palpate.analysis.regenerating.pictured import Picture
 from palpate.analysis.regenerating.regenerated import Regenerated
 from palpate.analysis.regenerating.running import Answered
-from palpate.analysis.regenerating.shown import by_test, method_of, notes_of, rests_on, test_grid, test_kind, test_name
-from palpate.analysis.reports.captions import Caption, caption, parts_of
-from palpate.analysis.reports.tables import Grid, Head, plain_grid, value_grid
-from palpate.analysis.reports.templates import environment
-
-TEMPLATES = Path(__file__).resolve().parent / "templates"
-CSS = Path(__file__).resolve().parent.parent / "reports" / "templates" / "report.css"
+from palpate.analysis.regenerating.shown import by_test, method_of, notes_of, rests_on, test_kind, test_name, test_table
+from palpate.analysis.reports.blocks import (
+    Block,
+    FigureBlock,
+    Folded,
+    Heading,
+    Legend,
+    Points,
+    Section,
+    TableBlock,
+    Words,
+    bold,
+    caption,
+    fill_in,
+    italic,
+    long_table,
+)
+from palpate.analysis.reports.page import REGENERATED, SIMULATED, Page, page_html
+from palpate.analysis.reports.tables import Head, Table, text_table, value_table
 
 BRIEF = 50
 """A sentence of no more letters than this fits half a line."""
 MOST_AT_ONCE = 3
 """Of a test with more outcomes the rest is folded."""
-MOST_COLUMNS = 40
-"""Columns of numbers beyond this one stand on the left."""
-
-
-@dataclass(frozen=True)
-class Headline:
-    """What one outcome of a test says in a sentence, in parts that stand below each other."""
-
-    outcome: str
-    parts: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class TestPart:
-    """One test on the page: name, kind, sentences, method, what it rests on, its table and the table's file."""
-
-    anchor: str
-    name: str
-    kind: str
-    headlines: tuple[Headline, ...]
-    method: str
-    rests_on: str
-    checked: str
-    notes: tuple[str, ...]
-    grid: Grid
-    file: str
-
-    @property
-    def brief(self) -> bool:
-        """Whether its sentences are short enough to stand in two columns, all of them."""
-        return all(len(each.parts) == 1 and len(each.parts[0]) <= BRIEF for each in self.headlines)
-
-    @property
-    def at_once(self) -> int:
-        """How many of its sentences stand on the page before the rest is opened."""
-        return len(self.headlines) if self.brief or len(self.headlines) <= MOST_AT_ONCE + 1 else MOST_AT_ONCE
-
-
-@dataclass(frozen=True)
-class FigurePart:
-    """One figure on the page: its drawing, its caption, and the rows it shows with the file that holds them."""
-
-    anchor: str
-    title: str
-    caption: Caption
-    markup: Any
-    grid: Grid
-    file: str
-
-
-def test_parts(found: Regenerated, known: Collection[str] = ()) -> Iterator[TestPart]:
-    """The page's part for every test of the plan; `known` are the keys of the figures' marks."""
-    for answered in by_test(found.answered):
-        name = answered[0].asked.name
-        yield TestPart(
-            anchor=f"test-{name}",
-            name=test_name(answered),
-            kind=test_kind(answered),
-            headlines=tuple(_headlines(answered, found.material.ratings)),
-            method=method_of(answered),
-            rests_on=rests_on(answered),
-            checked=line_of([check for check in found.checks or () if check.test == name]),
-            notes=notes_of(answered),
-            grid=test_grid(answered, known),
-            file=f"tests/{name}.csv",
-        )
-
-
-def _headlines(answered: Sequence[Answered], ratings: Ratings | None) -> Iterator[Headline]:
-    """The sentences; an outcome is shown with both poles, as its name alone may be that of the low one."""
-    antonyms = {} if ratings is None else ratings.antonyms
-    for each in answered:
-        outcome = f"{each.outcome} → {antonyms[each.outcome]}" if each.outcome in antonyms else each.outcome
-        if each.answer is None:
-            yield Headline(outcome, (f"Not answered: {each.refused}",))
-        elif each.answer.headline:
-            yield Headline(outcome, parts_of(each.answer.headline))
-
-
-def figure_parts(found: Regenerated, pictures: Sequence[Picture | None]) -> Iterator[FigurePart]:
-    """The page's part for every figure that could be drawn."""
-    for place, (each, picture) in enumerate(zip(found.pictured, pictures, strict=True), start=1):
-        if each.data is None or picture is None:
-            continue
-        title = (each.asked.title or each.data.title).rstrip(".")
-        prefix = f"f{place}"
-        yield FigurePart(
-            anchor=f"figure-{each.asked.name}",
-            title=title,
-            caption=caption(each.data.caption),
-            markup=figure_markup(inline_svg(picture.svg, prefix), picture.marks, prefix, title),
-            grid=value_grid(each.data.rows, known=mark_keys([picture]), without=""),
-            file=f"figures/{each.asked.name}.csv",
-        )
-
-
-def mark_keys(pictures: Sequence[Picture | None]) -> frozenset[str]:
-    """What can be chosen in the figures."""
-    return frozenset(mark.key for picture in pictures if picture is not None for mark in picture.marks if mark.key)
+HOW_TO_USE = (
+    "Point at a mark to read its numbers. Click it, or a row of a table, to find the same one in every figure and "
+    "table; Escape ends this. With the keyboard: Tab to a figure or table, arrow keys from mark to mark, Enter to "
+    "choose."
+)
+Point = tuple[str, tuple[str, ...]]
 
 
 def report_html(found: Regenerated, pictures: Sequence[Picture | None], seconds: float) -> str:
-    """The whole page as one text; the same for equal inputs. Every name in it is escaped."""
-    from markupsafe import Markup
+    """Return the whole page as one text; the same for equal inputs. Every name in it is escaped."""
+    return page_html(page_of(found, pictures, seconds), REGENERATED)
 
-    code = script()
-    return (
-        environment(TEMPLATES, CSS.parent)
-        .get_template("regenerated.html")
-        .render(
-            found=found,
-            facts=facts(found),
-            tests=list(test_parts(found, mark_keys(pictures))),
-            figures=list(figure_parts(found, pictures)),
-            not_drawn=[(each.asked.name, each.refused) for each in found.pictured if each.data is None],
-            left_out=left_out(found.exclusions),
-            disagreements=[check.text() for check in disagreements(found.checks)],
-            second_opinion=sentence(found.checks),
-            checks=_checks(found),
-            inputs=_inputs(found.inputs),
-            versions=_inputs(found.material.versions),
-            software=plain_grid(("package", "version"), found.software.items()),
-            declared=declared(found),
-            seconds=seconds_told(seconds),
-            key_text=key_text,
-            css=Markup(_css()),
-            script=Markup(code),
-            script_hash=_hash(code),
-        )
+
+def page_of(found: Regenerated, pictures: Sequence[Picture | None], seconds: float) -> Page:
+    """Return the page of a regenerated study; `seconds` is the time that its answers took."""
+    figures = tuple(_figures(found, pictures))
+    disagree = [f"Another package disagrees. {check.text()}" for check in disagreements(found.checks)]
+    lead = "Regenerated from the recorded sessions of {} by its analysis plan."
+    return Page(
+        title=found.title,
+        lead=fill_in(lead, italic(found.material.name)),
+        banners=(*([SIMULATED] if found.material.simulated else []), *disagree),
+        facts=facts(found),
+        sections=(
+            *([Section("figures", "Figures", figures)] if figures else []),
+            Section("results", "Results", tuple(_results(found))),
+            Section("tests", "Tests", tuple(_tests(found, mark_keys(pictures)))),
+            Section("data", "Data and exclusions", tuple(_data(found))),
+            Section("provenance", "Provenance", tuple(_provenance(found, seconds))),
+        ),
     )
 
 
-def _css() -> str:
-    """The look of every report, this page's own, and on which side each column of a table stands."""
-    sides = ",".join(f".n{place} td:nth-child({place})" for place in range(1, MOST_COLUMNS + 1))
-    own = (TEMPLATES / "regenerated.css").read_text(encoding="utf-8")
-    return CSS.read_text(encoding="utf-8") + own + sides + " { text-align: right; }\n"
+def mark_keys(pictures: Sequence[Picture | None]) -> frozenset[str]:
+    """Return what can be chosen in the figures."""
+    return frozenset(mark.key for picture in pictures if picture is not None for mark in picture.marks if mark.key)
 
 
-def _hash(code: str) -> str:
-    """The script's hash for the page's content policy: no other script on the page ever runs."""
-    import base64
-    import hashlib
+def _figures(found: Regenerated, pictures: Sequence[Picture | None]) -> Iterator[Block]:
+    """Yield every figure that could be drawn, with its numbers, and why the others could not."""
+    drawn = [(place, *pair) for place, pair in enumerate(zip(found.pictured, pictures, strict=True), start=1)]
+    if any(each.data is not None and picture is not None for _, each, picture in drawn):
+        yield Words(HOW_TO_USE, "note how")
+    number = 0
+    for place, each, picture in drawn:
+        if each.data is None or picture is None:
+            continue
+        number += 1
+        title, prefix = (each.asked.title or each.data.title).rstrip("."), f"f{place}"
+        markup = figure_markup(inline_svg(picture.svg, prefix), picture.marks, prefix, title)
+        numbers = TableBlock(value_table(each.data.rows, known=mark_keys([picture]), without=""))
+        below = (
+            Folded("The numbers behind this figure", (numbers,), "long"),
+            Words(f"Its numbers stand in figures/{each.asked.name}.csv.", "on-paper note"),
+        )
+        anchor, words = f"figure-{each.asked.name}", caption(each.data.caption)
+        yield FigureBlock(anchor, f"Figure {number}. {title}.", words, markup, blocks=below)
+    for each in found.pictured:
+        if each.data is None:
+            yield Words(fill_in("{} is not drawn: {}", bold(each.asked.name), each.refused))
 
-    return base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
+
+def _results(found: Regenerated) -> Iterator[Block]:
+    """Yield the sentences of every test that states its result in one."""
+    ratings = found.material.ratings
+    stated = [(test, points) for test in by_test(found.answered)
+              if (points := tuple(headlines(test, {} if ratings is None else ratings.antonyms)))]  # fmt: skip
+    if not stated:
+        yield Words("No test of the plan states a result in one sentence; their tables stand below.")
+    for test, points in stated:
+        yield Heading(test_name(test), about=test_kind(test), link=f"test-{test[0].asked.name}")
+        brief = all(len(parts) == 1 and len(parts[0]) <= BRIEF for _, parts in points)
+        at_once = len(points) if brief or len(points) <= MOST_AT_ONCE + 1 else MOST_AT_ONCE
+        yield Points(points[:at_once], brief and len(points) > 2)
+        if rest := points[at_once:]:
+            yield Folded(f"{len(rest)} more outcomes", (Points(rest),))
 
 
-def _checks(found: Regenerated) -> Grid:
+def headlines(test: Sequence[Answered], antonyms: Mapping[str, str]) -> Iterator[Point]:
+    """Yield each outcome and its sentence in parts; it has both poles, as its name alone may be that of the low one."""
+    for answered in test:
+        outcome = answered.outcome
+        label = f"{outcome} → {antonyms[outcome]}" if outcome in antonyms else outcome
+        if answered.answer is None:
+            yield label, (f"Not answered: {answered.refused}",)
+        elif answered.answer.headline:
+            yield label, parts_of(answered.answer.headline)
+
+
+def parts_of(headline: str) -> tuple[str, ...]:
+    """Return a sentence's results one by one; their semicolons stay, and what stands in brackets stays together."""
+    parts: list[str] = []
+    for part in headline.split("; "):
+        opened = parts and sum(map(parts[-1].count, "([")) > sum(map(parts[-1].count, ")]"))
+        if opened:
+            parts[-1] = f"{parts[-1]}; {part}"
+        else:
+            parts.append(part)
+    return (*(f"{part};" for part in parts[:-1]), parts[-1])
+
+
+def _tests(found: Regenerated, known: Collection[str]) -> Iterator[Block]:
+    """Yield every test: its method, what it rests on, its table; `known` are the keys of the figures' marks."""
+    yield Words(
+        "Every number stands unrounded in statistics.json, each test in a table of its own in the folder tests."
+    )
+    for test in by_test(found.answered):
+        name = test[0].asked.name
+        yield Heading(test_name(test), f"test-{name}", test_kind(test))
+        checked = line_of([check for check in found.checks or () if check.test == name])
+        words = ((method_of(test), ""), (rests_on(test), "lead"), (checked, "note"))
+        yield from (Words(text, look) for text, look in words if text)
+        yield from (Words(note, "lead") for note in notes_of(test))
+        table = test_table(test, known)
+        yield from long_table(table, f"All {len(table.rows):,} rows", f"tests/{name}.csv")
+        if table.legend:
+            yield Folded("What the columns are", (Legend(table),), "legend")
+    yield Heading("A second opinion", "second-opinion")
+    yield Words(sentence(found.checks))
+    if found.checks:
+        yield Folded("Every answer: what it was checked with", (TableBlock(_checks(found)),))
+
+
+def _checks(found: Regenerated) -> Table:
     heads = ("test", "outcome", Head("checked with", "words"), Head("numbers", "number"), "largest relative difference")
     rows = [
         (check.test, check.outcome, check.checked_with(), str(check.numbers or ""), difference_text(check))
         for check in found.checks or ()
     ]
-    return plain_grid(heads, rows)
+    return text_table(heads, rows)
 
 
-def _inputs(inputs: Iterable[Input]) -> Grid:
+def _data(found: Regenerated) -> Iterator[Block]:
+    yield from map(Words, declared(found))
+    if found.material.versions:
+        yield Words("The sessions were not all recorded with the same version of the study and its models.", "banner")
+        yield TableBlock(_inputs(found.material.versions))
+    yield from (Words(note, "lines") for note in found.notes)
+    yield Heading("Exclusion ledger")
+    ledger = left_out(found.exclusions)
+    yield TableBlock(ledger.reasons) if ledger.reasons.rows else Words("Nothing was left out.")
+    if ledger.lines.rows:
+        yield Folded("Line by line: whose, and how many", (TableBlock(ledger.lines),))
+
+
+def _provenance(found: Regenerated, seconds: float) -> Iterator[Block]:
+    yield Words(
+        "Every number on this page comes from these inputs. The same inputs give the same page, byte for byte. "
+        f"The answers took {seconds_told(seconds)} when they were first computed here."
+    )
+    inputs = _inputs(found.inputs)
+    yield from long_table(inputs, f"All {len(inputs.rows):,} inputs and their SHA-256", "statistics.json")
+    yield Heading("Software")
+    yield TableBlock(text_table(("package", "version"), found.software.items()))
+
+
+def _inputs(inputs: Iterable[Input]) -> Table:
     heads = ("input", Head("SHA-256", "hash"), Head("note", "words"))
-    return plain_grid(heads, [(each.name, each.sha256, each.note) for each in inputs])
+    return text_table(heads, [(each.name, each.sha256, each.note) for each in inputs])

@@ -9,8 +9,8 @@ from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.analysis.ratings.dataset import Exclusion
 from palpate.analysis.ratings.sample import sample_facts
 from palpate.analysis.regenerating.regenerated import Regenerated
-from palpate.analysis.reports.numbers import count
-from palpate.analysis.reports.tables import Grid, Head, plain_grid
+from palpate.analysis.reports.tables import Head, Table, text_table
+from palpate.protocols.wording import count
 
 NOTHING = "nothing"
 """What a rule of the plan left out that met nothing."""
@@ -55,8 +55,8 @@ def seconds_told(seconds: float) -> str:
 class LeftOut:
     """The exclusion ledger: one row for each reason, and every line of it."""
 
-    reasons: Grid
-    lines: Grid
+    reasons: Table
+    lines: Table
 
 
 def left_out(exclusions: Sequence[Exclusion]) -> LeftOut:
@@ -67,8 +67,8 @@ def left_out(exclusions: Sequence[Exclusion]) -> LeftOut:
         together.setdefault((each.why, each.what), []).append(each)
     reasons = [_reason(why, what, own) for (why, what), own in together.items()]
     return LeftOut(
-        plain_grid((Head("why", "words"), "what", Head("lines", "number"), Head("rows", "number")), reasons),
-        plain_grid(("what", "whose", Head("why", "words"), Head("rows", "number")), lines),
+        text_table((Head("why", "words"), "what", Head("lines", "number"), Head("rows", "number")), reasons),
+        text_table(("what", "whose", Head("why", "words"), Head("rows", "number")), lines),
     )
 
 

@@ -10,30 +10,30 @@ from itertools import groupby
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating.running import Answered
-from palpate.analysis.reports.tables import Grid, value_grid
+from palpate.analysis.reports.tables import Table, value_table
 
 MOST_ROWS = 2000
 """A page that holds more rows of one test than this is no longer read; the CSV has them all."""
 OUTCOME = "outcome"
 
 
-def test_grid(answered: Sequence[Answered], known: Collection[str] = ()) -> Grid:
+def test_table(answered: Sequence[Answered], known: Collection[str] = ()) -> Table:
     """One test's rows, its outcomes below each other; notes as footnotes, a refused outcome with its reason.
 
     An outcome of one row stands in a column, outcomes of several rows each have a heading.
     """
     kinds = {name: told for each in answered if each.answer is not None for name, told in each.answer.kinds.items()}
-    grid = partial(value_grid, kinds=kinds, known=known, headings=TESTS[answered[0].asked.test].headings)
+    table = partial(value_table, meanings=kinds, known=known, headings=TESTS[answered[0].asked.test].headings)
     several = any(each.outcome for each in answered)
     if several and all(each.answer is None or len(each.answer.rows) == 1 for each in answered):
-        return grid([{OUTCOME: each.outcome, **row} for each in answered for row in _rows(each)])
+        return table([{OUTCOME: each.outcome, **row} for each in answered for row in _rows(each)])
     rows: list[Row] = []
     groups: dict[int, str] = {}
     for each in answered:
         if each.outcome:
             groups[len(rows)] = each.outcome
         rows += _rows(each)[:MOST_ROWS]
-    found = grid(rows)
+    found = table(rows)
     return replace(found, notes=(*found.notes, *_cut(answered)), groups=groups)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
 from palpate.analysis.regenerating.documents import Titled, table_letters
-from palpate.analysis.reports.tables import Grid
+from palpate.analysis.reports.tables import Table
 
 if TYPE_CHECKING:
     from docx.document import Document
@@ -34,7 +34,7 @@ def word_bytes(title: str, lead: str, tables: Sequence[Titled]) -> bytes:
         document.add_paragraph(lead)
     turned = False
     for each in tables:
-        if (table_letters(each.grid) > UPRIGHT) != turned:
+        if (table_letters(each.table) > UPRIGHT) != turned:
             turned = not turned
             _turn(document, turned)
         _add(document, each)
@@ -62,7 +62,7 @@ def _add(document: Document, each: Titled) -> None:
     from docx.oxml.ns import nsdecls
 
     end = document.add_paragraph()
-    for xml in (_label(each.number), _line(each.title, "<w:i/>", kept=True), _grid(each.grid)):
+    for xml in (_label(each.number), _line(each.title, "<w:i/>", kept=True), _grid(each.table)):
         end._p.addprevious(parse_xml(xml.replace(">", f" {nsdecls('w')}>", 1)))
     for note in each.notes:
         end._p.addprevious(parse_xml(_line(note, '<w:sz w:val="17"/>').replace(">", f" {nsdecls('w')}>", 1)))
@@ -85,37 +85,37 @@ def _run(text: str, look: str) -> str:
     return f'<w:r><w:rPr>{look}</w:rPr><w:t xml:space="preserve">{escape(allowed(text))}</w:t></w:r>'
 
 
-def _grid(grid: Grid) -> str:
+def _grid(table: Table) -> str:
     """The table's XML in one piece: cell by cell through the library a long table takes minutes."""
     rules = "".join(_RULE.format(side=side, size=8) for side in ("top", "bottom"))
     margins = '<w:tblCellMar><w:left w:w="40" w:type="dxa"/><w:right w:w="60" w:type="dxa"/></w:tblCellMar>'
     head = f'<w:tblPr><w:tblW w:w="5000" w:type="pct"/><w:tblBorders>{rules}</w:tblBorders>{margins}</w:tblPr>'
-    size = 18 if table_letters(grid) <= TURNED else 14
-    rows = [_row(grid, [head.name for head in grid.heads], size, head=True)]
-    for place, cells in enumerate(grid.rows):
-        if place in grid.groups:
-            rows.append(_group(grid, grid.groups[place], size))
-        rows.append(_row(grid, cells, size, head=False))
-    columns = "<w:gridCol/>" * len(grid.heads)
+    size = 18 if table_letters(table) <= TURNED else 14
+    rows = [_row(table, [head.name for head in table.heads], size, head=True)]
+    for place, cells in enumerate(table.rows):
+        if place in table.groups:
+            rows.append(_group(table, table.groups[place], size))
+        rows.append(_row(table, cells, size, head=False))
+    columns = "<w:gridCol/>" * len(table.heads)
     return f"<w:tbl>{head}<w:tblGrid>{columns}</w:tblGrid>{''.join(rows)}</w:tbl>"
 
 
-def _row(grid: Grid, cells: Sequence[str], size: int, *, head: bool) -> str:
+def _row(table: Table, cells: Sequence[str], size: int, *, head: bool) -> str:
     rule = f"<w:tcPr><w:tcBorders>{_RULE.format(side='bottom', size=6)}</w:tcBorders></w:tcPr>" * head
     look = f'<w:sz w:val="{size}"/>'
     made = []
-    for text, column in zip(cells, grid.heads, strict=True):
+    for text, column in zip(cells, table.heads, strict=True):
         side = "right" if column.kind == "number" else "left"
         layout = f'<w:pPr>{"<w:keepNext/>" * head}<w:spacing w:after="0"/><w:jc w:val="{side}"/></w:pPr>'
         made.append(f"<w:tc>{rule}<w:p>{layout}{_run(text, look)}</w:p></w:tc>")
     return f"<w:tr><w:trPr><w:cantSplit/>{'<w:tblHeader/>' * head}</w:trPr>{''.join(made)}</w:tr>"
 
 
-def _group(grid: Grid, name: str, size: int) -> str:
+def _group(table: Table, name: str, size: int) -> str:
     """A heading across the table, which stays with the row below it."""
     layout = '<w:pPr><w:keepNext/><w:spacing w:before="60" w:after="0"/></w:pPr>'
     words = _run(name, f'<w:i/><w:sz w:val="{size}"/>')
-    span = f'<w:tcPr><w:gridSpan w:val="{len(grid.heads)}"/></w:tcPr>'
+    span = f'<w:tcPr><w:gridSpan w:val="{len(table.heads)}"/></w:tcPr>'
     return f"<w:tr><w:trPr><w:cantSplit/></w:trPr><w:tc>{span}<w:p>{layout}{words}</w:p></w:tc></w:tr>"
 
 

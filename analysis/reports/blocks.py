@@ -1,17 +1,23 @@
-"""What a report of an evaluation is made of: words, tables and figures, in sections."""
+"""What a page is made of: words, tables, figures and what is folded, in sections. Data only, nothing of HTML."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from palpate.analysis.reports.captions import Caption
-from palpate.analysis.reports.tables import Grid, Head
+from palpate.analysis.reports.numbers import written
+from palpate.analysis.reports.tables import Emphasis, Head, Table
 
-NONE = "–"
 Row = Mapping[str, Any]
+LONG_TABLE = 12
+"""A table of more rows than this is folded."""
+LONG_ON_PAPER = 60
+"""A folded table of more rows than this is not printed where a file holds it."""
+SHORT_CAPTION = 260
+"""A caption of no more letters than this stands as it is."""
+_SENTENCE = re.compile(r"(?<=\.)\s+(?=[A-Z])")
 
 
 @dataclass(frozen=True)
@@ -25,46 +31,80 @@ class Words:
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading within a section."""
+    """A heading within a section: `about` stands beside it in grey, `link` is the anchor that it leads to."""
 
     kind: ClassVar[str] = "heading"
     text: str
     anchor: str = ""
+    about: str = ""
+    link: str = ""
 
 
 @dataclass(frozen=True)
 class Points:
-    """Statements with a label each."""
+    """Statements, each with its label and one text or several parts; in two columns where they are `brief`."""
 
     kind: ClassVar[str] = "points"
-    points: tuple[tuple[str, str], ...]
+    points: tuple[tuple[str, str | tuple[str, ...]], ...]
+    brief: bool = False
 
 
 @dataclass(frozen=True)
-class Strong:
-    """What stands out in a table: rows (the default method), cells (the best of a column), others' columns and rows."""
+class Sentences:
+    """A list of sentences."""
 
-    rows: frozenset[int] = frozenset()
-    cells: frozenset[tuple[int, int]] = frozenset()
-    columns: frozenset[int] = frozenset()
-    others: frozenset[int] = frozenset()
+    kind: ClassVar[str] = "sentences"
+    lines: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Table:
-    """A table with its title and what is to be said below it; `folded` ones are opened by their title."""
+class Preformatted:
+    """A text whose lines stand as they are."""
+
+    kind: ClassVar[str] = "preformatted"
+    text: str
+
+
+@dataclass(frozen=True)
+class TableBlock:
+    """A table; one with a title is set apart with its `note` below, or opened by the title where it is folded."""
 
     kind: ClassVar[str] = "table"
-    title: str
-    grid: Grid
+    table: Table
+    title: str | None = None
     note: str = ""
     folded: bool = False
-    strong: Strong = field(default_factory=Strong)
 
 
 @dataclass(frozen=True)
-class Picture:
-    """A figure's drawing on the page."""
+class Legend:
+    """What the columns of a table are."""
+
+    kind: ClassVar[str] = "legend"
+    table: Table
+
+
+@dataclass(frozen=True)
+class Folded:
+    """Blocks that a reader opens by their summary; `look` is a class of the style sheet."""
+
+    kind: ClassVar[str] = "folded"
+    summary: str
+    blocks: tuple[Block, ...]
+    look: str = ""
+
+
+@dataclass(frozen=True)
+class Caption:
+    """What stands below a figure at once, and what one opens ("" for nothing)."""
+
+    first: str
+    rest: str = ""
+
+
+@dataclass(frozen=True)
+class FigureBlock:
+    """A figure's drawing with its title and caption; `blocks` stand below, `file` is named beside the caption."""
 
     kind: ClassVar[str] = "figure"
     anchor: str
@@ -72,9 +112,10 @@ class Picture:
     caption: Caption
     markup: Any
     file: str = ""
+    blocks: tuple[Block, ...] = ()
 
 
-Block = Words | Heading | Points | Table | Picture
+Block = Words | Heading | Points | Sentences | Preformatted | TableBlock | Legend | Folded | FigureBlock
 
 
 @dataclass(frozen=True)
@@ -88,12 +129,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its name in the rows, its heading, how it is written, what it is."""
+    """A column of values: its name in the rows, its heading, how it is written, what it is."""
 
     name: str
     heading: str
     form: str = "text"
-    told: str = ""
+    meaning: str = ""
     better: str = ""
     """"low" or "high": which of the column's numbers is set in bold."""
 
@@ -101,24 +142,28 @@ class Column:
 def table(
     title: str, rows: Sequence[Row], columns: Sequence[Column], *, note: str = "", folded: bool = False,
     ours: str | None = None, theirs: Sequence[str] = (),
-) -> Table:  # fmt: skip
-    """The rows as a table; `ours` is the method whose rows stand out, `theirs` others' columns.
+) -> TableBlock:  # fmt: skip
+    """Return the rows as a table; `ours` is the method whose rows stand out, `theirs` others' columns.
 
     A row that is `printed` holds somebody else's numbers: it is drawn as such and is the best of nothing.
     """
-    kept = [column for column in columns if any(row.get(column.name) is not None for row in rows)]
-    heads = tuple(Head(c.heading, c.form if c.form in ("text", "words") else "number", c.name, c.told) for c in kept)
-    cells = tuple(tuple(written(row.get(c.name), c.form) for c in kept) for row in rows)
-    strong = Strong(
+    used = [column for column in columns if any(row.get(column.name) is not None for row in rows)]
+    heads = tuple(
+        Head(column.heading, column.form if column.form in ("text", "words") else "number", column.name, column.meaning)
+        for column in used
+    )
+    cells = tuple(tuple(written(row.get(column.name), column.form) for column in used) for row in rows)
+    emphasis = Emphasis(
         frozenset(i for i, row in enumerate(rows) if ours is not None and row.get("method") == ours),
-        frozenset(place for j, column in enumerate(kept) for place in _best(rows, column, j)),
-        frozenset(j for j, column in enumerate(kept) if column.name in theirs),
+        frozenset(place for j, column in enumerate(used) for place in _best(rows, column, j)),
+        frozenset(j for j, column in enumerate(used) if column.name in theirs),
         frozenset(i for i, row in enumerate(rows) if row.get("printed")),
     )
-    return Table(title, Grid(heads, cells), note, folded, strong)
+    return TableBlock(Table(heads, cells, emphasis=emphasis), title, note, folded)
 
 
 def _best(rows: Sequence[Row], column: Column, place: int) -> list[tuple[int, int]]:
+    """Return the cells of a column that hold its best number, as written; none where there is nothing to compare."""
     own = [(i, row.get(column.name)) for i, row in enumerate(rows) if column.better and not row.get("printed")]
     values = {i: value for i, value in own if value is not None}
     if len(values) < 2:
@@ -127,36 +172,42 @@ def _best(rows: Sequence[Row], column: Column, place: int) -> list[tuple[int, in
     return [(i, place) for i, value in values.items() if written(value, column.form) == written(best, column.form)]
 
 
-def written(value: Any, form: str) -> str:
-    """A value as a reader sees it: "text", "int", "share", "s", "ms", "bytes", "tiny", or digits after the point."""
-    if value is None or (isinstance(value, float) and not math.isfinite(value)):
-        return NONE
-    if form in ("text", "words"):
-        return str(value)
-    return _FORMS[form](float(value)).replace("-", "−")
+def long_table(content: Table, summary: str, file: str = "") -> tuple[Block, ...]:
+    """Return a table, folded under the summary where it is long; on paper the `file` with its rows stands for it."""
+    rows = len(content.rows)
+    if rows <= LONG_TABLE:
+        return (TableBlock(content),)
+    left_to_file = rows > LONG_ON_PAPER and bool(file)
+    folded = Folded(summary, (TableBlock(content),), "long" if left_to_file else "")
+    return (folded, Words(f"The {rows:,} rows stand in {file}.", "on-paper note")) if left_to_file else (folded,)
 
 
-def in_seconds(value: float) -> str:
-    """A time in the unit that keeps it short."""
-    if value >= 120:
-        return f"{value / 60:.0f} min"
-    return f"{value:.0f} s" if value >= 10 else f"{value:.1f} s" if value >= 0.1 else f"{value * 1e3:.1f} ms"
+def caption(text: str) -> Caption:
+    """Return a short caption whole; of a long one the sentences that fit, at least one, and the rest."""
+    if len(text) <= SHORT_CAPTION:
+        return Caption(text)
+    first, *rest = _SENTENCE.split(text)
+    while rest and len(first) + 1 + len(rest[0]) <= SHORT_CAPTION:
+        first = f"{first} {rest.pop(0)}"
+    return Caption(first, " ".join(rest))
 
 
-def in_bytes(value: float) -> str:
-    """A size in kB or MB (powers of ten)."""
-    return f"{value / 1e6:.1f} MB" if value >= 1e6 else f"{value / 1e3:.0f} kB"
+def fill_in(text: str, *parts: Any) -> Any:
+    """Return the text with each {} replaced by a part: escaped, or marked up by `italic` and `bold`."""
+    from markupsafe import Markup, escape
+
+    return Markup(escape(text)).format(*parts)
 
 
-_FORMS: Mapping[str, Callable[[float], str]] = {
-    "int": lambda value: f"{value:,.0f}",
-    "share": lambda value: f"{value:.1%}",
-    "0": lambda value: f"{value:.0f}",
-    "1": lambda value: f"{value:.1f}",
-    "2": lambda value: f"{value:.2f}",
-    "3": lambda value: f"{value:.3f}",
-    "s": in_seconds,
-    "ms": lambda value: f"{value:.2f}" if value < 10 else f"{value:.0f}",
-    "bytes": in_bytes,
-    "tiny": lambda value: "0" if value == 0 else f"{value:.0e}",
-}
+def italic(text: str) -> Any:
+    """Return a text in italics."""
+    from markupsafe import Markup
+
+    return Markup("<i>{}</i>").format(text)
+
+
+def bold(text: str) -> Any:
+    """Return a text in bold."""
+    from markupsafe import Markup
+
+    return Markup("<b>{}</b>").format(text)

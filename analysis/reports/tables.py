@@ -1,4 +1,8 @@
-"""Rows of values as a table of texts for a reader: digits by column, a dash with its reason, what each column is."""
+"""Tables of texts for a reader, whatever shows them: a page, a Word file, LaTeX or a terminal.
+
+Values become texts by their columns: the digits of a column stand below each other, an undefined number is a dash with
+its reason below the table, and each column says what it is.
+"""
 
 from __future__ import annotations
 
@@ -10,110 +14,142 @@ from types import MappingProxyType
 from palpate.analysis.plans.answers import Row, Value
 from palpate.analysis.reports.headings import counts, heading, is_p
 from palpate.analysis.reports.numbers import NONE, fixed, p_cell
-from palpate.analysis.reports.page_table import Footnotes
 
 NO_NUMBER = "There is no such number for this row."
 LONG_TEXT = 40
 MOST_DECIMALS = 8
+SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _NONE: Mapping[str, str] = MappingProxyType({})
 _NO_GROUPS: Mapping[int, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
 class Head:
-    """A column: its name in words, how it is set (text, number, words, hash), its name in the CSV, what it is."""
+    """A column's head: its name in words, how its cells are set, its name in files, and what it is.
+
+    `kind` is text, number (right), words (may wrap) or hash.
+    """
 
     name: str
     kind: str = "text"
     column: str = ""
-    told: str = ""
+    meaning: str = ""
 
 
 @dataclass(frozen=True)
-class Grid:
-    """A table of texts. `groups` are headings above the rows at these places, `keys` the marks each row belongs to."""
+class Emphasis:
+    """What stands out in a table: rows (the default method), cells (the best of a column), others' columns and rows."""
+
+    rows: frozenset[int] = frozenset()
+    cells: frozenset[tuple[int, int]] = frozenset()
+    columns: frozenset[int] = frozenset()
+    others: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of texts under heads, and notes below.
+
+    `groups` are headings above the rows at these places, `ruled` the rows with a rule above, `keys` the marks of
+    figures that each row belongs to.
+    """
 
     heads: tuple[Head, ...]
     rows: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...] = ()
     groups: Mapping[int, str] = field(default_factory=lambda: _NO_GROUPS)
+    ruled: frozenset[int] = frozenset()
     keys: tuple[tuple[str, ...], ...] = ()
+    emphasis: Emphasis = field(default_factory=Emphasis)
 
     @property
     def legend(self) -> tuple[Head, ...]:
         """The columns about which there is something to say."""
-        return tuple(head for head in self.heads if head.told)
+        return tuple(head for head in self.heads if head.meaning)
 
 
-def plain_grid(heads: Iterable[str | Head], rows: Iterable[Sequence[str]]) -> Grid:
-    """A table of texts as they are; a column given by its name alone holds short texts."""
-    return Grid(
-        tuple(Head(head) if isinstance(head, str) else head for head in heads), tuple(tuple(row) for row in rows)
-    )
+def text_table(heads: Iterable[str | Head], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> Table:
+    """Return a table of texts as they are; a column given by its name alone holds short texts."""
+    columns = tuple(Head(head) if isinstance(head, str) else head for head in heads)
+    return Table(columns, tuple(tuple(row) for row in rows), tuple(notes))
 
 
-def value_grid(
+def grouped_table(heads: Iterable[str | Head], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> Table:
+    """Return a table that leaves its first cell empty where it repeats the one above, a rule above each other one."""
+    table = text_table(heads, rows, notes)
+    first = [row[0] for row in table.rows]
+    repeats = [place > 0 and text == first[place - 1] for place, text in enumerate(first)]
+    shown = tuple(("", *row[1:]) if again else row for row, again in zip(table.rows, repeats, strict=True))
+    starts = {place for place, text in enumerate(row[0] for row in shown) if text and place > 0}
+    return replace(table, rows=shown, ruled=frozenset(starts if any(repeats) else ()))
+
+
+def number(name: str) -> Head:
+    """Return the head of a column of numbers."""
+    return Head(name, "number")
+
+
+def words(name: str) -> Head:
+    """Return the head of a column of sentences, which may wrap."""
+    return Head(name, "words")
+
+
+def value_table(
     rows: Sequence[Row],
-    kinds: Mapping[str, str] = _NONE,
+    meanings: Mapping[str, str] = _NONE,
     known: Collection[str] = (),
     without: str = NO_NUMBER,
     headings: Mapping[str, str] = _NONE,
-) -> Grid:
-    """The rows as texts under their columns' names in words; a row's `note` stands below, at the number it is about.
+) -> Table:
+    """Return the rows as texts under their columns' names in words, each row's `note` below at the number it is about.
 
-    `known` are the keys of marks: a row belongs to those that it names. `without` is said of a number that a row lacks
-    without a note; where it is "", such a cell is left empty. `headings` names columns that have no usual heading.
+    `meanings` say what columns are. `known` are the keys of marks: a row belongs to those that it names. `without` is
+    said of a number that a row lacks without a note; where it is "", such a cell is left empty. `headings` names
+    columns that have no usual heading.
     """
     notes = Footnotes()
     names = filled_columns(rows)
-    texts = [_marked(row, cells, notes, without) for row, cells in zip(rows, _by_row(names, rows), strict=True)]
-    heads = tuple(
-        replace(_head(name, rows, headings.get(name) or heading(name)), told=kinds.get(name, "")) for name in names
+    columns = [column_texts(name, [row.get(name) for row in rows]) for name in names]
+    texts = tuple(
+        _with_note(cells, str(row.get("note") or ""), notes, without)
+        for row, cells in zip(rows, zip(*columns, strict=True), strict=True)
     )
-    return Grid(heads, tuple(texts), notes.lines(), keys=tuple(row_keys(row, known) for row in rows))
+    heads = []
+    for name in names:
+        words = [value for row in rows if isinstance(value := row.get(name), str)]
+        kind = "number" if not words else "words" if max(map(len, words)) > LONG_TEXT else "text"
+        heads.append(Head(headings.get(name) or heading(name), kind, name, meanings.get(name, "")))
+    return Table(tuple(heads), texts, notes.lines(), keys=tuple(row_keys(row, known) for row in rows))
 
 
 def filled_columns(rows: Sequence[Row]) -> list[str]:
-    """The columns that any row fills, "result" where none does; a row's note stands below the table."""
+    """Return the columns that any row fills, "result" where none does; a row's note stands below the table."""
     names = dict.fromkeys(name for row in rows for name in row if name != "note")
     return [name for name in names if any(row.get(name) not in (None, "") for row in rows)] or ["result"]
 
 
 def row_keys(row: Row, known: Collection[str]) -> tuple[str, ...]:
-    """The marks' keys among a row's texts, each once."""
+    """Return the marks' keys among a row's texts, each once."""
     return tuple(dict.fromkeys(value for value in row.values() if isinstance(value, str) and value in known))
 
 
-def _head(name: str, rows: Sequence[Row], words: str) -> Head:
-    texts = [value for row in rows if isinstance(value := row.get(name), str)]
-    if not texts:
-        return Head(words, "number", name)
-    return Head(words, "words" if max(map(len, texts)) > LONG_TEXT else "text", name)
-
-
-def _by_row(names: Sequence[str], rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    columns = [column_texts(name, [row.get(name) for row in rows]) for name in names]
-    return list(zip(*columns, strict=True)) if columns else [() for _ in rows]
-
-
-def _marked(row: Row, cells: Sequence[str], notes: Footnotes, without: str) -> tuple[str, ...]:
-    """The row's cells with the number of its note: at what is undefined, else at the row's first cell."""
-    note = str(row.get("note") or "")
+def _with_note(cells: Sequence[str], note: str, notes: Footnotes, without: str) -> tuple[str, ...]:
+    """Return a row's cells with the number of its note: at what is undefined, else at the row's first cell."""
     if NONE in cells:
-        told = notes.marked(NONE, note or without) if note or without else ""
-        return tuple(told if cell == NONE else cell for cell in cells)
+        dash = notes.marked(NONE, note or without) if note or without else ""
+        return tuple(dash if cell == NONE else cell for cell in cells)
     return (notes.marked(cells[0], note), *cells[1:]) if note else tuple(cells)
 
 
 def column_texts(name: str, values: Sequence[Value]) -> list[str]:
-    """A column's values as a reader sees them, all with the same decimals, so that they stand below each other.
+    """Return a column's values as a reader sees them, all with the same decimals, so that they stand below each other.
 
     p is never 0, an undefined number is a dash; a text that is not there is left empty.
     """
-    lacking = "" if any(isinstance(value, str) for value in values) else NONE
+    missing = "" if any(isinstance(value, str) for value in values) else NONE
     numbers = [value for value in values if isinstance(value, float) and math.isfinite(value)]
     decimals = _decimals(name, numbers)
-    return [_text(name, value, decimals, lacking) for value in values]
+    return [_text(name, value, decimals, missing) for value in values]
 
 
 def _decimals(name: str, numbers: Sequence[float]) -> int:
@@ -125,25 +161,41 @@ def _decimals(name: str, numbers: Sequence[float]) -> int:
     return min(MOST_DECIMALS, max(3, 1 - math.floor(math.log10(largest))))
 
 
-def _text(name: str, value: Value, decimals: int, lacking: str) -> str:
+def _text(name: str, value: Value, decimals: int, missing: str) -> str:
     if value is None or value == "":
-        return lacking
+        return missing
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, str | int):
-        return value if isinstance(value, str) else f"{value}".replace("-", "−")
-    return _number(name, value, decimals)
+    if isinstance(value, str):
+        return value
+    return f"{value}".replace("-", "−") if isinstance(value, int) else _number(name, value, decimals)
 
 
 def _number(name: str, value: float, decimals: int) -> str:
+    """Return a number with so many decimals, and no sign before zero."""
     if not math.isfinite(value):
         return NONE if math.isnan(value) else "∞" if value > 0 else "−∞"
     if is_p(name) and 0 <= value <= 1:
         return p_cell(value)
-    return fixed(value, decimals) if abs(value) >= 1e6 else _rounded(value, decimals)
-
-
-def _rounded(value: float, decimals: int) -> str:
-    """With so many decimals, and no sign before zero."""
+    if abs(value) >= 1e6:
+        return fixed(value, decimals)
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if not text.strip("-0.") else text.replace("-", "−")
+
+
+class Footnotes:
+    """Notes of one table, each written once: `marked` gives a text its number and keeps the note."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[str, str] = {}
+
+    def marked(self, text: str, note: str) -> str:
+        """Return the text with the number of its note, or as it is where there is no note."""
+        if not note:
+            return text
+        number = self._numbers.setdefault(note, str(len(self._numbers) + 1).translate(SUPERSCRIPTS))
+        return f"{text} {number}"
+
+    def lines(self) -> tuple[str, ...]:
+        """Return the notes as they stand below the table."""
+        return tuple(f"{number} {note}" for note, number in self._numbers.items())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
-from palpate.analysis.reports.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_figures_time import time_figures
 from palpate.modeling.attributes.evaluation_tables import Row, attribute_rows, method_rows, names_of, prediction_rows
@@ -27,7 +27,7 @@ MOST = 8
 """Learning curves of so many textures can be told apart."""
 
 
-def figures(found: Judged, folder: Path) -> Iterator[Pictured]:
+def figures(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
     """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder.
 
     Figures 3.8 and 3.9 are of the best method, and of the thesis' network where that is another one.
@@ -51,7 +51,7 @@ def _centred(rows: Sequence[Row]) -> list[Row]:
              "sd": None if row["rated_sd"] is None else 2 * row["rated_sd"]} for row in rows]  # fmt: skip
 
 
-def _by_texture(found: Judged, rows: Sequence[Row], title: str, name: str, folder: Path) -> Pictured:
+def _by_texture(found: Judged, rows: Sequence[Row], title: str, name: str, folder: Path) -> DrawnFigure:
     """Figure 3.8: a panel for each attribute, a place for each texture."""
     from matplotlib.figure import Figure
 
@@ -82,7 +82,7 @@ def _panel(axes: Axes, rows: Sequence[Row], attribute: str) -> None:
     axes.grid(visible=True, axis="y")
 
 
-def _against(found: Judged, rows: Sequence[Row], method: str, title: str, name: str, folder: Path) -> Pictured:
+def _against(found: Judged, rows: Sequence[Row], method: str, title: str, name: str, folder: Path) -> DrawnFigure:
     """Figure 3.8 as predicted against rated, with 90 % intervals."""
     from palpate.analysis.figures.predicted import PREDICTED
 
@@ -103,7 +103,7 @@ def _with_interval(row: Row, wide: float | None) -> Row:
     return {**kept, "low": max(-100.0, row["predicted"] - 2 * wide), "high": min(100.0, row["predicted"] + 2 * wide)}
 
 
-def _by_class(found: Judged, method: str, title: str, name: str, folder: Path) -> Pictured:
+def _by_class(found: Judged, method: str, title: str, name: str, folder: Path) -> DrawnFigure:
     """Figure 3.9: the MAE of each class, 0 to 100."""
     from palpate.analysis.figures.class_heatmap import CLASS_HEATMAP
 
@@ -114,7 +114,7 @@ def _by_class(found: Judged, method: str, title: str, name: str, folder: Path) -
     return _shown(CLASS_HEATMAP, {**asked, "order": "error"}, rows, found, folder)
 
 
-def _shown(kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], found: Judged, folder: Path) -> Pictured:
+def _shown(kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], found: Judged, folder: Path) -> DrawnFigure:
     """A figure of an analysis plan, from rows of ours."""
     import pandas as pd
 
@@ -127,10 +127,10 @@ def _shown(kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], found: 
     with drawing(settings.name):
         drawn = kind.draw(shown)
         svg, _ = save(drawn.figure, folder, settings.name)
-    return Pictured(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
+    return DrawnFigure(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
 
 
-def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
+def _curves(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
     """The learning curves of every method that is trained in epochs, a line for each texture left out."""
     from palpate.modeling.training.learning_curve import learning_curve
 

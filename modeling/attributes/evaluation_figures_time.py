@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, drawing
-from palpate.analysis.reports.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_tables import Row
 
@@ -20,7 +20,7 @@ COLOURS, SHAPES = (INK, *OKABE_ITO), ("o", "s", "D")
 PANELS = (("train_s", "training of a fold, s"), ("answer_s", "answer for a texture, s"))
 
 
-def time_figures(rows: Sequence[Row], folder: Path) -> Iterator[Pictured]:
+def time_figures(rows: Sequence[Row], folder: Path) -> Iterator[DrawnFigure]:
     """The figure, where methods were judged."""
     judged = [row for row in rows if row["mae"] is not None]
     if judged:

@@ -103,11 +103,11 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
-    from palpate.analysis.reports.drawn import Pictured
+    from palpate.analysis.reports.figures import DrawnFigure
     from palpate.modeling.attributes.evaluation_figures import figures
     from palpate.modeling.attributes.evaluation_report import report_html
 
-    def draw(place: Path) -> list[Pictured]:
+    def draw(place: Path) -> list[DrawnFigure]:
         report("drawing")
         return list(figures(found, place)) if drawings else []
 

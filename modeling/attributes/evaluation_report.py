@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from palpate.analysis.reports.blocks import Block, Points, Section
-from palpate.analysis.reports.drawn import Pictured
-from palpate.analysis.reports.page import Page, page_html
+from palpate.analysis.reports.figures import DrawnFigure
+from palpate.analysis.reports.page import EVALUATION, Page, page_html
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_sections import (
     features_section,
@@ -21,7 +21,7 @@ from palpate.modeling.attributes.judging_whole import Judged
 from palpate.modeling.attributes.lacking import lacking
 
 
-def report_html(found: Judged, pictured: Sequence[Pictured] = ()) -> str:
+def report_html(found: Judged, pictured: Sequence[DrawnFigure] = ()) -> str:
     """The whole page as one text. Every name in it is escaped."""
     chosen = choice_of(found)
     every = (
@@ -29,7 +29,7 @@ def report_html(found: Judged, pictured: Sequence[Pictured] = ()) -> str:
         textures_section(found, pictured, chosen), time_section(pictured), provenance(found),
     )  # fmt: skip
     sections = tuple(each for each in every if each is not None)
-    return page_html(Page(words.TITLE, words.LEAD, banners(found), facts(found), sections))
+    return page_html(Page(words.TITLE, words.LEAD, banners(found), facts(found), sections), EVALUATION)
 
 
 def choice_of(found: Judged) -> Choice:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Words, in_seconds, table
-from palpate.analysis.reports.drawn import Pictured
-from palpate.analysis.reports.pictures import chosen as pictures
-from palpate.analysis.reports.pictures import figure_block
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Words, table
+from palpate.analysis.reports.figures import DrawnFigure, figure_block
+from palpate.analysis.reports.figures import chosen as pictures
+from palpate.analysis.reports.numbers import in_seconds
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.evaluation_tables import (
     Row,
@@ -98,7 +98,7 @@ def features_section(found: Judged, chosen: Choice) -> Section | None:
     return Section("features", "Methods and features apart", blocks)
 
 
-def textures_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
+def textures_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """Figures 3.8 and 3.9, by attribute and class, and the intervals."""
     rows = [row for row in attribute_rows(found) if row["method"] == chosen.method]
     title = rows[0]["title"] if rows else chosen.method
@@ -114,7 +114,7 @@ def textures_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice
     return Section("textures", "Textures and classes", blocks)
 
 
-def time_section(pictured: Sequence[Pictured]) -> Section | None:
+def time_section(pictured: Sequence[DrawnFigure]) -> Section | None:
     """Error against time, and learning curves; None where nothing was drawn."""
     blocks = tuple(figure_block(each) for each in pictures(pictured, "work_precision", "learning_"))
     return Section("time", "Time", blocks) if blocks else None

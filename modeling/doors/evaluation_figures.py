@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import drawing, save
-from palpate.analysis.reports.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_whole import Evaluation
 from palpate.modeling.doors.evaluation_overall import widths
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 UNIT = "0 to 100"
 
 
-def figures(found: Evaluation, folder: Path) -> Iterator[Pictured]:
+def figures(found: Evaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder."""
     forward = _of(
         found.judged.methods("forward"), found.choices["forward"].method if "forward" in found.choices else ""
@@ -47,7 +47,7 @@ def _of(methods: Sequence[Gathered], name: str) -> Gathered | None:
     return next((each for each in methods if each.method == name), None)
 
 
-def _predicted(found: Gathered, folder: Path) -> Iterator[Pictured]:
+def _predicted(found: Gathered, folder: Path) -> Iterator[DrawnFigure]:
     """Figures 5.12 and 5.13: by door and by attribute."""
     from palpate.analysis.figures.predicted import PREDICTED
 
@@ -59,7 +59,7 @@ def _predicted(found: Gathered, folder: Path) -> Iterator[Pictured]:
         yield _shown(PREDICTED, {"name": name, "figure": "predicted", **asked}, kept, found, folder)
 
 
-def _violins(found: Gathered, folder: Path) -> Pictured:
+def _violins(found: Gathered, folder: Path) -> DrawnFigure:
     """Figure 5.14: the waveform's MAE by door."""
     from palpate.analysis.figures.violins import VIOLINS
 
@@ -76,13 +76,13 @@ def _violins(found: Gathered, folder: Path) -> Pictured:
 
 def _shown(
     kind: FigureKind, asked: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], found: Gathered, folder: Path
-) -> Pictured:
+) -> DrawnFigure:
     settings = kind.settings.model_validate(asked)
     shown = kind.data(FigureInput(_selected(rows, found)), settings)
     with drawing(settings.name):
         drawn = kind.draw(shown)
         svg, _ = save(drawn.figure, folder, settings.name)
-    return Pictured(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
+    return DrawnFigure(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
 
 
 def _selected(rows: Sequence[Mapping[str, Any]], found: Gathered) -> Any:
@@ -99,7 +99,7 @@ def _selected(rows: Sequence[Mapping[str, Any]], found: Gathered) -> Any:
     return Selected(table, table.iloc[:0], data.attributes, levels, antonyms=antonyms)
 
 
-def _work_precision(found: Evaluation, folder: Path) -> Iterator[Pictured]:
+def _work_precision(found: Evaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Error against the time of training and of an answer, a figure for each direction."""
     from palpate.analysis.measuring.work_precision_plot import work_precision_figure
 
@@ -131,7 +131,7 @@ def _timed_rows(
     ]
 
 
-def _curves(found: Evaluation, folder: Path) -> Iterator[Pictured]:
+def _curves(found: Evaluation, folder: Path) -> Iterator[DrawnFigure]:
     """The learning curves of every method that is trained in epochs, a line for each fold."""
     from palpate.modeling.training.learning_curve import learning_curve
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Table, Words, table
-from palpate.analysis.reports.drawn import Pictured
-from palpate.analysis.reports.pictures import chosen, figure_block
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, TableBlock, Words, table
+from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_whole import Evaluation
@@ -48,7 +47,7 @@ CEILING = (
 KNOWS = {"other_people": "everybody who could be asked", "same_people": "these people's habits"}
 
 
-def forward_section(found: Evaluation, pictured: Sequence[Pictured]) -> Section | None:
+def forward_section(found: Evaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
     """Everything about this direction; None where nothing of it was evaluated."""
     if not found.forward:
         return None
@@ -111,7 +110,7 @@ def _cells(found: Evaluation, ours: str) -> list[Block]:
     return blocks
 
 
-def _cell_table(title: str, each: Gathered, measure: str, digits: str, folded: bool) -> Table:
+def _cell_table(title: str, each: Gathered, measure: str, digits: str, folded: bool) -> TableBlock:
     told = printed(measure)
     rows = cell_rows(each, measure)
     for row in rows[:-1]:
@@ -134,7 +133,7 @@ def _door_columns(each: Gathered, digits: str) -> list[Column]:
     return [Column("attribute", "attribute"), *doors, Column(AVERAGE, AVERAGE, digits)]
 
 
-def _numbered(each: Pictured) -> str:
+def _numbered(each: DrawnFigure) -> str:
     return each.name.replace("figure_", "Figure ").replace("_", ".")
 
 

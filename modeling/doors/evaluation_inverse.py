@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Table, Words, table
-from palpate.analysis.reports.drawn import Pictured
-from palpate.analysis.reports.pictures import chosen, figure_block
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, TableBlock, Words, table
+from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_whole import Evaluation
@@ -85,7 +84,7 @@ JUDGES = {
 }
 
 
-def inverse_section(found: Evaluation, pictured: Sequence[Pictured]) -> Section | None:
+def inverse_section(found: Evaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
     """Everything about this direction; None where nothing of it was evaluated."""
     if not found.inverse:
         return None
@@ -130,7 +129,7 @@ def _loop(found: Evaluation) -> list[Block]:
     return [Heading("The loop, by attribute", "loop"), *(each for each in tables if each is not None)]
 
 
-def _judged_table(found: Evaluation, methods: Sequence[Gathered], name: str) -> Table | None:
+def _judged_table(found: Evaluation, methods: Sequence[Gathered], name: str) -> TableBlock | None:
     rows: list[Row] = [{"attribute": attribute} for attribute in (*found.data.attributes, "mean")]
     within = attainable(methods)
     for each in methods:
@@ -168,7 +167,7 @@ def _waveforms(found: Evaluation, ours: str) -> list[Block]:
     return [*blocks, *(_by_variant(found, each) for each in shown)]
 
 
-def _by_door(found: Evaluation, each: Gathered, folded: bool) -> Table:
+def _by_door(found: Evaluation, each: Gathered, folded: bool) -> TableBlock:
     theirs = printed_waveforms().by_door
     rows = [{**_spreads(row), **_beside(theirs.get(row["door"]))} for row in waveform_rows(each)]
     rows[-1]["door"] = "all" if rows[-1]["door"] == OVERALL else rows[-1]["door"]
@@ -181,7 +180,7 @@ def _by_door(found: Evaluation, each: Gathered, folded: bool) -> Table:
     return table(title, rows, columns, folded=folded, note=note, theirs=("thesis_mae", "thesis_rmse"))
 
 
-def _by_variant(found: Evaluation, each: Gathered) -> Table:
+def _by_variant(found: Evaluation, each: Gathered) -> TableBlock:
     rows = [_spreads(row) for row in waveform_rows(each, "variants") if row["variant"] != OVERALL]
     columns = [Column("variant", "variant"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD"),
                Column("n", "profiles", "int")]  # fmt: skip

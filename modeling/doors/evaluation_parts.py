@@ -4,20 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import (
-    NONE,
-    Block,
-    Column,
-    Points,
-    Section,
-    Table,
-    Words,
-    in_seconds,
-    table,
-    written,
-)
-from palpate.analysis.reports.drawn import Pictured
-from palpate.analysis.reports.pictures import chosen, figure_block
+from palpate.analysis.reports.blocks import Block, Column, Points, Section, TableBlock, Words, table
+from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
+from palpate.analysis.reports.numbers import NONE, in_seconds, written
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluating_measured import Recovered
 from palpate.modeling.doors.evaluating_whole import Evaluation
@@ -133,7 +122,7 @@ def _row(rows: Sequence[Row], method: str) -> Row:
     return next(row for row in rows if row["method"] == method)
 
 
-def measured_section(found: Evaluation, pictured: Sequence[Pictured]) -> Section | None:
+def measured_section(found: Evaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
     """The measured door and its edits: predicted, and recovered."""
     if not found.measured:
         return None
@@ -142,7 +131,7 @@ def measured_section(found: Evaluation, pictured: Sequence[Pictured]) -> Section
     return Section("measured", "The measured door", tuple(blocks))
 
 
-def _measured_table(found: Evaluation, each: Recovered) -> Table:
+def _measured_table(found: Evaluation, each: Recovered) -> TableBlock:
     rows = [_measured_row(found, each, i) for i in range(len(found.data.attributes))]
     off = float(abs(each.again - each.predicted).mean())
     why = f" The door would refuse the made profile: {each.why}." if each.why else ""

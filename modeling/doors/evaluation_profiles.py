@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes
-from palpate.analysis.reports.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.doors.evaluating_gathered import Gathered
 from palpate.modeling.doors.evaluating_scores import by_level
 from palpate.modeling.doors.evaluating_whole import Evaluation
@@ -30,7 +30,7 @@ Line = tuple[str, str, Array, float]
 """Name, colour, 621 newtons, width."""
 
 
-def made_profiles(found: Evaluation, ours: Gathered, folder: Path) -> Pictured:
+def made_profiles(found: Evaluation, ours: Gathered, folder: Path) -> DrawnFigure:
     """For each door the stimulus that was made with the median error: held out, and as two methods made it."""
     network = next((m for m in found.judged.methods("inverse") if m.method == THESIS != ours.method), None)
     shown = [each for each in (ours, network) if each is not None]
@@ -62,7 +62,7 @@ def _told(each: Gathered, row: int) -> str:
     return f"{waveform_errors(each)[0][row]:.1f} %{off}"
 
 
-def measured_door(found: Evaluation, folder: Path) -> Pictured:
+def measured_door(found: Evaluation, folder: Path) -> DrawnFigure:
     """The measured door and its edits, each beside the profile that its predicted ratings come back to."""
     from palpate.modeling.doors.evaluation_parts import profile_name
 

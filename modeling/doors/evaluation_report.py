@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.drawn import Pictured
-from palpate.analysis.reports.page import Page, page_html
+from palpate.analysis.reports.figures import DrawnFigure
+from palpate.analysis.reports.page import EVALUATION, Page, page_html
 from palpate.modeling.doors.evaluating_whole import Evaluation
 from palpate.modeling.doors.evaluation_forward import forward_section
 from palpate.modeling.doors.evaluation_inverse import inverse_section
@@ -15,11 +15,11 @@ from palpate.modeling.doors.evaluation_words import LEAD
 TITLE = "Car doors: how well feelings are predicted, and profiles made"
 
 
-def report_html(found: Evaluation, pictured: Sequence[Pictured] = ()) -> str:
+def report_html(found: Evaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
     """The whole page as one text. Every name in it is escaped."""
     sections = (
         in_short(found), forward_section(found, pictured), inverse_section(found, pictured),
         measured_section(found, pictured), provenance(found),
     )  # fmt: skip
     whole = [section for section in sections if section is not None]
-    return page_html(Page(TITLE, LEAD, banners(found), facts(found), whole))
+    return page_html(Page(TITLE, LEAD, banners(found), facts(found), whole), EVALUATION)

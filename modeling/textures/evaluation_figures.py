@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
-from palpate.analysis.reports.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_figures_free import free_figures
 from palpate.modeling.textures.evaluation_figures_time import time_figures
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 CURVED = (DEFAULT, THESIS)
 
 
-def figures(found: Judged, folder: Path) -> Iterator[Pictured]:
+def figures(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
     """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder."""
     yield from free_figures(found, folder)
     yield from _grid(found, folder)
@@ -40,7 +40,7 @@ def figures(found: Judged, folder: Path) -> Iterator[Pictured]:
     yield from _curves(found, folder)
 
 
-def _grid(found: Judged, folder: Path) -> Iterator[Pictured]:
+def _grid(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
     """Figure 4.5."""
     rows = [row for row in figure_4_5(found) if row["mae"] is not None]
     if rows:
@@ -67,7 +67,7 @@ def _grid_figure(rows: list[Row]) -> Figure:
     return figure
 
 
-def _one_step(found: Judged, folder: Path) -> Iterator[Pictured]:
+def _one_step(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
     """Figures 4.6 and 4.7, of the thesis' method where it was evaluated, else of ours, else of the first; and the time
     domain of Figure 4.6 once more where that method runs free."""
     order = (THESIS, DEFAULT, *found.wanted.names)
@@ -116,7 +116,7 @@ def free_beginning(found: Judged, method: str) -> dict[str, tuple[Array, Array]]
     }
 
 
-def _free(found: Judged, method: str, colours: Mapping[str, str], folder: Path) -> Iterator[Pictured]:
+def _free(found: Judged, method: str, colours: Mapping[str, str], folder: Path) -> Iterator[DrawnFigure]:
     told = free_beginning(found, method)
     if not told:
         return
@@ -150,7 +150,7 @@ def _told(found: Judged, method: str) -> dict[str, tuple[Array, Array]]:
     return {name: (each.array("actual"), each.array("answered")) for name, each in done.items() if not each.refused}
 
 
-def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
+def _curves(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
     """The learning curves of ours and of the thesis' method, a line for each texture."""
     from palpate.modeling.training.learning_curve import learning_curve
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
-from palpate.analysis.reports.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_panels import Draw, keyed, named, panels, spectrum
 from palpate.modeling.textures.evaluation_tables import TRUTH
@@ -49,7 +49,7 @@ class Shown:
         return [truth, *((each, self.colours[title], 1.0) for title, each in self.made[texture].items())]
 
 
-def free_figures(found: Judged, folder: Path) -> Iterator[Pictured]:
+def free_figures(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
     """Three figures of ours, the thesis' and the baseline, as far as they ran."""
     shown = _shown(found)
     if not shown.made:
@@ -71,7 +71,7 @@ def free_figures(found: Judged, folder: Path) -> Iterator[Pictured]:
         yield drawn_figure("free_waves", "Running free: waves", words.FREE_WAVES, _waves(shown), folder)
 
 
-def _panelled(name: str, told: tuple[str, str], shown: Shown, draw: Draw, folder: Path) -> Pictured:
+def _panelled(name: str, told: tuple[str, str], shown: Shown, draw: Draw, folder: Path) -> DrawnFigure:
     title, caption = told
     with drawing(name):
         figure = keyed(panels(list(shown.made), shown.labels, draw, 2.1), shown.colours)

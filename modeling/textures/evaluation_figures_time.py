@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, drawing
-from palpate.analysis.reports.drawn import Pictured, drawn_figure
+from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_panels import named
 from palpate.modeling.textures.evaluation_tables import Row, method_rows
@@ -23,7 +23,7 @@ SHAPES = ("o", "s")
 Look = tuple[str, str]
 
 
-def time_figures(found: Judged, folder: Path) -> Iterator[Pictured]:
+def time_figures(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
     """The figure, where methods ran free and a step or a training was timed."""
     rows = [row for row in method_rows(found) if row["felt_dB"] is not None]
     if any(row["step_us"] or row["train_s"] for row in rows):

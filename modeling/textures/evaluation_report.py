@@ -6,8 +6,8 @@ import hashlib
 from collections.abc import Sequence
 
 from palpate.analysis.reports.blocks import Block, Points, Section
-from palpate.analysis.reports.drawn import Pictured
-from palpate.analysis.reports.page import Page, page_html
+from palpate.analysis.reports.figures import DrawnFigure
+from palpate.analysis.reports.page import EVALUATION, Page, page_html
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_reached import reached
 from palpate.modeling.textures.evaluation_sections import free_section, provenance, step_section, time_section
@@ -17,14 +17,14 @@ from palpate.modeling.textures.judging_kept import recording_digest
 from palpate.modeling.textures.judging_whole import Judged
 
 
-def report_html(found: Judged, pictured: Sequence[Pictured] = ()) -> str:
+def report_html(found: Judged, pictured: Sequence[DrawnFigure] = ()) -> str:
     """The whole page as one text. Every name in it is escaped."""
     chosen = choice_of(found)
     sections = (
         in_short(found, chosen), free_section(found, pictured, chosen), step_section(found, pictured, chosen),
         time_section(found, pictured, chosen), provenance(found),
     )  # fmt: skip
-    return page_html(Page(words.TITLE, words.LEAD, banners(found), facts(found), sections))
+    return page_html(Page(words.TITLE, words.LEAD, banners(found), facts(found), sections), EVALUATION)
 
 
 def choice_of(found: Judged) -> Choice:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Words, in_seconds, table
-from palpate.analysis.reports.drawn import Pictured
-from palpate.analysis.reports.pictures import chosen as pictures
-from palpate.analysis.reports.pictures import figure_block
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Words, table
+from palpate.analysis.reports.figures import DrawnFigure, figure_block
+from palpate.analysis.reports.figures import chosen as pictures
+from palpate.analysis.reports.numbers import in_seconds
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.evaluation_tables import (
     Row,
@@ -87,7 +87,7 @@ THEIRS = ("thesis_window", "thesis_mae", "thesis_gfc", "thesis_cpu_ms", "thesis_
 SHORT = {"level": "level", "smoothed_gfc": "GFC", "envelope": "envelope", "cycle_excess": "repeats", "greatest": "size"}
 
 
-def free_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
+def free_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """What models make on their own output."""
     rows = [_told(row) for row in method_rows(found)]
     blocks: list[Block] = [Words(text) for text in _origin(found)]
@@ -128,7 +128,7 @@ def _short(beyond: str) -> str | None:
     return ", ".join(SHORT[name] for name in beyond.split()) or None
 
 
-def step_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
+def step_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """The next sample told from true ones: Tables 4.1 and 4.2, Figures 4.5 to 4.7."""
     blocks: list[Block] = [Words(words.ONE_STEP), Words(words.BLIND)]
     generators = [found.method(name).title for name in found.wanted.names if found.method(name).kind == "block"]
@@ -157,7 +157,7 @@ def _number(name: str) -> str:
     return "Figure " + name.removeprefix("figure_").removesuffix("_free").replace("_", ".")
 
 
-def time_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
+def time_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """Table 4.3, and error against time."""
     blocks: list[Block] = [Words(words.TIMES)]
     blocks.append(

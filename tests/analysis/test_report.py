@@ -11,12 +11,13 @@ from pathlib import Path
 import pytest
 
 from palpate.analysis.first_look.analysed import Analysed, analyse_ratings
-from palpate.analysis.first_look.report import report_html, save_figures, write_report
+from palpate.analysis.first_look.page import report_html, save_figures, write_report
 from palpate.analysis.first_look.results import statistics_json, write_results
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.describe import describe
 from palpate.analysis.reports.csv_files import csv_text
-from palpate.analysis.reports.numbers import count, fixed, p_cell, phrase, share
+from palpate.analysis.reports.numbers import fixed, p_cell, share
+from palpate.protocols.wording import count, phrase
 from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed
 
 EVIL = "<script>alert('x')</script>\"&"

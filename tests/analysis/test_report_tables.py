@@ -14,7 +14,8 @@ from palpate.analysis.first_look.page_tests import comparisons, question_words, 
 from palpate.analysis.first_look.study_statistics import Question, Row, StudyStatistics, study_statistics
 from palpate.analysis.first_look.study_statistics import Test as Answer
 from palpate.analysis.ratings.dataset import Exclusion
-from palpate.analysis.reports.page_table import Footnotes, Table
+from palpate.analysis.reports.blocks import Folded
+from palpate.analysis.reports.tables import Footnotes, Table
 from palpate.analysis.statistics.anova import anova
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
@@ -43,7 +44,7 @@ def page_with(question: Question, *rows: Row, per_cell: tuple[int, int] = (1, 1)
 
 def cells(shown: Table) -> list[dict[str, str]]:
     """The rows of a table by the names of its columns."""
-    names = [column.name for column in shown.columns]
+    names = [column.name for column in shown.heads]
     assert len(set(names)) == len(names)
     return [dict(zip(names, row, strict=True)) for row in shown.rows]
 
@@ -170,4 +171,7 @@ def test_the_means_of_every_stimulus_are_on_the_page() -> None:
     own = ratings.table.query("attribute == 'Damped' and car == 'K8' and variant == 'g7'")["value"]
     row = next(row for row in shown if (row["car"], row["variant"]) == ("K8", "g7"))
     assert row["Damped"] == f"{own.mean():.2f} ({own.std():.2f})".replace("-", "−") and row["n"] == "3"
-    assert page_of(analyse_ratings(ratings)).means == stimulus_table(analyse_ratings(ratings))
+    figures = page_of(analyse_ratings(ratings)).sections[1]
+    assert [block.blocks[0].table for block in figures.blocks if isinstance(block, Folded)] == [
+        stimulus_table(analyse_ratings(ratings))
+    ]

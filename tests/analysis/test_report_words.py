@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 
 from palpate.analysis.first_look.analysed import analyse_ratings
+from palpate.analysis.first_look.page import report_html, save_figures
 from palpate.analysis.first_look.page_data import facts
-from palpate.analysis.first_look.report import report_html, save_figures
 from palpate.analysis.first_look.results import write_results
 from palpate.analysis.ratings.dataset import Exclusion, Ratings
 from palpate.analysis.ratings.reading import read_ratings

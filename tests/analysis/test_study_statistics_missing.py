@@ -15,8 +15,8 @@ import pytest
 
 from palpate import command_line
 from palpate.analysis.first_look.analysed import analyse_ratings
+from palpate.analysis.first_look.page import report_html
 from palpate.analysis.first_look.page_tests import comparisons, refusals
-from palpate.analysis.first_look.report import report_html
 from palpate.analysis.first_look.results import statistics_json
 from palpate.analysis.first_look.study_statistics import questions_of, study_statistics
 from palpate.analysis.ratings.completeness import cell_faults, without_incomplete

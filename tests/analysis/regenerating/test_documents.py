@@ -14,15 +14,15 @@ from palpate.analysis.regenerating.documents import Titled, table_letters, title
 from palpate.analysis.regenerating.latex_tables import LETTERS, escaped, latex_text
 from palpate.analysis.regenerating.outputs import write_documents
 from palpate.analysis.regenerating.word_tables import UPRIGHT, allowed, word_bytes
-from palpate.analysis.reports.tables import Head, plain_grid
+from palpate.analysis.reports.tables import Head, text_table
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE
 
-NARROW = plain_grid(("who", Head("F", "number")), [("P001", "2.50"), ("P002", "−0.10")])
-WIDE = plain_grid([Head(f"value {n}", "number") for n in range(24)], [[f"{n}.25" for n in range(24)]] * 3)
+NARROW = text_table(("who", Head("F", "number")), [("P001", "2.50"), ("P002", "−0.10")])
+WIDE = text_table([Head(f"value {n}", "number") for n in range(24)], [[f"{n}.25" for n in range(24)]] * 3)
 
 
 def tables(*grids):
-    return [Titled(n, f"t{n}", f"Table of {n}", grid, ("A note.",)) for n, grid in enumerate(grids, start=1)]
+    return [Titled(n, f"t{n}", f"Table of {n}", table, ("A note.",)) for n, table in enumerate(grids, start=1)]
 
 
 def opened(content):
@@ -39,9 +39,9 @@ def test_word_holds_every_table_with_its_number_and_its_rows(small, word):
     expected = list(titled_tables(small))
     assert len(document.tables) == len(expected)
     for found, each in zip(document.tables, expected, strict=True):
-        assert [cell.text for cell in found.rows[0].cells] == [head.name for head in each.grid.heads]
-        assert len(found.rows) == 1 + len(each.grid.rows) + len(each.grid.groups)
-        assert [cell.text for cell in found.rows[-1].cells] == list(each.grid.rows[-1])
+        assert [cell.text for cell in found.rows[0].cells] == [head.name for head in each.table.heads]
+        assert len(found.rows) == 1 + len(each.table.rows) + len(each.table.groups)
+        assert [cell.text for cell in found.rows[-1].cells] == list(each.table.rows[-1])
     assert document.paragraphs[0].text == TITLE
     assert any(HOSTILE in cell.text for cell in document.tables[0]._cells)
     fields = document.element.body.findall(f".//{qn('w:fldSimple')}")
@@ -91,8 +91,8 @@ def test_word_is_the_same_twice_and_has_no_hour(small, word, tmp_path):
 
 def test_word_takes_any_letters():
     strange = "\x00\x0b\ufffe a & b < c > \"d\" 'e' 가 𝔸"
-    grid = plain_grid((strange, "b"), [(strange, "")])
-    document = opened(word_bytes(strange, "", [Titled(1, "t", strange, grid, (strange,))]))
+    table = text_table((strange, "b"), [(strange, "")])
+    document = opened(word_bytes(strange, "", [Titled(1, "t", strange, table, (strange,))]))
     assert document.tables[0].rows[1].cells[0].text == allowed(strange)
 
 
@@ -114,7 +114,7 @@ def test_latex_has_the_parts_of_every_table(small, word):
     assert len(set(labels)) == len(expected)
     assert text.count(r"\begin{landscape}") == text.count(r"\end{landscape}")
     body = [line for line in text.splitlines() if line.endswith(r" \\") and " & " in line]
-    rows = sum(len(each.grid.rows) + 2 for each in expected if len(each.grid.heads) > 1)
+    rows = sum(len(each.table.rows) + 2 for each in expected if len(each.table.heads) > 1)
     assert len(body) == rows
     assert "<script>" not in text
 
@@ -122,7 +122,7 @@ def test_latex_has_the_parts_of_every_table(small, word):
 def test_braces_and_dollars_are_balanced_whatever_the_names(small, word):
     for text in (
         word[1].read_text(encoding="utf-8"),
-        latex_text(HOSTILE, "", tables(plain_grid((HOSTILE, "{"), [("}", "$")]))),
+        latex_text(HOSTILE, "", tables(text_table((HOSTILE, "{"), [("}", "$")]))),
     ):
         bare = re.sub(r"\\[\\{}$&%#_]", "", text)
         depth = 0
@@ -137,9 +137,9 @@ def test_every_letter_that_tex_reads_otherwise_is_replaced():
 
 
 def test_letters_beyond_pdflatex_are_named():
-    grid = plain_grid(("word", "n"), [("부드러운", "3")])
+    table = text_table(("word", "n"), [("부드러운", "3")])
     assert "% Holds letters that pdflatex does not know (lualatex does): 드 러 부 운" in latex_text(
-        "T", "", tables(grid)
+        "T", "", tables(table)
     )
     assert "lualatex" not in latex_text("T", "", tables(NARROW))
 

@@ -9,8 +9,9 @@ from html.parser import HTMLParser
 import pytest
 
 from palpate.analysis.ratings.dataset import Exclusion
+from palpate.analysis.regenerating.page import parts_of
 from palpate.analysis.regenerating.page_data import left_out, seconds_told
-from palpate.analysis.reports.captions import SHORT, caption, parts_of
+from palpate.analysis.reports.blocks import SHORT_CAPTION, caption
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE, page_of, small_study
 
 UNCLOSED = {"meta", "link", "br", "path", "use", "rect", "image", "circle"}
@@ -136,7 +137,7 @@ def test_the_ledger_is_counted_by_reason():
 def test_a_long_caption_is_opened_at_the_end_of_a_sentence():
     text = " ".join(f"Sentence {n} is p < .05 and e.g. this long." for n in range(20))
     found = caption(text)
-    assert len(found.first) <= SHORT and found.first.endswith(".") and f"{found.first} {found.rest}" == text
+    assert len(found.first) <= SHORT_CAPTION and found.first.endswith(".") and f"{found.first} {found.rest}" == text
     assert caption("Short. One.").rest == ""
 
 

@@ -12,7 +12,7 @@ from palpate.analysis.plans.missing import MissingTold
 from palpate.analysis.regenerating import shown
 from palpate.analysis.regenerating.running import Answered
 from palpate.analysis.reports.headings import HEADINGS, heading, is_p
-from palpate.analysis.reports.tables import NO_NUMBER, column_texts, value_grid
+from palpate.analysis.reports.tables import NO_NUMBER, column_texts, value_table
 
 
 def answered(outcome, rows, name="levels", test="anova", refused="", **more):
@@ -62,7 +62,7 @@ def test_what_is_undefined_has_the_number_of_its_reason():
         {"effect": "c", "F": 1.0, "eps": None},
         {"effect": "d", "F": 1.0, "eps": 1.0, "note": "few people"},
     ]
-    found = value_grid(rows)
+    found = value_table(rows)
     assert found.rows[1] == ("b", "– ¹", "0.500")
     assert found.rows[2] == ("c", "1.00", "– ²")
     assert found.rows[3] == ("d ³", "1.00", "1.000")
@@ -71,44 +71,44 @@ def test_what_is_undefined_has_the_number_of_its_reason():
 
 def test_a_figures_row_leaves_empty_what_it_does_not_have():
     rows = [{"shows": "mean", "value": 2.0, "sd": None}, {"shows": "sd", "value": None, "sd": 1.5, "note": "why"}]
-    found = value_grid(rows, without="")
+    found = value_table(rows, without="")
     assert found.rows == (("mean", "2.00", ""), ("sd", "– ¹", "1.50")) and found.notes == ("¹ why",)
 
 
 def test_outcomes_of_several_rows_have_headings_and_those_of_one_a_column():
     one = [answered(name, [{"effect": "x", "F": 2.0}]) for name in ("Soft", "Hard")]
-    assert [row[0] for row in shown.test_grid(one).rows] == ["Soft", "Hard"]
+    assert [row[0] for row in shown.test_table(one).rows] == ["Soft", "Hard"]
     two = [answered(name, [{"effect": "x", "F": 2.0}, {"effect": "y", "F": 1.0}]) for name in ("Soft", "Hard")]
-    found = shown.test_grid(two)
+    found = shown.test_table(two)
     assert dict(found.groups) == {0: "Soft", 2: "Hard"} and len(found.rows) == 4
     assert [head.name for head in found.heads] == ["effect", "F"]
 
 
 def test_a_refused_outcome_keeps_its_place_with_the_reason():
-    found = shown.test_grid(
+    found = shown.test_table(
         [answered("Soft", [{"effect": "x", "F": 2.0}]), answered("Hard", [], refused="too few people")]
     )
     assert found.rows == (("Soft", "x", "2.00"), ("Hard", "", "– ¹"))
     assert found.notes == ("¹ Not answered: too few people",)
-    alone = shown.test_grid([answered("", [], refused="too few people")])
+    alone = shown.test_table([answered("", [], refused="too few people")])
     assert alone.rows and any("too few people" in note for note in alone.notes)
 
 
 def test_rows_belong_to_every_mark_that_they_name():
-    found = value_grid([{"a": "g2", "b": "g10", "n": 3}, {"a": "x", "b": "g2", "n": 1}], known={"g2", "g10", "3"})
+    found = value_table([{"a": "g2", "b": "g10", "n": 3}, {"a": "x", "b": "g2", "n": 1}], known={"g2", "g10", "3"})
     assert found.keys == (("g2", "g10"), ("g2",))
 
 
 def test_columns_say_what_they_are():
-    found = shown.test_grid([answered("", [{"effect": "x", "F": 2.0, "partial_eta_squared": 0.5}])])
-    assert [(head.name, head.column, head.told) for head in found.legend] == [("F", "F", "F of the effect")]
+    found = shown.test_table([answered("", [{"effect": "x", "F": 2.0, "partial_eta_squared": 0.5}])])
+    assert [(head.name, head.column, head.meaning) for head in found.legend] == [("F", "F", "F of the effect")]
     assert heading("partial_eta_squared") == "η²p" and heading("pc12") == "component 12"
     assert heading("some_other_name") == "some other name"
     assert all("_" not in shown for shown in HEADINGS.values())
 
 
 def test_a_kind_of_test_may_name_columns_of_its_own():
-    found = value_grid([{"decides": 3, "F": 2.0}], headings={"decides": "people who decide"})
+    found = value_table([{"decides": 3, "F": 2.0}], headings={"decides": "people who decide"})
     assert [head.name for head in found.heads] == ["people who decide", "F"]
 
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.analysis.reports.blocks import Column, in_bytes, in_seconds, table, written
+from palpate.analysis.reports.blocks import Column, table
+from palpate.analysis.reports.numbers import in_seconds, written
 from palpate.modeling.doors.evaluating_outputs import default_of, write_all
 from palpate.modeling.doors.evaluating_whole import evaluate
 from palpate.modeling.doors.evaluation_inverse import inverse_section
@@ -93,7 +94,7 @@ def test_error_and_time_of_every_inverse_method_stand_in_one_table(found):
     without = replace(found, inverse=({**row, "file_ms": None, "trained_ms": 1234.5, "note": "needs torch"},))
     tables = [block for block in inverse_section(without, ()).blocks if block.kind == "table"]
     (timed,) = (each for each in tables if each.title == "Error and time")
-    cells = dict(zip([head.name for head in timed.grid.heads], timed.grid.rows[0], strict=True))
+    cells = dict(zip([head.name for head in timed.table.heads], timed.table.rows[0], strict=True))
     assert cells["loop"] == written(row["loop_fresh"] or row["loop_judge"], "2")
     assert cells["without a file, ms"] == "1234"
     assert "needs torch" in timed.note
@@ -104,13 +105,13 @@ def test_cells_as_a_reader_sees_them():
     assert written(-0.5, "1") == "−0.5"
     assert written(0.9, "share") == "90.0%"
     assert (in_seconds(600), in_seconds(12), in_seconds(0.02)) == ("10 min", "12 s", "20.0 ms")
-    assert (in_bytes(5149), in_bytes(2.3e8)) == ("5 kB", "230.0 MB")
+    assert (written(5149, "bytes"), written(2.3e8, "bytes")) == ("5 kB", "230.0 MB")
 
 
 def test_the_least_error_stands_out_and_a_column_without_numbers_is_left_out():
     rows = [{"method": "a", "mae": 2.0, "none": None}, {"method": "b", "mae": 1.0, "none": None}]
     columns = [Column("method", "method"), Column("mae", "MAE", "2", better="low"), Column("none", "nothing", "2")]
     found = table("t", rows, columns, ours="a")
-    assert found.strong.cells == {(1, 1)}
-    assert found.strong.rows == {0}
-    assert [head.name for head in found.grid.heads] == ["method", "MAE"]
+    assert found.table.emphasis.cells == {(1, 1)}
+    assert found.table.emphasis.rows == {0}
+    assert [head.name for head in found.table.heads] == ["method", "MAE"]
