@@ -135,7 +135,15 @@ def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder
     if len({path.resolve() for path in paths}) < len(paths):
         raise TableRefused("--codes: one table is named twice; each coder has one of their own")
     coders = tuple(_read(path, name, answers) for path, name in zip(paths, _names(paths), strict=True))
-    _demand_distinct(coders)
+    # Raise TableRefused where two codes look alike: coders would then differ in spelling alone.
+    alike: dict[str, dict[str, str]] = {}
+    for coder in coders:
+        for code in sorted({code for codes in coder.codes.values() for code in codes}):
+            alike.setdefault(looks(code), {}).setdefault(code, coder.name)
+    for spellings in alike.values():
+        if len(spellings) > 1:
+            told = " and ".join(f"{code!r} ({name})" for code, name in spellings.items())
+            raise TableRefused(f"codes that look alike: {told}; write one code in one way")
     return coders
 
 
@@ -199,18 +207,6 @@ def _nearest(answer: Answer, answers: Sequence[Answer]) -> str:
     if answer.participant not in people:
         return nearest(answer.participant, people)
     return nearest(answer.item, sorted({each.item for each in answers if each.participant == answer.participant}))
-
-
-def _demand_distinct(coders: Iterable[Coder]) -> None:
-    """Raise TableRefused where two codes look alike: coders would then differ in spelling alone."""
-    alike: dict[str, dict[str, str]] = {}
-    for coder in coders:
-        for code in sorted({code for codes in coder.codes.values() for code in codes}):
-            alike.setdefault(looks(code), {}).setdefault(code, coder.name)
-    for spellings in alike.values():
-        if len(spellings) > 1:
-            told = " and ".join(f"{code!r} ({name})" for code, name in spellings.items())
-            raise TableRefused(f"codes that look alike: {told}; write one code in one way")
 
 
 def _told(answer: Answer) -> str:

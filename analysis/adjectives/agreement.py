@@ -56,20 +56,16 @@ def word_agreement(
     drawn = np.concatenate(blocks) if blocks else np.empty((0, len(selections.stimuli)))
     stimuli = pd.DataFrame(_by_stimulus(selections, draws, rng, confidence))
     overlaps = stimuli["jaccard"].to_numpy()
-    low, high = percentile(_mean_of_defined(drawn, overlaps), confidence)
+    there = ~np.isnan(overlaps)
+    weight = drawn[:, there]
+    total = weight.sum(axis=1)
+    found: Floats = np.divide(weight @ overlaps[there], total, out=np.full(len(drawn), np.nan), where=total > 0)
+    low, high = percentile(found, confidence)
     known = overlaps[~np.isnan(overlaps)]
     mean = math.fsum(known.tolist()) / len(known) if len(known) else math.nan
     note = "" if len(known) else "overlap is undefined: no two participants ticked a word for one stimulus"
     words = pd.DataFrame(_by_word(selections, drawn, confidence))
     return WordAgreement(words, stimuli, mean, low, high, note)
-
-
-def _mean_of_defined(drawn: Floats, values: Floats) -> Floats:
-    there = ~np.isnan(values)
-    weight = drawn[:, there]
-    total = weight.sum(axis=1)
-    found: Floats = np.divide(weight @ values[there], total, out=np.full(len(drawn), np.nan), where=total > 0)
-    return found
 
 
 def _by_word(selections: Selections, drawn: Floats, confidence: float) -> Iterator[dict[str, object]]:

@@ -51,7 +51,12 @@ def bradley_terry(
         raise NoEstimate("no comparison was tied, so a tie has no estimate; leave `tie` out")
     refuse_unconnected(counted)
     design, counts = _design(counted, tie is not None, first is not None)
-    refuse_separated(_better(design, counts), [*map(repr, counted.items[1:]), *names])
+    # For each answer that was given, its design minus that of each answer that could have been.
+    found = [
+        design[context, answer] - np.delete(design[context], answer, axis=0)
+        for context, answer in np.argwhere(counts > 0).tolist()
+    ]
+    refuse_separated(np.unique(np.concatenate(found), axis=0), [*map(repr, counted.items[1:]), *names])
     return _scale(counted, most_likely(design, counts), counts, turn, names, constraint, confidence)
 
 
@@ -67,15 +72,6 @@ def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Float
     if position:
         design[:, 1, -1] = -1.0
     return design[:, :, 1:], counted.counts[:, : design.shape[1]]
-
-
-def _better(design: Floats, counts: Floats) -> Floats:
-    """For each answer that was given, its design minus that of each answer that could have been."""
-    found = [
-        design[context, answer] - np.delete(design[context], answer, axis=0)
-        for context, answer in np.argwhere(counts > 0).tolist()
-    ]
-    return np.unique(np.concatenate(found), axis=0)
 
 
 def _scale(

@@ -64,7 +64,11 @@ def gather_choices(
     both = coded(pd.concat(columns, ignore_index=True), f"{winner} and {loser}")
     size = len(data)
     won, lost = both.codes[:size], both.codes[size : 2 * size]
-    _refuse_same(won == lost, won, both.labels)
+    same = won == lost
+    rows = np.flatnonzero(same).tolist()
+    if rows:
+        found = listed((f"{both.labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"an item is compared with itself: {found}; correct or leave out these rows")
     lead = np.minimum(won, lost) if first is None else both.codes[2 * size :]
     if first is not None:
         _refuse_strangers(first, (lead != won) & (lead != lost))
@@ -86,13 +90,6 @@ def _counted(
     if not len(pairs):
         raise BadValue("no comparison has a count above 0")
     return Counted(items, pairs[:, 0], pairs[:, 1], cells[pairs[:, 0], pairs[:, 1]], ordered)
-
-
-def _refuse_same(same: Any, won: Counts, labels: list[Hashable]) -> None:
-    rows = np.flatnonzero(same).tolist()
-    if rows:
-        found = listed((f"{labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
-        raise BadValue(f"an item is compared with itself: {found}; correct or leave out these rows")
 
 
 def _refuse_strangers(first: Hashable, strange: Any) -> None:

@@ -85,7 +85,16 @@ def profile_ends(
 ) -> Floats:
     """The same for many fits to answers at the same levels, one seed each: (fits, 2), in the level's units."""
     by = by_threshold(asked.shape, asked.threshold) if which == "threshold" else by_jnd(asked.shape, asked.jnd)
-    turned, place = _turned(problem, by, most), _placed(most, by)
+    # The problem in coordinates whose first one is profiled: it rests, and its bounds are lifted.
+    free = problem.free.copy()
+    free[0] = False
+    _, second = by.of(most.parameters[:, 0], most.parameters[:, 1])
+    low, high = problem.low.copy(), problem.high.copy()
+    reach = 1e3 * (1 + float(np.abs(second).max()))
+    low[:2], high[:2] = (-1e12, float(second.min()) - reach), (1e12, float(second.max()) + reach)
+    if by.ends_in_spread:
+        low[1], high[1] = problem.low[1], problem.high[1]
+    turned, place = replace(problem, coordinates=by, low=low, high=high, free=free), _placed(most, by)
     factor = _bartlett(problem, turned, place, most, draws, seeds) if draws else np.ones(len(place))
     allowed = most.log_likelihood - 0.5 * factor * float(ndtri((1 + confidence) / 2)) ** 2
     se = _standard_errors(turned, place)
@@ -96,19 +105,6 @@ def profile_ends(
     if asked.falling and which == "threshold":
         ends = ends[:, ::-1]
     return (to_level if which == "threshold" else to_size)(ends, asked, given)
-
-
-def _turned(problem: Problem, by: Coordinates, most: Fitted) -> Problem:
-    """The problem in coordinates whose first one is profiled: it rests, and its bounds are lifted."""
-    free = problem.free.copy()
-    free[0] = False
-    _, second = by.of(most.parameters[:, 0], most.parameters[:, 1])
-    low, high = problem.low.copy(), problem.high.copy()
-    reach = 1e3 * (1 + float(np.abs(second).max()))
-    low[:2], high[:2] = (-1e12, float(second.min()) - reach), (1e12, float(second.max()) + reach)
-    if by.ends_in_spread:
-        low[1], high[1] = problem.low[1], problem.high[1]
-    return replace(problem, coordinates=by, low=low, high=high, free=free)
 
 
 def _standard_errors(turned: Problem, place: Floats) -> Floats:

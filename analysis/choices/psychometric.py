@@ -134,7 +134,11 @@ def _told(given: Levels, asked: Asked, problem: Problem, found: Fitted) -> Psych
     spread = math.exp(log_spread) * unit_of(given, asked)
     at, size = (float(value[0]) for value in quantities(asked, given, found.parameters))
     hit = shares(problem, found.parameters)[0][0]
-    table = _table(given, hit[::-1] if asked.falling else hit)
+    expected = hit[::-1] if asked.falling else hit
+    residuals = deviance_residuals(given.hits, given.trials, expected)
+    columns = {"level": given.levels, "n": given.trials.astype(int), "hits": given.hits.astype(int)}
+    shared = {"share": given.hits / given.trials, "expected": expected, "deviance_residual": residuals}
+    table = pd.DataFrame(columns | shared)
     steep = float(asked.shape.steepness(np.array([asked.shape.place(asked.threshold)]))[0]) / spread
     chain = 1 / at if asked.shape.logarithmic else (-1.0 if asked.falling else 1.0)
     offset = math.log(given.levels[0]) if asked.shape.logarithmic else 0.0
@@ -167,13 +171,6 @@ def _ways(given: Levels) -> float:
     """The part of the log likelihood that does not depend on the function: log binomial coefficients."""
     misses = given.trials - given.hits
     return float((gammaln(given.trials + 1) - gammaln(given.hits + 1) - gammaln(misses + 1)).sum())
-
-
-def _table(given: Levels, expected: Floats) -> pd.DataFrame:
-    residuals = deviance_residuals(given.hits, given.trials, expected)
-    columns = {"level": given.levels, "n": given.trials.astype(int), "hits": given.hits.astype(int)}
-    shared = {"share": given.hits / given.trials, "expected": expected, "deviance_residual": residuals}
-    return pd.DataFrame(columns | shared)
 
 
 def deviance_residuals(hits: Floats, trials: Floats, expected: Floats) -> Floats:

@@ -64,7 +64,13 @@ def staircase(
     levels, hits = _in_order(data, level, correct, order)
     if not np.diff(levels).any():
         raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is no staircase")
-    table = _reversals(levels)
+    # Where the direction of the moves turns: the last trial at the turning level.
+    moves = np.diff(levels)
+    steps = np.flatnonzero(moves)
+    turns = np.flatnonzero(np.sign(moves[steps[1:]]) != np.sign(moves[steps[:-1]]))
+    places = steps[turns + 1]
+    kinds = np.where(moves[steps[turns]] > 0, "peak", "valley")
+    table = pd.DataFrame({"trial": places + 1, "level": levels[places], "kind": kinds})
     if len(table) < 2:
         raise TooFew(f"{len(table)} reversals in {len(levels)} trials; a threshold needs two or more")
     used = min(last, len(table) - len(table) % 2)
@@ -94,16 +100,6 @@ def _in_order(data: pd.DataFrame, level: Hashable, correct: Hashable, order: Has
         raise BadValue(f"column {order!r} does not give each trial a place of its own; is this one staircase?")
     sorting = np.argsort(places)
     return columns[0][sorting], columns[1][sorting]
-
-
-def _reversals(levels: Floats) -> pd.DataFrame:
-    """Where the direction of the moves turns: the last trial at the turning level."""
-    moves = np.diff(levels)
-    steps = np.flatnonzero(moves)
-    turns = np.flatnonzero(np.sign(moves[steps[1:]]) != np.sign(moves[steps[:-1]]))
-    places = steps[turns + 1]
-    kinds = np.where(moves[steps[turns]] > 0, "peak", "valley")
-    return pd.DataFrame({"trial": places + 1, "level": levels[places], "kind": kinds})
 
 
 def _leap(levels: Floats, reversals: pd.DataFrame) -> list[str]:

@@ -132,7 +132,11 @@ def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
         raise NoEstimate(f"the estimates still move after {STEPS} steps; the comparisons are too few")
     shares = np.asarray(ndtr(design @ place))
     spread = np.zeros((items, items))
-    spread[1:, 1:] = inverse(_information(design, counts.sum(axis=1), place))
+    total = counts.sum(axis=1)
+    z = design @ place
+    weight = np.exp(-z * z - 2 * LOG_ROOT - log_ndtr(z) - log_ndtr(-z))
+    result: Floats = (design.T * (total * weight)) @ design
+    spread[1:, 1:] = inverse(result)
     return np.concatenate(([0.0], place)), spread, shares, value
 
 
@@ -153,10 +157,3 @@ def _around(design: Floats, counts: Floats, place: Floats) -> tuple[float, Float
     bend = counts[:, 0] * up * (z + up) + counts[:, 1] * down * (down - z)
     value = float((counts[:, 0] * won + counts[:, 1] * lost).sum())
     return value, design.T @ slope, (design.T * bend) @ design
-
-
-def _information(design: Floats, total: Floats, place: Floats) -> Floats:
-    z = design @ place
-    weight = np.exp(-z * z - 2 * LOG_ROOT - log_ndtr(z) - log_ndtr(-z))
-    result: Floats = (design.T * (total * weight)) @ design
-    return result

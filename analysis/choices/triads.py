@@ -11,7 +11,6 @@ import pandas as pd
 from palpate.analysis.choices.counted import gather_choices
 from palpate.analysis.statistics.cells import check_columns
 from palpate.analysis.statistics.columns import coded
-from palpate.analysis.statistics.doubles import Floats
 
 POOLED = "all together"
 
@@ -56,7 +55,11 @@ def _row(
     counted = gather_choices(data, winner, loser, tie, None, count)
     wins = counted.wins()
     leads = (wins > wins.T).astype(np.float64)
-    circular, triads = round(float(np.trace(leads @ leads @ leads)) / 3), _decided(leads)
+    either = leads + leads.T
+    circular, triads = (
+        round(float(np.trace(leads @ leads @ leads)) / 3),
+        round(float(np.trace(either @ either @ either)) / 6),
+    )
     every = len(wins) == size and int(leads.sum()) == size * (size - 1) // 2
     return {
         "who": who,
@@ -67,11 +70,6 @@ def _row(
         "consistence": 1 - circular / _most(size) if every and size > 2 else math.nan,
         "note": "" if every and size > 2 else "some pair has no leader: consistence needs them all",
     }
-
-
-def _decided(leads: Floats) -> int:
-    either = leads + leads.T
-    return round(float(np.trace(either @ either @ either)) / 6)
 
 
 def _most(size: int) -> float:

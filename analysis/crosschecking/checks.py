@@ -111,7 +111,9 @@ def _checked(each: Answered) -> CrossCheck:
         if each.answer is None or each.rows is None:
             raise NotChecked("there is no answer")
         package, pairs = CHECKS[each.asked.test](each, each.answer, each.rows)
-        used = _version(package)
+        if (installed := installed_version(package)) is None:
+            raise NotChecked(f"{package} is not installed")
+        used = installed
         differences = [(difference(pair), pair.where) for pair in pairs]
     except NotChecked as reason:
         return CrossCheck(name, outcome, package, used, reason=str(reason))
@@ -134,29 +136,19 @@ def difference(pair: Pair) -> float:
     return abs(ours - theirs) / size if size > 1e-290 else 0.0
 
 
-def _version(package: str) -> str:
-    if (installed := installed_version(package)) is None:
-        raise NotChecked(f"{package} is not installed")
-    return installed
-
-
 def _check_anova(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     asked: Any = each.asked
     if asked.within and each.missing.cells and not each.missing.left_out:
-        return _check_gaps(asked, answer, rows)
+        # An analysis of variance that a mixed model of the cells answered (`gaps_answer`).
+        factors = [*asked.within, *asked.between]
+        keys = ["participant", *factors]
+        means = rows[rows["value"].notna()].groupby(keys, observed=True)["value"].mean().reset_index()
+        crossed = [":".join(parts) for size in range(2, len(factors) + 1) for parts in combinations(factors, size)]
+        orders = [parts for size in range(1, len(asked.within)) for parts in combinations(asked.within, size)]
+        grouping = ("participant", *(":".join(("participant", *parts)) for parts in orders))
+        model = Model(tuple(factors), (), tuple(crossed), dict.fromkeys(grouping, ()), "sum", True)
+        return STATSMODELS, _check_model(model, means, answer, answer.more["coefficients"], answer.rows)
     return check_anova(each, answer, rows)
-
-
-def _check_gaps(asked: Any, answer: Answer, rows: pd.DataFrame) -> Checked:
-    """An analysis of variance that a mixed model of the cells answered (`gaps_answer`)."""
-    factors = [*asked.within, *asked.between]
-    keys = ["participant", *factors]
-    means = rows[rows["value"].notna()].groupby(keys, observed=True)["value"].mean().reset_index()
-    crossed = [":".join(parts) for size in range(2, len(factors) + 1) for parts in combinations(factors, size)]
-    orders = [parts for size in range(1, len(asked.within)) for parts in combinations(asked.within, size)]
-    grouping = ("participant", *(":".join(("participant", *parts)) for parts in orders))
-    model = Model(tuple(factors), (), tuple(crossed), dict.fromkeys(grouping, ()), "sum", True)
-    return STATSMODELS, _check_model(model, means, answer, answer.more["coefficients"], answer.rows)
 
 
 def _check_icc(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
@@ -282,20 +274,17 @@ def _fixed_columns(table: pd.DataFrame, model: Model, effects: Sequence[str]) ->
     parts: dict[str, dict[str, Any]] = {name: {name: _numbers(table[name])} for name in model.numeric}
     for name in model.fixed:
         if name not in parts:
-            parts[name] = _indicators(table[name].astype(str), name, effects, model.coding)
+            column = table[name].astype(str)
+            levels = {f"{name}[{level}]": (column == level).to_numpy(dtype=float) for level in column.unique()}
+            omitted = next(own for label, own in levels.items() if label not in effects)
+            shown = {label: own for label, own in levels.items() if label in effects}
+            parts[name] = {label: own - omitted for label, own in shown.items()} if model.coding == "sum" else shown
     known: dict[frozenset[str], Any] = {frozenset(["(Intercept)"]): np.ones(len(table))}
     for crossed in (*([name] for name in parts), *(text.split(":") for text in model.interactions)):
         for labels in product(*(parts[name].items() for name in crossed)):
             known[frozenset(label for label, _ in labels)] = np.prod([column for _, column in labels], axis=0)
     by_name = {":".join(order): column for labels, column in known.items() for order in permutations(labels)}
     return [by_name[name] for name in effects]
-
-
-def _indicators(column: pd.Series[Any], name: str, effects: Sequence[str], coding: str) -> dict[str, Any]:
-    levels = {f"{name}[{level}]": (column == level).to_numpy(dtype=float) for level in column.unique()}
-    omitted = next(own for label, own in levels.items() if label not in effects)
-    shown = {label: own for label, own in levels.items() if label in effects}
-    return {label: own - omitted for label, own in shown.items()} if coding == "sum" else shown
 
 
 def _model_pairs(

@@ -20,31 +20,6 @@ def compare_models(smaller: MixedModel, larger: MixedModel) -> pd.DataFrame:
     variance lies on the border of what it can be, where p is too large (up to twice; the note says so).
     Raises NotComparable: other values, REML with other fixed effects, no further parameters, or a fit that is worse.
     """
-    _refuse_others(smaller, larger)
-    df = larger.parameters - smaller.parameters
-    chi2 = smaller.criterion - larger.criterion
-    if chi2 < -1e-6:
-        raise NotComparable(
-            f"the model with more parameters fits worse (by {-chi2:.3g}), so it does not contain the other; "
-            "compare a model with one that has all of its effects and more"
-        )
-    p = max(float(gammaincc(df / 2, max(chi2, 0.0) / 2)), SMALLEST)
-    rows = [_row(smaller, None, None, None, ""), _row(larger, max(chi2, 0.0), df, p, _note(smaller, larger, p))]
-    return pd.DataFrame(rows, columns=COLUMNS)
-
-
-def _row(m: MixedModel, chi2: float | None, df: int | None, p: float | None, note: str) -> tuple[object, ...]:
-    numbers = [np.nan if number is None else float(number) for number in (chi2, df, p)]
-    return (m.parameters, m.aic, m.bic, m.log_likelihood, m.criterion, *numbers, note)
-
-
-def _note(smaller: MixedModel, larger: MixedModel, p: float) -> str:
-    random = larger.fit.best.parameters.free > smaller.fit.best.parameters.free
-    border = "a variance of zero lies on the border: p is at most this" if random else ""
-    return "; ".join(filter(None, (p_note([p]), border)))
-
-
-def _refuse_others(smaller: MixedModel, larger: MixedModel) -> None:
     if not np.array_equal(np.sort(_values(smaller)), np.sort(_values(larger))):
         raise NotComparable("the two models are fits of different values; fit both to the same rows")
     if smaller.reml != larger.reml:
@@ -57,6 +32,26 @@ def _refuse_others(smaller: MixedModel, larger: MixedModel) -> None:
             f"the first model has {smaller.parameters} parameters and the second {larger.parameters}; "
             "give the smaller model first, and one that contains it second"
         )
+    df = larger.parameters - smaller.parameters
+    chi2 = smaller.criterion - larger.criterion
+    if chi2 < -1e-6:
+        raise NotComparable(
+            f"the model with more parameters fits worse (by {-chi2:.3g}), so it does not contain the other; "
+            "compare a model with one that has all of its effects and more"
+        )
+    p = max(float(gammaincc(df / 2, max(chi2, 0.0) / 2)), SMALLEST)
+    random = larger.fit.best.parameters.free > smaller.fit.best.parameters.free
+    border = "a variance of zero lies on the border: p is at most this" if random else ""
+    rows = [
+        _row(smaller, None, None, None, ""),
+        _row(larger, max(chi2, 0.0), df, p, "; ".join(filter(None, (p_note([p]), border)))),
+    ]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _row(m: MixedModel, chi2: float | None, df: int | None, p: float | None, note: str) -> tuple[object, ...]:
+    numbers = [np.nan if number is None else float(number) for number in (chi2, df, p)]
+    return (m.parameters, m.aic, m.bic, m.log_likelihood, m.criterion, *numbers, note)
 
 
 def _values(model: MixedModel) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

@@ -207,15 +207,11 @@ def number_variable(column: pd.Series[Any], name: Hashable, centre: bool = True)
         raise TooFew(f"column {name!r} has one value, {x[0]:g}; an effect of it needs two or more")
     mean = math.fsum(high.tolist()) / len(high) if centre else 0.0
     moved = (high - mean) + low if centre else x
-    _, exponent = math.frexp(math.sqrt(_mean_square(moved)))
+    largest = float(np.abs(moved).max())
+    _, exponent = math.frexp(math.sqrt(float(np.mean((moved / largest) ** 2)) * largest * largest))
     middle, size = (float(x.min()) + mean if centre else 0.0), math.ldexp(1.0, exponent)
     back = np.array([[1.0, -middle / size], [0.0, 1 / size]])
     return Variable(str(name), (str(name),), back, values=np.ldexp(moved, -exponent))
-
-
-def _mean_square(values: Floats) -> float:
-    largest = float(np.abs(values).max())
-    return float(np.mean((values / largest) ** 2)) * largest * largest
 
 
 def type_three(design: Design, triangle: Floats) -> dict[Effect, Floats]:

@@ -163,11 +163,7 @@ def _fitted(asked: _Asked, reml: bool, confidence: float) -> MixedModel:
     design = asked.design("sum")
     problem = Problem(high, np.ldexp(low, -exponent), design, random, best_layout(random, sum(design.widths)))
     parts = reduced(problem)
-    fit = _best(problem, parts, asked, reml, (exponent, pivot))
-    return _described(asked, fit, reml, confidence)
-
-
-def _best(problem: Problem, parts: Reduced, asked: _Asked, reml: bool, unit: tuple[int, float]) -> Fit:
+    unit = (exponent, pivot)
     parameters = natural(problem)
     refuse_rank_deficient(problem, parts, asked.design(asked.coding).names)
     refuse_indistinguishable(problem)
@@ -176,7 +172,8 @@ def _best(problem: Problem, parts: Reduced, asked: _Asked, reml: bool, unit: tup
     best = optimum(counted, parameters)
     at = solved(problem, parts, best.parameters.factors(best.free))
     refuse_beyond_doubles(problem, parts, best, at)
-    return Fit(problem, parts, best, at, *unit)
+    fit = Fit(problem, parts, best, at, *unit)
+    return _described(asked, fit, reml, confidence)
 
 
 def _described(asked: _Asked, fit: Fit, reml: bool, confidence: float) -> MixedModel:
@@ -313,7 +310,13 @@ def read_table(
     y = numbers_of(data[dv], dv)
     empty = np.isnan(y)
     if empty.any():
-        _allow(dv, np.flatnonzero(empty).tolist(), missing)
+        rows = np.flatnonzero(empty).tolist()
+        if missing == "raise":
+            where = listed((f"row {row + 1}" for row in rows), len(rows))
+            raise IncompleteCells(
+                f"column {dv!r} has no value in {where}; a mixed model needs no value for every cell: "
+                "pass missing='listwise' to leave these rows out"
+            )
     kept = data.loc[~empty, [*factors, *numbers]] if empty.any() else data[[*factors, *numbers]]
     y = y[~empty]
     if len(y) < 3:
@@ -327,15 +330,6 @@ def _keys(kept: pd.DataFrame, y: Floats, factors: Sequence[str], numbers: Sequen
     yield y
     yield from (numbers_of(kept[name], name) for name in numbers)
     yield from (coded(kept[name], name).codes for name in sorted(factors))
-
-
-def _allow(dv: Hashable, rows: list[int], missing: Missing) -> None:
-    if missing == "raise":
-        where = listed((f"row {row + 1}" for row in rows), len(rows))
-        raise IncompleteCells(
-            f"column {dv!r} has no value in {where}; a mixed model needs no value for every cell: "
-            "pass missing='listwise' to leave these rows out"
-        )
 
 
 def refuse_constant(y: Floats, dv: Hashable) -> None:

@@ -132,7 +132,8 @@ def _polished(counted: Counted, parameters: Parameters, factors: list[Floats]) -
             curved = hessian(value, free)
         step, distance, lowest = _newton(gradient(value, free), curved)
         if lowest is not None:
-            factors = _descended(counted, parameters, parameters.factors(_off_the_saddle(value, free, lowest)))[1]
+            tried = [free + size * lowest for size in (-1.0, -0.3, -0.1, -0.03, 0.03, 0.1, 0.3, 1.0)]
+            factors = _descended(counted, parameters, parameters.factors(min(tried, key=value)))[1]
             last, anew = np.inf, True
             continue
         slow = distance > 0.1 * last
@@ -164,11 +165,6 @@ def _line_search(value: Scalar, free: Floats, step: Floats) -> Floats | None:
         if value(moved) <= here + noise:
             return moved
     return None
-
-
-def _off_the_saddle(value: Scalar, free: Floats, along: Floats) -> Floats:
-    tried = [free + size * along for size in (-1.0, -0.3, -0.1, -0.03, 0.03, 0.1, 0.3, 1.0)]
-    return min(tried, key=value)
 
 
 def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) -> list[Floats]:

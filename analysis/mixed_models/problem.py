@@ -144,7 +144,16 @@ def reduced(problem: Problem) -> Reduced:
     corner = np.zeros((0, _late(problem)))
     found: dict[int, list[tuple[Floats, Floats, Codes]]] = {}
     for rows, members in _chunks(problem):
-        through, seen, rest = _rotated(_inside(problem, rows), _others(problem, rows), problem.y_low[rows])
+        # The blocks' random-effect columns, (blocks, rows, width).
+        flat = rows.ravel()
+        z = np.zeros((len(flat), problem.layout.width))
+        for block in problem.layout.inside:
+            term = problem.random[block.term]
+            first = block.start + block.slots[term.codes[flat]] * term.size
+            z[np.arange(len(flat))[:, None], first[:, None] + np.arange(term.size)] = term.design.columns(
+                flat, len(flat)
+            )
+        through, seen, rest = _rotated(z.reshape(*rows.shape, -1), _others(problem, rows), problem.y_low[rows])
         found.setdefault(through.shape[1], []).append((through, seen, members))
         corner = triangle_of(np.concatenate([corner, rest]))
     whole = tuple(_batch(*map(np.concatenate, zip(*found[rank], strict=True))) for rank in sorted(found))
@@ -179,17 +188,6 @@ def _chunks(problem: Problem) -> Iterator[tuple[Codes, Codes]]:
         for i in range(0, len(blocks), step):
             members = blocks[i : i + step]
             yield order[starts[members][:, None] + np.arange(size)], members
-
-
-def _inside(problem: Problem, rows: Codes) -> Floats:
-    """The blocks' random-effect columns, (blocks, rows, width)."""
-    flat = rows.ravel()
-    z = np.zeros((len(flat), problem.layout.width))
-    for block in problem.layout.inside:
-        term = problem.random[block.term]
-        first = block.start + block.slots[term.codes[flat]] * term.size
-        z[np.arange(len(flat))[:, None], first[:, None] + np.arange(term.size)] = term.design.columns(flat, len(flat))
-    return z.reshape(*rows.shape, -1)
 
 
 def _others(problem: Problem, rows: Codes) -> Floats:

@@ -63,15 +63,11 @@ def uncertainty(problem: Problem, parts: Reduced, best: Optimum, at: Solved, rem
     # The derivative by log sigma is 2 V; along the profile sigma follows: d log sigma = (d rss / sigma^2) / (2 df).
     along = moved[:, 0] / (2 * degrees)
     moves = sigma2 * moved[:, 1:].reshape(-1, p, p) + 2 * along[:, None, None] * covariance
-    return Uncertainty(at.coefficients, covariance, moves, 2 * _inverse(best.curved), 2 / (4 * degrees))
-
-
-def _inverse(curved: Floats) -> Floats:
-    """The inverse over the directions that have a curvature; along the others nothing changes."""
-    values, vectors = np.linalg.eigh(curved)
+    # The inverse over the directions that have a curvature; along the others nothing changes.
+    values, vectors = np.linalg.eigh(best.curved)
     firm = values > FLAT * values.max()
     inverse: Floats = (vectors[:, firm] / values[firm]) @ vectors[:, firm].T
-    return inverse
+    return Uncertainty(at.coefficients, covariance, moves, 2 * inverse, 2 / (4 * degrees))
 
 
 def f_test(found: Uncertainty, contrasts: Floats) -> FTest:

@@ -17,7 +17,6 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ordinal.ranks import WHOLE_END, doubled_ranks, refuse_huge
-from palpate.analysis.statistics.anova import Effect
 from palpate.analysis.statistics.cells import Aggregate, Counts, Missing, cell_means
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
 from palpate.analysis.statistics.hypotheses import SumOfSquares
@@ -107,13 +106,14 @@ def alignments(design: Design) -> Iterator[Aligned]:
                 means[part] = _means(y, codes, sizes, part)
         effect = sum((sign * means[part] for sign, part in _signed(term)), np.zeros_like(y))
         aligned = y - means[tuple(range(len(sizes)))] + effect
-        yield _ranked(design.source(between, axes), aligned.reshape(values.shape), _unsure(values, y), len(term))
-
-
-def _unsure(values: Floats, y: Floats) -> float:
-    """How far rounding may have moved a rating: whole numbers are exact, whatever their offset."""
-    whole = bool((values % 1 == 0).all()) and float(np.abs(values).max()) <= WHOLE_END
-    return ROUNDING_ULPS * float(np.spacing(np.abs(y if whole else values).max()))
+        # How far rounding may have moved a rating: whole numbers are exact, whatever their offset.
+        whole = bool((values % 1 == 0).all()) and float(np.abs(values).max()) <= WHOLE_END
+        yield _ranked(
+            design.source(between, axes),
+            aligned.reshape(values.shape),
+            ROUNDING_ULPS * float(np.spacing(np.abs(y if whole else values).max())),
+            len(term),
+        )
 
 
 def _ranked(source: str, aligned: Floats, unsure: float, order: int) -> Aligned:
@@ -159,7 +159,8 @@ def _signed(term: Term) -> Iterator[tuple[int, Term]]:
 
 
 def _row(design: Design, each: Aligned, kind: SumOfSquares) -> dict[str, Any]:
-    contrasts, effect = _tested(design, each.source, each.ranks, kind)
+    found = mixed_effects(replace(design, cells=replace(design.cells, values=each.ranks)), kind)
+    contrasts, effect = next((contrasts, effect) for contrasts, effect in found if effect.source == each.source)
     left = _other_f(design, each, kind)
     size = float(np.abs(each.values).sum())
     notes = [effect.note]
@@ -173,11 +174,6 @@ def _row(design: Design, each: Aligned, kind: SumOfSquares) -> dict[str, Any]:
         "other_F": left,
         "note": "; ".join(filter(None, notes)),
     }
-
-
-def _tested(design: Design, source: str, ranks: Floats, kind: SumOfSquares) -> tuple[int, Effect]:
-    found = mixed_effects(replace(design, cells=replace(design.cells, values=ranks)), kind)
-    return next((contrasts, effect) for contrasts, effect in found if effect.source == source)
 
 
 def _other_f(design: Design, each: Aligned, kind: SumOfSquares) -> float:

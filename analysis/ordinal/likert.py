@@ -56,7 +56,18 @@ def _is_number(point: object) -> bool:
 
 
 def _summary(given: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
-    place = _places(given, scale, label)
+    # The point that each answer is, rounding allowed for.
+    refuse_huge(np.append(given, 0.0))
+    place = np.abs(given[:, None] - scale[None, :]).argmin(axis=1)
+    room = np.maximum(rounding(given), rounding(scale[place]))
+    on: Truths = same_value(given, scale[place], room)
+    if not on.all():
+        off = sorted(set(given[~on].tolist()))
+        points = ", ".join(f"{point:g}" for point in scale.tolist())
+        raise BadValue(
+            f"item {label!r} has answers that are no point of the scale {points}: "
+            f"{listed(map(repr, off), len(off))}; correct them or give the scale's own points"
+        )
     counts = np.bincount(place, minlength=len(scale)).tolist()
     n, names = len(given), [f"{point:g}" for point in scale.tolist()]
     per_point: dict[str, Any] = {f"n_{name}": count for name, count in zip(names, counts, strict=True)}
@@ -70,22 +81,6 @@ def _summary(given: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
 
 def _note(n: int) -> str:
     return "sd is undefined: one answer" if n == 1 else ""
-
-
-def _places(given: Floats, scale: Floats, label: Hashable) -> Any:
-    """The point that each answer is, rounding allowed for."""
-    refuse_huge(np.append(given, 0.0))
-    nearest = np.abs(given[:, None] - scale[None, :]).argmin(axis=1)
-    room = np.maximum(rounding(given), rounding(scale[nearest]))
-    on: Truths = same_value(given, scale[nearest], room)
-    if not on.all():
-        off = sorted(set(given[~on].tolist()))
-        points = ", ".join(f"{point:g}" for point in scale.tolist())
-        raise BadValue(
-            f"item {label!r} has answers that are no point of the scale {points}: "
-            f"{listed(map(repr, off), len(off))}; correct them or give the scale's own points"
-        )
-    return nearest
 
 
 def _numbers(given: Floats, scale: Floats) -> dict[str, float]:

@@ -64,19 +64,16 @@ def ordinal_data(
         count = len(labels)
         if count < 2:
             raise TooFew(f"one participant, {labels[0]!r}; a random intercept needs two or more")
-    kept, weights = _different(np.column_stack((people, answers, *(term.values for term in terms))))
+    # Where each different row stands, in sorted order, and how often it occurs.
+    rows = np.column_stack((people, answers, *(term.values for term in terms)))
+    order = np.lexsort(rows.T[::-1]).astype(np.int64)
+    new = np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))
+    first = np.flatnonzero(new)
+    kept, weights = order[first], np.diff(np.append(first, len(order))).astype(np.float64)
     shared = tuple(Term(term.name, term.parts, term.columns, term.values[kept]) for term in terms)
     refuse_aliased(shared)
     starts = np.flatnonzero(np.diff(people[kept], prepend=-1)).astype(np.int64)
     return OrdinalData(answers[kept], names, shared, weights, starts, count)
-
-
-def _different(rows: Floats) -> tuple[Ints, Floats]:
-    """Where each different row stands, in sorted order, and how often it occurs."""
-    order = np.lexsort(rows.T[::-1]).astype(np.int64)
-    new = np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))
-    first = np.flatnonzero(new)
-    return order[first], np.diff(np.append(first, len(order))).astype(np.float64)
 
 
 def _answers(data: pd.DataFrame, dv: Hashable, levels: Sequence[Hashable] | None) -> tuple[Ints, tuple[str, ...]]:

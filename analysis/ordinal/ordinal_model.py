@@ -153,14 +153,11 @@ def term_tests(given: OrdinalData, found: Fitted, link: Link) -> Iterator[dict[s
         smaller = fit(given, others, link)
         yield _ratio(term.name, larger.log_likelihood, smaller.log_likelihood, len(term.columns), "")
     if given.people is not None:
-        plain = fit(_pooled(given), given.terms, link)
+        plain = fit(
+            OrdinalData(given.answers, given.names, given.terms, given.weights, given.starts, None), given.terms, link
+        )
         row = _ratio("random intercept", found.log_likelihood, plain.log_likelihood, 1, NO_SPREAD * (found.sigma == 0))
         yield row | {"p_unc": row["p_unc"] / 2 if row["LR"] > 0 else 1.0}
-
-
-def _pooled(given: OrdinalData) -> OrdinalData:
-    """The same answers, participants forgotten."""
-    return OrdinalData(given.answers, given.names, given.terms, given.weights, given.starts, None)
 
 
 def _proportional(given: OrdinalData, term: Term, found: Fitted, link: Link) -> dict[str, Any]:
@@ -225,8 +222,22 @@ def fit(data: OrdinalData, terms: Sequence[Term], link: Link) -> Fitted:
     """
     own = coordinates(terms, data.weights)
     rows = _rows(data, own.basis, own.basis[:, :0])
-    plain = _plain(rows, _start(data, own.basis.shape[1], 0, link), link, _names(data, terms))
-    to_units = _to_units(own, data.points - 1)
+    start = _start(data, own.basis.shape[1], 0, link)
+    names = [term.name for term in terms] or [f"answers {', '.join(data.names)}"]
+    try:
+        plain = fitted(rows, start, link)
+    except NotConverged:
+        _refuse_separated(rows, names)
+        raise
+    if _flat(plain):
+        _refuse_separated(rows, names)
+    # The matrix from thresholds and slopes in `own` to those in the predictors' units.
+    thresholds = data.points - 1
+    back = np.linalg.inv(own.turn)
+    size = thresholds + len(back)
+    to_units = np.eye(size)
+    to_units[:thresholds, thresholds:] = own.centre @ back
+    to_units[thresholds:, thresholds:] = back
     if data.people is None:
         return _in_units(plain, to_units, None)
     mixed, sigma = fit_intercepts(rows, plain.g, FIRST_SD, link)
@@ -286,17 +297,6 @@ def _start(data: OrdinalData, columns: int, free: int, link: Link) -> Floats:
     return start_of(data.answers, data.points, data.weights, columns, free, link)
 
 
-def _plain(rows: Rows, start: Floats, link: Link, names: list[str]) -> Fit:
-    try:
-        found = fitted(rows, start, link)
-    except NotConverged:
-        _refuse_separated(rows, names)
-        raise
-    if _flat(found):
-        _refuse_separated(rows, names)
-    return found
-
-
 def _flat(found: Fit) -> bool:
     return float(np.linalg.eigvalsh(found.information)[0]) < FLAT
 
@@ -307,20 +307,6 @@ def _refuse_separated(rows: Rows, names: list[str]) -> None:
             f"the predictors {listed(names, len(names))} divide the answers without overlap, so an estimate would be "
             "infinite; join answers or levels, or leave a predictor out"
         )
-
-
-def _names(data: OrdinalData, terms: Sequence[Term]) -> list[str]:
-    return [term.name for term in terms] or [f"answers {', '.join(data.names)}"]
-
-
-def _to_units(own: Coordinates, thresholds: int) -> Floats:
-    """The matrix from thresholds and slopes in `own` to those in the predictors' units."""
-    back = np.linalg.inv(own.turn)
-    size = thresholds + len(back)
-    matrix = np.eye(size)
-    matrix[:thresholds, thresholds:] = own.centre @ back
-    matrix[thresholds:, thresholds:] = back
-    return matrix
 
 
 def _in_units(found: Fit, to_units: Floats, sigma: float | None) -> Fitted:

@@ -52,7 +52,14 @@ def doubled_ranks(rows: Floats, allowed: Floats, computed: bool | Truths = False
     blurred = np.take_along_axis(np.broadcast_to(computed, rows.shape), order, 1)
     either = blurred[:, 1:] | blurred[:, :-1]
     tied = same_value(values[:, 1:], values[:, :-1], np.maximum(room[:, 1:], room[:, :-1]), either)
-    sums = _first_plus_last(tied) + 2
+    # For each place of a sorted row: the first plus the last place of its group of tied neighbours.
+    places = np.arange(tied.shape[1] + 1, dtype=np.int64)
+    edge = np.zeros((len(tied), 1), dtype=bool)
+    starts = np.where(np.hstack((edge, tied)), -1, places)
+    ends = np.where(np.hstack((tied, edge)), len(places), places)
+    first: Ints = np.maximum.accumulate(starts, axis=1)
+    last: Ints = np.minimum.accumulate(ends[:, ::-1], axis=1)[:, ::-1]
+    sums = (first + last) + 2
     ranks = np.empty_like(sums)
     np.put_along_axis(ranks, order, sums, 1)
     return ranks
@@ -67,17 +74,6 @@ def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool | Truths = 
         blurred = np.broadcast_to(computed, same.shape)[doubtful]
         same[doubtful] = blurred | ~(written(a[doubtful]) & written(b[doubtful]))
     return same
-
-
-def _first_plus_last(tied: Truths) -> Ints:
-    """For each place of a sorted row: the first plus the last place of its group of tied neighbours."""
-    places = np.arange(tied.shape[1] + 1, dtype=np.int64)
-    edge = np.zeros((len(tied), 1), dtype=bool)
-    starts = np.where(np.hstack((edge, tied)), -1, places)
-    ends = np.where(np.hstack((tied, edge)), len(places), places)
-    first: Ints = np.maximum.accumulate(starts, axis=1)
-    last: Ints = np.minimum.accumulate(ends[:, ::-1], axis=1)[:, ::-1]
-    return first + last
 
 
 def written(values: Floats) -> Truths:

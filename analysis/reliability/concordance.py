@@ -67,7 +67,9 @@ def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: in
     n, m = values.shape
     refuse_huge(values)
     ranks = doubled_ranks(values.T, row_rounding(values.T))
-    tied, still = _ties(ranks)
+    # The sum of t^3 - t over all ties of all raters, and how many raters put all targets level.
+    runs = [np.unique(row, return_counts=True)[1] for row in ranks]
+    tied, still = int(sum((run**3 - run).sum() for run in runs)), sum(len(run) == 1 for run in runs)
     # Doubled ranks are whole numbers, and so are these: 4 S, and 4 times the largest S that the ties allow.
     deviation = ranks.sum(axis=0) - m * (n + 1)
     spread = int((deviation**2).sum())
@@ -81,12 +83,6 @@ def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: in
         **{"p": found, "p_kind": kind, "raters": m, "targets": n, "raters_with_ties": _with_ties(ranks)},
         "note": "; ".join(filter(None, (_still_note(still, m), why))),
     }
-
-
-def _ties(ranks: Ints) -> tuple[int, int]:
-    """The sum of t^3 - t over all ties of all raters, and how many raters put all targets level."""
-    runs = [np.unique(row, return_counts=True)[1] for row in ranks]
-    return int(sum((run**3 - run).sum() for run in runs)), sum(len(run) == 1 for run in runs)
 
 
 def _with_ties(ranks: Ints) -> int:

@@ -109,7 +109,18 @@ def _alpha_of(
     total = 1 + (k - 1) * correlation
     standardised = k * correlation / total if total > 0 else math.nan
     items = pd.DataFrame(_item(values, keyed, i, name) for i, name in enumerate(names))
-    note = _note(alpha, standardised, items)
+    notes = []
+    if math.isnan(alpha):
+        notes.append("alpha is undefined: the sums of the items do not vary")
+    elif alpha < 0:
+        notes.append("negative: the items run against each other")
+    elif alpha == 1:
+        notes.append("the items agree exactly: the interval is undefined")
+    if math.isnan(standardised):
+        still = [str(name) for name, sd in zip(items["item"], items["sd"], strict=True) if sd == 0]
+        why = f"{', '.join(still)} does not vary" if still else "the correlations leave a sum without variance"
+        notes.append(f"standardised alpha is undefined: {why}")
+    note = "; ".join(notes)
     return Alpha(
         *(alpha, low, high, standardised, correlation, len(values), items, confidence, dropped, values_per_cell, note)
     )
@@ -149,19 +160,4 @@ def _item_note(own: Floats, with_rest: float, others: int) -> str:
         notes.append("the sum of the other items does not vary")
     if others < 2:
         notes.append("alpha without it is undefined: one item would be left")
-    return "; ".join(notes)
-
-
-def _note(alpha: float, standardised: float, items: pd.DataFrame) -> str:
-    notes = []
-    if math.isnan(alpha):
-        notes.append("alpha is undefined: the sums of the items do not vary")
-    elif alpha < 0:
-        notes.append("negative: the items run against each other")
-    elif alpha == 1:
-        notes.append("the items agree exactly: the interval is undefined")
-    if math.isnan(standardised):
-        still = [str(name) for name, sd in zip(items["item"], items["sd"], strict=True) if sd == 0]
-        why = f"{', '.join(still)} does not vary" if still else "the correlations leave a sum without variance"
-        notes.append(f"standardised alpha is undefined: {why}")
     return "; ".join(notes)

@@ -61,27 +61,19 @@ def pearson(first: Floats, second: Floats, confidence: float = 0.95) -> Correlat
     if math.isnan(r):
         which = "first" if not x.any() else "second"
         return Correlation(r, r, r, r, n, f"r is undefined: the {which} values do not vary")
-    unexplained = _unexplained(x, y)
+    # 1 - r squared from the residuals of a regression, which keeps its digits where r is near 1.
+    rest = y - float(np.add.reduce(x * y)) / sum_of_squares(x) * x
+    share = sum_of_squares(rest) / sum_of_squares(y)
+    unexplained = 0.0 if share <= len(x) * ROUNDING**2 else min(1.0, share)
     if unexplained == 0:
         return Correlation(math.copysign(1.0, r), math.nan, math.nan, math.nan, n, "exactly linear: p is undefined")
     p = t_two_sided(abs(r) * math.sqrt((n - 2) / unexplained), n - 2)
     if n < 4:
         return Correlation(r, p, math.nan, math.nan, n, "the interval of r needs four pairs or more")
     half = normal_upper((1 - confidence) / 2) / math.sqrt(n - 3)
-    return Correlation(r, p, *_fisher(r, unexplained, half), n, "")
-
-
-def _unexplained(x: Floats, y: Floats) -> float:
-    """1 - r squared from the residuals of a regression, which keeps its digits where r is near 1."""
-    rest = y - float(np.add.reduce(x * y)) / sum_of_squares(x) * x
-    share = sum_of_squares(rest) / sum_of_squares(y)
-    return 0.0 if share <= len(x) * ROUNDING**2 else min(1.0, share)
-
-
-def _fisher(r: float, unexplained: float, half: float) -> tuple[float, float]:
-    """tanh(atanh r -+ half); atanh from 1 - r squared where r is near 1 (Fisher 1921)."""
+    # tanh(atanh r -+ half); atanh from 1 - r squared where r is near 1 (Fisher 1921).
     z = math.copysign(math.log((1 + abs(r)) / math.sqrt(unexplained)), r)
-    return math.tanh(z - half), math.tanh(z + half)
+    return Correlation(r, p, *(math.tanh(z - half), math.tanh(z + half)), n, "")
 
 
 def f_upper(tail: float, df1: float, df2: float) -> float:

@@ -62,7 +62,7 @@ def crossed(
         raise BadOption("no column is named for the rows of the table; name one or several")
     check_columns(data, [dv, columns, *names])
     y, across, down = numbers_of(data[dv], dv), coded(data[columns], columns), combined(data, names)
-    where = (_spelled(names), str(columns))
+    where = (" and ".join(map(str, names)), str(columns))
     values, count = _filled(y, down, across, aggregate, where)
     if gaps != "keep" and np.isnan(values).any():
         return _without_gaps(values, count, (down.labels, across.labels), gaps, where)
@@ -91,10 +91,6 @@ def refuse_few(table: Crossed, rows: str, columns: str, least: tuple[int, int] =
             left = f" ({len(table.dropped)} left out for missing values)" if table.dropped else ""
             named = f", {labels[0]!r}" if len(labels) == 1 else ""
             raise TooFew(f"too few {what}: {len(labels)}{named}{left}; at least {needed} are needed")
-
-
-def _spelled(names: Sequence[Hashable]) -> str:
-    return " and ".join(map(str, names))
 
 
 def _filled(

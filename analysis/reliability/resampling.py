@@ -81,16 +81,12 @@ def bca(estimate: float, drawn: Floats, jackknife: Floats, confidence: float) ->
     if not 0 < below < 1:
         return math.nan, math.nan
     bias, tail = float(ndtri(below)), (1 - confidence) / 2
-    faster = _acceleration(jackknife)
+    spread = jackknife.mean() - jackknife
+    square = float((spread**2).sum())
+    faster = float((spread**3).sum()) / (6 * square**1.5) if square > 0 else 0.0
     ends = []
     for z in (float(ndtri(tail)), -float(ndtri(tail))):
         shifted = bias + z
         ends.append(float(ndtr(bias + shifted / (1 - faster * shifted))))
     low, high = np.quantile(kept, sorted(ends))
     return float(low), float(high)
-
-
-def _acceleration(jackknife: Floats) -> float:
-    spread = jackknife.mean() - jackknife
-    square = float((spread**2).sum())
-    return float((spread**3).sum()) / (6 * square**1.5) if square > 0 else 0.0

@@ -45,12 +45,24 @@ def classical_mds(between: Dissimilarities, dimensions: int = 2) -> Classical:
     unit = float(np.ldexp(1.0, exponent))
     kept = float(values[:dimensions].sum())
     names = [f"Dim{i + 1}" for i in range(dimensions)]
+    notes = []
+    negative = -values[values < 0]
+    if len(negative):
+        share = float(negative.sum() / np.abs(values).sum())
+        notes.append(
+            f"{len(negative)} of {len(values)} eigenvalues are negative ({share:.2g} of their total size): "
+            "the dissimilarities are not distances in a Euclidean space"
+        )
+    if dimensions < len(values) and values[dimensions - 1] - values[dimensions] <= EQUAL * values[0]:
+        notes.append(f"eigenvalues {dimensions} and {dimensions + 1} are equal: the last dimension is one of many")
+    inner = np.flatnonzero(np.diff(values[:dimensions]) >= -EQUAL * values[0]).tolist()
+    notes += [f"Dim{i + 1} and Dim{i + 2} are equally large: their directions are one choice of many" for i in inner]
     return Classical(
         frame_of(principal(points[:, :dimensions]) * unit, between.labels, names),
         tuple(in_units(values, exponent).tolist()),
         kept / float(np.abs(values).sum()),
         kept / float(values[values > 0].sum()),
-        (*between.notes, *_notes(values, dimensions)),
+        (*between.notes, *notes),
     )
 
 
@@ -73,19 +85,3 @@ def check_dimensions(dimensions: int, objects: int) -> None:
     """Refuse a number of dimensions that is not a whole number from 1 to objects - 1."""
     if isinstance(dimensions, bool) or not isinstance(dimensions, int) or not 1 <= dimensions < objects:
         raise BadOption(f"dimensions={shown(dimensions)}: expected a whole number from 1 to {objects - 1}")
-
-
-def _notes(values: Floats, dimensions: int) -> list[str]:
-    notes = []
-    negative = -values[values < 0]
-    if len(negative):
-        share = float(negative.sum() / np.abs(values).sum())
-        notes.append(
-            f"{len(negative)} of {len(values)} eigenvalues are negative ({share:.2g} of their total size): "
-            "the dissimilarities are not distances in a Euclidean space"
-        )
-    if dimensions < len(values) and values[dimensions - 1] - values[dimensions] <= EQUAL * values[0]:
-        notes.append(f"eigenvalues {dimensions} and {dimensions + 1} are equal: the last dimension is one of many")
-    inner = np.flatnonzero(np.diff(values[:dimensions]) >= -EQUAL * values[0]).tolist()
-    notes += [f"Dim{i + 1} and Dim{i + 2} are equally large: their directions are one choice of many" for i in inner]
-    return notes

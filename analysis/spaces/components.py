@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -57,10 +56,13 @@ def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
     spread = np.sqrt((small * small).sum(axis=0))
     variances = size[:rank] ** 2 / (len(small) - 1)
     unit = rescaled(1.0, exponent)
+    weighted = directions * size[:rank]
+    with np.errstate(invalid="ignore"):
+        result: Floats = weighted / np.where(spread > 0, spread, np.nan)[:, None]
     return Components(
         frame_of(scores * unit, matrix.rows, names),
         frame_of(directions, matrix.columns, names),
-        frame_of(_correlations(directions * size[:rank], spread), matrix.columns, names),
+        frame_of(np.clip(result, -1, 1), matrix.columns, names),
         tuple(in_units(variances, exponent).tolist()),
         tuple((size[:rank] ** 2 / (size * size).sum()).tolist()),
         kind,
@@ -76,29 +78,19 @@ def prepared(matrix: Matrix, kind: Kind) -> tuple[Floats, int]:
     if rows < 2 or columns < 2:
         raise TooFew(f"{rows} objects and {columns} attributes; components need two or more of both")
     varied = varies(matrix.values)
-    _refuse_constant(varied, matrix.columns, kind)
-    about = centred(matrix.values) * varied
-    if kind == "covariance":
-        return scaled(about)
-    small = about / np.abs(about).max(axis=0)
-    return small / np.sqrt((small * small).sum(axis=0) / (rows - 1)), 0
-
-
-def _refuse_constant(varied: Floats, names: tuple[Hashable, ...], kind: Kind) -> None:
     if not varied.any():
         raise BadValue("no attribute differs between the objects: there are no components")
-    constant = [repr(names[i]) for i in np.flatnonzero(~varied.astype(bool)).tolist()]
+    constant = [repr(matrix.columns[i]) for i in np.flatnonzero(~varied.astype(bool)).tolist()]
     if constant and kind == "correlation":
         raise BadValue(
             f"the same value for every object: {listed(constant, len(constant))}; a constant has no correlation; "
             "leave it out or use kind='covariance'"
         )
-
-
-def _correlations(weighted: Floats, spread: Floats) -> Floats:
-    with np.errstate(invalid="ignore"):
-        result: Floats = weighted / np.where(spread > 0, spread, np.nan)[:, None]
-    return np.clip(result, -1, 1)
+    about = centred(matrix.values) * varied
+    if kind == "covariance":
+        return scaled(about)
+    small = about / np.abs(about).max(axis=0)
+    return small / np.sqrt((small * small).sum(axis=0) / (rows - 1)), 0
 
 
 def _equal_variances(variances: Floats) -> list[str]:

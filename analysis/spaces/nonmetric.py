@@ -131,7 +131,10 @@ def degeneracies(
 ) -> list[str]:
     """What is degenerate about a map of unit size, in words; empty where nothing is."""
     found = []
-    together = _together(points, order)
+    # Pairs of coinciding points whose dissimilarity is not the smallest one.
+    near = (pdist(points) < COLLAPSED) & (order.rank > 0)
+    first, second = np.triu_indices(len(points), 1)
+    together = list(zip(first[near].tolist(), second[near].tolist(), strict=True))
     if together:
         pairs = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in together), len(together))
         found.append(f"degenerate: different objects share a place ({pairs}): the map shows clusters only")
@@ -141,13 +144,6 @@ def degeneracies(
     if stress < ZERO and too_few_points(*points.shape):
         found.append("degenerate: stress is nearly 0, so the order of the pairs does not determine the places")
     return found
-
-
-def _together(points: Floats, order: Order) -> list[tuple[int, int]]:
-    """Pairs of coinciding points whose dissimilarity is not the smallest one."""
-    near = (pdist(points) < COLLAPSED) & (order.rank > 0)
-    first, second = np.triu_indices(len(points), 1)
-    return list(zip(first[near].tolist(), second[near].tolist(), strict=True))
 
 
 REFINED, SETTLING = 3000, 500

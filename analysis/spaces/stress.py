@@ -37,7 +37,15 @@ def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: 
     """A start led downhill to a minimum of stress-1, and that stress."""
     points = unit_size(start - start.mean(axis=0))
     for _ in range(majorised):
-        points = _guttman(points, order)
+        # One step of majorisation: points whose distances come nearer to the disparities.
+        apart, distances = _between(points, order)
+        fitted = disparities(distances, order)
+        size = float(fitted @ fitted)
+        if size > 0:
+            fitted = fitted * np.sqrt(float(distances @ distances) / size)
+        ratio = np.divide(fitted, distances, out=np.zeros_like(fitted), where=distances > 0)
+        moved = _gathered(ratio, apart, order, len(points))
+        points = unit_size(moved) if moved.any() else points
     shape = points.shape
     ended, squared = descended(lambda flat: _squared_stress(flat, order, shape), points.ravel(), polished)
     return ended.reshape(shape), float(np.sqrt(squared))
@@ -64,18 +72,6 @@ def _gathered(pulls: Floats, apart: Floats, order: Order, objects: int) -> Float
             for force in pulls * apart
         ]
     )
-
-
-def _guttman(points: Floats, order: Order) -> Floats:
-    """One step of majorisation: points whose distances come nearer to the disparities."""
-    apart, distances = _between(points, order)
-    fitted = disparities(distances, order)
-    size = float(fitted @ fitted)
-    if size > 0:
-        fitted = fitted * np.sqrt(float(distances @ distances) / size)
-    ratio = np.divide(fitted, distances, out=np.zeros_like(fitted), where=distances > 0)
-    moved = _gathered(ratio, apart, order, len(points))
-    return unit_size(moved) if moved.any() else points
 
 
 def _squared_stress(flat: Floats, order: Order, shape: tuple[int, ...]) -> tuple[float, Floats]:

@@ -8,7 +8,6 @@ from itertools import permutations
 
 import numpy as np
 import pandas as pd
-from numpy.random import Generator
 
 from palpate.analysis.spaces.matrices import Matrix, centred, matrix_of, varies
 from palpate.analysis.spaces.resampling import check_draws, p_of_draws, stream
@@ -34,7 +33,11 @@ def property_vectors(
     if draws is None:
         refuse_idle("seed", seed, 0, "without `draws`: nothing is shuffled")
     place, values = _matched(matrix_of(points), matrix_of(properties))
-    basis, back = _basis(place)
+    # An orthonormal basis of the map's columns, and what turns its coefficients into slopes along the dimensions.
+    left, sizes, right = np.linalg.svd(centred(place.values), full_matrices=False)
+    if sizes[-1] <= sizes[0] * len(left) * np.finfo(float).eps:
+        raise TooFew("the dimensions of the map are multiples of each other; leave one out")
+    basis, back = left, right.T / sizes
     shuffled = _reached(basis, values, draws, seed)
     rows = [
         _row(place, name, centred(values.values[:, [i]])[:, 0], basis, back, shuffled[i], bool(_varied(values)[i]))
@@ -56,14 +59,6 @@ def _matched(place: Matrix, values: Matrix) -> tuple[Matrix, Matrix]:
     return place, values
 
 
-def _basis(place: Matrix) -> tuple[Floats, Floats]:
-    """An orthonormal basis of the map's columns, and what turns its coefficients into slopes along the dimensions."""
-    left, sizes, right = np.linalg.svd(centred(place.values), full_matrices=False)
-    if sizes[-1] <= sizes[0] * len(left) * np.finfo(float).eps:
-        raise TooFew("the dimensions of the map are multiples of each other; leave one out")
-    return left, right.T / sizes
-
-
 def _varied(values: Matrix) -> Floats:
     result: Floats = varies(values.values)
     return result
@@ -80,14 +75,16 @@ def _row(
     r2 = min(1.0, float(weights @ weights) / float((about / size) @ (about / size))) if varied else math.nan
     named: dict[Hashable, object] = {"property": name}
     named.update(zip(place.columns, cosines.tolist(), strict=True))
-    return named | _strength(r2, len(place.rows), len(slopes)) | {"p": p if varied else math.nan, "note": _note(r2)}
-
-
-def _strength(r2: float, objects: int, dimensions: int) -> dict[Hashable, object]:
-    """R squared and the F test of a regression; no F where nothing is left to hold it against."""
+    # R squared and the F test of a regression; no F where nothing is left to hold it against.
+    objects = len(place.rows)
+    dimensions = len(slopes)
     df1, df2 = dimensions, objects - 1 - dimensions
     f = math.nan if math.isnan(r2) or 1 - r2 <= NEAR else r2 / df1 / ((1 - r2) / df2)
-    return {"r2": r2, "r": math.sqrt(r2), "F": f, "df1": df1, "df2": df2, "p_F": f_tail(f, df1, df2)}
+    return (
+        named
+        | {"r2": r2, "r": math.sqrt(r2), "F": f, "df1": df1, "df2": df2, "p_F": f_tail(f, df1, df2)}
+        | {"p": p if varied else math.nan, "note": _note(r2)}
+    )
 
 
 def _note(r2: float) -> str:
@@ -107,7 +104,7 @@ def _reached(basis: Floats, values: Matrix, draws: int | None, seed: int) -> lis
     orders = (
         np.array(list(permutations(range(objects))))
         if every
-        else _random_orders(objects, draws, stream(seed, "property vectors"))
+        else stream(seed, "property vectors").permuted(np.broadcast_to(np.arange(objects), (draws, objects)), axis=1)
     )
     observed = ((basis.T @ about) ** 2).sum(axis=0)
     reached = np.zeros(about.shape[1], dtype=np.intp)
@@ -115,7 +112,3 @@ def _reached(basis: Floats, values: Matrix, draws: int | None, seed: int) -> lis
         drawn = ((basis.T @ about[orders[start : start + BATCH]]) ** 2).sum(axis=1)
         reached += (drawn >= observed * (1 - NEAR)).sum(axis=0)
     return [n / len(orders) if every else p_of_draws(n, draws) for n in reached.tolist()]
-
-
-def _random_orders(objects: int, draws: int, rng: Generator) -> Floats:
-    return rng.permuted(np.broadcast_to(np.arange(objects), (draws, objects)), axis=1)

@@ -299,7 +299,14 @@ def one_way(groups: Sequence[Floats]) -> dict[str, float | int | str]:
     sizes = [len(group) for group in groups]
     x, exponent = scaled(np.concatenate(groups))
     parts = np.split(x, np.cumsum(sizes)[:-1])
-    ssb, ssw = _between_ss(parts, float(x[0])), math.fsum(map(deviation_ss, parts))
+    # sum T_g^2 / n_g - T^2 / N in exact rationals: few enough sums to afford it, and it cancels without loss.
+    pivot = float(x[0])
+    totals = [exact_sum(part, pivot) for part in parts]
+    squares = sum((total**2 / len(part) for total, part in zip(totals, parts, strict=True)), Fraction(0))
+    ssb, ssw = (
+        float(squares - sum(totals, Fraction(0)) ** 2 / sum(map(len, parts))),
+        math.fsum(map(deviation_ss, parts)),
+    )
     df1, df2 = len(groups) - 1, len(x) - len(groups)
     noise = x.size * ROUNDING**2
     note = undefined_f(ssb, ssw, noise, "the values of each group are the same")
@@ -311,10 +318,3 @@ def one_way(groups: Sequence[Floats]) -> dict[str, float | int | str]:
         **{"SS": ss, "ddof1": df1, "ddof2": df2, "MS": ms, "F": f, "p_unc": p, "np2": eta2, "eta2": eta2},
         **{"SS_error": ss_error, "note": "; ".join(notes)},
     }
-
-
-def _between_ss(parts: Sequence[Floats], pivot: float) -> float:
-    """sum T_g^2 / n_g - T^2 / N in exact rationals: few enough sums to afford it, and it cancels without loss."""
-    totals = [exact_sum(part, pivot) for part in parts]
-    squares = sum((total**2 / len(part) for total, part in zip(totals, parts, strict=True)), Fraction(0))
-    return float(squares - sum(totals, Fraction(0)) ** 2 / sum(map(len, parts)))

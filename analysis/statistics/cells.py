@@ -171,7 +171,12 @@ def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) ->
     size = math.prod(grid.shape)
     count = np.bincount(grid.flat, minlength=size)
     if count.max(initial=0) > 1 and aggregate is None:
-        _refuse_duplicates(grid, np.flatnonzero(count > 1))
+        cells = np.flatnonzero(count > 1)
+        found = listed((grid.described(int(cell)) for cell in cells), len(cells))
+        raise DuplicatedCells(
+            f"several values in one cell: {found}; name every repeated factor in `within`, "
+            "or pass aggregate='mean' to average them"
+        )
     values = cell_means(y, grid.flat, count).reshape(grid.shape)
     complete = np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1))
     if not complete.all() and missing == "raise":
@@ -207,14 +212,6 @@ def cell_means(y: Floats, flat: Counts, count: Counts) -> Floats:
 def _runs(values: list[float], ends: list[int]) -> Iterator[list[float]]:
     for start, end in zip([0, *ends], ends, strict=False):
         yield values[start:end]
-
-
-def _refuse_duplicates(grid: _Grid, cells: Counts) -> None:
-    found = listed((grid.described(int(cell)) for cell in cells), len(cells))
-    raise DuplicatedCells(
-        f"several values in one cell: {found}; name every repeated factor in `within`, "
-        "or pass aggregate='mean' to average them"
-    )
 
 
 def _refuse_gaps(grid: _Grid, cells: Counts) -> None:
@@ -360,7 +357,14 @@ def membership(data: pd.DataFrame, cells: Cells, factors: Sequence[Hashable], su
         codes = codes * len(labels) + own
     count = math.prod(map(len, levels))
     found = Membership(list(factors), levels, [np.flatnonzero(codes == group) for group in range(count)])
-    _refuse_empty(found)
+    empty = [name for name, size in zip(found.names(), found.sizes, strict=True) if not size]
+    if empty:
+        raise TooFew(
+            f"no participant has {listed(empty, len(empty))}; every combination of the between factors needs one: "
+            "take a level out, or join the factors into one column"
+        )
+    if found.factors and max(found.sizes) < 2:
+        raise TooFew("every group has one participant; at least one group needs two or more")
     return found
 
 
@@ -379,17 +383,6 @@ def _own_levels(data: pd.DataFrame, factor: Hashable, rows: Counts, cells: Cells
     if len(used) < 2:
         raise TooFew(f"factor {factor!r} has one level, {group.labels[int(used[0])]!r}; a comparison needs two or more")
     return [group.labels[i] for i in used.tolist()], own
-
-
-def _refuse_empty(found: Membership) -> None:
-    empty = [name for name, size in zip(found.names(), found.sizes, strict=True) if not size]
-    if empty:
-        raise TooFew(
-            f"no participant has {listed(empty, len(empty))}; every combination of the between factors needs one: "
-            "take a level out, or join the factors into one column"
-        )
-    if found.factors and max(found.sizes) < 2:
-        raise TooFew("every group has one participant; at least one group needs two or more")
 
 
 def _named(factors: Sequence[Hashable], where: tuple[Hashable, ...]) -> str:

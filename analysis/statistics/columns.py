@@ -121,7 +121,14 @@ def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
     except TypeError:
         raise BadValue(f"column {name!r} holds labels that cannot be compared (such as lists); use text") from None
     labels = [label for _, label in sorted(found, key=lambda typed: typed[0].__name__)]
-    _refuse_twins(labels, name)
+    # Refuse different labels that a reader, or the next program to read the table, takes for the same.
+    seen: dict[str, Any] = {}
+    for label in labels:
+        for text in _readings(label):
+            twin = seen.setdefault(text, label)
+            if len({twin, label}) > 1 or isinstance(twin, Truth) != isinstance(label, Truth):
+                both = " and ".join(sorted((repr(twin), repr(label)), reverse=True))
+                raise BadValue(f"{both} both occur in column {name!r}; make the column one type")
     return dict.fromkeys(labels)  # of 1 and 1.0, which are one label, always the same one stays
 
 
@@ -184,17 +191,6 @@ def _refuse_missing(rows: list[int], name: Hashable) -> None:
     if rows:
         where = listed((f"row {row + 1}" for row in rows), len(rows))
         raise BadValue(f"column {name!r} has no label in {where}; name every row or take these rows out")
-
-
-def _refuse_twins(labels: Iterable[Any], name: Hashable) -> None:
-    """Refuse different labels that a reader, or the next program to read the table, takes for the same."""
-    seen: dict[str, Any] = {}
-    for label in labels:
-        for text in _readings(label):
-            twin = seen.setdefault(text, label)
-            if len({twin, label}) > 1 or isinstance(twin, Truth) != isinstance(label, Truth):
-                both = " and ".join(sorted((repr(twin), repr(label)), reverse=True))
-                raise BadValue(f"{both} both occur in column {name!r}; make the column one type")
 
 
 def _readings(label: Any) -> Iterator[str]:

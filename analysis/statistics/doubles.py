@@ -59,22 +59,18 @@ def row_sums(pair: Pair) -> Floats:
     """The sum of each row of a matrix, as if added without rounding and rounded once."""
     high, low = pair
     if high.size > FEW:
-        return _tree_sums(high, low)
+        low = np.zeros_like(high) if low is None else low
+        while (width := high.shape[1]) > 1:
+            half = width // 2
+            total, lost = difference(high[:, :half], -high[:, half : 2 * half])
+            lost += low[:, :half] + low[:, half : 2 * half]
+            if width % 2:
+                total = np.concatenate((total, high[:, -1:]), axis=1)
+                lost = np.concatenate((lost, low[:, -1:]), axis=1)
+            high, low = total, lost
+        return high[:, 0] + low[:, 0]
     rows = high.tolist() if low is None else np.concatenate((high, low), axis=1).tolist()
     return np.array([math.fsum(row) for row in rows])
-
-
-def _tree_sums(high: Floats, low: Floats | None) -> Floats:
-    low = np.zeros_like(high) if low is None else low
-    while (width := high.shape[1]) > 1:
-        half = width // 2
-        total, lost = difference(high[:, :half], -high[:, half : 2 * half])
-        lost += low[:, :half] + low[:, half : 2 * half]
-        if width % 2:
-            total = np.concatenate((total, high[:, -1:]), axis=1)
-            lost = np.concatenate((lost, low[:, -1:]), axis=1)
-        high, low = total, lost
-    return high[:, 0] + low[:, 0]
 
 
 def centred(array: Floats, axis: int) -> Floats:

@@ -78,11 +78,21 @@ def form(levels: Sequence[int], sizes: Sequence[int], effect: Effect, kind: SumO
     factor running fastest; all at least 1.
     """
     if len(set(sizes)) == 1:
-        return _balanced(levels, sizes[0], effect)
+        # Groups of one size: types II and III are one, the projection on the effect divided by that size.
+        size = sizes[0]
+        top = np.ones((1, 1), dtype=object)
+        for place, count in enumerate(levels):
+            ones = np.ones((count, count), dtype=object)
+            top = np.kron(top, count * np.eye(count, dtype=int).astype(object) - ones if place in effect else ones)
+        df = math.prod(levels[place] - 1 for place in effect)
+        return _reduced(df, top, int(size) * math.prod(levels))
     if not effect:
         return _mean(sizes, kind)
     if len(levels) == 1:
-        return _one_factor(sizes)
+        # sum t^2 / n - (sum t)^2 / N.
+        common, total = math.lcm(*map(int, sizes)), sum(map(int, sizes))
+        shares = [total * (common // int(size)) for size in sizes]
+        return _reduced(len(sizes) - 1, np.diag(np.array(shares, dtype=object)) - common, common * total)
     own = _columns(levels, effect)
     others = [_columns(levels, other) for other in subsets(len(levels)) if _adjusted_for(effect, other, kind)]
     rest = np.concatenate(others, axis=1)
@@ -115,13 +125,6 @@ def _mean(sizes: Sequence[int], kind: SumOfSquares) -> Form:
     return _reduced(1, np.outer(shares, shares), common * int(shares.sum()))
 
 
-def _one_factor(sizes: Sequence[int]) -> Form:
-    """sum t^2 / n - (sum t)^2 / N."""
-    common, total = math.lcm(*map(int, sizes)), sum(map(int, sizes))
-    shares = [total * (common // int(size)) for size in sizes]
-    return _reduced(len(sizes) - 1, np.diag(np.array(shares, dtype=object)) - common, common * total)
-
-
 def subsets(factors: int, first: int = 0) -> Iterator[Effect]:
     """Every set of factors by place, from the empty one to all of them; places begin at `first`."""
     for size in range(factors + 1):
@@ -140,16 +143,6 @@ def _columns(levels: Sequence[int], effect: Effect) -> Whole:
         coding = np.concatenate((np.eye(count - 1, dtype=int).astype(object), -one[:1].repeat(count - 1, axis=1)))
         columns = np.kron(columns, coding if place in effect else one)
     return columns
-
-
-def _balanced(levels: Sequence[int], size: int, effect: Effect) -> Form:
-    """Groups of one size: types II and III are one, the projection on the effect divided by that size."""
-    top = np.ones((1, 1), dtype=object)
-    for place, count in enumerate(levels):
-        ones = np.ones((count, count), dtype=object)
-        top = np.kron(top, count * np.eye(count, dtype=int).astype(object) - ones if place in effect else ones)
-    df = math.prod(levels[place] - 1 for place in effect)
-    return _reduced(df, top, int(size) * math.prod(levels))
 
 
 def _solved(matrix: Whole, right: Whole) -> tuple[Whole, int]:

@@ -150,7 +150,10 @@ def gather_design(
     refuse_too_few(cells)
     cells = _by_value(cells) if nobodys else cells
     design = Design(cells, membership(data, cells, others, subject))
-    _refuse_twins(design)
+    names = [design.source(between, axes) for axes, between in design.terms()]
+    if len(set(names)) < len(names):
+        twice = sorted({repr(name) for name in names if names.count(name) > 1})
+        raise UnknownColumn(f"two effects have the same name: {listed(twice, len(twice))}; rename a column")
     if design.error_df < 1:
         raise TooFew("every group has one participant; at least one group needs two or more")
     return design
@@ -172,13 +175,6 @@ def _by_value(cells: Cells) -> Cells:
     """Rows that are nobody's, in the order of their values: no result may depend on the order of the rows."""
     order = np.argsort(cells.values, kind="stable")
     return replace(cells, values=cells.values[order], participants=[cells.participants[i] for i in order.tolist()])
-
-
-def _refuse_twins(design: Design) -> None:
-    names = [design.source(between, axes) for axes, between in design.terms()]
-    if len(set(names)) < len(names):
-        twice = sorted({repr(name) for name in names if names.count(name) > 1})
-        raise UnknownColumn(f"two effects have the same name: {listed(twice, len(twice))}; rename a column")
 
 
 @dataclass(frozen=True)

@@ -237,7 +237,19 @@ def unpaired(labels: Sequence[Hashable], groups: Sequence[Floats]) -> Iterator[C
     parts = np.split(x, np.cumsum([len(group) for group in groups])[:-1])
     samples = [_sample(label, part, float(x[0])) for label, part in zip(labels, parts, strict=True)]
     for a, b in combinations(samples, 2):
-        yield _unpaired(a, b, exponent)
+        mean = (a.mean - b.mean) + (a.low - b.low)
+        floor, df = max(a.floor, b.floor), float(a.n + b.n - 2)
+        if min(a.n, b.n) == 1 and (df == 0 or a.n != b.n):
+            note, error = "t is undefined: a group has one value", math.nan
+        else:
+            spread = math.sqrt((a.ss + b.ss) / (a.n + b.n))
+            note = "" if spread > floor else _same(mean, floor, spread, "values of each group")
+            error, df = _welch(a, b) if a.n != b.n and not note else (_pooled(a, b), df)
+        size = math.nan if note else hedges_g(mean, a.ss + b.ss, a.n + b.n)
+        t = math.nan if note else mean / error
+        pooled = math.sqrt((a.ss + b.ss) / (a.n + b.n - 2)) if a.n + b.n > 2 else math.nan
+        plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, pooled))
+        yield Comparison(a.label, b.label, plain, own_error, t, df, size, note, own_spread)
 
 
 def _sample(label: Hashable, part: Floats, pivot: float) -> _Sample:
@@ -245,22 +257,6 @@ def _sample(label: Hashable, part: Floats, pivot: float) -> _Sample:
     high = float(mean)
     floor = ROUNDING_ULPS * float(np.spacing(np.abs(part).max()))
     return _Sample(label, len(part), high, float(mean - type(mean)(high)), deviation_ss(part), floor)
-
-
-def _unpaired(a: _Sample, b: _Sample, exponent: int) -> Comparison:
-    mean = (a.mean - b.mean) + (a.low - b.low)
-    floor, df = max(a.floor, b.floor), float(a.n + b.n - 2)
-    if min(a.n, b.n) == 1 and (df == 0 or a.n != b.n):
-        note, error = "t is undefined: a group has one value", math.nan
-    else:
-        spread = math.sqrt((a.ss + b.ss) / (a.n + b.n))
-        note = "" if spread > floor else _same(mean, floor, spread, "values of each group")
-        error, df = _welch(a, b) if a.n != b.n and not note else (_pooled(a, b), df)
-    size = math.nan if note else hedges_g(mean, a.ss + b.ss, a.n + b.n)
-    t = math.nan if note else mean / error
-    pooled = math.sqrt((a.ss + b.ss) / (a.n + b.n - 2)) if a.n + b.n > 2 else math.nan
-    plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, pooled))
-    return Comparison(a.label, b.label, plain, own_error, t, df, size, note, own_spread)
 
 
 def _pooled(a: _Sample, b: _Sample) -> float:

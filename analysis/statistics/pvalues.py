@@ -61,10 +61,6 @@ def adjusted(p: Sequence[float], method: str, family: int | None = None) -> list
         return list(p)
     if method == "bonf":
         return [min(1.0, value * size) if value >= 0 else value for value in p]
-    return _holm(p, size)
-
-
-def _holm(p: Sequence[float], size: int) -> list[float]:
     result = [math.nan] * len(p)
     largest = 0.0
     defined = [i for i, value in enumerate(p) if not math.isnan(value)]
