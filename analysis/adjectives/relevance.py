@@ -48,7 +48,16 @@ def relevance(
     kept_chance (the share of draws in which it is kept), note. Participants are drawn with replacement; `draws=0`
     leaves intervals out. Raises BadOption or TooFew (nobody ticked anything, for a share of the maximum).
     """
-    scored = _scored(selections, normalisation)
+    kinds: Mapping[str, Callable[[Selections], Scored]] = {
+        "share_of_trials": _share_of_trials,
+        "share_of_maximum": _share_of_maximum,
+        "any_stimulus": _any_stimulus,
+    }
+    if not isinstance(normalisation, str) or normalisation not in kinds:
+        raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, kinds))}")
+    if not selections.words:
+        raise TooFew("no words: nothing was offered and nothing was ticked")
+    scored = kinds[normalisation](selections)
     if isinstance(threshold, bool) or not isinstance(threshold, int | float) or not 0 < threshold <= 1:
         raise BadOption(f"threshold={shown(threshold)}: a share above 0, at most 1, is expected, such as 0.5")
     demand_draws(draws)
@@ -64,27 +73,10 @@ def relevance(
     limits = list(_limits(found, drawn, scored, n, interval, confidence))
     table = pd.DataFrame(_rows(selections, found, drawn, limits, threshold))
     table = table.sort_values("relevance", ascending=False, kind="stable", ignore_index=True)
-    table.attrs.update(_attrs(selections, normalisation, threshold))
+    sizes = {"participants": len(selections.participants), "stimuli": len(selections.stimuli)}
+    table.attrs.update({**sizes, "trials": selections.trials, "normalisation": normalisation, "threshold": threshold})
     table.attrs.update({"draws": len(drawn), "seed": seed, "interval": interval, "confidence": confidence})
     return table
-
-
-def _attrs(selections: Selections, normalisation: str, threshold: float) -> dict[str, Any]:
-    sizes = {"participants": len(selections.participants), "stimuli": len(selections.stimuli)}
-    return {**sizes, "trials": selections.trials, "normalisation": normalisation, "threshold": threshold}
-
-
-def _scored(selections: Selections, normalisation: object) -> Scored:
-    kinds: Mapping[str, Callable[[Selections], Scored]] = {
-        "share_of_trials": _share_of_trials,
-        "share_of_maximum": _share_of_maximum,
-        "any_stimulus": _any_stimulus,
-    }
-    if not isinstance(normalisation, str) or normalisation not in kinds:
-        raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, kinds))}")
-    if not selections.words:
-        raise TooFew("no words: nothing was offered and nothing was ticked")
-    return kinds[normalisation](selections)
 
 
 def _share_of_trials(selections: Selections) -> Scored:

@@ -76,16 +76,13 @@ def gather_choices(
     outcome = np.where(lead == won, 0, 1)
     if tie is not None:
         outcome = np.where(_truths(data[tie], tie), 2, outcome)
-    return _counted(tuple(both.labels), lead, won + lost - lead, outcome, weights, first is not None)
-
-
-def _counted(
-    items: tuple[Hashable, ...], one: Counts, two: Counts, outcome: Counts, weights: Floats, ordered: bool
-) -> Counted:
+    items = tuple(both.labels)
+    two = won + lost - lead
+    ordered = first is not None
     if len(items) < 2:
         raise TooFew(f"{len(items)} item; a comparison needs two or more")
     cells = np.zeros((len(items), len(items), 3))
-    np.add.at(cells, (one, two, outcome), weights)
+    np.add.at(cells, (lead, two, outcome), weights)
     pairs = np.argwhere(cells.sum(axis=2) > 0)
     if not len(pairs):
         raise BadValue("no comparison has a count above 0")

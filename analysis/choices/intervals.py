@@ -97,7 +97,11 @@ def profile_ends(
     turned, place = replace(problem, coordinates=by, low=low, high=high, free=free), _placed(most, by)
     factor = _bartlett(problem, turned, place, most, draws, seeds) if draws else np.ones(len(place))
     allowed = most.log_likelihood - 0.5 * factor * float(ndtri((1 + confidence) / 2)) ** 2
-    se = _standard_errors(turned, place)
+    # The first coordinate's standard error from the expected information, guess and lapse held.
+    hit, miss, tilt = shares(turned, place)
+    weight = turned.trials / (hit * miss)
+    information = np.einsum("bl,blp,blq->bpq", weight, tilt[..., :2], tilt[..., :2])
+    se: Floats = np.sqrt(np.maximum(np.linalg.pinv(information)[:, 0, 0], 1e-300))
     edges = [float(limit[int(which == "jnd")]) for limit in (problem.low, problem.high)]
     ends = np.column_stack(
         [_ends(turned, place, side * se, allowed, edge) for side, edge in zip((-1.0, 1.0), edges, strict=True)]
@@ -105,15 +109,6 @@ def profile_ends(
     if asked.falling and which == "threshold":
         ends = ends[:, ::-1]
     return (to_level if which == "threshold" else to_size)(ends, asked, given)
-
-
-def _standard_errors(turned: Problem, place: Floats) -> Floats:
-    """The first coordinate's standard error from the expected information, guess and lapse held."""
-    hit, miss, tilt = shares(turned, place)
-    weight = turned.trials / (hit * miss)
-    information = np.einsum("bl,blp,blq->bpq", weight, tilt[..., :2], tilt[..., :2])
-    result: Floats = np.sqrt(np.maximum(np.linalg.pinv(information)[:, 0, 0], 1e-300))
-    return result
 
 
 def _placed(most: Fitted, by: Coordinates) -> Floats:

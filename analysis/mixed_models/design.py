@@ -324,18 +324,15 @@ def random_effects_of(
         raise UnknownColumn(f"{name!r} is a grouping factor and one of its own slopes; name another column")
     design = Design(variables, effects_of(mains, crossed))
     random = Random(name, groups.codes, tuple(map(str, groups.labels)), design, design.back(), correlated)
-    _refuse_too_many(random, len(frame))
-    _refuse_still(random, len(frame))
-    return random
-
-
-def _refuse_too_many(random: Random, rows: int) -> None:
+    rows = len(frame)
     count = len(random.levels) * random.size
     if count >= rows:
         raise NotIdentified(
             f"grouping factor {random.name!r} has {count:,} random effects ({len(random.levels):,} levels x "
             f"{random.size}) for {rows:,} values; the residual cannot be told from them: take slopes or the factor out"
         )
+    _refuse_still(random, len(frame))
+    return random
 
 
 def _refuse_still(random: Random, rows: int) -> None:

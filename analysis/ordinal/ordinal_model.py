@@ -86,7 +86,12 @@ def ordinal_model(
     Sources: McCullagh 1980; Christensen 2018 (R's ordinal: clm, clmm).
     """
     check_interval(100, confidence)
-    asked = _asked(fixed, numeric, interactions, coding)
+    lists = [(names,) if isinstance(names, str) else tuple(names) for names in (fixed, numeric, interactions)]
+    if not all(isinstance(name, str) for names in lists for name in names):
+        raise BadOption("predictors are named by text; rename the columns")
+    if coding not in ("treatment", "sum"):
+        raise BadOption(f"coding={shown(coding)} is unknown: 'treatment' or 'sum'")
+    asked = Asked(lists[0], lists[1], lists[2], coding)
     if not asked.fixed:
         refuse_idle("coding", coding, "treatment", "without a factor in `fixed`")
     refuse_idle_levels(orders or {}, asked.fixed, "orders")
@@ -111,15 +116,6 @@ def _model(given: OrdinalData, found: Fitted, link: Link, confidence: float) -> 
         given.names,
         NO_SPREAD if found.sigma == 0 else "",
     )
-
-
-def _asked(fixed: Any, numeric: Any, interactions: Any, coding: Any) -> Asked:
-    lists = [(names,) if isinstance(names, str) else tuple(names) for names in (fixed, numeric, interactions)]
-    if not all(isinstance(name, str) for names in lists for name in names):
-        raise BadOption("predictors are named by text; rename the columns")
-    if coding not in ("treatment", "sum"):
-        raise BadOption(f"coding={shown(coding)} is unknown: 'treatment' or 'sum'")
-    return Asked(lists[0], lists[1], lists[2], coding)
 
 
 def coefficients(given: OrdinalData, found: Fitted, confidence: float) -> pd.DataFrame:

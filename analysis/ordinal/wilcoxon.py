@@ -187,7 +187,11 @@ def wilcoxon_tests(
     Raises a StatisticsError (a ValueError) that names what is wrong with the table or the request.
     """
     check_interval(100, confidence)
-    method = _method(padjust, zeros)
+    if not isinstance(padjust, str) or padjust not in ADJUSTMENTS:
+        raise BadOption(f"padjust={shown(padjust)} is unknown: one of {', '.join(map(repr, ADJUSTMENTS))}")
+    if not isinstance(zeros, str) or zeros not in ("wilcoxon", "pratt"):
+        raise BadOption(f"zeros={shown(zeros)} is unknown: 'wilcoxon' (left out) or 'pratt' (ranked, then left out)")
+    method = ADJUSTMENTS[padjust]
     if method == "none":
         refuse_idle("family", family, None, "with padjust='none': no p is adjusted")
     if within is None:
@@ -208,14 +212,6 @@ def wilcoxon_tests(
     table = _table(factor, within is not None, pairs, method, family)
     table.attrs.update(attrs)
     return table
-
-
-def _method(padjust: object, zeros: object) -> str:
-    if not isinstance(padjust, str) or padjust not in ADJUSTMENTS:
-        raise BadOption(f"padjust={shown(padjust)} is unknown: one of {', '.join(map(repr, ADJUSTMENTS))}")
-    if not isinstance(zeros, str) or zeros not in ("wilcoxon", "pratt"):
-        raise BadOption(f"zeros={shown(zeros)} is unknown: 'wilcoxon' (left out) or 'pratt' (ranked, then left out)")
-    return ADJUSTMENTS[padjust]
 
 
 def _pairs(labels: list[Any], values: list[Any]) -> Iterator[tuple[Any, Any, Any, Any]]:

@@ -44,10 +44,7 @@ def fleiss_kappa(counts: Floats) -> Kappa:
         )
     if raters[0] < 2:
         raise TooFew("one rater; agreement needs two or more")
-    return _kappa(counts, int(raters[0]))
-
-
-def _kappa(counts: Floats, m: int) -> Kappa:
+    m = int(raters[0])
     n = len(counts)
     share = counts.sum(axis=0) / (n * m)
     # Ordered pairs of raters, in whole numbers: of one unit that disagree, and of all ratings that differ.

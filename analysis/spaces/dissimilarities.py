@@ -132,11 +132,18 @@ def pair_dissimilarities(
         raise BadOption(f"meaning={shown(meaning)} is unknown: 'dissimilarity' or 'similarity'")
     check_columns(data, [dv, first, second, *([] if participant is None else [participant])])
     values = numbers_of(data[dv], dv)
-    one, two, labels = _both(data, first, second)
+    # Codes of both objects of each row, in one set of labels.
+    objects = coded(pd.concat([data[first], data[second]], ignore_index=True), f"{first} and {second}")
+    half = len(data)
+    one, two, labels = objects.codes[:half], objects.codes[half:], tuple(objects.labels)
     people = Coded(np.zeros(len(data), np.intp), ["all"]) if participant is None else coded(data[participant], "people")
     kept = (one != two) & ~np.isnan(values)
     given = _own_pairs(values[kept], one[kept], two[kept], people.codes[kept], len(labels), len(people.labels))
-    _refuse_unrated(given, labels)
+    empty = np.isnan(given.values).all(axis=0)
+    if empty.any():
+        found = np.argwhere(np.triu(squareform(empty))).tolist()
+        names = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in found), len(found))
+        raise IncompleteCells(f"nobody compared {names}; every pair needs a value")
     means = given.means()[0]
     highest = float(means.max()) if top is None else top
 
@@ -151,13 +158,6 @@ def pair_dissimilarities(
     return _checked(Dissimilarities(remade(means), labels, f"{how} of each pair", known, remade))
 
 
-def _both(data: pd.DataFrame, first: Hashable, second: Hashable) -> tuple[Counts, Counts, tuple[Hashable, ...]]:
-    """Codes of both objects of each row, in one set of labels."""
-    objects = coded(pd.concat([data[first], data[second]], ignore_index=True), f"{first} and {second}")
-    half = len(data)
-    return objects.codes[:half], objects.codes[half:], tuple(objects.labels)
-
-
 def _own_pairs(values: Floats, one: Counts, two: Counts, people: Counts, size: int, persons: int) -> Given:
     if size < LEAST:
         raise TooFew(f"{size} objects; a space needs {LEAST} or more")
@@ -167,14 +167,6 @@ def _own_pairs(values: Floats, one: Counts, two: Counts, people: Counts, size: i
     flat = people.astype(np.intp) * pairs + pair
     count = np.bincount(flat, minlength=persons * pairs)
     return Given(cell_means(values, flat, count).reshape(persons, pairs))
-
-
-def _refuse_unrated(given: Given, labels: tuple[Hashable, ...]) -> None:
-    empty = np.isnan(given.values).all(axis=0)
-    if empty.any():
-        found = np.argwhere(np.triu(squareform(empty))).tolist()
-        names = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in found), len(found))
-        raise IncompleteCells(f"nobody compared {names}; every pair needs a value")
 
 
 def _refuse_negative(cells: Floats, labels: tuple[Hashable, ...], how: str) -> None:

@@ -256,7 +256,13 @@ def gather_groups(
     check_options(missing, aggregate)
     if subject is None:
         refuse_idle("aggregate", aggregate, None, NO_SUBJECT)
-    factor = _single(between)
+    factors = name_list(between)
+    if len(factors) != 1:
+        raise BadOption(
+            f"between={factors!r} names {len(factors)} factors; this is a one-way test: name one factor, "
+            "or join the factors into one column first"
+        )
+    factor = factors[0]
     check_columns(data, [dv, factor] if subject is None else [dv, factor, subject])
     y, group = numbers_of(data[dv], dv), coded(data[factor], factor)
     if len(group.labels) < 2:
@@ -274,16 +280,6 @@ def gather_groups(
             "pass missing='listwise' to leave them out"
         )
     return Groups(factor, group.labels, _split(factor, y, group), dropped, ratings)
-
-
-def _single(between: Hashable | Iterable[Hashable]) -> Hashable:
-    factors = name_list(between)
-    if len(factors) != 1:
-        raise BadOption(
-            f"between={factors!r} names {len(factors)} factors; this is a one-way test: name one factor, "
-            "or join the factors into one column first"
-        )
-    return factors[0]
 
 
 def _per_participant(

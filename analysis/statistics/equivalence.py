@@ -61,7 +61,15 @@ def equivalence_tests(
     A pair whose values do not vary has NaN and None with a `note`.
     Raises a StatisticsError (a ValueError) that names what is wrong with the table or the request.
     """
-    limits = _checked_bounds(bounds, bounds_dz)
+    if (bounds is None) == (bounds_dz is None):
+        raise BadOption("give either `bounds`, a lower and an upper one, or `bounds_dz`, one number")
+    given = (-bounds_dz, bounds_dz) if _is_number(bounds_dz) and bounds_dz is not None else bounds
+    if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
+        raise BadOption(f"bounds={shown(bounds if bounds_dz is None else bounds_dz)} are no two numbers")
+    low, high = given
+    if not all(_is_number(end) and math.isfinite(end) for end in (low, high)) or not low < high:
+        raise BadOption(f"bounds ({low}, {high}) cannot be: the lower one must be a finite number below the upper")
+    limits = float(low), float(high)
     if isinstance(alpha, bool) or not isinstance(alpha, int | float) or not 0 < alpha < 0.5:
         raise BadOption(f"alpha={shown(alpha)} is unknown: a number above 0 and below 0.5, such as 0.05")
     found = compared(data, dv, within, subject, between, missing, aggregate)
@@ -72,18 +80,6 @@ def equivalence_tests(
     table = pd.DataFrame(rows).astype({"equivalent": object})
     table.attrs.update(found.attrs | {"alpha": alpha})
     return table
-
-
-def _checked_bounds(bounds: Sequence[float] | None, bounds_dz: float | None) -> tuple[float, float]:
-    if (bounds is None) == (bounds_dz is None):
-        raise BadOption("give either `bounds`, a lower and an upper one, or `bounds_dz`, one number")
-    given = (-bounds_dz, bounds_dz) if _is_number(bounds_dz) and bounds_dz is not None else bounds
-    if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
-        raise BadOption(f"bounds={shown(bounds if bounds_dz is None else bounds_dz)} are no two numbers")
-    low, high = given
-    if not all(_is_number(end) and math.isfinite(end) for end in (low, high)) or not low < high:
-        raise BadOption(f"bounds ({low}, {high}) cannot be: the lower one must be a finite number below the upper")
-    return float(low), float(high)
 
 
 def _is_number(value: object) -> bool:

@@ -66,7 +66,17 @@ def pairwise_tests(
     size = _family(family, len(found.pairs))
     table = _table(found, ADJUSTMENTS[padjust], size)
     if level is not None:
-        _insert_intervals(table, found, level)
+        # Put the limits of the effect size beside it.
+        sizes = found.attrs.get("group_sizes", {})
+        limits = [
+            dz_interval(pair.size, int(pair.df) + 1, confidence=level)
+            if found.within
+            else hedges_interval(pair.size, sizes[pair.a], sizes[pair.b], confidence=level)
+            for pair in found.pairs
+        ]
+        name = "dz" if found.within else "hedges"
+        for place, end in enumerate(("low", "high")):
+            table.insert(len(table.columns) - 1, f"{name}_{end}", [limit[place] for limit in limits])
     table.attrs.update(found.attrs | ({} if family is None else {"family": size}))
     return table
 
@@ -109,20 +119,6 @@ def _family(family: object, pairs: int) -> int:
     if family < pairs:
         raise BadOption(f"family={family} is smaller than the {pairs} pairs tested here; a family holds all its tests")
     return int(family)
-
-
-def _insert_intervals(table: pd.DataFrame, found: Compared, confidence: float) -> None:
-    """Put the limits of the effect size beside it."""
-    sizes = found.attrs.get("group_sizes", {})
-    limits = [
-        dz_interval(pair.size, int(pair.df) + 1, confidence=confidence)
-        if found.within
-        else hedges_interval(pair.size, sizes[pair.a], sizes[pair.b], confidence=confidence)
-        for pair in found.pairs
-    ]
-    name = "dz" if found.within else "hedges"
-    for place, end in enumerate(("low", "high")):
-        table.insert(len(table.columns) - 1, f"{name}_{end}", [limit[place] for limit in limits])
 
 
 def _within(
