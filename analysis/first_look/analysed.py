@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 
@@ -13,6 +15,7 @@ from palpate.analysis.ratings.dataset import Ratings
 from palpate.analysis.ratings.describe import describe
 from palpate.analysis.ratings.design import check_ratings
 from palpate.analysis.ratings.design_report import DesignReport
+from palpate.analysis.statistics.apa import P_COLUMNS, is_corrected
 from palpate.protocols.extras import installed_version
 from palpate.protocols.progress import Progress
 
@@ -62,17 +65,19 @@ def stimulus_means(ratings: Ratings) -> pd.DataFrame:
 
 
 def correction(row: Row) -> str:
-    """The correction that is always made where an effect within participants has more than one df, else ''.
-
-    There is no test of sphericity first: it has little power exactly where it is needed.
-    """
-    return GREENHOUSE_GEISSER if "p_GG_corr" in row and row["ddof1"] > 1 else ""
+    """Return the name of the correction that p of an effect has, "" for none."""
+    return GREENHOUSE_GEISSER if is_corrected(with_nan(row)) else ""
 
 
 def reported_p(row: Row) -> float | None:
-    """The p value that a sentence states: corrected wherever a correction is made."""
-    p: float | None = row["p_GG_corr" if correction(row) else "p_unc"]
+    """Return the p value that a sentence states: corrected wherever a correction is made."""
+    p: float | None = row[P_COLUMNS["GG" if correction(row) else "none"]]
     return p
+
+
+def with_nan(row: Row) -> dict[str, Any]:
+    """Return the row as the statistics gave it, where an undefined number is NaN."""
+    return {name: math.nan if value is None else value for name, value in row.items()}
 
 
 def software() -> Mapping[str, str]:

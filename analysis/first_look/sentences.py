@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
-from palpate.analysis.first_look.analysed import Analysed
+from palpate.analysis.first_look.analysed import Analysed, with_nan
 from palpate.analysis.first_look.study_statistics import Row, Test
 from palpate.analysis.statistics.apa import apa_f, apa_t
 
@@ -29,12 +28,12 @@ def attribute_title(found: Analysed, attribute: str) -> str:
 
 def sentence(row: Row) -> str:
     """An effect and its test: `variant: F(4.20, 163.90) = 12.34, p < .001, ...`."""
-    return f"{effect_name(row['Source'])}: {apa_f(_with_nan(row))}"
+    return f"{effect_name(row['Source'])}: {apa_f(with_nan(row))}"
 
 
 def pair_sentence(row: Row) -> str:
     """A pair and its test, the p value adjusted by Holm's method."""
-    adjusted = _with_nan(row) | {"p_adjust": "holm", "p_corr": _with_nan(row)["p_holm"]}
+    adjusted = with_nan(row) | {"p_adjust": "holm", "p_corr": with_nan(row)["p_holm"]}
     return f"{row['A']} − {row['B']}: {apa_t(adjusted)}"
 
 
@@ -48,8 +47,3 @@ def all_sentences(tests: tuple[Test, ...] | list[Test]) -> Iterator[str]:
 def effect_name(source: str) -> str:
     """An effect as a reader writes it: `car × variant`."""
     return source.replace(":", " × ")
-
-
-def _with_nan(row: Row) -> dict[str, object]:
-    """The row as the statistics gave it, where an undefined number is NaN."""
-    return {name: math.nan if value is None else value for name, value in row.items()}

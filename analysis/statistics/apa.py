@@ -15,7 +15,8 @@ Correction: TypeAlias = Literal["auto", "GG", "HF", "none"]
 ETA_COLUMNS = {"partial": "np2", "generalized": "ng2"}
 ETA_NAMES = {"partial": "η²p", "generalized": "η²G"}
 ETA_BETWEEN = "η²"  # one factor between groups: partial, generalized and classical eta squared are one number
-CORRECTED = {"GG": ("Greenhouse–Geisser", "eps", "p_GG_corr"), "HF": ("Huynh–Feldt", "eps_HF", "p_HF_corr")}
+CORRECTED = {"GG": ("Greenhouse–Geisser", "eps"), "HF": ("Huynh–Feldt", "eps_HF")}
+P_COLUMNS = {"GG": "p_GG_corr", "HF": "p_HF_corr", "none": "p_unc"}
 FAMILIES = {"bonf": "Bonferroni", "holm": "Holm"}
 
 
@@ -60,16 +61,24 @@ def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> st
     df1, df2, f = (_value(row, name) for name in ("ddof1", "ddof2", "F"))
     if math.isnan(f):
         return f"F({_df(df1)}, {_df(df2)}) is undefined: {_reason(row, 'F')}"
-    contrasts = row.get("d")  # of the factors within participants alone: what there is to correct
-    kind = _kind(row, correction, df1 if contrasts is None else float(contrasts))
+    kind = _kind(row, correction)
     if kind == "none":
         return f"F({_df(df1)}, {_df(df2)}) {_equals(f)}, {apa_p(_value(row, 'p_unc'))}, {_eta(row, eta)}"
-    name, eps_column, p_column = CORRECTED[kind]
+    name, eps_column = CORRECTED[kind]
     eps = _value(row, eps_column)
     if math.isnan(eps):
         raise NoSuchOption(f"{name} is undefined here: {row.get('note')}; pass correction='GG'")
     statistic = f"F({_df(df1 * eps)}, {_df(df2 * eps)}) {_equals(f)}"
-    return f"{statistic}, {apa_p(_value(row, p_column))}, {_eta(row, eta)} ({name}, ε {_is(_share(eps, 2))})"
+    return f"{statistic}, {apa_p(_value(row, P_COLUMNS[kind]))}, {_eta(row, eta)} ({name}, ε {_is(_share(eps, 2))})"
+
+
+def is_corrected(row: Row) -> bool:
+    """Return whether p of an effect is to be corrected: it has more than one contrast within participants.
+
+    There is no test of sphericity first: it has little power exactly where it is needed.
+    """
+    contrasts = row.get("d")  # of the factors within participants alone: what there is to correct
+    return row.get("eps") is not None and float(row.get("ddof1") if contrasts is None else contrasts) > 1
 
 
 def apa_t(row: Row) -> str:
@@ -135,15 +144,14 @@ def _eta(row: Row, eta: Eta) -> str:
     return f"{name} {_is(_share(float(value), 2))}"
 
 
-def _kind(row: Row, correction: str, contrasts: float) -> str:
+def _kind(row: Row, correction: str) -> str:
     if not isinstance(correction, str) or correction not in ("auto", "none", *CORRECTED):
         raise NoSuchOption(f"correction={correction!r} is unknown: 'auto', 'GG', 'HF' or 'none'")
-    repeated = row.get("eps") is not None
-    if correction in CORRECTED and not repeated:
+    if correction in CORRECTED and row.get("eps") is None:
         raise NoSuchOption(f"correction={correction!r} needs repeated measures; this row has no epsilon")
     if correction != "auto":
         return correction
-    return "GG" if repeated and contrasts > 1 else "none"
+    return "GG" if is_corrected(row) else "none"
 
 
 def _reason(row: Row, statistic: str) -> str:

@@ -20,7 +20,7 @@ from palpate.analysis.plans.families.rows import (
 )
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.anova import anova, rm_anova
-from palpate.analysis.statistics.apa import apa_f, number
+from palpate.analysis.statistics.apa import P_COLUMNS, apa_f, is_corrected, number
 from palpate.analysis.statistics.effect_intervals import eta_squared_intervals
 from palpate.analysis.statistics.equivalence import equivalence_tests
 from palpate.analysis.statistics.mixed_anova import mauchly_tests, mixed_anova
@@ -44,7 +44,6 @@ NAMES = {
     "eps_HF": "epsilon_huynh_feldt",
 }
 ETAS = {"np2": "partial_eta_squared", "ng2": "generalized_eta_squared", "eta2": "eta_squared"}
-P_COLUMNS = {"GG": "p_GG_corr", "HF": "p_HF_corr", "none": "p_unc"}
 HF_UNDEFINED = "Huynh-Feldt is undefined: p is Greenhouse-Geisser's"
 TYPES = {"II": "each effect adjusted for all that do not contain it", "III": "unweighted means, sum-to-zero contrasts"}
 
@@ -102,8 +101,7 @@ def _table(rows: pd.DataFrame, asked: Anova) -> pd.DataFrame:
 
 def correction_of(row: Mapping[Hashable, Any], asked: Anova) -> str:
     """ "GG", "HF" or "none": what p of an effect is corrected by; Greenhouse-Geisser where Huynh-Feldt has no value."""
-    contrasts = row.get("d", row["ddof1"] if "eps" in row else 1)
-    if contrasts < 2 or math.isnan(row["F"]):
+    if not is_corrected(row) or math.isnan(row["F"]):
         return "none"
     return "GG" if asked.correction == "HF" and math.isnan(row["eps_HF"]) else asked.correction
 
