@@ -86,7 +86,7 @@ class AskedLexicon(Asked):
 def relevance_answer(selected: Selected, asked: AskedRelevance) -> Answer:
     """The relevance of every word, most relevant first."""
     from palpate.analysis.adjectives.relevance import relevance
-    from palpate.analysis.reliability.told import plain_rows
+    from palpate.analysis.plans.families.rows import plain_rows
 
     selections = _selections(selected)
     draws = asked.draws or selected.draws
@@ -109,7 +109,7 @@ def relevance_answer(selected: Selected, asked: AskedRelevance) -> Answer:
     }
     method = f"Relevance of adjectives by {asked.normalisation}, kept from {asked.threshold:g} on."
     headline = _kept_headline(found, asked)
-    return _answer(selected, selections, plain_rows(found), method, kinds, headline)
+    return _answer(selected, selections, plain_rows(found, finite=True), method, kinds, headline)
 
 
 def pairs_answer(selected: Selected, asked: AskedPairs) -> Answer:
@@ -138,7 +138,7 @@ def pairs_answer(selected: Selected, asked: AskedPairs) -> Answer:
 def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
     """Agreement by word, and by stimulus in `more`."""
     from palpate.analysis.adjectives.agreement import word_agreement
-    from palpate.analysis.reliability.told import plain_rows, with_interval
+    from palpate.analysis.plans.families.rows import plain_rows, with_interval
 
     selections = _selections(selected)
     found = word_agreement(selections, draws=selected.draws, seed=selected.seed, confidence=asked.confidence)
@@ -160,16 +160,15 @@ def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
         *([found.note] if found.note else []),
     ]
     method = "Agreement on words: Krippendorff 2011, Fleiss 1971, Jaccard 1901."
-    more = {"stimuli": plain_rows(found.stimuli)}
-    return _answer(selected, selections, plain_rows(found.words), method, kinds, headline, notes, more)
+    more = {"stimuli": plain_rows(found.stimuli, finite=True)}
+    return _answer(selected, selections, plain_rows(found.words, finite=True), method, kinds, headline, notes, more)
 
 
 def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
     """The different words that were written; participants and stimuli in `more`."""
     from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists
-    from palpate.analysis.plans.families.rows import require_columns
+    from palpate.analysis.plans.families.rows import plain_rows, require_columns
     from palpate.analysis.ratings.dataset import DataRefused
-    from palpate.analysis.reliability.told import plain_rows
     from palpate.analysis.statistics.apa import number
 
     table = selected.table
@@ -194,18 +193,24 @@ def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
         "words_of_its_own": "words that no other participant wrote (that were written of no other stimulus)",
     }
     method = f"Lexicon of written words, normalised by {asked.normalisation}, {len(synonyms)} synonyms."
-    more = {"participants": plain_rows(found.participants), "stimuli": plain_rows(found.stimuli)}
+    more = {
+        "participants": plain_rows(found.participants, finite=True),
+        "stimuli": plain_rows(found.stimuli, finite=True),
+    }
     if asked.lists:
         lists = {WRITTEN: found.words["word"].tolist(), **_lists(selected, asked)}
         merged = merge_word_lists(lists, asked.normalisation, synonyms=synonyms, inflected=asked.inflected)
-        more["merged"] = plain_rows(merged)
+        more["merged"] = plain_rows(merged, finite=True)
         of_each = Counter(source for sources in merged["sources"] for source in sources.split("; "))
         told = ", ".join(f"{of_each[source]} of {source}" for source in lists)
         several = int((merged["n_sources"] > 1).sum())
         notes.append(f"Merged lexicon: {count(len(merged), 'word')} ({told}; {several} are of more than one source).")
         kinds |= {"sources": "where the word comes from", "forms": "how it is written there"}
     return Answer(
-        *(plain_rows(found.words), method, kinds, len(found.participants), len(written)), headline, tuple(notes), more
+        *(plain_rows(found.words, finite=True), method, kinds, len(found.participants), len(written)),
+        headline,
+        tuple(notes),
+        more,
     )
 
 

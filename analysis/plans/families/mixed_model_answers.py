@@ -68,9 +68,9 @@ def model_answer(selected: Selected, asked: MixedModel) -> Answer:
     )
     more = _more(model)
     if asked.levels:
-        more["random_effects"] = tuple(plain_rows(random_effects(model)))
+        more["random_effects"] = plain_rows(random_effects(model))
     if asked.profile:
-        more["profile"] = tuple(plain_rows(profile_intervals(model, asked.confidence)))
+        more["profile"] = plain_rows(profile_intervals(model, asked.confidence))
     return answer_of(
         *(selected, plain_rows(model.fixed), _method(model, asked.random), _kinds(asked.confidence)),
         table=table,
@@ -109,7 +109,7 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
     model = mixed_model(means, "value", factors, random, interactions=crossed, levels=levels, coding="sum")
     notes += model.notes
     kinds = TESTED | _kinds(0.95)
-    more = {"coefficients": tuple(plain_rows(model.fixed)), **_more(model)}
+    more = {"coefficients": plain_rows(model.fixed), **_more(model)}
     return answer_of(
         *(selected, more.pop("effects"), _method(model, random), kinds),
         table=means,
@@ -138,7 +138,7 @@ def _table(selected: Selected, columns: Iterable[str], numeric: Sequence[str]) -
 
 def _more(model: Fitted) -> dict[str, tuple[Row, ...]]:
     tables = {"effects": model.effects, "variances": model.variances, "correlations": model.correlations}
-    found = {name: tuple(plain_rows(table)) for name, table in tables.items() if len(table)}
+    found = {name: plain_rows(table) for name, table in tables.items() if len(table)}
     return {"effects": (), **found, "groups": _groups(model), "fit": (_fit(model),)}
 
 

@@ -21,11 +21,11 @@ from palpate.analysis.plans.families.rows import (
     require_columns,
     share,
     table_notes,
+    with_interval,
     with_numbers,
 )
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.reliability.told import with_interval
 from palpate.analysis.statistics.apa import apa_p, number
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
@@ -78,8 +78,8 @@ def model_answer(selected: Selected, asked: Ordinal) -> Answer:
     if asked.random is None and bool(table["participant"].duplicated().any()):
         notes.append("Answers of one participant count as independent; `random: participant` would not.")
     more = {
-        "tests": tuple(plain_rows(model.tests)),
-        "proportional": tuple(plain_rows(model.proportional)),
+        "tests": plain_rows(model.tests),
+        "proportional": plain_rows(model.proportional),
         "fit": (_fit_row(model),),
     }
     return answer_of(
@@ -184,7 +184,7 @@ def _points(selected: Selected) -> Sequence[float]:
     return [float(point) for point in range(int(low), int(high) + 1)]
 
 
-def _item_rows(own: pd.DataFrame, name: str, by: str | None, points: Sequence[float]) -> list[Row]:
+def _item_rows(own: pd.DataFrame, name: str, by: str | None, points: Sequence[float]) -> Sequence[Row]:
     if by is None:
         return plain_rows(likert(own, "value", "attribute", points))
     found = plain_rows(likert(own, "value", by, points))

@@ -105,13 +105,12 @@ class AskedRaters(Asked):
 
 def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:
     """The six intraclass correlations of one outcome."""
-    from palpate.analysis.plans.families.rows import require_columns
+    from palpate.analysis.plans.families.rows import averaged, plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.intraclass import icc
-    from palpate.analysis.reliability.told import averaged, plain_rows, with_interval
 
     require_columns(selected.table, (asked.targets, asked.raters, asked.value))
     found = icc(selected.table, asked.value, asked.targets, asked.raters, confidence=asked.confidence, aggregate="mean")
-    rows = plain_rows(found)
+    rows = plain_rows(found, finite=True)
     headline = "; ".join(
         with_interval(str(row["name"]), row["ICC"], row["ci_low"], row["ci_high"], asked.confidence)
         for row in rows
@@ -131,9 +130,8 @@ def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:
 
 def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
     """Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
-    from palpate.analysis.plans.families.rows import require_columns
+    from palpate.analysis.plans.families.rows import averaged, plain_rows, plain_value, require_columns, with_interval
     from palpate.analysis.reliability.consistency import cronbach_alpha
-    from palpate.analysis.reliability.told import averaged, plain, plain_rows, with_interval
 
     known = [name for name in ("participant", "stimulus") if name in selected.table.columns]
     cases = list(asked.cases or known)
@@ -142,7 +140,7 @@ def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
     options: dict[str, Any] = {"reverse": asked.reverse, "confidence": asked.confidence, "missing": missing}
     found = cronbach_alpha(selected.table, asked.value, asked.items, cases, aggregate="mean", **options)
     names = ("alpha", "ci_low", "ci_high", "standardised", "average_r", "cases", "note")
-    row: Row = {name: plain(getattr(found, name)) for name in names} | {"items": len(found.items)}
+    row: Row = {name: plain_value(getattr(found, name), finite=True) for name in names} | {"items": len(found.items)}
     headline = with_interval("Cronbach's alpha", found.alpha, found.ci_low, found.ci_high, asked.confidence)
     notes = [*averaged(found.values_per_cell)]
     if found.dropped:
@@ -165,15 +163,14 @@ def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
         kinds,
         f"{headline} ({count(len(found.items), 'item')}, {count(found.cases, 'case')}).",
         notes,
-        {"items": plain_rows(found.items)},
+        {"items": plain_rows(found.items, finite=True)},
     )
 
 
 def concordance_answer(selected: Selected, asked: AskedConcordance) -> Answer:
     """Kendall's W of one outcome."""
-    from palpate.analysis.plans.families.rows import require_columns
+    from palpate.analysis.plans.families.rows import averaged, coefficient, plain_rows, require_columns
     from palpate.analysis.reliability.concordance import kendall_w
-    from palpate.analysis.reliability.told import averaged, coefficient, plain_rows
     from palpate.analysis.statistics.apa import apa_p, number
 
     require_columns(selected.table, (asked.targets, asked.raters, asked.value))
@@ -197,16 +194,15 @@ def concordance_answer(selected: Selected, asked: AskedConcordance) -> Answer:
     if row["p_kind"] == "permutation":
         notes.append(f"p from {selected.draws} shuffles of each rater's ranks, seed {selected.seed}.")
     method = "Kendall's W (Kendall & Babington Smith 1939; ties: Kendall 1970)."
-    return _answer(selected, asked.value, plain_rows(found), method, kinds, headline, notes)
+    return _answer(selected, asked.value, plain_rows(found, finite=True), method, kinds, headline, notes)
 
 
 def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
     """Krippendorff's alpha of one outcome, with whatever gaps there are."""
     from dataclasses import asdict
 
-    from palpate.analysis.plans.families.rows import require_columns
+    from palpate.analysis.plans.families.rows import averaged, demand_once, plain_value, require_columns, with_interval
     from palpate.analysis.reliability.krippendorff import krippendorff_alpha
-    from palpate.analysis.reliability.told import averaged, demand_once, plain, with_interval
 
     require_columns(selected.table, (*asked.units, asked.raters, asked.value))
     if asked.level in ("nominal", "ordinal"):
@@ -223,21 +219,20 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
         **_limits(asked.confidence, f"percentile bootstrap over units, {found.draws} draws, seed {found.seed}"),
     }
     method = "Krippendorff's alpha (Krippendorff 2011); gaps are allowed, a unit with one value says nothing."
-    row = {key: plain(value) for key, value in asdict(found).items() if key != "values_per_cell"}
+    row = {key: plain_value(value, finite=True) for key, value in asdict(found).items() if key != "values_per_cell"}
     notes = averaged(found.values_per_cell)
     return _answer(selected, asked.value, (row,), method, kinds, f"{headline} ({sizes}).", notes)
 
 
 def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
     """First against second answers of one outcome; people and pairs in `more`."""
-    from palpate.analysis.plans.families.rows import require_columns
+    from palpate.analysis.plans.families.rows import plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.repeated import retest
-    from palpate.analysis.reliability.told import plain_rows, with_interval
 
     require_columns(selected.table, (*asked.targets, *asked.order))
     columns = ("participant", list(asked.targets), list(asked.order))
     found = retest(selected.table, "value", *columns, confidence=asked.confidence)
-    rows = plain_rows(found.measures)
+    rows = plain_rows(found.measures, finite=True)
     headline = "; ".join(
         with_interval(str(row["measure"]), row["value"], row["ci_low"], row["ci_high"], asked.confidence)
         for row in rows
@@ -253,7 +248,7 @@ def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
         "Test-retest of first and second meetings: ICC (McGraw & Wong 1996), limits of agreement (Bland & Altman 1999),"
         " standard error of measurement and smallest detectable change (Weir 2005; de Vet et al. 2006)."
     )
-    more = {"people": plain_rows(found.people), "pairs": plain_rows(found.pairs)}
+    more = {"people": plain_rows(found.people, finite=True), "pairs": plain_rows(found.pairs, finite=True)}
     sizes = f"{count(len(found.pairs), 'pair')}, {count(len(found.people), 'participant')}"
     return _answer(selected, "value", rows, method, kinds, f"{headline} ({sizes}).", notes, more)
 
@@ -262,10 +257,9 @@ def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
     """Each participant against the others in each outcome; the signs of how they answered in `more`."""
     import pandas as pd
 
-    from palpate.analysis.plans.families.rows import require_columns
+    from palpate.analysis.plans.families.rows import averaged, plain_rows, require_columns
     from palpate.analysis.reliability.rater_signs import rater_signs
     from palpate.analysis.reliability.sessions import compared_within, session_signs
-    from palpate.analysis.reliability.told import averaged, plain_rows
 
     require_columns(selected.table, asked.targets)
     parts, sizes = [], []
@@ -295,8 +289,8 @@ def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
         "spread": "SD over targets, as a multiple of the other participants' (root mean square)",
     }
     method = "Rater diagnostics: each participant against the mean of the others, and signs of how each session went."
-    more = {"signs": plain_rows(signs)}
-    return _answer(selected, "value", plain_rows(table), method, kinds, headline, notes, more)
+    more = {"signs": plain_rows(signs, finite=True)}
+    return _answer(selected, "value", plain_rows(table, finite=True), method, kinds, headline, notes, more)
 
 
 def _limits(confidence: float, how: str) -> dict[str, str]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.plans.answers import Answer, Row, Selected, Value
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.owed import without_gaps
+from palpate.analysis.statistics.apa import number
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.undefined import finite_or_none, nan_to_none
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
@@ -77,20 +80,25 @@ def answer_of(
     )
 
 
-def plain_rows(table: pd.DataFrame) -> list[Row]:
-    """The rows of a table as plain values."""
-    return [plain_row(row) for row in table.to_dict("records")]
+def plain_rows(table: pd.DataFrame, finite: bool = False) -> tuple[Row, ...]:
+    """Return the rows of a result with None for an undefined number, and for an infinite one where `finite`."""
+    return tuple(plain_row(row, finite) for row in table.to_dict("records"))
 
 
-def plain_row(row: Mapping[Any, Any]) -> Row:
-    """A row with None where a number is undefined."""
-    return {str(name): _plain(value) for name, value in row.items()}
+def plain_row(row: Mapping[Any, Any], finite: bool = False) -> Row:
+    """Return one row as `plain_rows` does."""
+    return {str(name): plain_value(value, finite) for name, value in row.items()}
 
 
-def _plain(value: Any) -> Value:
+def plain_value(value: Any, finite: bool = False) -> Value:
+    """Return a value as a result table holds it; the parts of a label of several are joined with ", "."""
+    if value is None or isinstance(value, bool | str):
+        return value
     if isinstance(value, float):
-        return None if math.isnan(value) else float(value)
-    return value if value is None or isinstance(value, bool | str | int) else value.item()
+        return finite_or_none(float(value)) if finite else nan_to_none(float(value))
+    if isinstance(value, int | tuple):
+        return value if isinstance(value, int) else ", ".join(map(str, value))
+    return plain_value(value.item(), finite) if hasattr(value, "item") else str(value)
 
 
 def sample_kinds(confidence: float, correction: str) -> dict[str, str]:
@@ -118,8 +126,8 @@ def averaged_note(least: int, most: int) -> str:
     """What a participant's mean rests on, "" where it is one rating each."""
     if most <= 1:
         return ""
-    number = f"{most}" if least == most else f"{least} to {most}"
-    return f"Each participant's {number} ratings in a cell were averaged first."
+    many = f"{most}" if least == most else f"{least} to {most}"
+    return f"Each participant's {many} ratings in a cell were averaged first."
 
 
 def turned_note(names: Sequence[str], selected: Selected) -> list[str]:
@@ -156,3 +164,38 @@ def table_notes(table: pd.DataFrame) -> tuple[str, str]:
     dropped = table.attrs.get("dropped", [])
     left_out = f"Left out listwise: {', '.join(map(str, dropped))}." if dropped else ""
     return averaged_note(least, most), left_out
+
+
+def coefficient(value: float) -> str:
+    """Return a coefficient that is at most 1 as APA writes it: .29, −.05, 1.00."""
+    return re.sub(r"^(−?)0\.", r"\1.", number(value)) if math.isfinite(value) else "undefined"
+
+
+def with_interval(name: str, value: Any, low: Any, high: Any, confidence: float) -> str:
+    """Return a coefficient with its interval, if it has one: ICC(A,1) = .29, 95% CI [.02, .76]."""
+    value, low, high = (plain_value(part, finite=True) for part in (value, low, high))
+    if not isinstance(value, float):
+        return f"{name} is undefined"
+    text = f"{name} = {coefficient(value)}"
+    if not (isinstance(low, float) and isinstance(high, float)):
+        return text
+    return f"{text}, {confidence:.0%} CI [{coefficient(low)}, {coefficient(high)}]"
+
+
+def averaged(values_per_cell: tuple[int, int]) -> tuple[str, ...]:
+    """Return the note on cells that are means of several values."""
+    least, most = values_per_cell
+    if most <= 1:
+        return ()
+    many = str(most) if least == most else f"{least} to {most}"
+    return (f"Each cell is the mean of {many} values.",)
+
+
+def demand_once(table: pd.DataFrame, names: Sequence[str], level: str) -> None:
+    """Refuse several values of one rater in one unit, at a level of measurement that has no mean."""
+    if bool(table.duplicated(list(names)).any()):
+        *units, rater = names
+        raise DataRefused(
+            f"several values of one {rater} for one {' and '.join(units)}: values of level {level!r} have no mean; "
+            "name more columns in `units`, or keep one with `where`"
+        )

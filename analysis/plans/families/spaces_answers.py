@@ -203,7 +203,7 @@ def _as_numbers(column: pd.Series[Any], name: str) -> pd.Series[Any]:
 def rows_of(table: pd.DataFrame) -> tuple[Row, ...]:
     """A table as plain rows; labels become text."""
     texts = {name: [str(value) for value in table[name]] for name in table.columns if _labels(table[name])}
-    return tuple(plain_rows(table.assign(**texts)))
+    return plain_rows(table.assign(**texts))
 
 
 def _labels(column: pd.Series[Any]) -> bool:

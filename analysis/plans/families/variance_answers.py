@@ -203,7 +203,7 @@ def _sphericity(rows: pd.DataFrame, asked: Anova) -> dict[str, tuple[Row, ...]]:
     between = asked.between or None
     found = mauchly_tests(rows, "value", within=asked.within, between=between, **_options(asked))
     named = {"Source": "effect", "d": "contrasts", "ddof": "df", "p": "p", "p_anderson": "p_anderson"}
-    return {"sphericity": tuple(plain_rows(found.rename(columns=named)))} if len(found) else {}
+    return {"sphericity": plain_rows(found.rename(columns=named))} if len(found) else {}
 
 
 TOLD = 6
