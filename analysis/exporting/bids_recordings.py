@@ -6,6 +6,7 @@ A stream is written piece by piece, so that an hour of it needs no more memory t
 from __future__ import annotations
 
 import gzip
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,12 +15,10 @@ from typing import IO, Any
 
 import numpy as np
 
-from palpate.analysis.exporting.about import as_json
-from palpate.analysis.exporting.bids_names import folder_of, label, stem_of
-from palpate.analysis.exporting.cells import NOT_AVAILABLE, cell
+from palpate.analysis.exporting.description import as_json
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import Sat, Source
-from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.analysis.exporting.tabular import NOT_AVAILABLE, ExportRefused, cell
 from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in
 from palpate.analysis.streams.recorded import Gap, Stream
 from palpate.protocols.files import open_bytes, write_text
@@ -249,3 +248,18 @@ def _zipped(path: Path) -> Iterator[IO[bytes]]:
     """A gzip file without name and time in its head: equal data, equal bytes."""
     with open_bytes(path) as raw, gzip.GzipFile("", "wb", compresslevel=6, fileobj=raw, mtime=0) as file:
         yield file  # type: ignore[misc]
+
+
+def label(name: str) -> str:
+    """A name as BIDS allows it within a file's name: letters and digits."""
+    return re.sub(r"[^A-Za-z0-9]", "", name)
+
+
+def folder_of(sat: Sat) -> str:
+    """sub-P001/ses-01"""
+    return f"sub-{sat.participant}/ses-{sat.number:02d}"
+
+
+def stem_of(sat: Sat) -> str:
+    """sub-P001_ses-01"""
+    return folder_of(sat).replace("/", "_")

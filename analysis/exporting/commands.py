@@ -13,7 +13,7 @@ from palpate.protocols.wording import count
 from palpate.studies.options import JSON, echo_json, progress
 
 if TYPE_CHECKING:
-    from palpate.analysis.exporting.exported import Exported
+    from palpate.analysis.exporting.export import Exported
     from palpate.analysis.ratings.sources import Wanted
 
 FORMATS = ("bids", "psych-ds", "csv", "parquet")
@@ -49,8 +49,8 @@ def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...]
       palpate export door_ratings --lab LAB --to shared/doors-csv --csv --without handedness
       palpate export door_ratings --database postgresql+psycopg://user@host/lab --lab LAB --to shared/doors --parquet
     """
-    from palpate.analysis.exporting.exported import Choices
-    from palpate.analysis.exporting.exported import export as write
+    from palpate.analysis.exporting.export import Choices
+    from palpate.analysis.exporting.export import export as write
 
     chosen = _format(formats)
     choices = Choices(chosen, without, with_dates, redact, recordings, replace, free_text, least_people)

@@ -8,8 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from palpate.analysis.exporting.cells import cell
-from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value
+from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value, cell
 from palpate.studies.participants.identities import Identity
 from palpate.studies.participants.sidecar import identifying
 

@@ -7,15 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.exporting.about import About, as_json, changes, palpate_version, readme
-from palpate.analysis.exporting.cells import write_csv
-from palpate.analysis.exporting.codebook import definition
+from palpate.analysis.exporting.description import About, as_json, changes, palpate_version, readme, redacted, withheld
 from palpate.analysis.exporting.guard import Guard
-from palpate.analysis.exporting.plain import redacted, withheld
 from palpate.analysis.exporting.source import Watch, unwatched
 from palpate.analysis.exporting.stimuli import copy_files, stimulus_files
-from palpate.analysis.exporting.tables import Shared
-from palpate.analysis.exporting.tabular import Column, Table
+from palpate.analysis.exporting.tables import Shared, definition
+from palpate.analysis.exporting.tabular import Column, Table, write_csv
 from palpate.protocols.files import write_text
 
 SCHEMA = "https://schema.org"

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.analysis.exporting.cells import NOT_AVAILABLE
 from palpate.analysis.exporting.folder import read_mark
-from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.analysis.exporting.tabular import NOT_AVAILABLE, ExportRefused
 from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.study import Study
 from palpate.protocols.tables import read_table

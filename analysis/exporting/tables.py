@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
-from palpate.analysis.exporting.cells import cell
 from palpate.analysis.exporting.demographics import FORM, People, people, without_small_groups
 from palpate.analysis.exporting.session_rows import SessionRows
 from palpate.analysis.exporting.source import Sat, Source
 from palpate.analysis.exporting.stimuli import stimulus_table
-from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table
+from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, cell
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
@@ -286,3 +286,36 @@ def _streams() -> tuple[Column, ...]:
         Column("lost", "Samples that are missing before the last that is there.", "whole"),
         Column("gaps", "Places where samples are missing.", "whole"),
     )  # fmt: skip
+
+
+COLUMNS = (
+    Column("table", "The table."),
+    Column("column", "The column."),
+    Column("kind", "What kind of value it holds: text, number, whole (number), truth (true or false)."),
+    Column("unit", "The unit of a number."),
+    Column("description", "What it means."),
+    Column("levels", "The values that it may hold, each with its meaning: value = meaning, divided by ' | '."),
+)
+
+
+def codebook(shared: Shared) -> Table:
+    """One row for each column of each table."""
+    return Table("codebook", "What every column of every table means.", COLUMNS, lambda: _rows(shared))
+
+
+def _rows(shared: Shared) -> Iterator[Row]:
+    for table in shared.tables:
+        for column in table.columns:
+            levels = " | ".join(f"{value} = {told}" for value, told in column.levels.items())
+            yield {"table": table.name, "column": column.name, "kind": column.kind, "unit": column.unit,
+                   "description": column.description, "levels": levels}  # fmt: skip
+
+
+def definition(shared: Shared) -> dict[str, Any]:
+    """The study's definition as it was compiled, without the stimulus columns that were left out."""
+    found = dict(shared.source.definition)
+    found["stimuli"] = [
+        {**each, "columns": {k: v for k, v in each.get("columns", {}).items() if k not in shared.without}}
+        for each in found["stimuli"]
+    ]
+    return found

@@ -8,8 +8,7 @@ from math import inf, nan
 import pytest
 
 from palpate import command_line
-from palpate.analysis.exporting.cells import write_csv
-from palpate.analysis.exporting.tabular import Column, Table
+from palpate.analysis.exporting.tabular import Column, Table, write_csv
 from palpate.analysis.reports.csv_files import NotFinite, csv_text
 from palpate.protocols.canonical import NotCanonical, json_text
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.analysis.exporting.exported import Choices, export
+from palpate.analysis.exporting.export import Choices, export
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.sources import Wanted, read_source
 from palpate.analysis.regenerating.regenerated import regenerate

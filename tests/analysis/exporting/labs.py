@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from palpate import command_line
-from palpate.analysis.exporting.exported import Choices, export
+from palpate.analysis.exporting.export import Choices, export
 from palpate.analysis.ratings.sources import Wanted
 from palpate.protocols.canonical import canonical
 from palpate.protocols.forms import LabForms

@@ -14,8 +14,8 @@ from palpate.analysis.ratings.dataset import Exclusion, Ratings
 from palpate.analysis.ratings.describe import participant_means
 from palpate.analysis.ratings.design import check_ratings
 
-DATA = Path(__file__).parent / "data" / "psychopy"
-MAP = Path(__file__).parents[2] / "analysis" / "importing" / "maps" / "psychopy_hussey2018.yaml"
+DATA = Path(__file__).parents[1] / "data" / "psychopy"
+MAP = Path(__file__).parents[3] / "analysis" / "importing" / "maps" / "psychopy_hussey2018.yaml"
 
 
 @pytest.fixture(scope="module")

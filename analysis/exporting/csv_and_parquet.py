@@ -8,14 +8,12 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.exporting.about import About, as_json, changes, readme
-from palpate.analysis.exporting.cells import write_csv
-from palpate.analysis.exporting.codebook import codebook, definition
+from palpate.analysis.exporting.description import About, as_json, changes, readme, redacted, withheld
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import Watch, unwatched
 from palpate.analysis.exporting.stimuli import copy_files, stimulus_files
-from palpate.analysis.exporting.tables import Shared
-from palpate.analysis.exporting.tabular import ExportRefused, Row, Table
+from palpate.analysis.exporting.tables import Shared, codebook, definition
+from palpate.analysis.exporting.tabular import ExportRefused, Row, Table, write_csv
 from palpate.protocols.files import open_bytes, write_text
 
 STUDY = "study.json"
@@ -66,16 +64,6 @@ def _beside(shared: Shared, of: About, guard: Guard, draft: Path, holds: list[st
     ]  # fmt: skip
     write_text(draft / "README.md", readme(of, shared.source, [*holds, *told]))
     write_text(draft / "CHANGES.md", changes(shared.source))
-
-
-def withheld(shared: Shared) -> list[str]:
-    """A line for each question whose answers few people share, for the README."""
-    return [f"So few could be recognised: {line}" for line in shared.withheld]
-
-
-def redacted(guard: Guard) -> list[str]:
-    """A line about what was blackened, where anything was."""
-    return [f"Blackened, because it looked as if it said who somebody is: {place}." for place in guard.redacted]
 
 
 def _pyarrow() -> Any:

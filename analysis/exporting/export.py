@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from palpate.analysis.exporting.about import about, palpate_version
 from palpate.analysis.exporting.bids import write_bids
+from palpate.analysis.exporting.csv_and_parquet import demand_parquet, write_parquet, write_plain
+from palpate.analysis.exporting.description import about, palpate_version
 from palpate.analysis.exporting.folder import demand_place, made
 from palpate.analysis.exporting.guard import Guard
-from palpate.analysis.exporting.plain import demand_parquet, write_parquet, write_plain
 from palpate.analysis.exporting.psych_ds import write_psych_ds
 from palpate.analysis.exporting.source import Source, Watch, opened, unwatched
 from palpate.analysis.exporting.tables import Shared, shared

@@ -11,7 +11,7 @@ from palpate.analysis.importing.tables import import_table
 from palpate.analysis.ratings.describe import describe
 from palpate.analysis.ratings.design import check_ratings
 
-MAPS = Path(__file__).parents[2] / "analysis" / "importing" / "maps"
+MAPS = Path(__file__).parents[3] / "analysis" / "importing" / "maps"
 
 
 @pytest.mark.parametrize("path", sorted(MAPS.glob("*.yaml")), ids=lambda path: path.stem)

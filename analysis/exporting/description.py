@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import Source
+from palpate.analysis.exporting.tables import Shared
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.protocols.canonical import json_text
 from palpate.protocols.did_you_mean import nearest
@@ -117,3 +119,13 @@ def _demand_entry(where: str, key: str, value: Any) -> None:
         raise ExportRefused(f"{where}: found {value!r:.60}, a text is expected")
     if key in _LISTS and not (isinstance(value, list) and value and all(isinstance(v, str) and v for v in value)):
         raise ExportRefused(f"{where}: found {value!r:.60}, a list of texts is expected")
+
+
+def withheld(shared: Shared) -> list[str]:
+    """A line for each question whose answers few people share, for the README."""
+    return [f"So few could be recognised: {line}" for line in shared.withheld]
+
+
+def redacted(guard: Guard) -> list[str]:
+    """A line about what was blackened, where anything was."""
+    return [f"Blackened, because it looked as if it said who somebody is: {place}." for place in guard.redacted]
