@@ -118,9 +118,9 @@ class Coder:
 def answers_in(source: Source) -> list[Answer]:
     """Every answer in free text that is not empty, by participant, session and question."""
     return [
-        Answer(sat.participant, sat.number, str(row["item"]))
-        for sat in source.kept
-        for row in SessionRows(source, sat).answers()
+        Answer(session.participant, session.number, str(row["item"]))
+        for session in source.sessions
+        for row in SessionRows(source, session).answers()
         if row["form"] == FORM and row["value"]
     ]
 

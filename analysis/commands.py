@@ -125,12 +125,12 @@ def _demand_no_other_option() -> None:
 
 def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> None:
     from palpate.analysis.coding import agreement, answers_in, code_counts, notes_on, read_coders
-    from palpate.analysis.exporting.source import opened
+    from palpate.analysis.exporting.source import open_source
     from palpate.analysis.reports.csv_files import csv_text, json_row
     from palpate.protocols.files import write_texts
     from palpate.protocols.wording import count
 
-    with opened(wanted) as source:
+    with open_source(wanted) as source:
         answers = answers_in(source)
     coders = read_coders(paths, answers)
     counts, agreed, notes = code_counts(coders, answers), agreement(coders, answers), list(notes_on(coders, answers))

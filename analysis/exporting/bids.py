@@ -7,13 +7,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.exporting.bids_recordings import Recorded, folder_of, label, stem_of, write_recordings
-from palpate.analysis.exporting.description import About, as_json, changes, palpate_version, readme, redacted, withheld
+from palpate.analysis.exporting.bids_recordings import (
+    RecordingCounts,
+    file_stem,
+    label,
+    session_folder,
+    write_recordings,
+)
+from palpate.analysis.exporting.description import (
+    Description,
+    changes_text,
+    json_for_people,
+    palpate_version,
+    readme_text,
+    redacted_lines,
+    withheld_lines,
+)
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.session_rows import SessionRows
-from palpate.analysis.exporting.source import Sat, Watch
-from palpate.analysis.exporting.stimuli import FILE, Files, copy_files, stimulus_files
-from palpate.analysis.exporting.tables import ONSET, TRIAL, Shared, definition
+from palpate.analysis.exporting.source import SharedSession, Watch
+from palpate.analysis.exporting.stimuli import FILE, StimulusFiles, copy_files, stimulus_files
+from palpate.analysis.exporting.tables import ONSET, TRIAL, DataSet, shared_definition
 from palpate.analysis.exporting.tabular import Column, Row, Table, write_tsv
 from palpate.protocols.files import write_text
 from palpate.protocols.study import Study
@@ -21,49 +35,61 @@ from palpate.protocols.tasks import TASKS
 
 VERSION = "1.11.1"
 """The newest that the validator's embedded schema (1.2.7) knows."""
+BIDS_NAMES = {"onset_s": "onset", "response_time_s": "response_time"}
+"""BIDS has names of its own for these; both in seconds."""
+STATUS = Column("trial_status", "What became of the trial: answered and captured ones count.")
+_FILE = Column("stim_file", "The stimulus' file, within the folder stimuli.")
 
 
-def write_bids(shared: Shared, of: About, guard: Guard, draft: Path, watch: Watch, recordings: bool) -> None:
-    """The whole data set. Raises what `write_recordings` raises, and ExportRefused on what BIDS cannot hold."""
-    files = stimulus_files(shared.source, shared.without)
-    task = label(shared.source.study.study)
-    _participants(shared, guard, draft)
-    _stimuli(shared, guard, files, draft)
-    _sidecars(shared, task, bool(files.files), draft)
-    recorded = Recorded()
-    for sat in watch(shared.source.kept, "writing"):
-        _session(shared, guard, sat, task, bool(files.files), draft)
-        if recordings and shared.table("streams") is not None:
-            recorded += write_recordings(shared.source, sat, task, draft, guard)
-    write_text(draft / "code/study.json", as_json(definition(shared)))
-    write_text(draft / "dataset_description.json", as_json(_description(of)))
-    write_text(draft / "CHANGES", changes(shared.source))
-    streams = recorded.told() if recordings else ["The recordings were left out (--no-recordings)."]
-    told = [*_holds(shared.source.study, task), files.told, *streams, *withheld(shared), *redacted(guard)]
-    write_text(draft / "README.md", readme(of, shared.source, told))
+def write_bids(
+    data_set: DataSet, description: Description, guard: Guard, draft: Path, watch: Watch, recordings: bool
+) -> None:
+    """Write the whole data set. Raises what `write_recordings` raises, and ExportRefused on what BIDS cannot hold."""
+    files = stimulus_files(data_set.source, data_set.without)
+    task = label(data_set.source.study.study)
+    _write_participants(data_set, guard, draft)
+    _write_stimuli(data_set, guard, files, draft)
+    _write_sidecars(data_set, task, bool(files.files), draft)
+    recorded = RecordingCounts()
+    for session in watch(data_set.source.sessions, "writing"):
+        _write_session(data_set, guard, session, task, bool(files.files), draft)
+        if recordings and data_set.table("streams") is not None:
+            recorded += write_recordings(data_set.source, session, task, draft, guard)
+    write_text(draft / "code/study.json", json_for_people(shared_definition(data_set)))
+    write_text(draft / "dataset_description.json", json_for_people(_description(description)))
+    write_text(draft / "CHANGES", changes_text(data_set.source))
+    streams = recorded.notes() if recordings else ["The recordings were left out (--no-recordings)."]
+    contents = [
+        *_content_lines(data_set.source.study, task),
+        files.note,
+        *streams,
+        *withheld_lines(data_set),
+        *redacted_lines(guard),
+    ]
+    write_text(draft / "README.md", readme_text(description, data_set.source, contents))
 
 
-def _description(of: About) -> dict[str, Any]:
+def _description(description: Description) -> dict[str, Any]:
     return {
-        "Name": of.name,
+        "Name": description.name,
         "BIDSVersion": VERSION,
         "DatasetType": "raw",
-        "License": of.licence,
-        **{key: value for key, value in of.of_lab.items() if key != "License"},
+        "License": description.licence,
+        **{key: value for key, value in description.of_lab.items() if key != "License"},
         "GeneratedBy": [{"Name": "Palpate", "Version": palpate_version(), "Description": "palpate export --bids"}],
-        "Simulated": of.simulated,
+        "Simulated": description.simulated,
     }
 
 
-def _participants(shared: Shared, guard: Guard, draft: Path) -> None:
-    table = shared.table("participants")
+def _write_participants(data_set: DataSet, guard: Guard, draft: Path) -> None:
+    table = data_set.table("participants")
     if table is None:
         return
     guard.demand_columns("participants.tsv", [column.name for column in table.columns])
     watched = replace(table, rows=lambda: _as_subjects(guard.watched(table, "participants.tsv")))
     named = watched.renamed({"participant": "participant_id"})
     write_tsv(draft / "participants.tsv", named, named.rows())
-    write_text(draft / "participants.json", as_json(described(named.columns)))
+    write_text(draft / "participants.json", json_for_people(column_entries(named.columns)))
 
 
 def _as_subjects(rows: Iterator[Row]) -> Iterator[Row]:
@@ -71,68 +97,72 @@ def _as_subjects(rows: Iterator[Row]) -> Iterator[Row]:
         yield {**row, "participant": f"sub-{row['participant']}"}
 
 
-def _stimuli(shared: Shared, guard: Guard, files: Files, draft: Path) -> None:
-    table = shared.table("stimuli")
+def _write_stimuli(data_set: DataSet, guard: Guard, files: StimulusFiles, draft: Path) -> None:
+    table = data_set.table("stimuli")
     if table is None:
         return
     guard.demand_columns("stimuli/stimuli.tsv", [column.name for column in table.columns])
     write_tsv(draft / "stimuli/stimuli.tsv", table, guard.watched(table, "stimuli/stimuli.tsv"))
-    write_text(draft / "stimuli/stimuli.json", as_json(described(table.columns)))
+    write_text(draft / "stimuli/stimuli.json", json_for_people(column_entries(table.columns)))
     copy_files(files, draft / "stimuli")
 
 
-def _behs(shared: Shared, task: str, files: bool) -> Iterator[Beh]:
-    """The tables of a session that the study can fill."""
-    yield task_table(shared, task, files)
+def _behaviour_tables(data_set: DataSet, task: str, files: bool) -> Iterator[BehaviourTable]:
+    """Yield the tables of a session that the study can fill."""
+    yield task_table(data_set, task, files)
     for make in (questionnaire_table, suggestions_table, switch_table, anchor_table):
-        if (found := make(shared, task)) is not None:
-            yield found
+        if (table := make(data_set, task)) is not None:
+            yield table
 
 
-def _sidecars(shared: Shared, task: str, files: bool, draft: Path) -> None:
-    """One for each kind of table, at the root: by the inheritance principle it holds for every session."""
-    for beh in _behs(shared, task, files):
-        about = {**beh.about, **described(beh.columns)}
-        write_text(draft / f"task-{beh.task}_{beh.suffix}.json", as_json(about))
+def _write_sidecars(data_set: DataSet, task: str, files: bool, draft: Path) -> None:
+    """Write one sidecar for each kind of table, at the root: by the inheritance principle it holds for every
+    session.
+    """
+    for table in _behaviour_tables(data_set, task, files):
+        about = {**table.about, **column_entries(table.columns)}
+        write_text(draft / f"task-{table.task}_{table.suffix}.json", json_for_people(about))
 
 
-def _session(shared: Shared, guard: Guard, sat: Sat, task: str, files: bool, draft: Path) -> None:
-    for beh in _behs(shared, task, files):
-        name = f"{folder_of(sat)}/beh/{stem_of(sat)}_task-{beh.task}_{beh.suffix}.tsv"
-        table = Table(beh.task, "", beh.columns, lambda beh=beh: beh.rows(sat))  # type: ignore[misc]
-        guard.demand_columns(name, [column.name for column in beh.columns])
+def _write_session(
+    data_set: DataSet, guard: Guard, session: SharedSession, task: str, files: bool, draft: Path
+) -> None:
+    for behaviour in _behaviour_tables(data_set, task, files):
+        name = f"{session_folder(session)}/beh/{file_stem(session)}_task-{behaviour.task}_{behaviour.suffix}.tsv"
+        table = Table(behaviour.task, "", behaviour.columns, lambda behaviour=behaviour: behaviour.rows(session))  # type: ignore[misc]
+        guard.demand_columns(name, [column.name for column in behaviour.columns])
         write_tsv(draft / name, table, guard.watched(table, name))
-    _sessions(shared, sat, draft)
+    _write_sessions_table(data_set, session, draft)
 
 
-def _sessions(shared: Shared, sat: Sat, draft: Path) -> None:
-    """sub-P001_sessions.tsv, when its last session comes: one row for each."""
-    mine = [each for each in shared.source.kept if each.participant == sat.participant]
-    found = shared.table("sessions")
-    if sat != mine[-1] or found is None:
+def _write_sessions_table(data_set: DataSet, session: SharedSession, draft: Path) -> None:
+    """Write sub-P001_sessions.tsv when the participant's last session comes: one row for each."""
+    mine = [one for one in data_set.source.sessions if one.participant == session.participant]
+    sessions_table = data_set.table("sessions")
+    if session != mine[-1] or sessions_table is None:
         return
-    rows = [_session_row(shared, each) for each in mine]
-    columns = tuple(c for c in found.columns if c.name not in ("participant", "session"))
+    rows = [_session_row(data_set, one) for one in mine]
+    columns = tuple(c for c in sessions_table.columns if c.name not in ("participant", "session"))
     columns = tuple(replace(c, name="acq_time") if c.name == "started_at" else c for c in columns)
-    session = Column("session_id", "The session, by its number among the participant's.", key=True)
-    table = Table("sessions", "", (session, *columns), lambda: rows)
-    where = draft / f"sub-{sat.participant}/sub-{sat.participant}_sessions"
+    session_id = Column("session_id", "The session, by its number among the participant's.", key=True)
+    table = Table("sessions", "", (session_id, *columns), lambda: rows)
+    where = draft / f"sub-{session.participant}/sub-{session.participant}_sessions"
     write_tsv(where.with_suffix(".tsv"), table, rows)
-    write_text(where.with_suffix(".json"), as_json(described(table.columns)))
+    write_text(where.with_suffix(".json"), json_for_people(column_entries(table.columns)))
 
 
-def _session_row(shared: Shared, sat: Sat) -> Row:
-    [row] = shared.per_session("sessions", sat)
+def _session_row(data_set: DataSet, session: SharedSession) -> Row:
+    [row] = data_set.rows_of("sessions", session)
     when = str(row["started_at"]).replace("+00:00", "Z")
-    return {**row, "session_id": f"ses-{sat.number:02d}", "acq_time": when}
+    return {**row, "session_id": f"ses-{session.number:02d}", "acq_time": when}
 
 
-def described(columns: Sequence[Column]) -> dict[str, Any]:
-    """A sidecar's entries for columns: Description, Units, Levels, Minimum and Maximum."""
-    return {column.name: _entry(column) for column in columns}
+def column_entries(columns: Sequence[Column]) -> dict[str, Any]:
+    """Return a sidecar's entries for columns: Description, Units, Levels, Minimum and Maximum."""
+    return {column.name: _column_entry(column) for column in columns}
 
 
-def _entry(column: Column) -> dict[str, Any]:
+def _column_entry(column: Column) -> dict[str, Any]:
     levels = dict(column.levels) or ({"true": "yes", "false": "no"} if column.kind == "truth" else {})
     return {
         "Description": column.description,
@@ -143,7 +173,7 @@ def _entry(column: Column) -> dict[str, Any]:
     }
 
 
-def _holds(study: Study, task: str) -> list[str]:
+def _content_lines(study: Study, task: str) -> list[str]:
     return [
         f"`sub-*/ses-*/beh/*_task-{task}_beh.tsv`: the trials of a session with their answers, one row for each answer;"
         " a trial without one has a row of its own. What the columns mean stands in `task-*_beh.json`.",
@@ -153,131 +183,120 @@ def _holds(study: Study, task: str) -> list[str]:
     ]
 
 
-IN_BIDS = {"onset_s": "onset", "response_time_s": "response_time"}
-"""BIDS has names of its own for these; both in seconds."""
-STATUS = Column("trial_status", "What became of the trial: answered and captured ones count.")
-
-
 @dataclass(frozen=True)
-class Beh:
+class BehaviourTable:
     """A table that each session has: its task's label and suffix, columns, what its sidecar says, and its rows."""
 
     task: str
     suffix: str
     columns: tuple[Column, ...]
     about: dict[str, Any]
-    rows: Callable[[Sat], Iterable[Row]]
+    rows: Callable[[SharedSession], Iterable[Row]]
 
 
-def task_table(shared: Shared, task: str, files: bool) -> Beh:
-    """The trials of a session, one row for each answer, and one for each trial without any."""
-    study = shared.source.study
-    own = next((shared.table(name) for name in _names(study) if shared.table(name) is not None), None)
+def task_table(data_set: DataSet, task: str, files: bool) -> BehaviourTable:
+    """Return the trials of a session, one row for each answer, and one for each trial without any."""
+    study = data_set.source.study
+    own = data_set.table(TASKS[study.task].answers)
     columns = own.columns if own is not None else ()
-    order = _in_order([column for column in columns if column.name not in ("participant", "session", "form")])
+    order = _bids_columns([column for column in columns if column.name not in ("participant", "session", "form")])
     further = (STATUS, *((_FILE,) if files else ()))
     about = {"TaskName": study.study, "TaskDescription": TASKS[study.task].description}
     about |= {"Instructions": study.instructions} if study.instructions else {}
-    return Beh(task, "beh", (*order, *further), about, lambda sat: _answers(shared, sat, files))
+    return BehaviourTable(task, "beh", (*order, *further), about, lambda session: _trial_rows(data_set, session, files))
 
 
-_FILE = Column("stim_file", "The stimulus' file, within the folder stimuli.")
-
-
-def _names(study: Study) -> tuple[str, ...]:
-    """The table whose rows are the answers to trials."""
-    return (TASKS[study.task].answers,)
-
-
-def _in_order(columns: list[Column]) -> tuple[Column, ...]:
-    """BIDS's names; onset first, as in its other tables of trials."""
-    named = [replace(column, name=IN_BIDS.get(column.name, column.name)) for column in columns]
+def _bids_columns(columns: list[Column]) -> tuple[Column, ...]:
+    """Return the columns by BIDS's names; onset first, as in its other tables of trials."""
+    named = [replace(column, name=BIDS_NAMES.get(column.name, column.name)) for column in columns]
     named = [column for column in named if column.name != "status"]
     return tuple(sorted(named, key=lambda column: column.name != "onset"))
 
 
-def _answers(shared: Shared, sat: Sat, files: bool) -> Iterator[Row]:
-    """Rows in the order of the trials."""
-    rows = SessionRows(shared.source, sat)
+def _trial_rows(data_set: DataSet, session: SharedSession, files: bool) -> Iterator[Row]:
+    """Yield rows in the order of the trials."""
+    rows = SessionRows(data_set.source, session)
     answers: dict[int, list[Row]] = {}
-    [name] = _names(shared.source.study)
-    for row in shared.per_session(name, sat) if name != "trials" else ():
+    name = TASKS[data_set.source.study.task].answers
+    for row in data_set.rows_of(name, session) if name != "trials" else ():
         if row["trial"] is not None:
             answers.setdefault(int(row["trial"]), []).append(row)
-    files_of = {each.id: each.columns.get(FILE) for each in shared.source.study.stimuli} if files else {}
+    files_of = {stimulus.id: stimulus.columns.get(FILE) for stimulus in data_set.source.study.stimuli} if files else {}
     for trial in rows.trials():
         attempt = {"attempt": trial["attempts"]}
         for row in answers.get(int(trial["trial"] or 0)) or [{**trial, **attempt}]:
             more = {"trial_status": trial["status"], "stim_file": files_of.get(str(trial["stimulus"]))}
-            yield {IN_BIDS.get(key, key): value for key, value in (row | more).items()}
+            yield {BIDS_NAMES.get(key, key): value for key, value in (row | more).items()}
 
 
-def questionnaire_table(shared: Shared, task: str) -> Beh | None:
-    """The questionnaire at the session's end: one row, a column for each item."""
-    asked = shared.source.study.questionnaire
-    if asked is None or "questionnaire" not in shared.source.study.closing:
+def questionnaire_table(data_set: DataSet, task: str) -> BehaviourTable | None:
+    """Return the questionnaire at the session's end: one row, a column for each item; None without one."""
+    form = data_set.source.study.questionnaire
+    if form is None or "questionnaire" not in data_set.source.study.closing:
         return None
-    points = {str(point): f"{point} of {asked.points}" for point in range(1, asked.points + 1)}
-    ends = points | {"1": asked.ends[0], str(asked.points): asked.ends[1]}
+    points = {str(point): f"{point} of {form.points}" for point in range(1, form.points + 1)}
+    ends = points | {"1": form.ends[0], str(form.points): form.ends[1]}
     columns = tuple(
-        Column(item.name, item.text, "whole", levels=ends, low=1, high=asked.points)
-        for item in asked.items if item.name not in shared.without
+        Column(item.name, item.text, "whole", levels=ends, low=1, high=form.points)
+        for item in form.items if item.name not in data_set.without
     )  # fmt: skip
-    about = {"TaskName": f"{shared.source.study.study} questionnaire", "TaskDescription": "Statements at the end."}
-    return Beh(f"{task}questionnaire", "beh", columns, about, lambda sat: _questionnaire(shared, sat))
+    about = {"TaskName": f"{data_set.source.study.study} questionnaire", "TaskDescription": "Statements at the end."}
+    return BehaviourTable(
+        f"{task}questionnaire", "beh", columns, about, lambda session: _questionnaire(data_set, session)
+    )
 
 
-def _questionnaire(shared: Shared, sat: Sat) -> Iterator[Row]:
-    answers = [row for row in shared.per_session("answers", sat) if row["form"] == "likert"]
+def _questionnaire(data_set: DataSet, session: SharedSession) -> Iterator[Row]:
+    answers = [row for row in data_set.rows_of("answers", session) if row["form"] == "likert"]
     if answers:
         yield {str(row["item"]): row["value_number"] for row in answers}
 
 
-def suggestions_table(shared: Shared, task: str) -> Beh | None:
-    """Words that were suggested at the session's end, one a row."""
-    if "suggestions" not in shared.source.study.closing or "word" in shared.without:
+def suggestions_table(data_set: DataSet, task: str) -> BehaviourTable | None:
+    """Return the words that were suggested at the session's end, one a row; None where the study asks for none."""
+    if "suggestions" not in data_set.source.study.closing or "word" in data_set.without:
         return None
     columns = (
         Column("number", "The word's place among those of the answer, from 1.", "whole"),
-        Column("word", "The word.", said=True),
+        Column("word", "The word.", free_answer=True),
     )
-    about = {"TaskName": f"{shared.source.study.study} suggestions", "TaskDescription": "Words that the list lacks."}
-    return Beh(f"{task}suggestions", "beh", columns, about, lambda sat: _suggestions(shared, sat))
+    about = {"TaskName": f"{data_set.source.study.study} suggestions", "TaskDescription": "Words that the list lacks."}
+    return BehaviourTable(f"{task}suggestions", "beh", columns, about, lambda session: _suggestions(data_set, session))
 
 
-def _suggestions(shared: Shared, sat: Sat) -> Iterator[Row]:
-    return (row for row in shared.per_session("words", sat) if row["trial"] is None)
+def _suggestions(data_set: DataSet, session: SharedSession) -> Iterator[Row]:
+    return (row for row in data_set.rows_of("words", session) if row["trial"] is None)
 
 
-def anchor_table(shared: Shared, task: str) -> Beh | None:
-    """References that were felt before a block, one a row."""
-    table = shared.table("anchors")
+def anchor_table(data_set: DataSet, task: str) -> BehaviourTable | None:
+    """Return the references that were felt before a block, one a row; None where the study has none."""
+    table = data_set.table("anchors")
     if table is None:
         return None
-    columns = _in_order([column for column in table.columns if column.name not in ("participant", "session")])
-    about = {"TaskName": f"{shared.source.study.study} references", "TaskDescription": "References before a block."}
-    return Beh(f"{task}references", "beh", columns, about, lambda sat: _anchors(shared, sat))
+    columns = _bids_columns([column for column in table.columns if column.name not in ("participant", "session")])
+    about = {"TaskName": f"{data_set.source.study.study} references", "TaskDescription": "References before a block."}
+    return BehaviourTable(f"{task}references", "beh", columns, about, lambda session: _anchors(data_set, session))
 
 
-def _anchors(shared: Shared, sat: Sat) -> Iterator[Row]:
-    for row in shared.per_session("anchors", sat):
-        yield {IN_BIDS.get(key, key): value for key, value in row.items()}
+def _anchors(data_set: DataSet, session: SharedSession) -> Iterator[Row]:
+    for row in data_set.rows_of("anchors", session):
+        yield {BIDS_NAMES.get(key, key): value for key, value in row.items()}
 
 
-def switch_table(shared: Shared, task: str) -> Beh | None:
-    """When the participant changed between the sides of a comparison, as events."""
-    if not shared.source.study.sides:
+def switch_table(data_set: DataSet, task: str) -> BehaviourTable | None:
+    """Return when the participant changed between the sides of a comparison, as events; None without sides."""
+    if not data_set.source.study.sides:
         return None
-    sides = {side: f"the participant changed to {side}" for side in shared.source.study.sides}
+    sides = {side: f"the participant changed to {side}" for side in data_set.source.study.sides}
     columns = (
         replace(ONSET, name="onset", description="Since the session began."),
         Column("duration", "A change takes no time.", "number", "s"),
         Column("trial_type", "What the participant changed to.", levels=sides),
         TRIAL,
     )
-    return Beh(task, "events", columns, {}, lambda sat: _switches(shared, sat))
+    return BehaviourTable(task, "events", columns, {}, lambda session: _switches(data_set, session))
 
 
-def _switches(shared: Shared, sat: Sat) -> Iterator[Row]:
-    for row in shared.per_session("switches", sat):
+def _switches(data_set: DataSet, session: SharedSession) -> Iterator[Row]:
+    for row in data_set.rows_of("switches", session):
         yield {"onset": row["onset_s"], "duration": 0, "trial_type": row["side"], "trial": row["trial"]}

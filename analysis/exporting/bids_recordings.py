@@ -15,10 +15,10 @@ from typing import IO, Any
 
 import numpy as np
 
-from palpate.analysis.exporting.description import as_json
+from palpate.analysis.exporting.description import json_for_people
 from palpate.analysis.exporting.guard import Guard
-from palpate.analysis.exporting.source import Sat, Source
-from palpate.analysis.exporting.tabular import NOT_AVAILABLE, ExportRefused, cell
+from palpate.analysis.exporting.source import SharedSession, Source
+from palpate.analysis.exporting.tabular import NOT_AVAILABLE, ExportRefused, cell_text
 from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in
 from palpate.analysis.streams.recorded import Gap, Stream
 from palpate.protocols.files import open_bytes, write_text
@@ -43,7 +43,7 @@ ROWS = 4096
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordingCounts:
     """How many recordings were written, how many of them with gaps, and how many could not be or do not count."""
 
     files: int = 0
@@ -52,12 +52,12 @@ class Recorded:
     noted: int = 0
     unused: int = 0
 
-    def __add__(self, other: Recorded) -> Recorded:
+    def __add__(self, other: RecordingCounts) -> RecordingCounts:
         mine, theirs = vars(self), vars(other)
-        return Recorded(**{name: mine[name] + theirs[name] for name in mine})
+        return RecordingCounts(**{name: mine[name] + theirs[name] for name in mine})
 
-    def told(self) -> list[str]:
-        """Lines for the README."""
+    def notes(self) -> list[str]:
+        """Return lines for the README."""
         if not self.files + self.noted + self.unused:
             return []
         lines = [
@@ -84,10 +84,10 @@ class Recorded:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a recording of a session goes, and what every such recording tells of itself."""
+    """Where a recording of a session goes, and what every such recording holds of itself."""
 
     draft: Path
-    sat: Sat
+    session: SharedSession
     task: str
     attempt: RecordedAttempt
 
@@ -95,83 +95,89 @@ class _Place:
         act = f"_acq-act{stream.act:02d}" if len(self.attempt.acts) > 1 else ""
         run = f"_run-{stream.trial:03d}"
         return (
-            self.draft / folder_of(self.sat) / folder / f"{stem_of(self.sat)}_task-{self.task}{before}{act}{run}{after}"
+            self.draft
+            / session_folder(self.session)
+            / folder
+            / f"{file_stem(self.session)}_task-{self.task}{before}{act}{run}{after}"
         )
 
     def about(self, stream: Stream, not_finite: int) -> dict[str, Any]:
-        """Gaps are named by the number of the row, from 0."""
-        told = {
+        """Return what a recording's JSON file says of it; gaps are named by the number of the row, from 0."""
+        entries = {
             "StreamName": stream.name, "Trial": stream.trial, "Attempt": stream.attempt, "Recording": stream.act,
             "Stimulus": self.attempt.stimulus, "NominalRate": stream.rate_hz, "SamplesLost": stream.lost,
         }  # fmt: skip
         gaps = [{"FirstRow": gap.first, "Rows": gap.lost, "Reason": gap.why} for gap in stream.gaps[:MANY_GAPS]]
-        return told | ({"Gaps": gaps} if gaps else {}) | ({"NotFinite": not_finite} if not_finite else {})
+        return entries | ({"Gaps": gaps} if gaps else {}) | ({"NotFinite": not_finite} if not_finite else {})
 
 
-def write_recordings(source: Source, sat: Sat, task: str, draft: Path, guard: Guard) -> Recorded:
-    """Every stream of the attempts that count. Raises ExportRefused where the ledger is not at hand, or another one.
+def write_recordings(source: Source, session: SharedSession, task: str, draft: Path, guard: Guard) -> RecordingCounts:
+    """Write every stream of the attempts that count. Raises ExportRefused where the ledger is not at hand, or another
+    one.
 
     Raises StreamError on streams whose blocks do not fit together.
     """
-    record = _ledger(source, sat)
+    record = _ledger(source, session)
     attempts = attempts_of(record)
     used = list(counting(attempts).values())
-    unused = sum(1 for each in attempts if each.acts and each not in used)
-    found = Recorded(unused=unused)
+    unused = sum(1 for attempt in attempts if attempt.acts and attempt not in used)
+    counts = RecordingCounts(unused=unused)
     for attempt in used:
-        for stream in _distinct(streams_in(attempt)):
+        for stream in _demand_distinct_names(streams_in(attempt)):
             guard.demand_columns(f"stream {stream.name}", [stream.name, *stream.channels])
-            found += _written(_Place(draft, sat, task, attempt), stream)
-    return found
+            counts += _write_recording(_Place(draft, session, task, attempt), stream)
+    return counts
 
 
-def _ledger(source: Source, sat: Sat) -> Record:
-    path = source.lab / "sessions" / sat.row["file"]
+def _ledger(source: Source, session: SharedSession) -> Record:
+    path = source.lab / "sessions" / session.row["file"]
     if not path.is_file():
         raise ExportRefused(
-            f"{path}: the recordings of session {sat.name} lie in this file, which is not there; name its lab with"
+            f"{path}: the recordings of session {session.name} lie in this file, which is not there; name its lab with"
             " --lab, or leave recordings out with --no-recordings"
         )
     record = read(path)
-    if record.head != sat.row["head_hash"]:
-        raise ExportRefused(f"{path}: is not the session that was collected as {sat.name}; collect again")
+    if record.head != session.row["head_hash"]:
+        raise ExportRefused(f"{path}: is not the session that was collected as {session.name}; collect again")
     return record
 
 
-def _distinct(streams: Sequence[Stream]) -> Sequence[Stream]:
+def _demand_distinct_names(streams: Sequence[Stream]) -> Sequence[Stream]:
     labels = [(stream.act, label(stream.name)) for stream in streams]
-    for place, (stream, each) in enumerate(zip(streams, labels, strict=True)):
-        if each in labels[:place]:
+    for place, (stream, name) in enumerate(zip(streams, labels, strict=True)):
+        if name in labels[:place]:
             raise ExportRefused(
-                f"{stream.where}: another one has the same name in BIDS ({each[1]}); use --no-recordings"
+                f"{stream.where}: another one has the same name in BIDS ({name[1]}); use --no-recordings"
             )
     return streams
 
 
-def _written(place: _Place, stream: Stream) -> Recorded:
+def _write_recording(place: _Place, stream: Stream) -> RecordingCounts:
     if stream.noted:
-        return Recorded(noted=1)
+        return RecordingCounts(noted=1)
     if tuple(stream.channels) == AXES and set(stream.units) <= LENGTHS:
         _write_motion(place, stream)
     else:
         _write_physio(place, stream)
-    return Recorded(files=1, gappy=bool(stream.gaps), lost=stream.lost)
+    return RecordingCounts(files=1, gappy=bool(stream.gaps), lost=stream.lost)
 
 
 def _write_physio(place: _Place, stream: Stream) -> None:
     path = place.path(stream, "beh", "", f"_recording-{label(stream.name)}_physio.tsv.gz")
-    with _zipped(path) as file:
-        not_finite = sum(_write_rows(file, piece) for _, piece in _pieces(stream)) - _told_lost(stream)
+    with _open_gzip(path) as file:
+        not_finite = sum(_write_rows(file, piece) for _, piece in _pieces(stream)) - _lost_cells(stream)
     columns = {name: {"Description": f"Channel {name} of the stream {stream.name}.", "Units": unit}
                for name, unit in zip(stream.channels, stream.units, strict=True)}  # fmt: skip
-    write_text(path.with_name(path.name.replace(".tsv.gz", ".json")), as_json({
+    write_text(path.with_name(path.name.replace(".tsv.gz", ".json")), json_for_people({
         "SamplingFrequency": stream.timing.rate_hz, "StartTime": stream.timing.t0_s, "Columns": list(stream.channels),
         "PhysioType": "generic", **place.about(stream, not_finite), **columns,
     }))  # fmt: skip
 
 
 def _write_motion(place: _Place, stream: Stream) -> None:
-    """Motion files tell no start and no gaps: these are events of the recording, in a table beside it."""
+    """Write a motion file; it holds no start and no gaps, so these are events of the recording, in a table beside
+    it.
+    """
     before = f"_tracksys-{label(stream.name)}"
     path = place.path(stream, "motion", before, "_motion.tsv")
     rate = stream.timing.rate_hz
@@ -179,19 +185,19 @@ def _write_motion(place: _Place, stream: Stream) -> None:
         not_finite = sum(
             _write_rows(file, np.column_stack([piece, (first + np.arange(len(piece))) / rate]))
             for first, piece in _pieces(stream)
-        ) - _told_lost(stream)
+        ) - _lost_cells(stream)
     write_text(place.path(stream, "motion", before, "_channels.tsv"), _channels(stream))
     write_text(place.path(stream, "motion", before, "_events.tsv"), _events(stream, not_finite))
-    write_text(place.draft / f"task-{place.task}{before}_events.json", as_json(EVENTS))
-    write_text(path.with_suffix(".json"), as_json({
-        "TaskName": place.sat.row["study"], "SamplingFrequency": stream.rate_hz, "SamplingFrequencyEffective": rate,
+    write_text(place.draft / f"task-{place.task}{before}_events.json", json_for_people(EVENTS))
+    write_text(path.with_suffix(".json"), json_for_people({
+        "TaskName": place.session.row["study"], "SamplingFrequency": stream.rate_hz, "SamplingFrequencyEffective": rate,
         "TrackingSystemName": stream.name, "TrackedPointsCount": 1, "MotionChannelCount": 4, "POSChannelCount": 3,
         "LATENCYChannelCount": 1, "MissingValues": NOT_AVAILABLE,
     }))  # fmt: skip
 
 
 def _events(stream: Stream, not_finite: int) -> str:
-    """The recording as a whole, with when it began in the session; then each gap."""
+    """Return the recording as a whole, with when it began in the session; then each gap."""
     rate = stream.timing.rate_hz
     rows = max(stream.blocks[-1].first + stream.blocks[-1].count, *(gap.first + gap.lost for gap in stream.gaps), 0)
     whole = f"{not_finite} values were not finite" if not_finite else NOT_AVAILABLE
@@ -201,11 +207,11 @@ def _events(stream: Stream, not_finite: int) -> str:
          " ".join(gap.why.split()) or NOT_AVAILABLE)
         for gap in stream.gaps
     ]  # fmt: skip
-    return "".join("\t".join(cell(each) for each in line) + "\n" for line in lines)
+    return "".join("\t".join(cell_text(value) for value in line) + "\n" for line in lines)
 
 
 def _channels(stream: Stream) -> str:
-    """One row for each column of the motion file."""
+    """Return one row for each column of the motion file."""
     lines = [("name", "component", "type", "tracked_point", "units")]
     lines += [(axis, axis, "POS", stream.name, unit) for axis, unit in zip(stream.channels, stream.units, strict=True)]
     lines += [("latency", NOT_AVAILABLE, "LATENCY", NOT_AVAILABLE, "s")]
@@ -213,28 +219,30 @@ def _channels(stream: Stream) -> str:
 
 
 def _pieces(stream: Stream) -> Iterator[tuple[int, Array]]:
-    """(number of its first row, rows): samples from number 0 on, NaN for each that was lost."""
+    """Yield the number of a piece's first row, and its rows: samples from number 0 on, NaN for each that was lost."""
     expected, width = 0, len(stream.channels)
     for numbers, values in stream.pieces():
-        yield from _lost(expected, int(numbers[0]), width)
+        yield from _missing_rows(expected, int(numbers[0]), width)
         yield int(numbers[0]), values
         expected = int(numbers[-1]) + 1
     after: Sequence[Gap] = [gap for gap in stream.gaps if gap.first >= expected]
-    yield from _lost(expected, max((gap.first + gap.lost for gap in after), default=expected), width)
+    yield from _missing_rows(expected, max((gap.first + gap.lost for gap in after), default=expected), width)
 
 
-def _lost(first: int, end: int, width: int) -> Iterator[tuple[int, Array]]:
+def _missing_rows(first: int, end: int, width: int) -> Iterator[tuple[int, Array]]:
     for start in range(first, end, ROWS):
         yield start, np.full((min(ROWS, end - start), width), np.nan)
 
 
-def _told_lost(stream: Stream) -> int:
-    """How many cells read n/a because their samples were lost."""
+def _lost_cells(stream: Stream) -> int:
+    """Return how many cells read n/a because their samples were lost."""
     return stream.lost * len(stream.channels)
 
 
 def _write_rows(file: IO[bytes], rows: Array) -> int:
-    """Nine digits bring a float32 back; returns how many values are not finite: they read n/a as lost ones do."""
+    """Write rows with nine digits, which bring a float32 back; return how many values are not finite: they read n/a
+    too.
+    """
     not_finite = int(np.count_nonzero(~np.isfinite(rows)))
     form = "\t".join(["%.9g"] * rows.shape[1]) + "\n"
     for start in range(0, len(rows), ROWS):
@@ -244,22 +252,22 @@ def _write_rows(file: IO[bytes], rows: Array) -> int:
 
 
 @contextmanager
-def _zipped(path: Path) -> Iterator[IO[bytes]]:
-    """A gzip file without name and time in its head: equal data, equal bytes."""
+def _open_gzip(path: Path) -> Iterator[IO[bytes]]:
+    """Open a gzip file without name and time in its head: equal data, equal bytes."""
     with open_bytes(path) as raw, gzip.GzipFile("", "wb", compresslevel=6, fileobj=raw, mtime=0) as file:
         yield file  # type: ignore[misc]
 
 
 def label(name: str) -> str:
-    """A name as BIDS allows it within a file's name: letters and digits."""
+    """Return a name as BIDS allows it within a file's name: letters and digits."""
     return re.sub(r"[^A-Za-z0-9]", "", name)
 
 
-def folder_of(sat: Sat) -> str:
-    """sub-P001/ses-01"""
-    return f"sub-{sat.participant}/ses-{sat.number:02d}"
+def session_folder(session: SharedSession) -> str:
+    """Return a session's folder, as sub-P001/ses-01."""
+    return f"sub-{session.participant}/ses-{session.number:02d}"
 
 
-def stem_of(sat: Sat) -> str:
-    """sub-P001_ses-01"""
-    return folder_of(sat).replace("/", "_")
+def file_stem(session: SharedSession) -> str:
+    """Return how a session's files begin, as sub-P001_ses-01."""
+    return session_folder(session).replace("/", "_")

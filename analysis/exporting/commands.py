@@ -54,11 +54,11 @@ def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...]
 
     chosen = _format(formats)
     choices = Choices(chosen, without, with_dates, redact, recordings, replace, free_text, least_people)
-    found = write(wanted, folder, choices, _Watched(as_json))
+    exported = write(wanted, folder, choices, _Watched(as_json))
     if as_json:
-        echo_json({**vars(found), "folder": str(found.folder)})
+        echo_json({**vars(exported), "folder": str(exported.folder)})
     else:
-        _show(found)
+        _show(exported)
 
 
 class _Watched:
@@ -80,12 +80,12 @@ def _format(flags: dict[str, bool]) -> Any:
     return chosen[0]
 
 
-def _show(found: Exported) -> None:
-    who = count(found.participants, "simulated participant" if found.simulated else "participant")
-    click.echo(f"{found.folder}: {found.format}, {who}, {count(found.sessions, 'session')}")
-    for line in found.left_out:
+def _show(exported: Exported) -> None:
+    who = count(exported.participants, "simulated participant" if exported.simulated else "participant")
+    click.echo(f"{exported.folder}: {exported.format}, {who}, {count(exported.sessions, 'session')}")
+    for line in exported.left_out:
         click.echo(f"  left out: {line}")
-    for line in found.withheld:
+    for line in exported.withheld:
         click.echo(f"  few people: {line} --least-people 1 shows all")
-    for line in found.redacted:
+    for line in exported.redacted:
         click.echo(f"  blackened: {line}")

@@ -8,11 +8,18 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.exporting.description import About, as_json, changes, readme, redacted, withheld
+from palpate.analysis.exporting.description import (
+    Description,
+    changes_text,
+    json_for_people,
+    readme_text,
+    redacted_lines,
+    withheld_lines,
+)
 from palpate.analysis.exporting.guard import Guard
-from palpate.analysis.exporting.source import Watch, unwatched
+from palpate.analysis.exporting.source import Watch, no_progress
 from palpate.analysis.exporting.stimuli import copy_files, stimulus_files
-from palpate.analysis.exporting.tables import Shared, codebook, definition
+from palpate.analysis.exporting.tables import DataSet, codebook, shared_definition
 from palpate.analysis.exporting.tabular import ExportRefused, Row, Table, write_csv
 from palpate.protocols.files import open_bytes, write_text
 
@@ -21,25 +28,29 @@ ROWS = 50_000
 """Rows that stand in memory at a time."""
 
 
-def write_plain(shared: Shared, of: About, guard: Guard, draft: Path, watch: Watch = unwatched) -> None:
-    """A CSV file for each table, codebook.csv, study.json, README.md and the stimuli's files."""
-    for table in watch(shared.tables, "writing tables"):
+def write_csv_files(
+    data_set: DataSet, description: Description, guard: Guard, draft: Path, watch: Watch = no_progress
+) -> None:
+    """Write a CSV file for each table, codebook.csv, study.json, README.md and the stimuli's files."""
+    for table in watch(data_set.tables, "writing tables"):
         name = f"{table.name}.csv"
         guard.demand_columns(name, [column.name for column in table.columns])
         write_csv(draft / name, table, guard.watched(table, name))
-    holds = [f"`{table.name}.csv`: {table.description}" for table in shared.tables]
-    _beside(shared, of, guard, draft, holds)
+    holds = [f"`{table.name}.csv`: {table.description}" for table in data_set.tables]
+    _write_accompanying_files(data_set, description, guard, draft, holds)
 
 
-def write_parquet(shared: Shared, of: About, guard: Guard, draft: Path, watch: Watch = unwatched) -> None:
-    """A Parquet file for each table, with what its columns mean in the file; codebook.csv and so on as for CSV."""
+def write_parquet_files(
+    data_set: DataSet, description: Description, guard: Guard, draft: Path, watch: Watch = no_progress
+) -> None:
+    """Write a Parquet file for each table, its columns' meanings in it; codebook.csv and so on as for CSV."""
     parquet = _pyarrow()
-    for table in watch(shared.tables, "writing tables"):
+    for table in watch(data_set.tables, "writing tables"):
         name = f"{table.name}.parquet"
         guard.demand_columns(name, [column.name for column in table.columns])
-        _write(parquet, draft / name, table, guard.watched(table, name))
-    holds = [f"`{table.name}.parquet`: {table.description}" for table in shared.tables]
-    _beside(shared, of, guard, draft, holds)
+        _write_parquet_table(parquet, draft / name, table, guard.watched(table, name))
+    holds = [f"`{table.name}.parquet`: {table.description}" for table in data_set.tables]
+    _write_accompanying_files(data_set, description, guard, draft, holds)
 
 
 def demand_parquet() -> None:
@@ -47,23 +58,25 @@ def demand_parquet() -> None:
     _pyarrow()
 
 
-def _beside(shared: Shared, of: About, guard: Guard, draft: Path, holds: list[str]) -> None:
-    book = codebook(shared)
+def _write_accompanying_files(
+    data_set: DataSet, description: Description, guard: Guard, draft: Path, holds: list[str]
+) -> None:
+    book = codebook(data_set)
     write_csv(draft / "codebook.csv", book, book.rows())
-    write_text(draft / STUDY, as_json(definition(shared)))
-    files = stimulus_files(shared.source, shared.without)
+    write_text(draft / STUDY, json_for_people(shared_definition(data_set)))
+    files = stimulus_files(data_set.source, data_set.without)
     copy_files(files, draft / "stimuli")
-    told = [
+    notes = [
         "`codebook.csv`: what every column means.",
         f"`{STUDY}`: the study's definition, stimuli included.",
-        f"`stimuli/`: {files.told}" if files.files else files.told,
+        f"`stimuli/`: {files.note}" if files.files else files.note,
         "A missing value is an empty cell; truth is `true` or `false`. Read levels such as None or NA as texts: in"
         " pandas, `read_csv(..., keep_default_na=False)`.",
-        *withheld(shared),
-        *redacted(guard),
+        *withheld_lines(data_set),
+        *redacted_lines(guard),
     ]  # fmt: skip
-    write_text(draft / "README.md", readme(of, shared.source, [*holds, *told]))
-    write_text(draft / "CHANGES.md", changes(shared.source))
+    write_text(draft / "README.md", readme_text(description, data_set.source, [*holds, *notes]))
+    write_text(draft / "CHANGES.md", changes_text(data_set.source))
 
 
 def _pyarrow() -> Any:
@@ -74,8 +87,8 @@ def _pyarrow() -> Any:
         raise ExportRefused('--parquet needs pyarrow, which is not installed: pip install "palpate[export]"') from None
 
 
-def _write(pyarrow: Any, path: Path, table: Table, rows: Iterable[Row]) -> None:
-    """In pieces; what a column means stands in the file's schema."""
+def _write_parquet_table(pyarrow: Any, path: Path, table: Table, rows: Iterable[Row]) -> None:
+    """Write a table in pieces; what a column means stands in the file's schema."""
     kinds = {"text": pyarrow.string(), "number": pyarrow.float64(), "whole": pyarrow.int64(), "truth": pyarrow.bool_()}
     schema = pyarrow.schema(
         [
@@ -85,12 +98,12 @@ def _write(pyarrow: Any, path: Path, table: Table, rows: Iterable[Row]) -> None:
         metadata={"description": table.description},
     )
     with open_bytes(path) as file, pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer:
-        for piece in _pieces(rows):
+        for piece in _pieces_of(rows):
             columns = {column.name: [row.get(column.name) for row in piece] for column in table.columns}
             writer.write_table(pyarrow.table(columns, schema=schema))
 
 
-def _pieces(rows: Iterable[Row]) -> Iterator[list[Row]]:
+def _pieces_of(rows: Iterable[Row]) -> Iterator[list[Row]]:
     left = iter(rows)
     while piece := list(islice(left, ROWS)):
         yield piece

@@ -12,7 +12,7 @@ from typing import Any
 from sqlalchemy import select
 
 from palpate.analysis.exporting.session_rows import AGE, OLDEST, SessionRows
-from palpate.analysis.exporting.source import Sat, Source
+from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.tabular import Column, Row, Table
 from palpate.protocols.forms import LabForms, Question
 from palpate.studies import collected_schema as schema
@@ -25,7 +25,7 @@ _OWN = ("participant", "group", "counterbalancing_row", "sessions", "simulated")
 
 
 @dataclass(frozen=True)
-class People:
+class ParticipantTable:
     """The participants' table: a column for each question that was asked."""
 
     columns: tuple[Column, ...]
@@ -34,56 +34,56 @@ class People:
     """Question -> its column, and whether it asks for a number, a choice or a text."""
 
     def table(self) -> Table:
-        """As a table to be shared."""
+        """Return the table as one to be shared."""
         return Table("participants", "One row for each participant, by pseudonym.", self.columns, lambda: self.rows)
 
 
-def people(source: Source) -> People:
-    """Everybody who has a session among those that are shared; the last answer that was one counts."""
-    asked: dict[str, Question] = {}
+def participant_table(source: Source) -> ParticipantTable:
+    """Return everybody who has a session among those that are shared; the last answer that was one counts."""
+    questions: dict[str, Question] = {}
     rows: dict[str, Row] = {}
-    for sat in source.kept:
-        asked |= {each.name: each for each in _questions(source, sat)}
-        row = rows.setdefault(sat.participant, _row(sat))
+    for session in source.sessions:
+        questions |= {question.name: question for question in _questions(source, session)}
+        row = rows.setdefault(session.participant, _row(session))
         row["sessions"] = int(row["sessions"] or 0) + 1
-        for answer in SessionRows(source, sat).answers():
+        for answer in SessionRows(source, session).answers():
             if answer["form"] == FORM and answer["value"] is not None:
                 name = _name(str(answer["item"]))
-                number = asked.get(str(answer["item"]))
+                number = questions.get(str(answer["item"]))
                 is_number = number is not None and number.kind == "number"
                 row[name] = answer["value_number"] if is_number else answer["value"]
-    described = _described(source)
-    further = (_column(question, described.get(name, {})) for name, question in asked.items())
-    kinds = {name: (_name(name), question.kind) for name, question in asked.items()}
-    return People((*_own(source), *further), tuple(rows.values()), kinds)
+    described = _lab_columns(source)
+    further = (_column(question, described.get(name, {})) for name, question in questions.items())
+    kinds = {name: (_name(name), question.kind) for name, question in questions.items()}
+    return ParticipantTable((*_own_columns(source), *further), tuple(rows.values()), kinds)
 
 
-def without_small_groups(people: People, least: int) -> tuple[People, tuple[str, ...]]:
+def without_small_groups(people: ParticipantTable, least: int) -> tuple[ParticipantTable, tuple[str, ...]]:
     """Return the people with no answer about themselves that fewer than `least` of them share, and what was done.
 
     A choice that fewer gave is withheld; where that leaves fewer than `least` without an answer, so is the next
     smallest, or the blank would tell it. Numbers become means of at least `least` people of like number (univariate
     microaggregation, Defays & Nanopoulos 1993), to one decimal. Answers in words stay as they are.
     """
-    rows, columns, told = [dict(row) for row in people.rows], list(people.columns), []
+    rows, columns, measures = [dict(row) for row in people.rows], list(people.columns), []
     for question, (name, kind) in people.kinds.items():
         answered = [row for row in rows if row.get(name) is not None]
-        if kind == "choice" and (withheld := _small(Counter(str(row[name]) for row in answered), least)):
+        if kind == "choice" and (withheld := _withheld_levels(Counter(str(row[name]) for row in answered), least)):
             for row in answered:
                 row[name] = None if str(row[name]) in withheld else row[name]
-            told.append(f"{question}: answers of fewer than {least} participants are withheld (empty).")
-        elif kind == "number" and _average(answered, name, least):
-            told.append(f"{question}: each number is the mean of at least {least} participants of like {question}.")
-    said = {line.partition(":")[0]: line.partition(": ")[2] for line in told}
+            measures.append(f"{question}: answers of fewer than {least} participants are withheld (empty).")
+        elif kind == "number" and _average_small_groups(answered, name, least):
+            measures.append(f"{question}: each number is the mean of at least {least} participants of like {question}.")
+    measure_of = {line.partition(":")[0]: line.partition(": ")[2] for line in measures}
     for place, column in enumerate(columns):
-        question = next((each for each, (name, _) in people.kinds.items() if name == column.name), "")
-        if question in said:
-            columns[place] = replace(column, description=f"{column.description} {said[question].capitalize()}")
-    return replace(people, columns=tuple(columns), rows=tuple(rows)), tuple(told)
+        question = next((asked for asked, (name, _) in people.kinds.items() if name == column.name), "")
+        if question in measure_of:
+            columns[place] = replace(column, description=f"{column.description} {measure_of[question].capitalize()}")
+    return replace(people, columns=tuple(columns), rows=tuple(rows)), tuple(measures)
 
 
-def _small(counts: Counter[str], least: int) -> set[str]:
-    """The levels to be withheld: those of fewer than `least`, and further ones until as many have none."""
+def _withheld_levels(counts: Counter[str], least: int) -> set[str]:
+    """Return the levels to be withheld: those of fewer than `least`, and further ones until as many have none."""
     withheld = {level for level, count in counts.items() if count < least}
     left = sorted(counts.keys() - withheld, key=lambda level: (counts[level], level))
     while withheld and left and sum(counts[level] for level in withheld) < least:
@@ -91,7 +91,7 @@ def _small(counts: Counter[str], least: int) -> set[str]:
     return withheld
 
 
-def _average(answered: list[dict[str, Any]], name: str, least: int) -> bool:
+def _average_small_groups(answered: list[dict[str, Any]], name: str, least: int) -> bool:
     """Put means in the place of numbers, or nothing where there are fewer than `least`; whether any changed."""
     before = [row[name] for row in answered]
     ordered = sorted(answered, key=lambda row: float(row[name]))
@@ -105,12 +105,13 @@ def _average(answered: list[dict[str, Any]], name: str, least: int) -> bool:
     return before != [row[name] for row in answered]
 
 
-def _row(sat: Sat) -> Row:
-    return {"participant": sat.participant, "group": sat.row["group_name"], "counterbalancing_row": sat.row["row"],
-            "sessions": 0, "simulated": bool(sat.row["simulated"])}  # fmt: skip
+def _row(session: SharedSession) -> Row:
+    row = session.row
+    return {"participant": session.participant, "group": row["group_name"], "counterbalancing_row": row["row"],
+            "sessions": 0, "simulated": bool(row["simulated"])}  # fmt: skip
 
 
-def _own(source: Source) -> tuple[Column, ...]:
+def _own_columns(source: Source) -> tuple[Column, ...]:
     groups = {str(group): _only(levels) for group, levels in source.study.groups.items()}
     return (
         Column("participant", "Pseudonym of the participant. Never a name.", key=True),
@@ -125,35 +126,35 @@ def _only(levels: Mapping[str, tuple[str, ...]]) -> str:
     return "; ".join(f"{column}: {', '.join(some)}" for column, some in levels.items()) or "all stimuli"
 
 
-def _questions(source: Source, sat: Sat) -> tuple[Question, ...]:
-    """The questions that the session put, by its first event."""
+def _questions(source: Source, session: SharedSession) -> tuple[Question, ...]:
+    """Return the questions that the session put, by its first event."""
     events = schema.events
-    query = select(events.c.body).where((events.c.session == sat.name) & (events.c.seq == 0))
+    query = select(events.c.body).where((events.c.session == session.name) & (events.c.seq == 0))
     forms: Any = json.loads(source.connection.execute(query).scalar_one()).get("lab_forms")
     return LabForms.from_definition(forms).questions if forms and FORM in source.study.opening else ()
 
 
-def _described(source: Source) -> dict[str, dict[str, Any]]:
-    """What the lab's own participants.json says of its columns; nothing where there is none."""
+def _lab_columns(source: Source) -> dict[str, dict[str, Any]]:
+    """Return what the lab's own participants.json says of its columns; nothing where there is none."""
     own = source.lab / SIDECAR
     return described_columns(own) if own.is_file() else {}
 
 
 def _column(question: Question, described: Mapping[str, Any]) -> Column:
     labels = {value: level_label(label) or value for value, label in described.get("Levels", {}).items()}
-    asked = f"Asked: {question.text}"
-    told = f"{described['Description']} {asked}" if "Description" in described else asked
-    capped = f" {OLDEST} stands for {OLDEST} and above." if question.name == AGE and "above" not in told else ""
+    question_text = f"Asked: {question.text}"
+    description = f"{described['Description']} {question_text}" if "Description" in described else question_text
+    capped = f" {OLDEST} stands for {OLDEST} and above." if question.name == AGE and "above" not in description else ""
     return Column(
         _name(question.name),
-        told + capped,
+        description + capped,
         "number" if question.kind == "number" else "text",
         unit=described.get("Units") or question.unit or ("years" if question.name == AGE else ""),
         levels={value: labels.get(value, label) for value, label in question.levels},
-        said=question.kind in ("text", "number"),
+        free_answer=question.kind in ("text", "number"),
     )
 
 
 def _name(question: str) -> str:
-    """The question's column: its name, unless the table has a column of that name."""
+    """Return the question's column: its name, unless the table has a column of that name."""
     return f"answer_{question}" if question in _OWN else question

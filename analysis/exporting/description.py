@@ -10,14 +10,14 @@ from typing import Any
 
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import Source
-from palpate.analysis.exporting.tables import Shared
+from palpate.analysis.exporting.tables import DataSet
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.protocols.canonical import json_text
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.extras import installed_version
 from palpate.protocols.wording import count
 
-OWN = "dataset_description.json"
+LAB_DESCRIPTION = "dataset_description.json"
 """In the lab's folder, where the lab wants to say more of its data: those of BIDS's keys that are the lab's to say."""
 NO_LICENCE = "None stated: all rights reserved"
 _TEXTS = ("License", "Acknowledgements", "HowToAcknowledge", "DatasetDOI")
@@ -25,7 +25,7 @@ _LISTS = ("Authors", "Funding", "EthicsApprovals", "ReferencesAndLinks", "Keywor
 
 
 @dataclass(frozen=True)
-class About:
+class Description:
     """The data set's name, what it is in a sentence, and what the lab says of it."""
 
     name: str
@@ -36,46 +36,49 @@ class About:
 
     @property
     def licence(self) -> str:
-        """The lab's, or that there is none."""
+        """Return the lab's licence, or that none is stated."""
         return str(self.of_lab.get("License", NO_LICENCE))
 
 
-def about(source: Source, dated: bool = False) -> About:
-    """What is to be said of the data set. Raises ExportRefused on a description of the lab's that cannot be used."""
+def describe(source: Source, dated: bool = False) -> Description:
+    """Return what is to be said of the data set. Raises ExportRefused on a description of the lab's that cannot be
+    used.
+    """
     study = source.study
     title = study.title or study.study
-    people, sessions = count(len(source.participants), "participant"), count(len(source.kept), "session")
-    told = f"{people}, {sessions} of the study {study.study} ({title})."
+    people, sessions = count(len(source.participants), "participant"), count(len(source.sessions), "session")
+    summary = f"{people}, {sessions} of the study {study.study} ({title})."
     if source.simulated:
-        told += " SIMULATED: no person gave these answers, or a device was a twin."
+        summary += " SIMULATED: no person gave these answers, or a device was a twin."
     name = f"{title} (simulated)" if source.simulated else title
-    return About(name, told, source.simulated, dated, _of_lab(source.lab / OWN))
+    return Description(name, summary, source.simulated, dated, _read_lab_description(source.lab / LAB_DESCRIPTION))
 
 
 def palpate_version() -> str:
-    """The version that exports."""
+    """Return the version that exports."""
     return installed_version("palpate") or "not installed"
 
 
-def readme(of: About, source: Source, holds: Sequence[str]) -> str:
+def readme_text(description: Description, source: Source, holds: Sequence[str]) -> str:
     """README: what it is, what it holds, what was left out and why. `holds` are the format's own lines."""
     return "\n".join([
-        f"# {of.name}", "",
+        f"# {description.name}", "",
         *(["**Simulated data: no person gave these answers.** They show the data's form and are no finding.", ""]
-          if of.simulated else []),
-        of.description, "",
-        f"Licence: {of.licence}. Exported by Palpate {palpate_version()}; study definition {source.digest}.", "",
+          if description.simulated else []),
+        description.description, "",
+        f"Licence: {description.licence}. Exported by Palpate {palpate_version()}; study definition"
+        f" {source.digest}.", "",
         "## What is here", "", *(f"- {line}" for line in holds), "",
         "## Who is here", "",
         "Participants appear by pseudonym. Names and contacts are in no file that this data set was made from. The",
         "experimenter's notes and the consent form are not included. Times are seconds since the session began;",
-        "when that was, the table of sessions tells." if of.dated else "when that was, is not included.",
+        "when that was, the table of sessions tells." if description.dated else "when that was, is not included.",
         "Ages above 89 read 89. People who withdrew, declined or were not eligible are not included.",
-        "", *_left_out(source), "",
+        "", *_left_out_lines(source), "",
     ])  # fmt: skip
 
 
-def _left_out(source: Source) -> list[str]:
+def _left_out_lines(source: Source) -> list[str]:
     never = [why for _, why in source.left_out if why.startswith("the participant ")]
     others = [f"{each.participant}, session {each.session.rpartition('/')[2]}: {why}" for each, why in source.left_out
               if why not in never]  # fmt: skip
@@ -87,18 +90,18 @@ def _left_out(source: Source) -> list[str]:
     return lines + (["Sessions not included:", "", *(f"- {line}" for line in others)] if others else [])
 
 
-def changes(source: Source) -> str:
+def changes_text(source: Source) -> str:
     """CHANGES, in the form that BIDS asks for; without a date, since none leaves the lab."""
-    sessions = count(len(source.kept), "session")
+    sessions = count(len(source.sessions), "session")
     return f"1.0.0\n  - Exported by Palpate {palpate_version()}: {sessions}, study {source.digest[:12]}.\n"
 
 
-def as_json(value: Any) -> str:
+def json_for_people(value: Any) -> str:
     """JSON for people to read."""
     return json_text(value, indent=2)
 
 
-def _of_lab(file: Path) -> dict[str, Any]:
+def _read_lab_description(file: Path) -> dict[str, Any]:
     if not file.is_file():
         return {}
     try:
@@ -121,11 +124,11 @@ def _demand_entry(where: str, key: str, value: Any) -> None:
         raise ExportRefused(f"{where}: found {value!r:.60}, a list of texts is expected")
 
 
-def withheld(shared: Shared) -> list[str]:
-    """A line for each question whose answers few people share, for the README."""
-    return [f"So few could be recognised: {line}" for line in shared.withheld]
+def withheld_lines(data_set: DataSet) -> list[str]:
+    """Return a line for each question whose answers few people share, for the README."""
+    return [f"So few could be recognised: {line}" for line in data_set.withheld]
 
 
-def redacted(guard: Guard) -> list[str]:
-    """A line about what was blackened, where anything was."""
+def redacted_lines(guard: Guard) -> list[str]:
+    """Return a line about what was blackened, where anything was."""
     return [f"Blackened, because it looked as if it said who somebody is: {place}." for place in guard.redacted]

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.analysis.exporting.bids import write_bids
-from palpate.analysis.exporting.csv_and_parquet import demand_parquet, write_parquet, write_plain
-from palpate.analysis.exporting.description import about, palpate_version
-from palpate.analysis.exporting.folder import demand_place, made
+from palpate.analysis.exporting.csv_and_parquet import demand_parquet, write_csv_files, write_parquet_files
+from palpate.analysis.exporting.description import describe, palpate_version
+from palpate.analysis.exporting.folder import demand_place, export_folder
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.psych_ds import write_psych_ds
-from palpate.analysis.exporting.source import Source, Watch, opened, unwatched
-from palpate.analysis.exporting.tables import Shared, shared
+from palpate.analysis.exporting.source import Watch, no_progress, open_source
+from palpate.analysis.exporting.tables import build_data_set
 from palpate.analysis.ratings.sources import Wanted
 from palpate.studies.participants.identities import identities
 
@@ -56,11 +56,7 @@ class Exported:
     withheld: tuple[str, ...] = ()
 
 
-def _shared(source: Source, choices: Choices) -> Shared:
-    return shared(source, choices.without, choices.dates, choices.free_text, choices.least_people)
-
-
-def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = unwatched) -> Exported:
+def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = no_progress) -> Exported:
     """Write the study's data to `folder`, all of it or nothing.
 
     Raises ExportRefused on what may not or cannot be shared, DataRefused where no session is left, ParticipantError on
@@ -70,27 +66,28 @@ def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = unwatc
     if choices.format == "parquet":
         demand_parquet()
     guard = Guard(identities(wanted.lab), choices.redact)
-    with opened(wanted, watch) as source:
+    with open_source(wanted, watch) as source:
         guard.demand_pseudonyms(source.participants)
-        data, of = _shared(source, choices), about(source, choices.dates)
+        data = build_data_set(source, choices.without, choices.dates, choices.free_text, choices.least_people)
+        description = describe(source, choices.dates)
         mark = {
             "format": choices.format,
             "study": source.study.study,
             "digest": source.digest,
             "palpate": palpate_version(),
         }
-        with made(folder, choices.replace, mark) as draft:
+        with export_folder(folder, choices.replace, mark) as draft:
             match choices.format:
                 case "bids":
-                    write_bids(data, of, guard, draft, watch, choices.recordings)
+                    write_bids(data, description, guard, draft, watch, choices.recordings)
                 case "psych-ds":
-                    write_psych_ds(data, of, guard, draft, watch)
+                    write_psych_ds(data, description, guard, draft, watch)
                 case "csv":
-                    write_plain(data, of, guard, draft, watch)
+                    write_csv_files(data, description, guard, draft, watch)
                 case "parquet":
-                    write_parquet(data, of, guard, draft, watch)
-        left_out = tuple(f"{each.session}: {why}" for each, why in source.left_out)
+                    write_parquet_files(data, description, guard, draft, watch)
+        left_out = tuple(f"{session.session}: {why}" for session, why in source.left_out)
         return Exported(
-            folder, choices.format, len(source.participants), len(source.kept), left_out, tuple(guard.redacted),
+            folder, choices.format, len(source.participants), len(source.sessions), left_out, tuple(guard.redacted),
             source.simulated, data.withheld,
         )  # fmt: skip

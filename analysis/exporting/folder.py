@@ -17,8 +17,8 @@ MARK = ".palpate-export.json"
 
 
 @contextmanager
-def made(folder: Path, replace: bool, about: dict[str, Any]) -> Iterator[Path]:
-    """An empty folder beside `folder` to write into, which takes its place when everything went well.
+def export_folder(folder: Path, replace: bool, about: dict[str, Any]) -> Iterator[Path]:
+    """Yield an empty folder beside `folder` to write into, which takes its place when everything went well.
 
     Raises ExportRefused where there is something already: only an export, and nothing added to it, is replaced.
     """
@@ -40,24 +40,24 @@ def demand_place(folder: Path, replace: bool) -> None:
         raise ExportRefused(f"{folder}: holds files that no export made; give a new folder with --to")
     if not replace:
         raise ExportRefused(f"{folder}: holds an export already; replace it with --replace, or give another folder")
-    if added := sorted(_files(folder) - set(_listed(folder))):
+    if added := sorted(_files(folder) - set(_listed_files(folder))):
         raise ExportRefused(
             f"{folder}: {added[0]} was added to the export ({len(added)} such); move it away, or give another folder"
         )
 
 
 def read_mark(folder: Path) -> dict[str, Any]:
-    """What the export in `folder` is. Raises ExportRefused where there is none."""
+    """Return what the export in `folder` is. Raises ExportRefused where there is none."""
     try:
-        found = json.loads((folder / MARK).read_text("utf-8"))
-        if isinstance(found, dict) and isinstance(found.get("files"), list):
-            return found
+        mark = json.loads((folder / MARK).read_text("utf-8"))
+        if isinstance(mark, dict) and isinstance(mark.get("files"), list):
+            return mark
     except (OSError, ValueError):
         pass
     raise ExportRefused(f"{folder}: no export of Palpate's ({MARK} is missing or damaged)")
 
 
-def _listed(folder: Path) -> list[str]:
+def _listed_files(folder: Path) -> list[str]:
     return [str(name) for name in read_mark(folder)["files"]]
 
 

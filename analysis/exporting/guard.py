@@ -8,11 +8,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value, cell
+from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value, cell_text
 from palpate.studies.participants.identities import Identity
 from palpate.studies.participants.sidecar import identifying
 
-FURTHER = frozenset(
+IDENTIFYING_WORDS = frozenset(
     word
     for line in (
         "ip ipaddress ipv4 ipv6 mac macaddress hostname username login userid studentid matriculation account",
@@ -33,7 +33,7 @@ FURTHER = frozenset(
 """More words, in more languages, than those that participants.json may not hold (studies/participants/sidecar.py)."""
 _MONTH = r"(?:jan|feb|mar|mär|maer|apr|may|mai|jun|jul|aug|sep|oct|okt|nov|dec|dez)[a-zä]*\.?"
 _DAY, _IN_YEAR, _YEAR = r"(?:0?[1-9]|[12]\d|3[01])", r"(?:0?[1-9]|1[0-2])", r"(?:(?:19|20)\d\d|\d\d)"
-LOOKS: Mapping[str, re.Pattern[str]] = {
+IDENTIFYING_PATTERNS: Mapping[str, re.Pattern[str]] = {
     "an e-mail address": re.compile(
         r"[^\s@,;<>()]+(?:@|\s*[\[(]\s*at\s*[\])]\s*)[^\s@]+?(?:\.|\s*[\[(]dot[\])]\s*)\w{2,}"
     ),
@@ -67,23 +67,25 @@ class Guard:
     def demand_columns(self, file: str, columns: Iterable[str]) -> None:
         """Raise ExportRefused on a column whose name says that it is about who somebody is."""
         for name in columns:
-            if word := about_who(name):
+            if word := identifying_word(name):
                 raise ExportRefused(
                     f"{file}: column {name!r} is about {word!r}, which says who somebody is;"
                     f" leave it out with --without {name}"
                 )
 
     def watched(self, table: Table, file: str) -> Iterator[Row]:
-        """The table's rows as they are. Raises ExportRefused at the first that says who somebody is."""
-        said = [column for column in table.columns if column.said]
+        """Yield the table's rows as they are. Raises ExportRefused at the first that says who somebody is."""
+        free = [column for column in table.columns if column.free_answer]
         for number, row in enumerate(table.rows(), start=1):
-            found = {column.name: self._passed(file, column, number, row) for column in said}
-            yield {**row, **found} if found else row
+            checked = {column.name: self._passed(file, column, number, row) for column in free}
+            yield {**row, **checked} if checked else row
 
     def _passed(self, file: str, column: Column, number: int, row: Row) -> Value:
-        """The value as it is, or REDACTED (nothing in the place of a number). The value itself is never told."""
+        """Return the value as it is, or REDACTED (nothing in the place of a number). No error shows the value
+        itself.
+        """
         value = row.get(column.name)
-        looks = self.looks(cell(value)) if value is not None else None
+        looks = self.looks(cell_text(value)) if value is not None else None
         if looks is None:
             return value
         place = f"{file}: row {number}, column {column.name!r}"
@@ -98,65 +100,71 @@ class Guard:
 
     def demand_pseudonyms(self, participants: Iterable[str]) -> None:
         """Raise ExportRefused on a pseudonym that holds a number as of identity, or its bearer's name."""
-        for place, each in enumerate(participants, start=1):
-            own = self.people.get(each, Identity()).name or ""
-            if re.search(rf"\d{{{_FEWEST},}}", each) or each.casefold().rstrip("0123456789") in _parts(own):
+        for place, pseudonym in enumerate(participants, start=1):
+            own = self.people.get(pseudonym, Identity()).name or ""
+            if re.search(rf"\d{{{_FEWEST},}}", pseudonym) or pseudonym.casefold().rstrip("0123456789") in _name_words(
+                own
+            ):
                 raise ExportRefused(
                     f"participant {place} of the export: the pseudonym itself says who somebody is (their name, or"
                     f" {_FEWEST} digits or more); such sessions cannot be shared"
                 )
 
     def looks(self, text: str) -> str | None:
-        """What in a text says who somebody is: 'an e-mail address', ...; None where nothing does."""
+        """Return what in a text says who somebody is: 'an e-mail address', ...; None where nothing does."""
         plain = unicodedata.normalize("NFKC", text).casefold()
-        found = next((what for what, pattern in LOOKS.items() if pattern.search(plain)), None)
-        if found is None and any(_a_number_to_call(match[0]) for match in _DIGITS.finditer(plain)):
-            found = "a telephone or identity number"
-        if found is None and any(_holds(plain, known) for known in self._known()):
-            found = "the name or the contact of somebody whom the lab knows"
-        return found
+        kind = next((what for what, pattern in IDENTIFYING_PATTERNS.items() if pattern.search(plain)), None)
+        if kind is None and any(_looks_like_telephone_number(match[0]) for match in _DIGITS.finditer(plain)):
+            kind = "a telephone or identity number"
+        if kind is None and any(_mentions(plain, known) for known in self._known()):
+            kind = "the name or the contact of somebody whom the lab knows"
+        return kind
 
     def _known(self) -> Iterator[str]:
         for person in self.people.values():
             for text in (person.name, person.contact):
-                if text and (len(text) > 2 or _unspaced(text)):
+                if text and (len(text) > 2 or _has_no_blanks(text)):
                     plain = unicodedata.normalize("NFKC", text).casefold()
                     yield plain
                     yield " ".join(reversed(plain.split()))
 
 
-def about_who(name: str) -> str | None:
-    """The word in a column's name that says who somebody is, in any of a dozen languages; None where there is none."""
+def identifying_word(name: str) -> str | None:
+    """Return the word in a column's name that says who somebody is, in any of a dozen languages; None where there is
+    none.
+    """
     if word := identifying(name):
         return word
     spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFC", name))
     # a vowel sign of Devanagari is no letter to \W: words end only where something else than letter and mark stands
     words = "".join(c if unicodedata.category(c)[0] in "LM" else " " for c in spaced).casefold().split()
-    known = {unicodedata.normalize("NFC", word) for word in FURTHER}
+    known = {unicodedata.normalize("NFC", word) for word in IDENTIFYING_WORDS}
     pairs = [first + second for first, second in pairwise(words)]
     return next((word for word in (*words, *pairs) if word in known), None)
 
 
-def _a_number_to_call(text: str) -> bool:
-    """Eight digits or more that are no decimal number."""
-    digits = sum(each.isdigit() for each in text)
+def _looks_like_telephone_number(text: str) -> bool:
+    """Return whether a text has eight digits or more and is no decimal number."""
+    digits = sum(letter.isdigit() for letter in text)
     return _FEWEST <= digits <= _MOST and not re.fullmatch(r"\d+\.\d+", text)
 
 
-def _holds(text: str, known: str) -> bool:
-    """Names of Korean, Chinese and Japanese stand in a text without blanks: particles and verbs follow at once."""
-    if _unspaced(known):
+def _mentions(text: str, known: str) -> bool:
+    """Return whether a text holds a name. Korean, Chinese and Japanese ones stand in it without blanks: particles
+    follow at once.
+    """
+    if _has_no_blanks(known):
         return known.replace(" ", "") in text.replace(" ", "")
     apart = r"[\s,]+".join(map(re.escape, known.split()))
     return re.search(rf"(?<!\w){apart}(?!\w)", text) is not None
 
 
-def _unspaced(text: str) -> bool:
+def _has_no_blanks(text: str) -> bool:
     return re.search(r"[\u3040-\u30ff\u3400-\u9fff\uac00-\ud7af]", text) is not None
 
 
-def _parts(name: str) -> Iterator[str]:
-    """A name's words of three letters or more, and all of it in one."""
+def _name_words(name: str) -> Iterator[str]:
+    """Yield a name's words of three letters or more, and all of it in one."""
     words = unicodedata.normalize("NFKC", name).casefold().split()
     yield from (word for word in words if len(word) > 2)
     if words:

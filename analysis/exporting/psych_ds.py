@@ -7,11 +7,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.exporting.description import About, as_json, changes, palpate_version, readme, redacted, withheld
+from palpate.analysis.exporting.description import (
+    Description,
+    changes_text,
+    json_for_people,
+    palpate_version,
+    readme_text,
+    redacted_lines,
+    withheld_lines,
+)
 from palpate.analysis.exporting.guard import Guard
-from palpate.analysis.exporting.source import Watch, unwatched
+from palpate.analysis.exporting.source import Watch, no_progress
 from palpate.analysis.exporting.stimuli import copy_files, stimulus_files
-from palpate.analysis.exporting.tables import Shared, definition
+from palpate.analysis.exporting.tables import DataSet, shared_definition
 from palpate.analysis.exporting.tabular import Column, Table, write_csv
 from palpate.protocols.files import write_text
 
@@ -19,59 +27,66 @@ SCHEMA = "https://schema.org"
 VERSION = "Psych-DS 0.4.0"
 
 
-def write_psych_ds(shared: Shared, of: About, guard: Guard, draft: Path, watch: Watch = unwatched) -> None:
-    """dataset_description.json, README.md, CHANGES.md, data/study-STUDY_description-TABLE_data.csv, materials/."""
-    study = re.sub(r"[^A-Za-z0-9]", "", shared.source.study.study)
+def write_psych_ds(
+    data_set: DataSet, description: Description, guard: Guard, draft: Path, watch: Watch = no_progress
+) -> None:
+    """Write dataset_description.json, README.md, CHANGES.md, data/study-STUDY_description-TABLE_data.csv,
+    materials/.
+    """
+    study = re.sub(r"[^A-Za-z0-9]", "", data_set.source.study.study)
     holds = []
-    for table in watch(shared.tables, "writing tables"):
+    for table in watch(data_set.tables, "writing tables"):
         name = f"data/study-{study}_description-{table.name}_data.csv"
         guard.demand_columns(name, [column.name for column in table.columns])
         write_csv(draft / name, table, guard.watched(table, name))
         holds.append(f"`{name}`: {table.description}")
-    write_text(draft / "dataset_description.json", as_json(_description(shared, of)))
-    write_text(draft / "materials/study.json", as_json(definition(shared)))
+    write_text(draft / "dataset_description.json", json_for_people(_description(data_set, description)))
+    write_text(draft / "materials/study.json", json_for_people(shared_definition(data_set)))
     holds.append("`materials/study.json`: the study's definition, stimuli included.")
-    files = stimulus_files(shared.source, shared.without)
+    files = stimulus_files(data_set.source, data_set.without)
     copy_files(files, draft / "materials/stimuli")
-    holds.append(f"`materials/stimuli/`: {files.told}" if files.files else files.told)
-    write_text(draft / "README.md", readme(of, shared.source, [*holds, *withheld(shared), *redacted(guard)]))
-    write_text(draft / "CHANGES.md", changes(shared.source))
+    holds.append(f"`materials/stimuli/`: {files.note}" if files.files else files.note)
+    write_text(
+        draft / "README.md",
+        readme_text(description, data_set.source, [*holds, *withheld_lines(data_set), *redacted_lines(guard)]),
+    )
+    write_text(draft / "CHANGES.md", changes_text(data_set.source))
     write_text(draft / ".psychds-ignore", "materials\n.palpate-export.json\n")
 
 
-def _description(shared: Shared, of: About) -> dict[str, Any]:
-    lab = of.of_lab
+def _description(data_set: DataSet, description: Description) -> dict[str, Any]:
+    lab = description.of_lab
     people = [{"@type": "Person", "name": name} for name in lab.get("Authors", [])]
     return {
         "@context": SCHEMA,
         "@type": "Dataset",
-        "name": of.name,
-        "description": of.description,
+        "name": description.name,
+        "description": description.description,
         "schemaVersion": VERSION,
-        "license": of.licence,
+        "license": description.licence,
         **({"author": people} if people else {}),
         **({"keywords": lab["Keywords"]} if "Keywords" in lab else {}),
         **({"identifier": lab["DatasetDOI"]} if "DatasetDOI" in lab else {}),
         "creditText": f"Exported by Palpate {palpate_version()}",
-        "variableMeasured": list(_variables(shared.tables)),
+        "variableMeasured": list(_variables(data_set.tables)),
     }
 
 
 def _variables(tables: tuple[Table, ...]) -> Iterator[dict[str, Any]]:
-    """Each column name once; where tables mean different things by it, each meaning is told."""
-    found: dict[str, list[tuple[str, Column]]] = {}
+    """Yield each column name once; where tables mean different things by it, with each meaning."""
+    places_of: dict[str, list[tuple[str, Column]]] = {}
     for table in tables:
         for column in table.columns:
-            found.setdefault(column.name, []).append((table.name, column))
-    for name, places in found.items():
+            places_of.setdefault(column.name, []).append((table.name, column))
+    for name, places in places_of.items():
         yield _variable(name, places)
 
 
 def _variable(name: str, places: list[tuple[str, Column]]) -> dict[str, Any]:
     meanings = list(dict.fromkeys(column.description for _, column in places))
-    told = meanings[0] if len(meanings) == 1 else " ".join(f"In {table}: {c.description}" for table, c in places)
+    description = meanings[0] if len(meanings) == 1 else " ".join(f"In {table}: {c.description}" for table, c in places)
     levels = {value: label for _, column in places for value, label in column.levels.items()}
-    about: dict[str, Any] = {"@type": "PropertyValue", "name": name, "description": told}
+    about: dict[str, Any] = {"@type": "PropertyValue", "name": name, "description": description}
     if units := {column.unit for _, column in places if column.unit}:
         about["unitText"] = ", ".join(sorted(units))
     if levels:
@@ -79,6 +94,6 @@ def _variable(name: str, places: list[tuple[str, Column]]) -> dict[str, Any]:
             {"@type": "PropertyValue", "value": value, "description": label} for value, label in levels.items()
         ]
     for key, bound in (("minValue", "low"), ("maxValue", "high")):
-        found = [getattr(column, bound) for _, column in places if getattr(column, bound) is not None]
-        about |= {key: found[0]} if found else {}
+        bounds = [getattr(column, bound) for _, column in places if getattr(column, bound) is not None]
+        about |= {key: bounds[0]} if bounds else {}
     return about

@@ -18,7 +18,7 @@ Cells = dict[str, str]
 
 
 def exported_ratings(folder: Path) -> pd.DataFrame:
-    """The ratings that count of an export to BIDS or CSV, practice left out: one row for each.
+    """Return the ratings that count of an export to BIDS or CSV, practice left out: one row for each.
 
     Equal to `read_ratings(...).table` of the sessions that were exported. Raises ExportRefused where the folder is no
     such export, or one of a study without ratings.
@@ -28,7 +28,7 @@ def exported_ratings(folder: Path) -> pd.DataFrame:
         raise ExportRefused(f"{folder}: an export to {mark.get('format')}; one to bids or csv is read back")
     bids = mark["format"] == "bids"
     study = _study(folder / ("code/study.json" if bids else "study.json"))
-    rows = [row for row in (_of_bids(folder) if bids else _of_csv(folder)) if _counts(row)]
+    rows = [row for row in (_bids_ratings(folder) if bids else _csv_ratings(folder)) if _counts(row)]
     if not rows:
         raise ExportRefused(f"{folder}: holds no rating")
     return _table(study, rows)
@@ -38,30 +38,30 @@ def _study(path: Path) -> Study:
     return Study.model_validate(json.loads(path.read_text("utf-8")))
 
 
-def _of_csv(folder: Path) -> Iterator[Cells]:
-    groups = {row["participant"]: row["group"] for row in _csv(folder / "participants.csv")}
-    for row in _csv(folder / "ratings.csv"):
+def _csv_ratings(folder: Path) -> Iterator[Cells]:
+    groups = {row["participant"]: row["group"] for row in _csv_rows(folder / "participants.csv")}
+    for row in _csv_rows(folder / "ratings.csv"):
         yield {**row, "group": groups[row["participant"]]}
 
 
-def _of_bids(folder: Path) -> Iterator[Cells]:
-    """The session's tables of its task: those whose columns hold ratings."""
-    groups = {row["participant_id"]: row["group"] for row in _tsv(folder / "participants.tsv")}
+def _bids_ratings(folder: Path) -> Iterator[Cells]:
+    """Yield the session's tables of its task: those whose columns hold ratings."""
+    groups = {row["participant_id"]: row["group"] for row in _tsv_rows(folder / "participants.tsv")}
     for path in sorted(folder.glob("sub-*/ses-*/beh/*_beh.tsv")):
         subject, session = path.relative_to(folder).parts[:2]
-        for row in _tsv(path):
+        for row in _tsv_rows(path):
             if row.get("value"):
                 yield {**row, "participant": subject.removeprefix("sub-"), "session": session.removeprefix("ses-"),
                        "group": groups[subject], "response_time_s": row["response_time"]}  # fmt: skip
 
 
-def _csv(path: Path) -> Iterator[Cells]:
+def _csv_rows(path: Path) -> Iterator[Cells]:
     if not path.is_file():
         return
     yield from (dict(row.cells) for row in read_table(path).rows())
 
 
-def _tsv(path: Path) -> Iterator[Cells]:
+def _tsv_rows(path: Path) -> Iterator[Cells]:
     """BIDS knows no quotes; n/a is nothing."""
     header, *lines = path.read_text("utf-8").removesuffix("\n").split("\n")
     for line in lines:
@@ -75,14 +75,14 @@ def _counts(row: Cells) -> bool:
 
 def _table(study: Study, rows: list[Cells]) -> pd.DataFrame:
     place = {attribute.name: n for n, attribute in enumerate(study.attributes)}
-    stimuli = {each.id: each.columns for each in study.stimuli}
+    stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
     names = [f"{study.study}/{row['participant']}/{int(row['session'])}" for row in rows]
     order = sorted(
         range(len(rows)),
         key=lambda n: (rows[n]["participant"], names[n], int(rows[n]["trial"]), place[rows[n]["attribute"]]),
     )
     rows, names = [rows[n] for n in order], [names[n] for n in order]
-    columns = [name for name in study.stimuli[0].columns if all(name in each for each in stimuli.values())]
+    columns = [name for name in study.stimuli[0].columns if all(name in stimulus for stimulus in stimuli.values())]
     return pd.DataFrame({
         "participant": [row["participant"] for row in rows],
         "attribute": [row["attribute"] for row in rows],

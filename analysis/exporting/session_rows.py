@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from palpate.analysis.exporting.source import Sat, Source
+from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.tabular import Row
 from palpate.protocols.events import NS
 from palpate.studies import collected_schema as schema
@@ -20,48 +20,50 @@ AGE, OLDEST = "age", 89
 
 @dataclass(frozen=True)
 class SessionRows:
-    """One session; what several tables need of it is read once."""
+    """One session's rows; what several tables need of it is read once."""
 
     source: Source
-    sat: Sat
+    session: SharedSession
 
     @cached_property
     def events(self) -> list[dict[str, Any]]:
-        """Its events."""
-        return self.source.of(self.sat, schema.events, "seq")
+        """Return the session's events."""
+        return self.source.of(self.session, schema.events, "seq")
 
     @cached_property
     def trials_by_number(self) -> dict[int, dict[str, Any]]:
-        """Its planned trials."""
-        return {row["trial"]: row for row in self.source.of(self.sat, schema.trials, "trial")}
+        """Return the session's planned trials by number."""
+        return {row["trial"]: row for row in self.source.of(self.session, schema.trials, "trial")}
 
     @cached_property
     def onsets(self) -> dict[Key, float]:
-        """(trial, attempt) -> when it began, in seconds since the session did."""
+        """Return when each (trial, attempt) began, in seconds since the session did."""
         return {
-            (each["trial"], each["attempt"]): each["t_ns"] / NS
-            for each in self.events if each["kind"] == "trial_started"
+            (event["trial"], event["attempt"]): event["t_ns"] / NS
+            for event in self.events if event["kind"] == "trial_started"
         }  # fmt: skip
 
     @cached_property
-    def asked_s(self) -> dict[int, float]:
-        """Number of a reply -> when what it replies to was asked, in seconds since the session began."""
-        found, last = {}, 0.0
-        for each in self.events:
-            if each["kind"] == "request":
-                last = each["t_ns"] / NS
-            elif each["kind"] == "reply":
-                found[each["seq"]] = last
-        return found
+    def request_s(self) -> dict[int, float]:
+        """Return for the number of each reply when its request was made, in seconds since the session began."""
+        times, last = {}, 0.0
+        for event in self.events:
+            if event["kind"] == "request":
+                last = event["t_ns"] / NS
+            elif event["kind"] == "reply":
+                times[event["seq"]] = last
+        return times
 
     @cached_property
     def seconds(self) -> dict[int, float | None]:
-        """Number of a reply -> how long the answer took."""
-        return {each["seq"]: json.loads(each["body"]).get("seconds") for each in self.events if each["kind"] == "reply"}
+        """Return for the number of each reply how long the answer took, in seconds."""
+        return {
+            event["seq"]: json.loads(event["body"]).get("seconds") for event in self.events if event["kind"] == "reply"
+        }
 
-    def session(self) -> Row:
-        """What is known of the session as a whole."""
-        row = self.sat.row
+    def session_row(self) -> Row:
+        """Return what is known of the session as a whole."""
+        row = self.session.row
         same = (
             "status", "seed", "trials_planned", "trials_answered", "sittings", "duration_s", "study_digest",
             "head_hash", "palpate_version", "started_at",
@@ -70,31 +72,37 @@ class SessionRows:
                 **{name: row[name] for name in same}, "simulated": bool(row["simulated"])}  # fmt: skip
 
     def trials(self) -> Iterator[Row]:
-        """Each planned trial, whatever became of it."""
+        """Yield each planned trial, whatever became of it."""
         for number, row in self.trials_by_number.items():
             onset = self.onsets.get((number, row["attempts"]))
-            yield {**self._who(), **_about(row), "attempts": row["attempts"], "status": row["status"], "onset_s": onset}
+            yield {
+                **self._who(),
+                **_trial_columns_of(row),
+                "attempts": row["attempts"],
+                "status": row["status"],
+                "onset_s": onset,
+            }
 
     def ratings(self) -> Iterator[Row]:
-        """Each answer to an attribute, also those that were revised since, and those of practice trials."""
+        """Yield each answer to an attribute, also those that were revised since, and those of practice trials."""
         place = {attribute.name: n for n, attribute in enumerate(self.source.study.attributes)}
-        rows = self.source.of(self.sat, schema.responses, "trial", "attempt")
+        rows = self.source.of(self.session, schema.responses, "trial", "attempt")
         for row in sorted(rows, key=lambda r: (r["trial"], r["attempt"], place.get(r["attribute"], len(place)))):
-            kept = ("attribute", "antonym", "value", "response_time_s")
-            yield {**self._of_trial(row["trial"], row["attempt"]), **{name: row[name] for name in kept},
+            same = ("attribute", "antonym", "value", "response_time_s")
+            yield {**self._of_trial(row["trial"], row["attempt"]), **{name: row[name] for name in same},
                    "revised": bool(row["revised"]), "counts": bool(row["counts"])}  # fmt: skip
 
     def words(self) -> Iterator[Row]:
-        """Each word that was ticked or written."""
-        for row in self.source.of(self.sat, schema.words, "seq", "n"):
+        """Yield each word that was ticked or written."""
+        for row in self.source.of(self.session, schema.words, "seq", "n"):
             yield {**self._of_trial(row["trial"], row["attempt"]), "form": row["form"], "kind": row["kind"],
                    "number": row["n"] + 1, "word": row["word"], "response_time_s": self.seconds.get(row["seq"]),
                    "counts": bool(row["counts"])}  # fmt: skip
 
     def answers(self) -> Iterator[Row]:
-        """The last answer to each question outside trials; of consent and eligibility, which all have, nothing."""
+        """Yield the last answer to each question outside trials; none of consent and eligibility, which all have."""
         last: dict[tuple[str, str], dict[str, Any]] = {}
-        for row in self.source.of(self.sat, schema.answers, "seq"):
+        for row in self.source.of(self.session, schema.answers, "seq"):
             if row["form"] not in ("consent", "eligibility"):
                 last[row["form"], row["item"]] = row
         for (form, item), row in last.items():
@@ -104,33 +112,33 @@ class SessionRows:
             yield {**self._who(), "form": form, "item": item, "value": value, "value_number": number}
 
     def switches(self) -> Iterator[Row]:
-        """Each change between the sides of a comparison."""
-        for row in self.source.of(self.sat, schema.switches, "seq", "n"):
+        """Yield each change between the sides of a comparison."""
+        for row in self.source.of(self.session, schema.switches, "seq", "n"):
             yield {**self._who(), "trial": row["trial"], "number": row["n"] + 1, "side": row["side"],
-                   "at_s": row["at_s"], "onset_s": self.asked_s[row["seq"]] + row["at_s"]}  # fmt: skip
+                   "at_s": row["at_s"], "onset_s": self.request_s[row["seq"]] + row["at_s"]}  # fmt: skip
 
     def anchors(self) -> Iterator[Row]:
-        """Each reference that was felt before a block."""
-        for row in self.source.of(self.sat, schema.anchors, "seq"):
+        """Yield each reference that was felt before a block."""
+        for row in self.source.of(self.session, schema.anchors, "seq"):
             same = ("block", "number", "stimulus", "label", "attribute", "value", "felt")
-            yield {**self._who(), **{name: row[name] for name in same}, "onset_s": self.asked_s[row["seq"]]}
+            yield {**self._who(), **{name: row[name] for name in same}, "onset_s": self.request_s[row["seq"]]}
 
     def streams(self) -> Iterator[Row]:
-        """Each recording of a stream: its blocks joined, what lacks between them counted."""
-        found: dict[tuple[Any, ...], Row] = {}
+        """Yield each recording of a stream: its blocks joined, the samples that are missing between them counted."""
+        recordings: dict[tuple[Any, ...], Row] = {}
         times: dict[tuple[int | None, int | None, str], int] = {}
-        for row in self.source.of(self.sat, schema.streams, "seq", "block"):
+        for row in self.source.of(self.session, schema.streams, "seq", "block"):
             where = (row["trial"], row["attempt"], row["stream"])
-            last = found.get((*where, times.get(where, 0)))
+            last = recordings.get((*where, times.get(where, 0)))
             if last is None or row["first"] < int(last["next"] or 0):
                 times[where] = times.get(where, 0) + 1
-                last = found[(*where, times[where])] = self._recording(row, times[where])
+                last = recordings[(*where, times[where])] = self._recording(row, times[where])
             gap = row["first"] - int(last["next"] or 0)
             last["samples"] = int(last["samples"] or 0) + row["samples"]
             last["lost"] = int(last["lost"] or 0) + gap
             last["gaps"] = int(last["gaps"] or 0) + (gap > 0)
             last["next"] = row["first"] + row["samples"]
-        yield from found.values()
+        yield from recordings.values()
 
     def _recording(self, row: dict[str, Any], number: int) -> Row:
         same = ("trial", "attempt", "stream", "channels", "units", "rate_hz")
@@ -139,16 +147,16 @@ class SessionRows:
                 "samples": 0, "lost": 0, "gaps": 0}  # fmt: skip
 
     def _who(self) -> Row:
-        return {"participant": self.sat.participant, "session": self.sat.number}
+        return {"participant": self.session.participant, "session": self.session.number}
 
     def _of_trial(self, number: int | None, attempt: int | None) -> Row:
-        """What the rows of a trial share; outside trials nothing but who."""
+        """Return what the rows of a trial share; outside trials nothing but who."""
         if number is None or attempt is None:
             return {**self._who(), "trial": None}
-        about = _about(self.trials_by_number[number])
+        about = _trial_columns_of(self.trials_by_number[number])
         return {**self._who(), **about, "attempt": attempt, "onset_s": self.onsets.get((number, attempt))}
 
 
-def _about(trial: dict[str, Any]) -> Row:
+def _trial_columns_of(trial: dict[str, Any]) -> Row:
     same = {name: trial[name] for name in ("trial", "block", "stimulus")}
     return {**same, "practice": bool(trial["practice"])}

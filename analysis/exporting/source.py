@@ -26,7 +26,7 @@ from palpate.studies.participants.registry import find_registry, withdrawn
 from palpate.studies.session_headers import in_person
 from palpate.studies.tables import session_number
 
-_OF_A_CHOICE = tuple(each.name for each in fields(SessionRow))
+_CHOICE_COLUMNS = tuple(column.name for column in fields(SessionRow))
 
 
 class Watch(Protocol):
@@ -35,13 +35,13 @@ class Watch(Protocol):
     def __call__(self, items: Iterable[Any], doing: str, total: int | None = None, /) -> Iterable[Any]: ...
 
 
-def unwatched(items: Iterable[Any], _doing: str, _total: int | None = None, /) -> Iterable[Any]:
-    """Shows nothing."""
+def no_progress(items: Iterable[Any], _doing: str, _total: int | None = None, /) -> Iterable[Any]:
+    """Return the items, and show nothing."""
     return items
 
 
 @dataclass(frozen=True)
-class Sat:
+class SharedSession:
     """A session that is shared: the row of the table `sessions`, and its number among the participant's."""
 
     name: str
@@ -58,32 +58,34 @@ class Source:
     study: Study
     definition: dict[str, Any]
     digest: str
-    kept: tuple[Sat, ...]
+    sessions: tuple[SharedSession, ...]
     left_out: tuple[tuple[SessionRow, str], ...]
     simulated: bool
     connection: Connection
 
     @property
     def of_people(self) -> bool:
-        """Whether a person sat in any of the sessions; devices may have been twins."""
+        """Return whether a person sat in any of the sessions; devices may have been twins."""
         events = schema.events
-        first = select(events.c.body).where(events.c.seq == 0, events.c.session.in_([sat.name for sat in self.kept]))
+        first = select(events.c.body).where(
+            events.c.seq == 0, events.c.session.in_([session.name for session in self.sessions])
+        )
         return any(in_person(json.loads(body)) for body in self.connection.execute(first).scalars())
 
     @property
     def participants(self) -> tuple[str, ...]:
-        """The pseudonyms, in natural order."""
-        return tuple(dict.fromkeys(sat.participant for sat in self.kept))
+        """Return the pseudonyms, in natural order."""
+        return tuple(dict.fromkeys(session.participant for session in self.sessions))
 
-    def of(self, sat: Sat, table: Any, *order: str) -> list[dict[str, Any]]:
-        """The session's rows of a collected table."""
-        query = select(table).where(table.c.session == sat.name).order_by(*(table.c[name] for name in order))
+    def of(self, session: SharedSession, table: Any, *order: str) -> list[dict[str, Any]]:
+        """Return the session's rows of a collected table."""
+        query = select(table).where(table.c.session == session.name).order_by(*(table.c[name] for name in order))
         return [dict(row) for row in self.connection.execute(query).mappings()]
 
 
 @contextmanager
-def opened(wanted: Wanted, watch: Watch = unwatched) -> Iterator[Source]:
-    """The study and sessions that are asked for; session files are gathered into a database in memory first.
+def open_source(wanted: Wanted, watch: Watch = no_progress) -> Iterator[Source]:
+    """Yield the requested study and sessions; session files are gathered into a database in memory first.
 
     Sessions of people who withdrew, declined or were not eligible are never among them. Raises ExportRefused or
     DataRefused where there are none, and LedgerError or CollectError on a file or database that cannot be used.
@@ -91,23 +93,23 @@ def opened(wanted: Wanted, watch: Watch = unwatched) -> Iterator[Source]:
     engine = scratch_database() if wanted.url is None else open_database(wanted.url, lab=wanted.lab)
     try:
         if wanted.url is None:
-            _gather(wanted, engine, watch)
+            _collect_sessions(wanted, engine, watch)
         with engine.connect() as connection:
             yield _source(wanted, connection)
     finally:
         engine.dispose()
 
 
-def _gather(wanted: Wanted, engine: Engine, watch: Watch) -> None:
+def _collect_sessions(wanted: Wanted, engine: Engine, watch: Watch) -> None:
     paths = ledgers_in(wanted.lab, wanted.name)
     if not paths:
-        raise ExportRefused(_nothing(wanted))
+        raise ExportRefused(_no_sessions_message(wanted))
     with closing(fill(engine, paths)) as reading:
         for _ in watch(reading, "reading", len(paths)):
             pass
 
 
-def _nothing(wanted: Wanted) -> str:
+def _no_sessions_message(wanted: Wanted) -> str:
     if (wanted.lab / IMPORTED / wanted.name).is_dir():
         return (
             f"{wanted.name!r} was imported, not recorded here: share {wanted.lab / IMPORTED / wanted.name} as it is,"
@@ -121,28 +123,28 @@ def _nothing(wanted: Wanted) -> str:
 
 def _source(wanted: Wanted, connection: Connection) -> Source:
     rows = {row["session"]: row for row in _sessions(connection, wanted)}
-    told = [SessionRow(**{name: row[name] for name in _OF_A_CHOICE}) for row in rows.values()]
-    _demand_lab(wanted, told)
+    rows_of_choice = [SessionRow(**{name: row[name] for name in _CHOICE_COLUMNS}) for row in rows.values()]
+    _demand_lab(wanted, rows_of_choice)
     choice = choose_sessions(
-        told, wanted.name, wanted.digest, wanted.include_incomplete, wanted.simulated, withdrawn(wanted.lab)
+        rows_of_choice, wanted.name, wanted.digest, wanted.include_incomplete, wanted.simulated, withdrawn(wanted.lab)
     )
-    kept = [_sat(rows[each.session]) for each in choice.kept]
+    kept = [_shared_session(rows[row.session]) for row in choice.kept]
     definition = _definition(connection, choice.digest)
     return Source(
         lab=wanted.lab,
         study=Study.model_validate(definition),
         definition=definition,
         digest=choice.digest,
-        kept=tuple(sorted(kept, key=lambda sat: (natural_key(sat.participant), sat.number))),
+        sessions=tuple(sorted(kept, key=lambda session: (natural_key(session.participant), session.number))),
         left_out=choice.left_out,
-        simulated=any(each.simulated for each in choice.kept),
+        simulated=any(row.simulated for row in choice.kept),
         connection=connection,
     )
 
 
 def _demand_lab(wanted: Wanted, sessions: Iterable[SessionRow]) -> None:
-    """A database of real people that was collected before a withdrawal tells nothing of it: only their lab does."""
-    real = not all(each.simulated for each in sessions)
+    """Refuse a database of real people without their lab: only the lab knows of withdrawals since it was collected."""
+    real = not all(session.simulated for session in sessions)
     if wanted.url is not None and real and find_registry(wanted.lab) is None:
         raise ExportRefused(
             f"{wanted.lab}: holds no registry of participants, which tells who withdrew since the database was"
@@ -154,9 +156,9 @@ def _sessions(connection: Connection, wanted: Wanted) -> list[dict[str, Any]]:
     table = schema.sessions
     query = select(table).where(table.c.study == wanted.name).order_by(table.c.participant, table.c.session)
     try:
-        found = [dict(row) for row in connection.execute(query).mappings()]
-        if found:
-            return found
+        rows = [dict(row) for row in connection.execute(query).mappings()]
+        if rows:
+            return rows
         known = sorted(connection.execute(select(table.c.study).distinct()).scalars())
     except SQLAlchemyError as error:
         raise ExportRefused(
@@ -165,15 +167,15 @@ def _sessions(connection: Connection, wanted: Wanted) -> list[dict[str, Any]]:
     raise ExportRefused(f"no session of study {wanted.name!r} is collected; {nearest(wanted.name, known)}")
 
 
-def _sat(row: dict[str, Any]) -> Sat:
+def _shared_session(row: dict[str, Any]) -> SharedSession:
     number = session_number(row["session"])
     if not (row["participant"].isascii() and row["participant"].isalnum() and number.isdecimal()):
         raise ExportRefused(f"session {row['session']!r}: STUDY/PSEUDONYM/NUMBER is expected, as door_ratings/P001/1")
-    return Sat(row["session"], row["participant"], int(number), row)
+    return SharedSession(row["session"], row["participant"], int(number), row)
 
 
 def _definition(connection: Connection, digest: str) -> dict[str, Any]:
     table = schema.studies
     text = connection.execute(select(table.c.definition).where(table.c.study_digest == digest)).scalar_one()
-    found: dict[str, Any] = parse(text.encode())
-    return found
+    definition: dict[str, Any] = parse(text.encode())
+    return definition

@@ -15,7 +15,7 @@ from palpate.studies.catalogue import SHIPPED, names
 FILE = "file"
 """The column of a stimulus table that names a stimulus' file in the study's folder."""
 LICENCES = ("LICENSE*", "LICENCE*", "NOTICE*")
-OURS = """\
+SHIPPED_LICENCE = """\
 The files in this folder are those of a study that Palpate ships: Palpate's licence holds for them,
 GNU General Public License, version 3 or later (https://www.gnu.org/licenses/gpl-3.0.html), except where a LICENSE or
 a NOTICE beside them says otherwise.
@@ -23,17 +23,17 @@ a NOTICE beside them says otherwise.
 
 
 @dataclass(frozen=True)
-class Files:
-    """Which stimulus files are shared: path within the export -> where it lies; and what is to be told of it."""
+class StimulusFiles:
+    """Which stimulus files are shared: path within the export -> where it lies; `note` says so for the README."""
 
     files: dict[str, Path]
     notices: dict[str, Path]
     ours: bool
-    told: str
+    note: str
 
 
 def stimulus_table(source: Source, taken: frozenset[str] = frozenset()) -> Table:
-    """The stimuli that the sessions met could meet: all of the study's, with their columns."""
+    """Return the stimuli that the shared sessions could present: all of the study's, with their columns."""
     columns = list(dict.fromkeys(name for stimulus in source.study.stimuli for name in stimulus.columns))
     clash = {"stimulus", "sha256"} & set(columns) | taken & set(columns)
     if clash:
@@ -57,39 +57,43 @@ def _meaning(column: str) -> str:
 
 
 def _rows(source: Source) -> Iterator[Row]:
-    for each in source.study.stimuli:
-        yield {"stimulus": each.id, **each.columns, "sha256": each.sha256}
+    for stimulus in source.study.stimuli:
+        yield {"stimulus": stimulus.id, **stimulus.columns, "sha256": stimulus.sha256}
 
 
-def stimulus_files(source: Source, without: Collection[str] = ()) -> Files:
-    """The stimuli's files, if the licence of the study's folder is known and they are those that were met."""
+def stimulus_files(source: Source, without: Collection[str] = ()) -> StimulusFiles:
+    """Return the stimuli's files, if the licence of the study's folder is known and they are those that were
+    presented.
+    """
     if FILE in without:
-        return Files({}, {}, False, "The stimuli's files were left out.")
-    wanted = {each.columns[FILE]: each.sha256 for each in source.study.stimuli if each.columns.get(FILE)}
-    if not wanted:
-        return Files({}, {}, False, "The stimuli have no files.")
+        return StimulusFiles({}, {}, False, "The stimuli's files were left out.")
+    digests = {
+        stimulus.columns[FILE]: stimulus.sha256 for stimulus in source.study.stimuli if stimulus.columns.get(FILE)
+    }
+    if not digests:
+        return StimulusFiles({}, {}, False, "The stimuli have no files.")
     study = names(source.lab).get(source.study.study)
     if study is None:
-        return _none("the study's folder is neither among the lab's own nor shipped")
+        return _no_files("the study's folder is neither among the lab's own nor shipped")
     folder = study.parent
     ours = folder.parent == SHIPPED
     notices = {path.relative_to(folder).as_posix(): path for form in LICENCES for path in folder.rglob(form)}
     if not ours and not any("/" not in name for name in notices):
-        return _none("no LICENSE or NOTICE in the study's folder says that they may be shared")
-    files = {name: folder / name for name in wanted}
-    changed = [name for name, path in files.items() if not path.is_file() or file_sha256(path) != wanted[name]]
+        return _no_files("no LICENSE or NOTICE in the study's folder says that they may be shared")
+    files = {name: folder / name for name in digests}
+    changed = [name for name, path in files.items() if not path.is_file() or file_sha256(path) != digests[name]]
     if changed:
-        return _none(f"{changed[0]} in the study's folder is not the file that was met ({len(changed)} such)")
-    return Files(files, notices, ours, f"{count(len(files), 'file')} of stimuli, with the licence.")
+        return _no_files(f"{changed[0]} in the study's folder is not the file that was met ({len(changed)} such)")
+    return StimulusFiles(files, notices, ours, f"{count(len(files), 'file')} of stimuli, with the licence.")
 
 
-def _none(why: str) -> Files:
-    return Files({}, {}, False, f"The stimuli's files are not here: {why}. Their SHA-256 stand in the table.")
+def _no_files(why: str) -> StimulusFiles:
+    return StimulusFiles({}, {}, False, f"The stimuli's files are not here: {why}. Their SHA-256 stand in the table.")
 
 
-def copy_files(files: Files, to: Path) -> None:
+def copy_files(files: StimulusFiles, to: Path) -> None:
     """Copy the files and the notices of their licence."""
     for name, path in {**files.notices, **files.files}.items():
         write_bytes(to / name, path.read_bytes())
     if files.ours and files.files:
-        write_text(to / "LICENCE.txt", OURS)
+        write_text(to / "LICENCE.txt", SHIPPED_LICENCE)

@@ -6,24 +6,24 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from palpate.analysis.exporting.demographics import FORM, People, people, without_small_groups
+from palpate.analysis.exporting.demographics import FORM, ParticipantTable, participant_table, without_small_groups
 from palpate.analysis.exporting.session_rows import SessionRows
-from palpate.analysis.exporting.source import Sat, Source
+from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.stimuli import stimulus_table
-from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, cell
+from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, cell_text
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 
 PerSession = Callable[[SessionRows], Iterable[Row]]
-WHO = (
+SESSION_COLUMNS = (
     Column("participant", "Pseudonym of the participant.", key=True),
     Column("session", "Number of the session among the participant's.", "whole", key=True),
 )
 TRIAL = Column("trial", "Number of the trial in the session, from 1.", "whole", key=True)
 ATTEMPT = Column("attempt", "The how-manieth time the trial was met: a participant may go back, a trial be repeated.",
                  "whole", key=True)  # fmt: skip
-OF_A_TRIAL = (
+TRIAL_COLUMNS = (
     TRIAL,
     Column("block", "Block of the session that the trial stands in."),
     Column("practice", "Whether it was a practice trial, whose answers do not count.", "truth", key=True),
@@ -31,7 +31,7 @@ OF_A_TRIAL = (
 )
 ONSET = Column("onset_s", "When this attempt at the trial began, since the session did.", "number", "s")
 SECONDS = Column("response_time_s", "From the form's appearance to this answer.", "number", "s")
-ANCHOR = (
+ANCHOR_COLUMNS = (
     Column("block", "Block of the session that the reference was felt before.", key=True),
     Column("number", "The reference's place among those before the block, from 1.", "whole", key=True),
     Column("stimulus", "The stimulus, as in the table of stimuli.", key=True),
@@ -44,29 +44,8 @@ ANCHOR = (
 )  # fmt: skip
 COUNTS = Column("counts", "Whether this is the answer as it stands: false where a later one took its place.", "truth",
                 key=True)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Shared:
-    """A data set: its source, its tables, and the columns that were left out on purpose."""
-
-    source: Source
-    tables: tuple[Table, ...]
-    without: tuple[str, ...]
-    withheld: tuple[str, ...] = ()
-    """What was withheld, or averaged, because few participants answered so."""
-
-    def table(self, name: str) -> Table | None:
-        """A table by its name, where there is such a one."""
-        return next((table for table in self.tables if table.name == name), None)
-
-    def per_session(self, name: str, sat: Sat) -> list[Row]:
-        """The rows of one session in a table that has some."""
-        return list(ROWS[name](SessionRows(self.source, sat)))
-
-
 ROWS: dict[str, PerSession] = {
-    "sessions": lambda session: [session.session()],
+    "sessions": lambda session: [session.session_row()],
     "trials": lambda session: session.trials(),
     "ratings": lambda session: session.ratings(),
     "words": lambda session: session.words(),
@@ -76,12 +55,39 @@ ROWS: dict[str, PerSession] = {
     "streams": lambda session: session.streams(),
 }
 """What a session gives to each table."""
+CODEBOOK_COLUMNS = (
+    Column("table", "The table."),
+    Column("column", "The column."),
+    Column("kind", "What kind of value it holds: text, number, whole (number), truth (true or false)."),
+    Column("unit", "The unit of a number."),
+    Column("description", "What it means."),
+    Column("levels", "The values that it may hold, each with its meaning: value = meaning, divided by ' | '."),
+)
 
 
-def shared(
+@dataclass(frozen=True)
+class DataSet:
+    """A data set: its source, its tables, and the columns that were left out on purpose."""
+
+    source: Source
+    tables: tuple[Table, ...]
+    without: tuple[str, ...]
+    withheld: tuple[str, ...] = ()
+    """What was withheld, or averaged, because few participants answered so."""
+
+    def table(self, name: str) -> Table | None:
+        """Return a table by its name, where there is such a one."""
+        return next((table for table in self.tables if table.name == name), None)
+
+    def rows_of(self, name: str, session: SharedSession) -> list[Row]:
+        """Return the rows of one session in a table that has some."""
+        return list(ROWS[name](SessionRows(self.source, session)))
+
+
+def build_data_set(
     source: Source, without: Iterable[str] = (), dates: bool = False, free_text: bool = False, least_people: int = 1
-) -> Shared:
-    """The data set's tables, those that the study cannot fill left out.
+) -> DataSet:
+    """Return the data set's tables, those that the study cannot fill left out.
 
     `without` names columns, or questions that were put to participants, to be left out wherever they stand; `dates`
     keeps when sessions began, `free_text` what was written in an interview. Answers about themselves that fewer than
@@ -89,20 +95,24 @@ def shared(
     a table needs.
     """
     left_out = frozenset(without)
-    who = people(source)
+    participants = participant_table(source)
     withheld: tuple[str, ...] = ()
     if least_people > 1 and source.of_people:
-        who, withheld = without_small_groups(who, least_people)
-    found = (who.table(), *(_as_shown(table, who) for table in _of_sessions(source, dates)), stimulus_table(source))
-    asked = {str(row["item"]) for sat in source.kept for row in SessionRows(source, sat).answers()}
-    _demand_known(left_out, found, asked)
-    kept = tuple(_without_items(table.without(left_out), left_out) for table in found)
-    kept = kept if free_text else tuple(_without_interview(table) for table in kept)
-    return Shared(source, kept, tuple(sorted(left_out)), withheld)
+        participants, withheld = without_small_groups(participants, least_people)
+    tables = (
+        participants.table(),
+        *(_with_protected_answers(table, participants) for table in _session_tables(source, dates)),
+        stimulus_table(source),
+    )
+    items = {str(row["item"]) for session in source.sessions for row in SessionRows(source, session).answers()}
+    _demand_known_columns(left_out, tables, items)
+    shared_tables = tuple(_without_items(table.without(left_out), left_out) for table in tables)
+    shared_tables = shared_tables if free_text else tuple(_without_interview(table) for table in shared_tables)
+    return DataSet(source, shared_tables, tuple(sorted(left_out)), withheld)
 
 
-def _as_shown(table: Table, who: People) -> Table:
-    """Answers about people stand in the table of answers as they do in that of people."""
+def _with_protected_answers(table: Table, who: ParticipantTable) -> Table:
+    """Return a table in which answers about people stand as they do in the table of people."""
     if table.name != "answers":
         return table
     by_person = {str(row["participant"]): row for row in who.rows}
@@ -113,64 +123,66 @@ def _as_shown(table: Table, who: People) -> Table:
             if kind in ("choice", "number"):
                 value = by_person[str(row["participant"])].get(name)
                 number = value if kind == "number" else None
-                yield {**row, "value": cell(value) or None, "value_number": number}
+                yield {**row, "value": cell_text(value) or None, "value_number": number}
             else:
                 yield row
 
     return replace(table, rows=rows)
 
 
-def _demand_known(names: frozenset[str], tables: Iterable[Table], asked: set[str]) -> None:
+def _demand_known_columns(names: frozenset[str], tables: Iterable[Table], items: set[str]) -> None:
     known = {column.name: column for table in tables for column in table.columns}
     for name in sorted(names):
-        if name not in known and name not in asked:
-            raise ExportRefused(f"--without {name}: no such column; {nearest(name, [*known, *sorted(asked)])}")
+        if name not in known and name not in items:
+            raise ExportRefused(f"--without {name}: no such column; {nearest(name, [*known, *sorted(items)])}")
         if name in known and known[name].key:
             raise ExportRefused(f"--without {name}: the tables mean nothing without this column; it cannot be left out")
 
 
 def _without_items(table: Table, names: frozenset[str]) -> Table:
-    """Answers stand one a row: a question that is left out is left out there, too."""
+    """Return a table without the answers to a question that is left out: answers stand one a row."""
     if table.name != "answers" or not names:
         return table
     return replace(table, rows=lambda: (row for row in table.rows() if row["item"] not in names))
 
 
 def _without_interview(table: Table) -> Table:
-    """What people wrote freely leaves the lab only where it is asked for."""
+    """Return a table without what people wrote freely, which leaves the lab only on request."""
     if table.name != "answers":
         return table
     return replace(table, rows=lambda: (row for row in table.rows() if row["form"] != "interview"))
 
 
-def _of_sessions(source: Source, dates: bool) -> Iterator[Table]:
+def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
     study = source.study
     yield _table(source, "sessions", "One row for each session.", _session_columns(dates))
     yield _table(source, "trials", "One row for each planned trial, whatever became of it.", _trial_columns())
     if TASKS[study.task].answers == "ratings":
-        told = "One row for each rating, revised ones too."
-        yield _table(source, "ratings", told, _rating_columns(study))
+        description = "One row for each rating, revised ones too."
+        yield _table(source, "ratings", description, _rating_columns(study))
     if TASKS[study.task].answers == "words" or "suggestions" in study.closing:
         yield _table(source, "words", "One row for each word that was ticked or written.", _word_columns())
     if study.opening or {"questionnaire", "interview"} & set(study.closing):
-        told = "One row for each question outside trials: about the person, or the questionnaire."
-        yield _table(source, "answers", told, _answer_columns(study))
+        description = "One row for each question outside trials: about the person, or the questionnaire."
+        yield _table(source, "answers", description, _answer_columns(study))
     if study.sides:
-        told = "One row for each change between the sides of a comparison."
-        yield _table(source, "switches", told, _switch_columns(study))
+        description = "One row for each change between the sides of a comparison."
+        yield _table(source, "switches", description, _switch_columns(study))
     if study.anchors is not None:
-        told = "One row for each reference that was felt before a block; references are no trials."
-        yield _table(source, "anchors", told, ANCHOR)
-    if any(True for sat in source.kept for _ in SessionRows(source, sat).streams()):
-        yield _table(source, "streams", "One row for each recording of a stream; samples not included.", _streams())
+        description = "One row for each reference that was felt before a block; references are no trials."
+        yield _table(source, "anchors", description, ANCHOR_COLUMNS)
+    if any(True for session in source.sessions for _ in SessionRows(source, session).streams()):
+        yield _table(
+            source, "streams", "One row for each recording of a stream; samples not included.", _stream_columns()
+        )
 
 
 def _table(source: Source, name: str, description: str, columns: tuple[Column, ...]) -> Table:
     def rows() -> Iterator[Row]:
-        for sat in source.kept:
-            yield from ROWS[name](SessionRows(source, sat))
+        for session in source.sessions:
+            yield from ROWS[name](SessionRows(source, session))
 
-    return Table(name, description, (*WHO, *columns), rows)
+    return Table(name, description, (*SESSION_COLUMNS, *columns), rows)
 
 
 def _session_columns(dates: bool) -> tuple[Column, ...]:
@@ -202,7 +214,7 @@ def _trial_columns() -> tuple[Column, ...]:
         "faulted": "a device failed",
     }  # fmt: skip
     return (
-        *OF_A_TRIAL,
+        *TRIAL_COLUMNS,
         Column("attempts", "How often it was met.", "whole"),
         Column("status", "What became of it.", levels=status),
         replace(ONSET, description="When the last attempt at the trial began, since the session did."),
@@ -221,7 +233,7 @@ def _rating_columns(study: Study) -> tuple[Column, ...]:
     labels = {f"{value:g}": text for value, text in scale.labelled} if scale is not None else {}
     step = f", in steps of {scale.step}" if scale is not None and scale.step is not None else ""
     return (
-        *OF_A_TRIAL, ATTEMPT, ONSET,
+        *TRIAL_COLUMNS, ATTEMPT, ONSET,
         Column("attribute", "The attribute that was rated, by the name that the study gives it, else by the low end of "
                "its scale.", levels=ends, key=True),
         Column("antonym", "The adjective at the high end of the scale."),
@@ -236,12 +248,12 @@ def _rating_columns(study: Study) -> tuple[Column, ...]:
 def _word_columns() -> tuple[Column, ...]:
     kinds = {"ticked": "in the list of the study", "further": "added to the list", "words": "the participant's own"}
     return (
-        *(replace(column, key=column.name == "trial") for column in OF_A_TRIAL), replace(ATTEMPT, key=False), ONSET,
+        *(replace(column, key=column.name == "trial") for column in TRIAL_COLUMNS), replace(ATTEMPT, key=False), ONSET,
         Column("form", "The form that asked for words.", levels={
             "adjectives": "words to tick", "lexicon": "words of one's own", "suggestions": "suggestions at the end"}),
         Column("kind", "Where the word comes from.", levels=kinds, key=True),
         Column("number", "The word's place among those of the answer, from 1.", "whole"),
-        Column("word", "The word.", said=True),
+        Column("word", "The word.", free_answer=True),
         replace(SECONDS, description="From the form's appearance to the whole answer."),
         COUNTS,
     )  # fmt: skip
@@ -258,8 +270,8 @@ def _answer_columns(study: Study) -> tuple[Column, ...]:
             key=True,
         ),
         Column("item", "The question.", levels=items, key=True),
-        Column("value", "The answer as text; empty where none was given.", said=True, key=True),
-        Column("value_number", "The answer as a number, where it is one.", "number", said=True),
+        Column("value", "The answer as text; empty where none was given.", free_answer=True, key=True),
+        Column("value_number", "The answer as a number, where it is one.", "number", free_answer=True),
     )
 
 
@@ -273,7 +285,7 @@ def _switch_columns(study: Study) -> tuple[Column, ...]:
     )  # fmt: skip
 
 
-def _streams() -> tuple[Column, ...]:
+def _stream_columns() -> tuple[Column, ...]:
     return (
         TRIAL, replace(ATTEMPT, key=False),
         Column("recording", "The how-manieth recording of this stream in the attempt.", "whole"),
@@ -288,34 +300,24 @@ def _streams() -> tuple[Column, ...]:
     )  # fmt: skip
 
 
-COLUMNS = (
-    Column("table", "The table."),
-    Column("column", "The column."),
-    Column("kind", "What kind of value it holds: text, number, whole (number), truth (true or false)."),
-    Column("unit", "The unit of a number."),
-    Column("description", "What it means."),
-    Column("levels", "The values that it may hold, each with its meaning: value = meaning, divided by ' | '."),
-)
+def codebook(data_set: DataSet) -> Table:
+    """Return one row for each column of each table."""
+    return Table("codebook", "What every column of every table means.", CODEBOOK_COLUMNS, lambda: _rows(data_set))
 
 
-def codebook(shared: Shared) -> Table:
-    """One row for each column of each table."""
-    return Table("codebook", "What every column of every table means.", COLUMNS, lambda: _rows(shared))
-
-
-def _rows(shared: Shared) -> Iterator[Row]:
-    for table in shared.tables:
+def _rows(data_set: DataSet) -> Iterator[Row]:
+    for table in data_set.tables:
         for column in table.columns:
             levels = " | ".join(f"{value} = {told}" for value, told in column.levels.items())
             yield {"table": table.name, "column": column.name, "kind": column.kind, "unit": column.unit,
                    "description": column.description, "levels": levels}  # fmt: skip
 
 
-def definition(shared: Shared) -> dict[str, Any]:
-    """The study's definition as it was compiled, without the stimulus columns that were left out."""
-    found = dict(shared.source.definition)
-    found["stimuli"] = [
-        {**each, "columns": {k: v for k, v in each.get("columns", {}).items() if k not in shared.without}}
-        for each in found["stimuli"]
+def shared_definition(data_set: DataSet) -> dict[str, Any]:
+    """Return the study's definition as it was compiled, without the stimulus columns that were left out."""
+    definition = dict(data_set.source.definition)
+    definition["stimuli"] = [
+        {**each, "columns": {k: v for k, v in each.get("columns", {}).items() if k not in data_set.without}}
+        for each in definition["stimuli"]
     ]
-    return found
+    return definition

@@ -17,6 +17,9 @@ Kind = Literal["text", "number", "whole", "truth"]
 Value = str | float | int | bool | None
 Row = dict[str, Value]
 _NO_LEVELS: Mapping[str, str] = MappingProxyType({})
+NOT_AVAILABLE = "n/a"
+"""How BIDS says that a value is missing."""
+_LARGEST = 2**53
 
 
 class ExportRefused(ValueError):
@@ -27,8 +30,8 @@ class ExportRefused(ValueError):
 class Column:
     """A column: what it means, its kind, unit and levels.
 
-    Without a `key` column the table means nothing, so it cannot be left out. `said` marks what a participant said
-    freely, in words or as a number. `low` and `high` are the least and the greatest value that it may hold.
+    Without a `key` column the table means nothing, so it cannot be left out. `free_answer` marks what a participant
+    said freely, in words or as a number. `low` and `high` are the least and the greatest value that it may hold.
     """
 
     name: str
@@ -37,7 +40,7 @@ class Column:
     unit: str = ""
     levels: Mapping[str, str] = field(default_factory=lambda: _NO_LEVELS)
     key: bool = False
-    said: bool = False
+    free_answer: bool = False
     low: float | None = None
     high: float | None = None
 
@@ -52,11 +55,11 @@ class Table:
     rows: Callable[[], Iterable[Row]]
 
     def without(self, names: frozenset[str]) -> Table:
-        """The table without the columns of these names; the rows may still hold them."""
+        """Return the table without the columns of these names; the rows may still hold them."""
         return replace(self, columns=tuple(column for column in self.columns if column.name not in names))
 
     def renamed(self, names: Mapping[str, str]) -> Table:
-        """The table with columns under other names."""
+        """Return the table with columns under other names."""
         columns = tuple(replace(column, name=names.get(column.name, column.name)) for column in self.columns)
         return replace(self, columns=columns, rows=lambda: _renamed(self.rows(), names))
 
@@ -66,13 +69,8 @@ def _renamed(rows: Iterable[Row], names: Mapping[str, str]) -> Iterator[Row]:
         yield {names.get(name, name): value for name, value in row.items()}
 
 
-NOT_AVAILABLE = "n/a"
-"""How BIDS says that a value is missing."""
-_LARGEST = 2**53
-
-
-def cell(value: Value, missing: str = "") -> str:
-    """The text of a value; `missing` where there is none."""
+def cell_text(value: Value, missing: str = "") -> str:
+    """Return the text of a value; `missing` where there is none."""
     if value is None or value == "":
         return missing
     if isinstance(value, bool):
@@ -93,13 +91,13 @@ def write_csv(path: Path, table: Table, rows: Iterable[Row]) -> int:
     with open_text(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
-        return _counted(writer.writerow([_csv_cell(name, row.get(name)) for name in names]) for row in rows)
+        return _count(writer.writerow([_csv_cell(name, row.get(name)) for name in names]) for row in rows)
 
 
 def _csv_cell(name: str, value: Value) -> str:
     if isinstance(value, float):
         demand_not_infinite(name, value)
-    return without_formula(cell(value))
+    return without_formula(cell_text(value))
 
 
 def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
@@ -111,25 +109,25 @@ def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
     """
     with open_text(path) as file:
         file.write("\t".join(column.name for column in table.columns) + "\n")
-        return _counted(_write_line(file, line) for line in tsv_lines(path.name, table, rows))
+        return _count(_write_line(file, line) for line in tsv_lines(path.name, table, rows))
 
 
 def tsv_lines(where: str, table: Table, rows: Iterable[Row]) -> Iterable[Sequence[str]]:
-    """The cells of each row as BIDS has them."""
-    names = [(column.name, column.said) for column in table.columns]
+    """Yield the cells of each row as BIDS has them."""
+    names = [(column.name, column.free_answer) for column in table.columns]
     for number, row in enumerate(rows, start=1):
-        yield [_tsv_cell(where, number, name, row.get(name), said) for name, said in names]
+        yield [_tsv_cell(where, number, name, row.get(name), free_answer) for name, free_answer in names]
 
 
-def _tsv_cell(where: str, number: int, name: str, value: Value, said: bool) -> str:
+def _tsv_cell(where: str, number: int, name: str, value: Value, free_answer: bool) -> str:
     if isinstance(value, float):
         demand_not_infinite(name, value)
-    text = cell(value, NOT_AVAILABLE)
+    text = cell_text(value, NOT_AVAILABLE)
     if not isinstance(value, str):
         return text
-    if said:
+    if free_answer:
         return without_formula(" ".join(text.split())) or NOT_AVAILABLE
-    if value == NOT_AVAILABLE or any(each in value for each in "\t\r\n"):
+    if value == NOT_AVAILABLE or any(letter in value for letter in "\t\r\n"):
         raise ExportRefused(
             f"{where}: row {number}, column {name!r}: {value!r:.60} cannot stand in a BIDS table (tabs, line breaks,"
             f" and n/a mean something else there); use --csv, or leave the column out with --without {name}"
@@ -141,5 +139,5 @@ def _write_line(file: IO[str], cells: Sequence[str]) -> int:
     return file.write("\t".join(cells) + "\n")
 
 
-def _counted(written: Iterable[int]) -> int:
+def _count(written: Iterable[int]) -> int:
     return sum(1 for _ in written)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.analysis.exporting.guard import Guard, about_who
+from palpate.analysis.exporting.guard import Guard, identifying_word
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.studies.participants.identities import Identity
 from palpate.studies.record import read
@@ -32,12 +32,12 @@ HARMLESS = (
 
 @pytest.mark.parametrize("name", WHO.split("|"))
 def test_columns_about_who_somebody_is_are_known_in_many_languages(name):
-    assert about_who(name)
+    assert identifying_word(name)
 
 
 @pytest.mark.parametrize("name", WHAT.split("|"))
 def test_other_columns_are_not(name):
-    assert about_who(name) is None
+    assert identifying_word(name) is None
 
 
 @pytest.mark.parametrize("text", TELLING.split("|"))

@@ -7,7 +7,7 @@ import json
 
 import pytest
 
-from palpate.analysis.exporting.demographics import People, without_small_groups
+from palpate.analysis.exporting.demographics import ParticipantTable, without_small_groups
 from palpate.analysis.exporting.tabular import Column, ExportRefused
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.studies.collect import collect, open_database
@@ -147,7 +147,9 @@ def answered(**columns):
     rows = tuple(
         {"participant": f"P{n:03d}", **{name: told[n] for name, told in columns.items()}} for n in range(count)
     )
-    return People((Column("answer_age", "Age."), Column("hand", "Hand."), Column("remark", "Said.")), rows, QUESTIONS)
+    return ParticipantTable(
+        (Column("answer_age", "Age."), Column("hand", "Hand."), Column("remark", "Said.")), rows, QUESTIONS
+    )
 
 
 def shown(people, column, least=3):
