@@ -81,7 +81,7 @@ def _row(first: Coder, second: Coder, item: str, code: str, pairs: Sequence[tupl
 
 
 def _questions(answers: Sequence[Answer]) -> list[tuple[str, list[Answer]]]:
-    """Each question with its answers; all together last, where there are several questions."""
+    """Return each question with its answers; all together last, where there are several questions."""
     items = list(dict.fromkeys(answer.item for answer in answers))
     each = [(item, [answer for answer in answers if answer.item == item]) for item in items]
     return [*each, (EVERY, list(answers))] if len(items) > 1 else each
@@ -116,7 +116,7 @@ class Coder:
 
 
 def answers_in(source: Source) -> list[Answer]:
-    """Every answer in free text that is not empty, by participant, session and question."""
+    """Return every answer in free text that is not empty, by participant, session and question."""
     return [
         Answer(session.participant, session.number, str(row["item"]))
         for session in source.sessions
@@ -148,7 +148,7 @@ def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder
 
 
 def _names(paths: Sequence[Path]) -> list[str]:
-    """What the coders are called: their files, with the folder where two have the same name."""
+    """Return the names of the coders: their files, with the folder where two have the same name."""
     stems = [path.stem for path in paths]
     return [f"{path.parent.name}/{path.stem}" if stems.count(path.stem) > 1 else path.stem for path in paths]
 
@@ -166,7 +166,7 @@ def _read(path: Path, name: str, answers: Sequence[Answer]) -> Coder:
 
 
 def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer, frozenset[str]]]:
-    """(file and line, answer, codes) of each row that is about free text."""
+    """Yield (file and line, answer, codes) of each row that is about free text."""
     column = next((name for name in CODES if name in sheet.header), None)
     if column is None:
         found = ", ".join(sheet.header)
@@ -190,7 +190,7 @@ def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer
 
 
 def _session(where: str, participant: str, text: str | None, answers: Iterable[Answer]) -> int:
-    """The number of the session; where the table has none, the participant's only one."""
+    """Return the number of the session; where the table has none, the participant's only one."""
     if text:
         if not text.isdecimal():
             raise TableRefused(f"{where}: session {text!r}: the number of a session is expected, from 1")

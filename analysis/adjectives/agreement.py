@@ -41,7 +41,7 @@ class WordAgreement:
 def word_agreement(
     selections: Selections, *, draws: int = 2000, seed: int = 0, confidence: float = 0.95
 ) -> WordAgreement:
-    """Agreement on words: Krippendorff's nominal alpha and Fleiss' kappa of ticked or not, and Jaccard's overlap.
+    """Return the agreement on words: Krippendorff's nominal alpha, Fleiss' kappa of ticked or not, Jaccard's overlap.
 
     A word counts as ticked by a participant who ticked it in any meeting with the stimulus. Kappa needs the same number
     of participants for every stimulus, alpha does not. Raises TooFew where no stimulus was met by two participants.
@@ -69,7 +69,7 @@ def word_agreement(
 
 
 def _by_word(selections: Selections, drawn: Floats, confidence: float) -> Iterator[dict[str, object]]:
-    """Alpha of each word over the stimuli, then of all words: each stimulus and word together is one unit."""
+    """Yield alpha of each word over the stimuli, then of all words: each stimulus and word together is one unit."""
     raters = (selections.met > 0).sum(axis=0)
     paired = raters >= 2
     ticks = selections.any_ticked.sum(axis=0)[paired]
@@ -92,7 +92,7 @@ def _by_word(selections: Selections, drawn: Floats, confidence: float) -> Iterat
 
 
 def _alphas(ticks: Floats, m: Floats, w: Floats, together: bool = False) -> Floats:
-    """Krippendorff's nominal alpha of ticks (stimuli, words) by m raters, for weights (draws, stimuli)."""
+    """Return Krippendorff's nominal alpha of ticks (stimuli, words) by m raters, for weights (draws, stimuli)."""
     apart = w @ (2 * ticks * (m - ticks) / (m - 1))
     yes, n = w @ ticks, w @ np.broadcast_to(m, ticks.shape)
     if together:
@@ -139,7 +139,7 @@ def _by_stimulus(
 
 
 def jaccard_matrix(ticked: Ticks) -> Floats:
-    """The overlap of every two sets (participants, words): common over all their words, NaN where both are empty."""
+    """Return the overlap of every two sets (participants, words), NaN where both are empty."""
     sets = ticked.astype(np.float64)
     common, size = sets @ sets.T, sets.sum(axis=1)
     either = size[:, None] + size[None, :] - common
@@ -148,7 +148,10 @@ def jaccard_matrix(ticked: Ticks) -> Floats:
 
 
 def mean_overlap(overlap: Floats, w: Floats) -> Floats:
-    """The mean over pairs of different participants, for weights (draws, participants); NaN where no pair has one."""
+    """Return the mean over pairs of different participants, for weights (draws, participants).
+
+    NaN where no pair has one.
+    """
     defined = ~np.isnan(overlap)
     np.fill_diagonal(defined, False)
     pairs = ((w @ defined) * w).sum(axis=1)

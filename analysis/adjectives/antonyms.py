@@ -37,7 +37,7 @@ class Paired:
 def antonym_pairs(
     kept: Sequence[str], table: pd.DataFrame, offered: Sequence[str] = (), *, need_both: bool = False
 ) -> Paired:
-    """The bipolar pairs of the kept words, each pair once, in the order of `kept` (most relevant first).
+    """Return the bipolar pairs of the kept words, each pair once, in the order of `kept` (most relevant first).
 
     `table` has the columns word and antonym, a line for each pair; being an antonym goes both ways. A kept word
     whose antonym was not kept still makes a pair, unless `need_both`. With `offered`, both words of every line must
@@ -56,7 +56,7 @@ def antonym_pairs(
 
 
 def antonym_table(table: pd.DataFrame, offered: Sequence[str] = ()) -> tuple[tuple[str, str], ...]:
-    """The pairs of a table that makes sense, each word in one of them. Raises AntonymTableError."""
+    """Return the pairs of a table that makes sense, each word in one of them. Raises AntonymTableError."""
     for name in ("word", "antonym"):
         if list(table.columns).count(name) != 1:
             known = ", ".join(map(repr, table.columns))

@@ -53,7 +53,7 @@ def lexicon(
     stimulus: str = "stimulus",
     trial: str | Sequence[str] = ("session", "trial"),
 ) -> Lexicon:
-    """The lexicon of a long table of free words, most often written first.
+    """Return the lexicon of a long table of free words, most often written first.
 
     `normalisation` says what counts as one word: "as_written", "spaces" (outer spaces off, inner ones single) or
     "case_and_spaces" (also lower case; both read Unicode's compatible forms as one). `synonyms` maps a word to the one
@@ -123,7 +123,7 @@ def _key(source: str, word: Any, normalisation: str, inflected: bool) -> str:
 
 
 def _base_forms(word: str) -> Iterator[str]:
-    """What an English word may be a comparative, superlative or adverb of: heaviest -> heavy, bigger -> big."""
+    """Yield what an English word may be a comparative, superlative or adverb of: heaviest -> heavy, bigger -> big."""
     for ending in ("est", "er", "ly"):
         if word.endswith(ending) and len(word) > len(ending) + 2:
             stem = word[: -len(ending)]
@@ -153,7 +153,7 @@ def _merged_row(base: str, entries: Sequence[tuple[str, str, str]]) -> dict[str,
 
 
 def synonym_table(table: pd.DataFrame) -> dict[str, str]:
-    """A table with the columns word and counts_as as a mapping. Raises SynonymTableError with the line at fault."""
+    """Return a table with the columns word and counts_as as a mapping. Raises SynonymTableError with the line."""
     for name in ("word", "counts_as"):
         if list(table.columns).count(name) != 1:
             known = ", ".join(map(repr, table.columns))
@@ -170,7 +170,7 @@ def synonym_table(table: pd.DataFrame) -> dict[str, str]:
 
 
 def normalised(word: str, normalisation: str) -> str:
-    """A word in the form in which it is counted."""
+    """Return a word in the form in which it is counted."""
     if normalisation == "as_written":
         return word
     spaced = re.sub(r"\s+", " ", unicodedata.normalize("NFKC", word)).strip()
@@ -206,7 +206,7 @@ def _mentions(
     names: tuple[str, str, str],
     trial: Sequence[Hashable],
 ) -> list[_Mention]:
-    """One mention for each word of a trial, however often and in whichever spellings it is written there."""
+    """Return one mention for each word of a trial, however often and in whichever spellings it is written there."""
     word, participant, stimulus = names
     if not len(data):
         return []
@@ -245,7 +245,7 @@ def _words(told: Iterable[_Mention], offered: set[str], offered_known: bool) -> 
 
 
 def _told_by(told: Iterable[_Mention], what: Literal["participant", "stimulus"]) -> pd.DataFrame:
-    """Mentions and different words of each participant or stimulus, and how many of them nobody (nothing) else has."""
+    """Return the mentions and different words of each participant or stimulus, and how many are its own alone."""
     words: dict[Any, Counter[str]] = defaultdict(Counter)
     for each in told:
         words[getattr(each, what)][each.word] += 1
@@ -263,5 +263,5 @@ def _told_by(told: Iterable[_Mention], what: Literal["participant", "stimulus"])
 
 
 def mean_and_sd(values: Sequence[float]) -> tuple[float, float]:
-    """The mean and the SD (n - 1), NaN where there are too few."""
+    """Return the mean and the SD (n - 1), NaN where there are too few."""
     return (fmean(values) if values else math.nan), (stdev(values) if len(values) > 1 else math.nan)

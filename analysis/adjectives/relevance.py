@@ -40,7 +40,7 @@ def relevance(
     interval: Interval = "percentile",
     confidence: float = 0.95,
 ) -> pd.DataFrame:
-    """The relevance of every word, most relevant first (ties as offered), and whether it reaches the threshold.
+    """Return the relevance of every word, most relevant first (ties as offered), and whether it reaches the threshold.
 
     `normalisation` is "share_of_trials" (ticks over answered trials), "share_of_maximum" (ticks over those of the word
     with most) or "any_stimulus" (the largest share, over stimuli, of the participants who met it and ticked the word).

@@ -53,7 +53,7 @@ def gather_selections(
     stimulus: str = "stimulus",
     trial: Sequence[str] = ("session", "trial"),
 ) -> Selections:
-    """The selections of a long table of ticked words, and of the trials in which words could be ticked.
+    """Return the selections of a long table of ticked words, and of the trials in which words could be ticked.
 
     `trials` has one row per answered trial, also where nothing was ticked; `trial` are the columns that, with the
     participant, name a trial. A row that stands twice counts once. Without `offered` the words that were ticked are
@@ -121,7 +121,7 @@ def _refuse_two_stimuli(where: Coded, keys: Coded) -> None:
 def _ticks(
     words: pd.DataFrame, names: Sequence[str], at: dict[Hashable, int], listed_words: list[str], word: str
 ) -> tuple[Counts, Counts]:
-    """The trial and the word of every tick, each once."""
+    """Return the trial and the word of every tick, each once."""
     if not len(words):
         return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
     keys = combined(words, names)

@@ -35,7 +35,7 @@ def bradley_terry(
     constraint: Hashable = SUM_ZERO,
     confidence: float = 0.95,
 ) -> Scale:
-    """Worths of items from choices between pairs of them, by maximum likelihood.
+    """Return the worths of items from choices between pairs of them, by maximum likelihood.
 
     A value is a log odds: P(i over j) = 1 / (1 + exp(value_j - value_i)). With `tie`, P(tie) is proportional to
     exp(tie + (value_i + value_j) / 2); with `first`, what comes first has `position` added to its value against the
@@ -61,7 +61,7 @@ def bradley_terry(
 
 
 def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Floats]:
-    """What each parameter adds to each alternative's utility; the first item's value is 0."""
+    """Return what each parameter adds to each alternative's utility; the first item's value is 0."""
     pairs, items = len(counted.one), len(counted.items)
     design = np.zeros((pairs, 3 if ties else 2, items + ties + position))
     rows = np.arange(pairs)
@@ -108,7 +108,7 @@ def _scale(
 
 
 def pair_table(counted: Counted, fitted: Floats) -> pd.DataFrame:
-    """Each pair's counts beside the shares that the model expects."""
+    """Return each pair's counts beside the shares that the model expects."""
     columns: dict[str, object] = {
         "one": [counted.items[i] for i in counted.one.tolist()],
         "two": [counted.items[i] for i in counted.two.tolist()],

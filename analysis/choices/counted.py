@@ -31,14 +31,14 @@ class Counted:
     ordered: bool
 
     def wins(self) -> Floats:
-        """How often each item (row) was chosen over each other one (column)."""
+        """Return how often each item (row) was chosen over each other one (column)."""
         table = np.zeros((len(self.items), len(self.items)))
         np.add.at(table, (self.one, self.two), self.counts[:, 0])
         np.add.at(table, (self.two, self.one), self.counts[:, 1])
         return table
 
     def tied(self) -> Floats:
-        """How often each two items were tied, in both halves of the table."""
+        """Return how often each two items were tied, in both halves of the table."""
         table = np.zeros((len(self.items), len(self.items)))
         np.add.at(table, (self.one, self.two), self.counts[:, 2])
         return table + table.T
@@ -52,7 +52,7 @@ def gather_choices(
     first: Hashable | None = None,
     count: Hashable | None = None,
 ) -> Counted:
-    """The comparisons of a table, one row per comparison, or per `count` of them.
+    """Return the comparisons of a table, one row per comparison, or per `count` of them.
 
     `tie` names a column that is true where neither won, `first` one that holds the item presented first.
     Raises UnknownColumn, BadValue (an item against itself, a count that is not a whole number from 0, a first item

@@ -53,7 +53,7 @@ class Resampled:
 def profile_interval(
     fit: Psychometric, which: Which, confidence: float = 0.95, draws: int = CORRECTING_DRAWS, seed: int = 0
 ) -> Interval:
-    """Where twice the fall of the log likelihood, maximised over all else, reaches the chi squared quantile (1 df).
+    """Return where twice the fall of the profile log likelihood reaches the chi squared quantile (1 df).
 
     The quantile is widened by Bartlett's factor: the mean of twice that fall at the estimate over `draws` sets of
     answers simulated by the fitted function, where the mean is above 1 (chi squared's). `draws=0`: as it is.
@@ -83,7 +83,7 @@ def profile_ends(
     draws: int,
     seeds: Sequence[int],
 ) -> Floats:
-    """The same for many fits to answers at the same levels, one seed each: (fits, 2), in the level's units."""
+    """Return the same for many fits to answers at the same levels, one seed each: (fits, 2), in the level's units."""
     by = by_threshold(asked.shape, asked.threshold) if which == "threshold" else by_jnd(asked.shape, asked.jnd)
     # The problem in coordinates whose first one is profiled: it rests, and its bounds are lifted.
     free = problem.free.copy()
@@ -118,7 +118,7 @@ def _placed(most: Fitted, by: Coordinates) -> Floats:
 
 
 def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: float) -> Floats:
-    """The first values on one side at which the profiles fall to what is allowed; NaN where they never do."""
+    """Return the first values on one side at which the profiles fall to what is allowed; NaN where they never do."""
     start = place[:, 0]
     step = step * np.minimum((edge - start) / (step * REACH), 1.0)  # no further than a fit is looked for
     scan = np.concatenate(([0.0], np.geomspace(0.02, REACH, SCAN)))
@@ -143,7 +143,7 @@ def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: f
 def _bartlett(
     problem: Problem, turned: Problem, place: Floats, most: Fitted, draws: int, seeds: Sequence[int]
 ) -> Floats:
-    """Bartlett's factor of each fit, 1 or more, from answers that the fit simulates.
+    """Return Bartlett's factor of each fit, 1 or more, from answers that the fit simulates.
 
     The mean of twice the fall at the parameters that simulate, whose noise the score statistic at the same parameters
     takes out: its mean is exactly 1.
@@ -169,7 +169,7 @@ def _bartlett(
 
 
 def _score_statistics(turned: Problem, place: Floats, hits: Floats) -> Floats:
-    """The squared efficient score of the first coordinate over its variance, (fits, draws) for hits of these shares."""
+    """Return the squared efficient score of the first coordinate over its variance: (fits, draws)."""
     hit, miss, tilt = shares(turned, place)
     pull = (hits - turned.trials * hit[:, None]) / (hit * miss)[:, None]
     slope = pull @ tilt
@@ -186,14 +186,17 @@ def _score_statistics(turned: Problem, place: Floats, hits: Floats) -> Floats:
 
 
 def _profiles(turned: Problem, place: Floats, values: Floats, done: float) -> Floats:
-    """The log likelihoods (fits, values) at values of the first coordinate, maximised over the rest from two starts."""
+    """Return the log likelihoods (fits, values) at values of the first coordinate, maximised over the rest.
+
+    The search begins at two starts.
+    """
     many = np.repeat(place, values.shape[1], axis=0)
     many[:, 0] = values.ravel()
     return _from_two_starts(turned, many, done).reshape(values.shape)
 
 
 def _from_two_starts(problem: Problem, place: Floats, done: float) -> Floats:
-    """The log likelihoods from these parameters, and from them with the lowest rates, each fit's better one.
+    """Return the log likelihoods from these parameters, and from them with the lowest rates, each fit's better one.
 
     A coordinate that rests may lie beyond the bounds, which hold for what moves only.
     """
@@ -206,7 +209,7 @@ def _from_two_starts(problem: Problem, place: Floats, done: float) -> Floats:
 
 
 def resampled_answers(fit: Psychometric, draws: int = 1000, confidence: float = 0.95, seed: int = 0) -> Resampled:
-    """Parametric bootstrap: answers drawn from the fitted function at the same levels, and fitted again.
+    """Draw answers from the fitted function at the same levels and fit them again (parametric bootstrap).
 
     Sources: Wichmann & Hill 2001b (intervals), 2001a (deviance: the p counts the observed one as a draw).
     """

@@ -50,7 +50,7 @@ class Fitted(NamedTuple):
 
 
 def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
-    """The probability of a hit, of a miss, and the derivatives (fits, levels, 4) of the first, at given parameters."""
+    """Return the probabilities of a hit and of a miss, and the derivatives (fits, levels, 4) of the first."""
     centre, log_spread, slopes = problem.coordinates.native(place[:, 0], place[:, 1])
     lapse = place[:, 3:4]
     guess = lapse if problem.equal_rates else place[:, 2:3]
@@ -68,14 +68,14 @@ def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def likelihoods(problem: Problem, place: Floats) -> Floats:
-    """The log likelihood of each fit (without the binomial constant)."""
+    """Return the log likelihood of each fit (without the binomial constant)."""
     hit, miss, _ = shares(problem, place)
     result: Floats = (xlogy(problem.hits, hit) + xlogy(problem.trials - problem.hits, miss)).sum(axis=1)
     return result
 
 
 def maximised(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
-    """Each fit led uphill from its start.
+    """Lead each fit uphill from its start.
 
     Scoring (expected information) with Marquardt's damping, near the top Newton's method (observed information, by
     differences of the slope); a parameter at a bound rests while the slope pushes it out. At the very top, where the
@@ -106,7 +106,7 @@ def maximised(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
 
 
 def _slope(problem: Problem, place: Floats) -> Floats:
-    """The slope of each log likelihood, (fits, 4)."""
+    """Return the slope of each log likelihood, (fits, 4)."""
     hit, miss, tilt = shares(problem, place)
     pull = problem.hits / hit - (problem.trials - problem.hits) / miss
     result: Floats = (pull[:, None, :] @ tilt)[:, 0, :]
@@ -114,7 +114,7 @@ def _slope(problem: Problem, place: Floats) -> Floats:
 
 
 def _information(problem: Problem, place: Floats) -> Floats:
-    """The expected information of each fit, (fits, 4, 4)."""
+    """Return the expected information of each fit, (fits, 4, 4)."""
     hit, miss, tilt = shares(problem, place)
     weighted = tilt * (problem.trials / (hit * miss))[..., None]
     result: Floats = np.swapaxes(weighted, 1, 2) @ tilt
@@ -122,7 +122,7 @@ def _information(problem: Problem, place: Floats) -> Floats:
 
 
 def _step(problem: Problem, place: Floats, damping: Floats, close: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-    """The damped step of each fit and what it promises to gain; parameters that rest do not move."""
+    """Return the damped step of each fit and what it promises to gain; parameters that rest do not move."""
     slope, information = _slope(problem, place), _information(problem, place)
     outward = ((place <= problem.low) & (slope < 0)) | ((place >= problem.high) & (slope > 0))
     moving = problem.free & ~outward
@@ -139,7 +139,7 @@ def _step(problem: Problem, place: Floats, damping: Floats, close: NDArray[np.bo
 
 
 def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray[np.bool_]) -> Floats:
-    """The observed information of what moves, where it is positive definite; else the expected one."""
+    """Return the observed information of what moves, where it is positive definite; else the expected one."""
     slope = _slope(problem, place)
     found = expected.copy()
     for i in np.flatnonzero(problem.free).tolist():
@@ -165,7 +165,7 @@ def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray
 
 
 def best_of_starts(problem: Problem, starts: int) -> Fitted:
-    """The best of the most promising points of a grid, each led uphill, for every fit."""
+    """Lead the most promising points of a grid uphill and return the best one for every fit."""
     span = float(problem.t[-1])
     centres = np.linspace(-0.25, 1.25, 13) * span
     spreads = np.log(np.array([0.02, 0.06, 0.15, 0.4, 1.0]) * span)

@@ -80,7 +80,7 @@ def posterior(
     overdispersed: bool = True,
     confidence: float = 0.95,
 ) -> Posterior:
-    """The posterior under the priors of psignifit 4, with beta-binomial answers (or binomial ones).
+    """Return the posterior under the priors of psignifit 4, with beta-binomial answers (or binomial ones).
 
     Also answers that step from one side to the other, or are all alike, have a posterior: it then tells mostly the
     prior, which is made from the levels tested. Data and rates as for `fit_psychometric`.
@@ -93,7 +93,7 @@ def posterior(
 
 
 def posterior_of(given: Levels, asked: Asked, overdispersed: bool = True, confidence: float = 0.95) -> Posterior:
-    """The same for counted levels."""
+    """Return the same for counted levels."""
     problem = problem_of(given, asked)
     of = tested(problem.t)
     bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range)]
@@ -108,7 +108,7 @@ def posterior_of(given: Levels, asked: Asked, overdispersed: bool = True, confid
 
 
 def _even(low: float, high: float, count: int) -> Axis:
-    """Equal steps and the trapezoid rule."""
+    """Return equal steps and the weights of the trapezoid rule."""
     if high <= low:
         return np.array([low]), np.ones(1)
     weights = np.ones(count)
@@ -117,7 +117,7 @@ def _even(low: float, high: float, count: int) -> Axis:
 
 
 def _gauss(low: float, high: float, count: int) -> Axis:
-    """The nodes and weights of Gauss and Legendre: few are enough for the rates, whose density is smooth."""
+    """Return the nodes and weights of Gauss and Legendre: few are enough for the rates, whose density is smooth."""
     if high <= low:
         return np.array([low]), np.ones(1)
     nodes, weights = np.polynomial.legendre.leggauss(count)
@@ -125,14 +125,14 @@ def _gauss(low: float, high: float, count: int) -> Axis:
 
 
 def _kept(points: Floats, mass: Floats, place: int) -> Bounds:
-    """The ends of where an axis' marginal is not negligible, one coarse step to either side."""
+    """Return the ends of where an axis' marginal is not negligible, one coarse step to either side."""
     marginal = mass.sum(axis=tuple(i for i in range(mass.ndim) if i != place))
     kept = np.flatnonzero(marginal > KEPT * marginal.max())
     return float(points[max(int(kept[0]) - 1, 0)]), float(points[min(int(kept[-1]) + 1, len(points) - 1)])
 
 
 def _mass(axes: list[Axis], problem: Problem, asked: Asked, of: Tested) -> Floats:
-    """The posterior mass of each point of the grid (threshold, width, guess, lapse, eta), summing to 1."""
+    """Return the posterior mass of each point of the grid (threshold, width, guess, lapse, eta), summing to 1."""
     place, width, guess, lapse, eta = np.meshgrid(*(points for points, _ in axes), indexing="ij", sparse=True)
     spread = width / (asked.shape.place(0.95) - asked.shape.place(0.05))
     centre = place - asked.shape.place(0.5) * spread
@@ -152,7 +152,7 @@ def _mass(axes: list[Axis], problem: Problem, asked: Asked, of: Tested) -> Float
 
 
 def _log_share(hit: Floats, miss: Floats, hits: float, trials: float, eta: Floats) -> Floats:
-    """The log probability of the answers, without the binomial coefficient; eta squared is the variance's share."""
+    """Return the log probability of the answers without the binomial coefficient; eta squared is a variance's share."""
     hit, miss = np.maximum(hit, 1e-12), np.maximum(miss, 1e-12)
     plain: Floats = xlogy(hits, hit) + xlogy(trials - hits, miss)
     if eta.size == 1 and float(eta.ravel()[0]) == 0:
@@ -191,7 +191,7 @@ def _told(axes: list[Axis], mass: Floats, given: Levels, asked: Asked, confidenc
 
 
 def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:
-    """Equal-tailed quantiles of weighted values; each value's weight is centred on it."""
+    """Return equal-tailed quantiles of weighted values; each value's weight is centred on it."""
     order = np.argsort(values, kind="stable")
     size = float(np.abs(values).max()) or 1.0
     distinct, places = np.unique(np.round(values[order] / size, 12), return_inverse=True)
@@ -219,18 +219,18 @@ class Tested:
 
 
 def tested(levels: Floats) -> Tested:
-    """The levels' range and smallest step."""
+    """Return the levels' range and smallest step."""
     return Tested(float(levels.min()), float(levels.max()), float(np.diff(np.sort(levels)).min()))
 
 
 def threshold_prior(place: Floats, of: Tested) -> Floats:
-    """Even over the levels tested, falling as a cosine to 0 half a range beyond them."""
+    """Return a prior even over the levels tested, falling as a cosine to 0 half a range beyond them."""
     beyond = np.maximum(of.low - place, place - of.high) / (of.range / 2)
     return np.where(beyond <= 0, 1.0, np.where(beyond < 1, (1 + np.cos(np.pi * np.minimum(beyond, 1))) / 2, 0.0))
 
 
 def width_prior(width: Floats, of: Tested) -> Floats:
-    """Even from two steps to the range (x.95 - x.05), rising from one step, falling to 0 at three ranges."""
+    """Return a prior even from two steps to the range (x.95 - x.05), rising from one step, 0 from three ranges on."""
     rise = np.clip((width - of.step) / of.step, 0, 1)
     fall = np.clip((width - of.range) / (2 * of.range), 0, 1)
     result: Floats = (1 - np.cos(np.pi * rise)) / 2 * (1 + np.cos(np.pi * fall)) / 2
@@ -238,6 +238,6 @@ def width_prior(width: Floats, of: Tested) -> Floats:
 
 
 def rate_prior(rate: Floats) -> Floats:
-    """Beta(1, 10): of the guess rate (where it is estimated), the lapse rate and the overdispersion eta."""
+    """Return Beta(1, 10), the prior of the guess rate (if estimated), the lapse rate and the overdispersion eta."""
     result: Floats = BETA * (1 - rate) ** (BETA - 1)
     return result

@@ -101,7 +101,7 @@ def fit_psychometric(
 
 
 def fitted_function(given: Levels, asked: Asked) -> Psychometric:
-    """The same for counted levels."""
+    """Return the same for counted levels."""
     problem = problem_of(given, asked)
     found = best_of_starts(problem, STARTS)
     refuse_no_estimate(given, asked, problem, found, 0)
@@ -168,13 +168,13 @@ def _told(given: Levels, asked: Asked, problem: Problem, found: Fitted) -> Psych
 
 
 def _ways(given: Levels) -> float:
-    """The part of the log likelihood that does not depend on the function: log binomial coefficients."""
+    """Return the part of the log likelihood that does not depend on the function: log binomial coefficients."""
     misses = given.trials - given.hits
     return float((gammaln(given.trials + 1) - gammaln(given.hits + 1) - gammaln(misses + 1)).sum())
 
 
 def deviance_residuals(hits: Floats, trials: Floats, expected: Floats) -> Floats:
-    """Signed roots of each level's share of the deviance."""
+    """Return the signed roots of each level's share of the deviance."""
     share = hits / trials
     parts = trials * (rel_entr(share, expected) + rel_entr(1 - share, 1 - expected))
     result: Floats = np.sign(share - expected) * np.sqrt(2 * np.maximum(parts, 0.0))

@@ -52,7 +52,7 @@ class Scale:
 
 
 def value_table(counted: Counted, values: Floats, covariance: Floats, confidence: float) -> pd.DataFrame:
-    """The values with their normal intervals and the items' counts."""
+    """Return the values with their normal intervals and the items' counts."""
     wins, ties = counted.wins(), counted.tied()
     se = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     half = float(ndtri((1 + confidence) / 2)) * se
@@ -72,7 +72,7 @@ def value_table(counted: Counted, values: Floats, covariance: Floats, confidence
 
 
 def constrained(items: tuple[Hashable, ...], constraint: Hashable) -> Floats:
-    """The matrix that turns values with an arbitrary zero into values under the constraint.
+    """Return the matrix that turns values with an arbitrary zero into values under the constraint.
 
     Raises UnknownColumn for a reference that is not an item.
     """
@@ -87,7 +87,7 @@ def constrained(items: tuple[Hashable, ...], constraint: Hashable) -> Floats:
 
 
 def differences(scale: Scale, correction: str = "holm") -> pd.DataFrame:
-    """Every pair of items: A, B, difference (A minus B), se, z, p, p_corrected; Wald tests.
+    """Return every pair of items: A, B, difference (A minus B), se, z, p, p_corrected; Wald tests.
 
     `correction`: "none", "bonferroni" or "holm", the family being all pairs.
     """
@@ -106,7 +106,7 @@ def differences(scale: Scale, correction: str = "holm") -> pd.DataFrame:
 
 
 def effect_table(names: list[str], estimates: Floats, variances: Floats, confidence: float) -> pd.DataFrame:
-    """Parameters beside the items' values, each with its Wald test."""
+    """Return parameters beside the items' values, each with its Wald test."""
     half = float(ndtri((1 + confidence) / 2))
     rows = [
         {"effect": name, "estimate": b, "se": se, "z": b / se, "p": p_of_z(b / se)}
@@ -117,12 +117,12 @@ def effect_table(names: list[str], estimates: Floats, variances: Floats, confide
 
 
 def p_of_z(z: float) -> float:
-    """P(|Z| > |z|), never 0."""
+    """Return P(|Z| > |z|), never 0."""
     return max(float(2 * ndtr(-abs(z))), SMALLEST)
 
 
 def fit_against_free(counts: Floats, fitted: Floats, parameters: int) -> tuple[float, int, float, tuple[str, ...]]:
-    """Deviance against free probabilities for every pair, df, p, and what to know of it."""
+    """Return the deviance against free probabilities for every pair, df, p, and a note."""
     total = counts.sum(axis=1, keepdims=True)
     expected = total * fitted
     deviance = max(0.0, 2 * float((xlogy(counts, counts) - xlogy(counts, expected)).sum()))
@@ -149,12 +149,12 @@ class Maximum(NamedTuple):
 
 
 def inverse(information: Floats) -> Floats:
-    """The covariance of estimates with this information."""
+    """Return the covariance of estimates with this information."""
     return np.asarray(np.linalg.inv(information), dtype=np.float64)
 
 
 def most_likely(design: Floats, counts: Floats) -> Maximum:
-    """The maximum for `design` (contexts, alternatives, parameters) and `counts` (contexts, alternatives).
+    """Return the maximum for `design` (contexts, alternatives, parameters) and `counts` (contexts, alternatives).
 
     The likelihood is concave, so there is one maximum; its existence is the caller's to check.
     Raises NoEstimate where Newton's method does not arrive. Source: McFadden 1974.
@@ -181,7 +181,7 @@ def most_likely(design: Floats, counts: Floats) -> Maximum:
 
 
 def _around(design: Floats, counts: Floats, total: Floats, place: Floats) -> tuple[float, Floats, Floats, Floats]:
-    """Log likelihood, its slope, its curvature (positive) and the probabilities at some parameters."""
+    """Return the log likelihood, its slope, its curvature (positive) and the probabilities at some parameters."""
     utility = design @ place
     log_share = utility - logsumexp(utility, axis=1, keepdims=True)
     share = np.exp(log_share)

@@ -94,7 +94,7 @@ class Coordinates:
 
 
 def own() -> Coordinates:
-    """(centre, log spread) as they are."""
+    """Return the coordinates (centre, log spread) as they are."""
 
     def native(first: Floats, second: Floats) -> Mapped:
         return first, second, np.broadcast_to(np.eye(2), (*first.shape, 2, 2))
@@ -103,7 +103,7 @@ def own() -> Coordinates:
 
 
 def by_threshold(shape: Shape, level: float) -> Coordinates:
-    """(the t at which F is `level`, log spread)."""
+    """Return the coordinates (the t at which F is `level`, log spread)."""
     z = shape.place(level)
 
     def native(first: Floats, second: Floats) -> Mapped:
@@ -116,12 +116,12 @@ def by_threshold(shape: Shape, level: float) -> Coordinates:
 
 
 def ends(kind: JndKind) -> tuple[float, float, float]:
-    """Weight, upper and lower value of F between whose levels the JND lies."""
+    """Return the weight, and the upper and lower value of F between whose levels the JND lies."""
     return (0.5, 0.75, 0.25) if kind == "half_interquartile" else (1.0, float(ndtr(1.0)), 0.5)
 
 
 def by_jnd(shape: Shape, kind: JndKind) -> Coordinates:
-    """(log JND, the remaining one): the centre, or for a logarithmic shape the log spread."""
+    """Return the coordinates (log JND, the remaining one): the centre, or for a logarithmic shape the log spread."""
     weight, high, low = ends(kind)
     up, down = shape.place(high), shape.place(low)
     return _logarithmic(weight, up, down) if shape.logarithmic else _linear(weight * (up - down))
@@ -137,7 +137,7 @@ def _linear(unit: float) -> Coordinates:
 
 
 def _logarithmic(weight: float, up: float, down: float) -> Coordinates:
-    """JND = weight (exp(centre + up s) - exp(centre + down s)), s the spread."""
+    """Return the coordinates of JND = weight (exp(centre + up s) - exp(centre + down s)), s the spread."""
 
     def gap(log_spread: Floats) -> tuple[Floats, Floats]:
         s = np.exp(log_spread)

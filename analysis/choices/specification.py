@@ -35,7 +35,7 @@ class Levels:
 
 
 def gather_levels(data: pd.DataFrame, level: Hashable, correct: Hashable, n: Hashable | None = None) -> Levels:
-    """Levels and counts of a table: one row per trial (`correct` 0/1 or true/false), or per `n` trials.
+    """Return levels and counts of a table: one row per trial (`correct` 0/1 or true/false), or per `n` trials.
 
     Raises UnknownColumn, BadValue (no value, counts that are not whole numbers from 0 to n), TooFew (one level).
     """
@@ -67,7 +67,7 @@ def _finite(data: pd.DataFrame, name: Hashable) -> Floats:
 
 
 def log_likelihood(hits: Floats, trials: Floats, share: Floats) -> float:
-    """The binomial log likelihood without its constant."""
+    """Return the binomial log likelihood without its constant."""
     return float((xlogy(hits, share) + xlogy(trials - hits, 1 - share)).sum())
 
 
@@ -101,7 +101,7 @@ def refuse_step(given: Levels, reached: float, guess: Bounds, lapse: Bounds, equ
 
 
 def _step(given: Levels, j: int, guess: Bounds, lapse: Bounds, equal_rates: bool) -> float:
-    """The log likelihood of a step at level j, whose own share is free."""
+    """Return the log likelihood of a step at level j, whose own share is free."""
     low = _pooled(given, slice(0, j), *guess)
     high = _pooled(given, slice(j + 1, None), 1 - lapse[1], 1 - lapse[0])
     if equal_rates:
@@ -201,7 +201,7 @@ def _words(rate: Bounds) -> str:
 
 
 def asked_of(function: str, rates: Rates, threshold: float, jnd: str, falling: bool) -> Asked:
-    """The options of a fit, checked. Raises BadOption."""
+    """Return the options of a fit, checked. Raises BadOption."""
     if not isinstance(function, str) or function not in SHAPES:
         raise BadOption(f"function={shown(function)} is unknown: {', '.join(map(repr, SHAPES))}")
     if jnd not in ("half_interquartile", "x84_x50"):
@@ -225,7 +225,7 @@ def _bounds(rate: Rate, name: str) -> Bounds:
 
 
 def problem_of(given: Levels, asked: Asked, hits: Floats | None = None) -> Problem:
-    """The fit in its own coordinates: t from the lowest level on, bounds as wide as the levels suggest."""
+    """Return the fit in its own coordinates: t from the lowest level on, bounds as wide as the levels suggest."""
     order = slice(None, None, -1) if asked.falling else slice(None)
     levels = (-given.levels if asked.falling else given.levels)[order]
     if asked.shape.logarithmic and levels[0] <= 0:
@@ -240,21 +240,21 @@ def problem_of(given: Levels, asked: Asked, hits: Floats | None = None) -> Probl
 
 
 def unit_of(given: Levels, asked: Asked) -> float:
-    """What a step of 1 on the fit's axis is in levels: a power of two about their range, so that no unit matters."""
+    """Return the levels in a step of 1 on the fit's axis: a power of two near their range, so that no unit matters."""
     if asked.shape.logarithmic:
         return 1.0
     return float(np.ldexp(1.0, int(np.frexp(given.levels[-1] - given.levels[0])[1])))
 
 
 def quantities(asked: Asked, given: Levels, place: Floats) -> tuple[Floats, Floats]:
-    """Threshold and JND of each row of parameters (centre, log spread, ...), in the level's units."""
+    """Return threshold and JND of each row of parameters (centre, log spread, ...), in the level's units."""
     at, _ = by_threshold(asked.shape, asked.threshold).of(place[:, 0], place[:, 1])
     size, _ = by_jnd(asked.shape, asked.jnd).of(place[:, 0], place[:, 1])
     return to_level(at, asked, given), to_size(size, asked, given)
 
 
 def to_level(t: Floats, asked: Asked, given: Levels) -> Floats:
-    """A place on the fit's axis as a level."""
+    """Return a place on the fit's axis as a level."""
     if asked.shape.logarithmic:
         return np.asarray(given.levels[0] * np.exp(t))
     shift = t * unit_of(given, asked)
@@ -262,5 +262,5 @@ def to_level(t: Floats, asked: Asked, given: Levels) -> Floats:
 
 
 def to_size(log_jnd: Floats, asked: Asked, given: Levels) -> Floats:
-    """A logarithm of a JND on the fit's axis as a difference of levels."""
+    """Return a logarithm of a JND on the fit's axis as a difference of levels."""
     return np.asarray(np.exp(log_jnd) * (given.levels[0] if asked.shape.logarithmic else unit_of(given, asked)))

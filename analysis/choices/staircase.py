@@ -53,7 +53,7 @@ class Staircase:
 def staircase(
     data: pd.DataFrame, level: Hashable, correct: Hashable, order: Hashable | None = None, last: int = 6
 ) -> Staircase:
-    """The last `last` reversals of one staircase (rows in the order of trials, or by the column `order`).
+    """Return the threshold of one staircase from its last `last` reversals (rows in order of trials, or by `order`).
 
     An even number is used, so that peaks and valleys balance. Easier levels are higher; give the negative level where
     they are lower. Raises TooFew for fewer than two reversals, NoEstimate where the level never changes, BadValue.
@@ -103,7 +103,7 @@ def _in_order(data: pd.DataFrame, level: Hashable, correct: Hashable, order: Has
 
 
 def _leap(levels: Floats, reversals: pd.DataFrame) -> list[str]:
-    """A move after the first reversal that is more than twice every move before: another staircase may begin there."""
+    """Return a note on a move more than twice every move before it, the first reversal past: another staircase?"""
     sizes = np.abs(np.diff(levels))
     most = np.maximum.accumulate(sizes)
     after = np.arange(1, len(sizes)) >= int(reversals["trial"].iloc[0])
@@ -116,7 +116,7 @@ def _leap(levels: Floats, reversals: pd.DataFrame) -> list[str]:
 
 
 def told_rule(levels: Floats, hits: Floats) -> Rule | None:
-    """The up-down rule that explains the most moves, if it explains nine in ten; the simplest of equal ones."""
+    """Return the up-down rule that explains the most moves, if it explains nine in ten; the simplest of equal ones."""
     tried = [
         (_explained(levels, hits, down, up), -down - up, down, up)
         for down in range(1, MOST_IN_A_ROW + 1)
@@ -133,8 +133,9 @@ def told_rule(levels: Floats, hits: Floats) -> Rule | None:
 
 
 def _explained(levels: Floats, hits: Floats, down: int, up: int) -> float:
-    """The share of moves (a change after a trial, or none) that the rule foretells; at an end of the range none is one.
+    """Return the share of moves (a change after a trial, or none) that the rule predicts.
 
+    At an end of the range no move counts as a predicted one.
     The count starts anew after each move.
     """
     low, high = float(levels.min()), float(levels.max())
@@ -150,7 +151,7 @@ def _explained(levels: Floats, hits: Floats, down: int, up: int) -> float:
 
 
 def _rest(down: int, up: int, ratio: float) -> float:
-    """The share p of hits where the expected move is none: P(down first) x down step = P(up first) x up step.
+    """Return the share p of hits where the expected move is none: P(down first) x down step = P(up first) x up step.
 
     For one up and equal steps p^down = 1/2 (Levitt 1971: .7071 for two down, .7937 for three); with unequal steps
     p^down = up step / (up step + down step) (Kaernbach 1991; Garcia-Perez 1998).
@@ -167,7 +168,7 @@ def _rest(down: int, up: int, ratio: float) -> float:
 
 
 def _first(p: float, down: int, up: int) -> float:
-    """The probability that `down` hits in a row come before `up` misses in a row (Feller 1968, XIII.7)."""
+    """Return the probability that `down` hits in a row come before `up` misses in a row (Feller 1968, XIII.7)."""
     q = 1 - p
     if p in (0.0, 1.0):
         return p

@@ -42,7 +42,7 @@ def thurstone(
     constraint: Hashable = SUM_ZERO,
     confidence: float = 0.95,
 ) -> Scale:
-    """Values of items in units of the standard deviation of a difference: P(i over j) = Phi(value_i - value_j).
+    """Return the values of items in units of a difference's standard deviation: P(i over j) = Phi(value_i - value_j).
 
     "likelihood" is maximum likelihood: proportions of 0 and 1 count as what they are. "least_squares" is the classical
     solution, the mean of each item's normal deviates: every pair must have been compared and neither item always
@@ -114,7 +114,7 @@ def _least_squares(counted: Counted) -> tuple[Floats, Floats]:
 
 
 def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
-    """Newton's method on a concave likelihood: values (the first 0), covariance (expected information), shares."""
+    """Return the values (the first 0), covariance (expected information), shares and likelihood, by Newton's method."""
     pairs, items = len(counted.one), len(counted.items)
     design = np.zeros((pairs, items))
     design[np.arange(pairs), counted.one] = 1.0
@@ -149,7 +149,7 @@ def _uphill(design: Floats, counts: Floats, place: Floats, step: Floats, value: 
 
 
 def _around(design: Floats, counts: Floats, place: Floats) -> tuple[float, Floats, Floats]:
-    """Log likelihood, slope and (positive) curvature; ratios of density to tail keep their digits far out."""
+    """Return the log likelihood, slope and (positive) curvature; density over tail keeps its digits far out."""
     z = design @ place
     won, lost = log_ndtr(z), log_ndtr(-z)
     up, down = np.exp(-0.5 * z * z - LOG_ROOT - won), np.exp(-0.5 * z * z - LOG_ROOT - lost)

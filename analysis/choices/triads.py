@@ -23,7 +23,7 @@ def circular_triads(
     tie: Hashable | None = None,
     count: Hashable | None = None,
 ) -> pd.DataFrame:
-    """How many triads of items are intransitive, for all choices together and for each participant.
+    """Return how many triads of items are intransitive, for all choices together and for each participant.
 
     Between two items the one chosen more often leads; a pair without a leader makes no triad. Columns: `who`
     ("all together" or the participant), `triads` (with a leader in every pair), `circular`, `expected` (a quarter of
@@ -73,5 +73,5 @@ def _row(
 
 
 def _most(size: int) -> float:
-    """The largest number of circular triads among so many items."""
+    """Return the largest number of circular triads among so many items."""
     return (size**3 - size) / 24 if size % 2 else (size**3 - 4 * size) / 24

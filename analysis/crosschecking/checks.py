@@ -72,11 +72,11 @@ class CrossCheck:
         return self.difference is not None and not self.difference <= LIMIT
 
     def checked_with(self) -> str:
-        """Package and version, or why there is none."""
+        """Return package and version, or why there is none."""
         return f"not checked: {self.reason}" if self.reason else f"{self.package} {self.version}"
 
     def text(self) -> str:
-        """One line for a disagreement."""
+        """Return one line for a disagreement."""
         name = " ".join(filter(None, (self.test, self.outcome)))
         apart = difference_text(self)
         how = apart if math.isinf(self.difference or 0.0) else f"differs by {apart} of its value"
@@ -84,7 +84,7 @@ class CrossCheck:
 
 
 def difference_text(check: CrossCheck) -> str:
-    """The largest relative difference as a reader needs it, "" where nothing was compared."""
+    """Return the largest relative difference as a reader needs it, "" where nothing was compared."""
     if check.difference is None:
         return ""
     if math.isinf(check.difference):
@@ -93,7 +93,7 @@ def difference_text(check: CrossCheck) -> str:
 
 
 def cross_check(answered: Sequence[Answered], progress: Progress = lambda *_: None) -> tuple[CrossCheck, ...]:
-    """A check of every answer of a kind that another package has, in the plan's order."""
+    """Check every answer of a kind that another package has, in the plan's order."""
     asked = [each for each in answered if each.asked.test in CHECKS and each.answer is not None]
     found = []
     with one_thread():
@@ -125,7 +125,7 @@ def _checked(each: Answered) -> CrossCheck:
 
 
 def difference(pair: Pair) -> float:
-    """The relative difference of one number: 0 where neither has one, infinite where only one of them has."""
+    """Return the relative difference of one number: 0 where neither has one, infinite where only one of them has."""
     ours = math.nan if pair.ours is None else float(pair.ours)
     theirs = pair.theirs
     if math.isnan(ours) or math.isnan(theirs):
@@ -270,7 +270,7 @@ def _numbers(column: pd.Series[Any]) -> Any:
 
 
 def _fixed_columns(table: pd.DataFrame, model: Model, effects: Sequence[str]) -> list[Any]:
-    """The columns of the fixed effects, read from the names of our coefficients, such as "car[K8]:damping"."""
+    """Return the columns of the fixed effects, read from the names of our coefficients, such as "car[K8]:damping"."""
     parts: dict[str, dict[str, Any]] = {name: {name: _numbers(table[name])} for name in model.numeric}
     for name in model.fixed:
         if name not in parts:
@@ -291,7 +291,7 @@ def _model_pairs(
     answer: Answer, coefficients: Sequence[Row], effects: Sequence[Row], frame: pd.DataFrame,
     columns: Mapping[str, str], names: Mapping[str, str], slopes: Sequence[str], reml: bool,
 ) -> Iterator[Pair]:  # fmt: skip
-    """Coefficients, standard errors, F, variances and likelihood; `names` are those of groups and slopes in `frame`."""
+    """Yield coefficients, standard errors, F, variances and likelihood; `names`: those of groups and slopes."""
     groups = [name for name in names.values() if name not in slopes]
     start = {names[group]: matrix for group, matrix in _covariances(answer).items()}
     fitted = packages.statsmodels_mixed_model(frame, list(columns.values()), groups, slopes, reml, start)
@@ -315,7 +315,7 @@ def _model_pairs(
 
 
 def _covariances(answer: Answer) -> dict[str, Any]:
-    """The covariance matrix of each group's random effects, in units of the residual variance."""
+    """Return the covariance matrix of each group's random effects, in units of the residual variance."""
     *rows, residual = answer.more["variances"]
     found: dict[str, Any] = {}
     for group in dict.fromkeys(str(row["group"]) for row in rows):
@@ -330,7 +330,7 @@ def _covariances(answer: Answer) -> dict[str, Any]:
 
 
 def _effect_of(coefficient: str) -> set[str]:
-    """The factors of a coefficient: "car[K8]:damping" is of car and damping."""
+    """Return the factors of a coefficient: "car[K8]:damping" is of car and damping."""
     return set(re.sub(r"\[.*?\](?=:|$)", "", coefficient).split(":"))
 
 
@@ -359,7 +359,7 @@ FILE = "crosscheck.json"
 
 
 def crosscheck_json(checks: Sequence[CrossCheck]) -> str:
-    """Every check: test, outcome, package, version, how many numbers, the largest relative difference, or why none."""
+    """Return every check: test, outcome, package, version, number of values, largest relative difference, reason."""
     data = {"limit": LIMIT, "disagreements": len(disagreements(checks)), "checks": [_check(each) for each in checks]}
     return json_text(data, indent=1)
 
@@ -381,12 +381,12 @@ def _check(check: CrossCheck) -> dict[str, Any]:
 
 
 def disagreements(checks: Sequence[CrossCheck] | None) -> list[CrossCheck]:
-    """The answers of which another package gives another number, where it is not known to be wrong."""
+    """Return the answers of which another package gives another number, where it is not known to be wrong."""
     return [check for check in checks or () if check.disagrees]
 
 
 def sentence(checks: Sequence[CrossCheck] | None) -> str:
-    """How many answers were checked with what, how well they agree, and why others were not checked."""
+    """Return how many answers were checked with what, how well they agree, and why others were not checked."""
     if checks is None:
         return "No second opinion was asked for."
     if not checks:
@@ -405,5 +405,5 @@ def sentence(checks: Sequence[CrossCheck] | None) -> str:
 
 
 def line_of(checks: Sequence[CrossCheck]) -> str:
-    """The second opinion on one test in a sentence, "" where there is none."""
+    """Return the second opinion on one test in a sentence, "" where there is none."""
     return f"Checked with another package: {sentence(checks)}" if checks else ""

@@ -26,18 +26,21 @@ MOST_BETWEEN = 1e3
 
 
 def incomplete(wide: pd.DataFrame) -> str:
-    """Some cell has no value: pingouin drops or averages without a word, AnovaRM counts whom it should not."""
+    """Return the reason if some cell has no value.
+
+    Pingouin drops or averages without a word, AnovaRM counts whom it should not.
+    """
     return "a cell is missing, which the packages drop or average without a word" if wide.isna().any(axis=None) else ""
 
 
 def out_of_range(values: Floats) -> str:
-    """Squares of the values leave the range of doubles."""
+    """Return the reason if squares of the values leave the range of doubles."""
     largest = float(np.abs(values).max(initial=0.0))
     return "squares of the values leave the range of doubles" if largest > LARGEST or 0 < largest < SMALLEST else ""
 
 
 def drowned(cells: Floats, groups: Sequence[str] | None = None) -> str:
-    """The residual of some effect is nothing, or so small beside the values that sums of squares drown it in rounding.
+    """Return the reason if some effect's residual is nothing, or so small that sums of squares drown it in rounding.
 
     `cells` has participants along its first axis and a factor within them along each other one; `groups` names each
     participant's group.
@@ -56,7 +59,7 @@ def drowned(cells: Floats, groups: Sequence[str] | None = None) -> str:
 
 
 def _residuals(cells: Floats, groups: np.ndarray | None) -> list[Floats]:
-    """What is left of each effect within participants, and of participants within groups."""
+    """Return what is left of each effect within participants, and of participants within groups."""
     axes = range(1, cells.ndim)
     found = []
     for size in range(1, cells.ndim):
@@ -83,13 +86,16 @@ def _size(values: Floats) -> float:
 
 
 def another_type(sizes: Sequence[int], sum_of_squares: str) -> str:
-    """pingouin's mixed ANOVA is type II, which with groups of unequal sizes is not type III."""
+    """Return the reason if groups are of unequal sizes: pingouin's mixed ANOVA is type II, ours is not then."""
     unequal = len(set(sizes)) > 1 and sum_of_squares == "III"
     return "pingouin's mixed ANOVA is of type II, another number for groups of unequal sizes" if unequal else ""
 
 
 def undefined_pair(wide: pd.DataFrame) -> str:
-    """A pair of levels whose difference does not vary: pingouin's t is infinite, or the pair leaves its family."""
+    """Return the reason if the difference of a pair does not vary.
+
+    Pingouin's t is infinite then, or the pair leaves its family.
+    """
     values = wide.to_numpy(dtype=float) / (float(np.abs(wide.to_numpy()).max()) or 1.0)
     for a, b in combinations(range(values.shape[1]), 2):
         apart = values[:, a] - values[:, b]
@@ -100,7 +106,7 @@ def undefined_pair(wide: pd.DataFrame) -> str:
 
 
 def constant_groups(values: Floats, groups: Sequence[str]) -> str:
-    """Groups between which a t test has no variance, or one that drowns in rounding."""
+    """Return the reason if a t test between groups has no variance, or one that drowns in rounding."""
     labels, x = np.array(groups), values / (float(np.abs(values).max()) or 1.0)
     for a, b in combinations(np.unique(labels), 2):
         rest = np.concatenate([x[labels == each] - x[labels == each].mean() for each in (a, b)])
@@ -110,7 +116,7 @@ def constant_groups(values: Floats, groups: Sequence[str]) -> str:
 
 
 def nearly_tied(wide: pd.DataFrame) -> str:
-    """Values of one participant that differ only by rounding: SciPy and pingouin rank 0.1 + 0.2 above 0.3."""
+    """Return the reason if values of one participant differ only by rounding: SciPy ranks 0.1 + 0.2 above 0.3."""
     values = np.sort(wide.to_numpy(dtype=float), axis=1)
     gaps = np.diff(values, axis=1)
     near = (gaps > 0) & (gaps <= NEARLY_TIED * np.abs(values).max(axis=1, keepdims=True))
@@ -118,7 +124,7 @@ def nearly_tied(wide: pd.DataFrame) -> str:
 
 
 def nearly_equal_differences(levels: Mapping[str, Floats]) -> str:
-    """Differences of two levels that are equal, or zero, but for rounding: SciPy ranks them."""
+    """Return the reason if differences of two levels are equal, or zero, but for rounding: SciPy ranks them."""
     for a, b in combinations(levels, 2):
         sizes = np.sort(np.append(np.abs(levels[a] - levels[b]), 0.0))
         gaps, largest = np.diff(sizes), float(np.abs([levels[a], levels[b]]).max())
@@ -128,7 +134,7 @@ def nearly_equal_differences(levels: Mapping[str, Floats]) -> str:
 
 
 def far_from_zero(values: Floats) -> str:
-    """Values so large beside their differences that means computed another way make other ties."""
+    """Return the reason if values are so large that means computed another way make other ties."""
     largest, apart = float(np.abs(values).max()), float(np.ptp(values))
     if largest > MOST_APART * apart > 0:
         return f"values are {largest / apart:.0e} times as large as they differ: ties of aligned ones are rounding"
@@ -136,13 +142,13 @@ def far_from_zero(values: Floats) -> str:
 
 
 def all_tied(wide: pd.DataFrame) -> str:
-    """Nobody's values differ: there are no ranks."""
+    """Return the reason if nobody's values differ: there are no ranks."""
     same = (wide.nunique(axis=1) == 1).all()
     return "nobody's values differ: there are no ranks" if same else ""
 
 
 def undefined_icc(values: Floats) -> str:
-    """An intraclass correlation whose denominator is not positive: pingouin gives a reliability above 1."""
+    """Return the reason if an ICC's denominator is not positive: pingouin gives a reliability above 1."""
     n, k = values.shape
     b = k * values.mean(axis=1).var(ddof=1)
     j = n * values.mean(axis=0).var(ddof=1)
@@ -155,7 +161,7 @@ def undefined_icc(values: Floats) -> str:
 
 
 def extreme_ratio(values: Floats, fixed: Floats, groups: Sequence[Sequence[str]]) -> str:
-    """Groups so far apart beside the residual that MixedLM stops early, or not at all: a variance of zero.
+    """Return the reason if groups lie so far apart that MixedLM stops early, or not at all: a variance of zero.
 
     `fixed` are the columns of the fixed effects. Decided by least squares: the mean square of each grouping factor,
     adjusted for the fixed effects and the other factors, over that of the residual.
@@ -185,7 +191,7 @@ def _dummies(labels: Sequence[str]) -> Floats:
 
 
 def _left_over(values: Floats, columns: Floats) -> tuple[float, int]:
-    """The sum of squares that least squares leaves, and the rank of the columns."""
+    """Return the sum of squares that least squares leaves, and the rank of the columns."""
     solved, _, rank, _ = np.linalg.lstsq(columns, values - values.mean(), rcond=1e-10)
     return float(((values - values.mean() - columns @ solved) ** 2).sum()), int(rank)
 
@@ -226,7 +232,7 @@ def demand_size(values: int, most: int | None = None) -> None:
 
 
 def cells_of(rows: pd.DataFrame, factors: Sequence[str], value: str = "value") -> pd.DataFrame:
-    """The mean of each cell under plain names: f0, f1, ... (labels as text) and y."""
+    """Return the mean of each cell under plain names: f0, f1, ... (labels as text) and y."""
     named = rows.loc[rows[value].notna(), [*factors, value]]
     named.columns = pd.Index([*(f"f{i}" for i in range(len(factors))), "y"])
     keys = list(named.columns[:-1])

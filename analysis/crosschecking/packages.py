@@ -31,7 +31,7 @@ ICC_INTERVAL_DECIMALS, ALPHA_INTERVAL_DECIMALS, CORRELATION_INTERVAL_DECIMALS = 
 
 
 def quietly(call: Callable[P, T]) -> Callable[P, T]:
-    """The same call with warnings off."""
+    """Return the same call with warnings off."""
 
     @wraps(call)
     def silent(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -43,21 +43,21 @@ def quietly(call: Callable[P, T]) -> Callable[P, T]:
 
 
 def _module(name: str) -> Any:
-    """A package's module; statsmodels asks for its warnings when it is imported, so they are turned off again."""
+    """Import a package's module; statsmodels turns its warnings on at import, so they are turned off again."""
     found = import_module(name)
     warnings.simplefilter("ignore")
     return found
 
 
 def read_table(table: pd.DataFrame, rows: Iterable[Any], columns: Mapping[str, str]) -> Numbers:
-    """Numbers from a table with one row per label in `rows`; `columns` maps our column names to the table's."""
+    """Read the numbers of a table with one row per label in `rows`; `columns` maps our column names to the table's."""
     present = {ours: table[theirs].tolist() for ours, theirs in columns.items() if theirs in table}
     return {(str(row), ours): float(own[i]) for i, row in enumerate(rows) for ours, own in present.items()}
 
 
 @quietly
 def pingouin_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject: str) -> pd.DataFrame:
-    """Repeated-measures ANOVA of one or two factors with Greenhouse-Geisser's correction, one value per cell."""
+    """Run an ANOVA of one or two repeated factors with Greenhouse-Geisser's correction, one value per cell."""
     pingouin = _module("pingouin")
     factors = list(within) if len(within) > 1 else within[0]
     found: pd.DataFrame = pingouin.rm_anova(table, dv=dv, within=factors, subject=subject, correction=True)
@@ -65,7 +65,7 @@ def pingouin_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject
 
 
 def read_pingouin_anova(table: pd.DataFrame) -> Numbers:
-    """The effects of pingouin's ANOVA within or between participants."""
+    """Read the effects of pingouin's ANOVA within or between participants."""
     table = table[table["Source"] != "Residual"]
     columns = {**WITHIN_COLUMNS, "np2": "np2"}
     return read_table(table, table["Source"].str.replace(" * ", ":", regex=False), columns)
@@ -73,7 +73,7 @@ def read_pingouin_anova(table: pd.DataFrame) -> Numbers:
 
 @quietly
 def statsmodels_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject: str) -> pd.DataFrame:
-    """Repeated-measures ANOVA of any number of factors, not corrected; memory grows with the square of the rows."""
+    """Run AnovaRM with any number of factors, not corrected; memory grows with the square of the rows."""
     found: pd.DataFrame = (
         _module("statsmodels.stats.anova").AnovaRM(table, dv, subject, within=list(within)).fit().anova_table
     )
@@ -81,13 +81,13 @@ def statsmodels_within(table: pd.DataFrame, dv: str, within: Sequence[str], subj
 
 
 def read_statsmodels_within(table: pd.DataFrame) -> Numbers:
-    """F and the uncorrected p of every effect."""
+    """Read F and the uncorrected p of every effect."""
     return read_table(table, table.index, {"F": "F Value", "p_unc": "Pr > F"})
 
 
 @quietly
 def pingouin_between(table: pd.DataFrame, dv: str, between: Sequence[str], sum_of_squares: str = "II") -> pd.DataFrame:
-    """ANOVA between groups, one value per participant."""
+    """Run an ANOVA between groups, one value per participant."""
     pingouin = _module("pingouin")
     factors = list(between) if len(between) > 1 else between[0]
     found: pd.DataFrame = pingouin.anova(table, dv=dv, between=factors, ss_type=len(sum_of_squares))
@@ -96,7 +96,7 @@ def pingouin_between(table: pd.DataFrame, dv: str, between: Sequence[str], sum_o
 
 @quietly
 def pingouin_mixed(table: pd.DataFrame, dv: str, within: str, between: str, subject: str) -> pd.DataFrame:
-    """Mixed ANOVA of one factor within and one between participants, sums of squares of type II."""
+    """Run a mixed ANOVA of one factor within and one between participants, sums of squares of type II."""
     pingouin = _module("pingouin")
     found: pd.DataFrame = pingouin.mixed_anova(
         table, dv=dv, within=within, between=between, subject=subject, correction=True, effsize="ng2"
@@ -106,7 +106,7 @@ def pingouin_mixed(table: pd.DataFrame, dv: str, within: str, between: str, subj
 
 @quietly
 def statsmodels_t(a: Any, b: Any, paired: bool) -> dict[str, float]:
-    """The t test of the mean of a minus b: paired, or between groups (Welch's where their sizes differ)."""
+    """Run the t test of the mean of a minus b: paired, or between groups (Welch's where their sizes differ)."""
     stats = _module("statsmodels.stats.weightstats")
     found = stats.DescrStatsW(a - b).ttest_mean(0) if paired else stats.ttest_ind(a, b, usevar=_variance(a, b))
     return dict(zip(("T", "p_unc", "dof"), map(float, found), strict=True))
@@ -118,7 +118,7 @@ def _variance(a: Any, b: Any) -> str:
 
 @quietly
 def statsmodels_adjusted(p: Sequence[float], correction: str) -> list[float]:
-    """p values adjusted for their family: "bonferroni", "holm" or "none"."""
+    """Return p values adjusted for their family: "bonferroni", "holm" or "none"."""
     if correction == "none":
         return list(p)
     return [float(each) for each in _module("statsmodels.stats.multitest").multipletests(p, method=correction)[1]]
@@ -126,7 +126,7 @@ def statsmodels_adjusted(p: Sequence[float], correction: str) -> list[float]:
 
 @quietly
 def statsmodels_equivalence(a: Any, b: Any, low: float, high: float, paired: bool) -> tuple[float, float]:
-    """p of the two one-sided tests that the mean of a minus b is above `low` and below `high`."""
+    """Return p of the two one-sided tests that the mean of a minus b is above `low` and below `high`."""
     stats = _module("statsmodels.stats.weightstats")
     limits = (a, b, low, high)
     found = stats.ttost_paired(*limits) if paired else stats.ttost_ind(*limits, usevar=_variance(a, b))
@@ -135,21 +135,21 @@ def statsmodels_equivalence(a: Any, b: Any, low: float, high: float, paired: boo
 
 @quietly
 def pingouin_friedman(table: pd.DataFrame, dv: str, within: str, subject: str) -> pd.DataFrame:
-    """Friedman's test, corrected for ties, with Kendall's W."""
+    """Run Friedman's test, corrected for ties, with Kendall's W."""
     pingouin = _module("pingouin")
     found: pd.DataFrame = pingouin.friedman(table, dv=dv, within=within, subject=subject)
     return found
 
 
 def read_pingouin_friedman(table: pd.DataFrame) -> dict[str, float]:
-    """chi-squared, its degrees of freedom and p, and W."""
+    """Read chi-squared, its degrees of freedom and p, and W."""
     row = table.iloc[0]
     return {"chi2": float(row["Q"]), "ddof1": float(row["ddof1"]), "p_unc": float(row["p_unc"]), "W": float(row["W"])}
 
 
 @quietly
 def pingouin_signed_ranks(a: Any, b: Any, zeros: str) -> dict[str, float]:
-    """Wilcoxon's signed ranks of a minus b: W of the positive ones, RBC, p of the normal approximation and exact.
+    """Run Wilcoxon's signed ranks of a minus b: W of the positive ones, RBC, p of the normal approximation and exact.
 
     RBC is left out where differences of zero are ranked (pingouin never does that), the normal p where W is nearer to
     its mean than the correction for continuity (SciPy corrects past it), the exact p of many values where some are tied
@@ -180,7 +180,7 @@ def pingouin_signed_ranks(a: Any, b: Any, zeros: str) -> dict[str, float]:
 
 @quietly
 def pingouin_rank_sums(a: Any, b: Any) -> dict[str, float]:
-    """Mann & Whitney's U of a as W, RBC, and p of the normal approximation; exact where no values are tied."""
+    """Run Mann & Whitney's test: U of a as W, RBC, p of the normal approximation, exact where nothing is tied."""
     pingouin = _module("pingouin")
     normal = pingouin.mwu(a, b, method="asymptotic").iloc[0]
     found = {"W": float(normal["U_val"]), "RBC": float(normal["RBC"]), "p_normal": float(normal["p_val"])}
@@ -191,20 +191,20 @@ def pingouin_rank_sums(a: Any, b: Any) -> dict[str, float]:
 
 @quietly
 def scipy_studentized_range(q: float, k: int) -> float:
-    """P(range of k standard normal values > q)."""
+    """Return P(range of k standard normal values > q)."""
     return float(_module("scipy.stats").studentized_range.sf(q, k, float("inf")))
 
 
 @quietly
 def pingouin_icc(table: pd.DataFrame, dv: str, targets: str, raters: str) -> pd.DataFrame:
-    """The six intraclass correlations; its 95 % intervals are rounded."""
+    """Return the six intraclass correlations; its 95 % intervals are rounded."""
     pingouin = _module("pingouin")
     found: pd.DataFrame = pingouin.intraclass_corr(table, targets=targets, raters=raters, ratings=dv)
     return found
 
 
 def read_pingouin_icc(table: pd.DataFrame) -> Numbers:
-    """By type (ICC1, ..., ICC3k): ICC, F, p and the rounded ends of the interval."""
+    """Read by type (ICC1, ..., ICC3k): ICC, F, p and the rounded ends of the interval."""
     return {
         (kind, name): float(value)
         for kind, row in zip(ICC_TYPES, table.to_dict("records"), strict=True)
@@ -216,7 +216,7 @@ def read_pingouin_icc(table: pd.DataFrame) -> Numbers:
 
 @quietly
 def pingouin_alpha(wide: pd.DataFrame, confidence: float = 0.95) -> dict[str, float]:
-    """Cronbach's alpha of the columns, and its interval, rounded."""
+    """Return Cronbach's alpha of the columns, and its interval, rounded."""
     pingouin = _module("pingouin")
     alpha, (low, high) = pingouin.cronbach_alpha(wide, ci=confidence)
     return {"alpha": float(alpha), "ci_low": float(low), "ci_high": float(high)}
@@ -224,12 +224,12 @@ def pingouin_alpha(wide: pd.DataFrame, confidence: float = 0.95) -> dict[str, fl
 
 @quietly
 def statsmodels_kappa(counts: Any) -> float:
-    """Fleiss' kappa of a table of counts, one row per unit and one column per category."""
+    """Return Fleiss' kappa of a table of counts, one row per unit and one column per category."""
     return float(_module("statsmodels.stats.inter_rater").fleiss_kappa(counts))
 
 
 def nested(table: pd.DataFrame, groups: Sequence[str]) -> bool:
-    """Whether the levels of every other grouping column lie within those of the first."""
+    """Return whether the levels of every other grouping column lie within those of the first."""
     first, *others = groups
     return all(bool((table.groupby(name, observed=True)[first].nunique() == 1).all()) for name in others)
 
@@ -243,7 +243,7 @@ def statsmodels_mixed_model(
     reml: bool = True,
     start: Mapping[str, Any] = MappingProxyType({}),
 ) -> Any:
-    """A linear mixed model of column `y` on the columns `fixed` (one of ones among them), fitted by MixedLM.
+    """Fit a linear mixed model of column `y` on the columns `fixed` (one of ones among them) by MixedLM.
 
     One of `groups` has a random intercept and the correlated random `slopes`; with several, each has an intercept. The
     first of these is MixedLM's group where the others lie within it; else they are components of one group, whose
@@ -273,7 +273,7 @@ def statsmodels_mixed_model(
 
 
 def read_statsmodels_mixed_model(fitted: Any, groups: Sequence[str]) -> Numbers:
-    """Estimates and standard errors by column, the log likelihood, and the variances by group and "Residual"."""
+    """Read estimates and standard errors by column, log likelihood, and variances by group and "Residual"."""
     found = {(str(name), "estimate"): float(value) for name, value in fitted.fe_params.items()}
     errors = fixed_covariance(fitted).diagonal() ** 0.5
     found |= {(str(name), "se"): float(value) for name, value in zip(fitted.fe_params.index, errors, strict=True)}
@@ -289,7 +289,7 @@ def read_statsmodels_mixed_model(fitted: Any, groups: Sequence[str]) -> Numbers:
 
 
 def fixed_covariance(fitted: Any) -> Any:
-    """The covariance of the fixed effects at the fitted variances, as lme4 gives it.
+    """Return the covariance of the fixed effects at the fitted variances, as lme4 gives it.
 
     MixedLM's own is a part of the inverse of the whole observed information, where variances are uncertain too.
     """
@@ -301,7 +301,7 @@ def fixed_covariance(fitted: Any) -> Any:
 
 
 def wald_f(fitted: Any, columns: Sequence[str]) -> float:
-    """F that the fixed effects of these columns are all zero, from their covariance."""
+    """Return F that the fixed effects of these columns are all zero, from their covariance."""
     import numpy as np
 
     places = [fitted.fe_params.index.get_loc(name) for name in columns]

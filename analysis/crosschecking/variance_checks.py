@@ -39,7 +39,7 @@ def check_anova(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
 
 
 def crossed(asked: Any, rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str], list[str], list[str]]:
-    """The means of a design's cells, the plain names of its factors, and those within and between participants."""
+    """Return the means of a design's cells, the plain names of its factors, and which are within and between."""
     within, between = list(asked.within), list(asked.between)
     cells = cells_of(rows, ["participant", *within, *between])
     named = dict(zip((*within, *between), cells.columns[1:], strict=False))
@@ -49,7 +49,7 @@ def crossed(asked: Any, rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str
 def anova_of(
     cells: pd.DataFrame, own: list[str], groups: list[str], sum_of_squares: str
 ) -> tuple[str, Callable[[], packages.Numbers]]:
-    """The package that has this analysis of variance of complete `cells` (f0: participants), and how to run it there.
+    """Return the package that has this analysis of variance of complete `cells` (f0: participants), and its call.
 
     Raises NotChecked where neither has it, or is known to be wrong on these data.
     """
@@ -78,12 +78,12 @@ def anova_of(
 
 
 def by_effect(found: packages.Numbers) -> dict[tuple[frozenset[str], str], float]:
-    """The numbers by an effect's factors, in whatever order they are named, and the column."""
+    """Return the numbers by an effect's factors, in whatever order they are named, and the column."""
     return {(frozenset(source.split(":")), column): value for (source, column), value in found.items()}
 
 
 def _anova_pairs(answer: Answer, named: Mapping[str, str], run: Callable[[], packages.Numbers]) -> Iterator[Pair]:
-    """F, p (as it is corrected in the row), epsilon and eta squared of every effect; `named`: its factors' names."""
+    """Yield F, p (corrected as in the row), epsilon and eta squared of every effect; `named`: its factors' names."""
     by_factors = by_effect(run())
     for row in answer.rows:
         effect = str(row["effect"])
@@ -107,7 +107,7 @@ def _anova_pairs(answer: Answer, named: Mapping[str, str], run: Callable[[], pac
 
 
 def parts_of(effect: str, named: Mapping[str, str]) -> list[str]:
-    """The plain names of an effect's factors, whose own names may hold a colon."""
+    """Return the plain names of an effect's factors, whose own names may hold a colon."""
     names = sorted(named, key=len, reverse=True)
     found = []
     for name in names:
@@ -124,7 +124,7 @@ def check_pairs(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
 
 
 def _levels(rows: pd.DataFrame, factor: str) -> tuple[dict[str, Any], bool]:
-    """The values of each level, and whether they are paired: then in the order of the participants."""
+    """Return the values of each level, and whether they are paired: then in the order of the participants."""
     cells = cells_of(rows, ["participant", factor])
     demand_size(len(cells))
     values = cells["y"].to_numpy()
@@ -205,7 +205,7 @@ def _friedman_pairs(
 
 
 def check_nemenyi(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    """Mean ranks by pandas, and p by SciPy's studentized range, where that has digits."""
+    """Check mean ranks by pandas, and p by SciPy's studentized range, where that has digits."""
     asked: Any = each.asked
     cells = cells_of(rows, ["participant", asked.factor])
     _demand_ranks(cells, "f0", "f1")
@@ -228,7 +228,7 @@ def _nemenyi_pairs(answer: Answer, ranks: pd.DataFrame, ties: bool) -> Iterator[
 
 
 def check_wilcoxon(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    """Signed ranks or rank sums of every pair of levels."""
+    """Check signed ranks or rank sums of every pair of levels."""
     asked: Any = each.asked
     cells = cells_of(rows, ["participant", asked.factor])
     demand_size(len(cells))
@@ -247,7 +247,7 @@ def check_wilcoxon(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checke
 
 
 def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], asked: Any, paired: bool) -> Iterator[Pair]:
-    """W, rank-biserial correlation and p of each pair, and p adjusted where the packages have every p."""
+    """Yield W, rank-biserial correlation and p of each pair, and p adjusted where the packages have every p."""
     known: list[float | None] = []
     for row in answer.rows:
         a, b = levels[str(row["A"])], levels[str(row["B"])]
@@ -267,7 +267,7 @@ def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], asked: Any, paire
 
 
 def check_aligned_ranks(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    """Each effect aligned by means of pandas, ranked, and its analysis of variance by another package."""
+    """Check each effect: aligned by means of pandas, ranked, and its analysis of variance by another package."""
     asked: Any = each.asked
     cells, named, own, groups = crossed(asked, rows)
     values = cells["y"].to_numpy()
@@ -281,7 +281,7 @@ def check_aligned_ranks(each: Answered, answer: Answer, rows: pd.DataFrame) -> C
 
 
 def _aligned(cells: pd.DataFrame, factors: Sequence[str], effect: Sequence[str]) -> pd.Series[Any]:
-    """Ranks of what is left of the values without their cells' means, with the effect's own part added again.
+    """Return the ranks of the values less their cells' means, with the effect's own part added again.
 
     Rounded first, so that values which differ by rounding are ties.
     """

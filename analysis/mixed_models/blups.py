@@ -13,7 +13,7 @@ from palpate.analysis.statistics.doubles import Floats
 
 
 def random_effects(model: MixedModel) -> pd.DataFrame:
-    """The conditional means of all random effects, in the outcome's unit: group, level, effect, value.
+    """Return the conditional means of all random effects, in the outcome's unit: group, level, effect, value.
 
     A level's fitted line is the fixed effects plus these (Bates et al. 2015, equation 56). Levels stand in natural
     order.
@@ -32,7 +32,7 @@ def random_effects(model: MixedModel) -> pd.DataFrame:
 
 
 def _outside(fit: Fit, factors: Sequence[Floats]) -> dict[int, Floats]:
-    """The internal effects of the terms outside the blocks, (levels, effects) each."""
+    """Return the internal effects of the terms outside the blocks, (levels, effects) each."""
     width, triangle = fit.at.width, fit.at.triangle
     known = triangle[:width, -1] - triangle[:width, width:-1] @ fit.at.coefficients
     spherical = np.linalg.solve(triangle[:width, :width], known) if width else known
@@ -44,7 +44,7 @@ def _outside(fit: Fit, factors: Sequence[Floats]) -> dict[int, Floats]:
 
 
 def _inside(fit: Fit, factors: Sequence[Floats], late: dict[int, Floats]) -> dict[int, Floats]:
-    """The internal effects of the terms inside the blocks."""
+    """Return the internal effects of the terms inside the blocks."""
     problem = fit.problem
     inside = block_factor(problem, factors)
     other = np.concatenate([*(late[i].ravel() for i in problem.layout.outside), fit.at.coefficients])
@@ -65,6 +65,6 @@ def _inside(fit: Fit, factors: Sequence[Floats], late: dict[int, Floats]) -> dic
 
 
 def _rests(fit: Fit, other: Floats) -> Iterator[tuple[Batch, Floats]]:
-    """What a block sees of y once all other effects are taken off, (blocks, r, 1)."""
+    """Yield what a block sees of y once all other effects are taken off, (blocks, r, 1)."""
     for batch in fit.parts.batches:
         yield batch, batch.seen[:, :, -1:] - (batch.seen[:, :, :-1] @ other)[:, :, None]

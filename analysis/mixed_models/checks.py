@@ -103,7 +103,7 @@ def refuse_indistinguishable(problem: Problem) -> None:
 
 
 def _explained(basis: Floats, term: Random) -> bool:
-    """Whether every group's indicator is a combination of the fixed effects, whose orthonormal columns are `basis`."""
+    """Return whether every group's indicator is a combination of the fixed effects (`basis`: orthonormal columns)."""
     sums = np.zeros((len(term.levels), basis.shape[1]))
     np.add.at(sums, term.codes, basis)
     sizes = np.bincount(term.codes, minlength=len(term.levels))
@@ -120,7 +120,7 @@ def refuse_unit(exponent: int, dv: Hashable) -> None:
 
 
 def without_random(problem: Problem, parts: Reduced) -> Solved:
-    """Ordinary least squares: the fixed effects alone."""
+    """Fit by ordinary least squares: the fixed effects alone."""
     return solved(problem, parts, [np.zeros((term.size, term.size)) for term in problem.random])
 
 
@@ -150,7 +150,7 @@ def refuse_beyond_doubles(problem: Problem, parts: Reduced, best: Optimum, at: S
 
 
 def singular_notes(random: Sequence[Random], best: Optimum) -> tuple[str, ...]:
-    """What lies on the border: variances of zero and combinations of effects without any, in natural units."""
+    """Return what lies on the border: variances of zero and combinations of effects without any, in natural units."""
     notes = []
     for term, factor, unit in zip(random, best.parameters.factors(best.free), best.parameters.natural, strict=True):
         scaled = factor / unit[:, None]

@@ -14,8 +14,9 @@ COLUMNS = ["parameters", "aic", "bic", "log_likelihood", "deviance", "chi2", "df
 
 
 def compare_models(smaller: MixedModel, larger: MixedModel) -> pd.DataFrame:
-    """Likelihood-ratio test of a model against one that contains it, a row each; chi squared, df and p in the second.
+    """Return the likelihood-ratio test of a model against one that contains it: one row each.
 
+    Chi squared, df and p stand in the second row.
     Both are fits by maximum likelihood; fits by REML are compared only where their fixed effects are the same. A tested
     variance lies on the border of what it can be, where p is too large (up to twice; the note says so).
     Raises NotComparable: other values, REML with other fixed effects, no further parameters, or a fit that is worse.

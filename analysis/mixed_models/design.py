@@ -54,13 +54,13 @@ class Design:
         return [":".join(parts) or INTERCEPT for each in labels for parts in each]
 
     def columns(self, rows: Rows, count: int) -> Floats:
-        """The internal columns of these rows, (rows, columns)."""
+        """Return the internal columns of these rows, (rows, columns)."""
         parts = {name: variable.columns(rows) for name, variable in self.variables.items()}
         ones = np.ones((count, 1))
         return np.concatenate([reduce(_times, (parts[v] for v in effect), ones) for effect in self.effects], axis=1)
 
     def back(self) -> Floats:
-        """The matrix B with which reported coefficients are B times the internal ones."""
+        """Return the matrix B with which reported coefficients are B times the internal ones."""
         places = self.places
         whole = np.zeros((sum(self.widths),) * 2)
         for effect in self.effects:
@@ -83,8 +83,9 @@ def _parts(effect: Effect) -> list[Effect]:
 
 
 def effects_of(mains: Sequence[str], interactions: Sequence[str]) -> tuple[Effect, ...]:
-    """The effects of main effects and "a:b" interactions, sorted by size; every part of an interaction must be there.
+    """Return the effects of main effects and "a:b" interactions, sorted by size.
 
+    Every part of an interaction must be there.
     Raises UnknownColumn (an effect named twice) or BadOption (an interaction without its parts).
     """
     place = {name: i for i, name in enumerate(mains)}
@@ -105,14 +106,14 @@ def effects_of(mains: Sequence[str], interactions: Sequence[str]) -> tuple[Effec
 
 
 def triangle_of(rows: Floats) -> Floats:
-    """R of rows = Q R, of one matrix or of a stack: the same sums of squares in fewer rows."""
+    """Return R of rows = Q R, of one matrix or of a stack: the same sums of squares in fewer rows."""
     found: Any = np.linalg.qr(rows, mode="r")
     triangle: Floats = found
     return triangle
 
 
 def kronecker(blocks: Iterable[Floats]) -> Floats:
-    """The Kronecker product of matrices, [[1]] of none."""
+    """Return the Kronecker product of matrices, [[1]] of none."""
     whole: Floats = np.ones((1, 1))
     for block in blocks:
         whole = np.asarray(np.kron(whole, block), dtype=np.float64)
@@ -140,7 +141,7 @@ class Variable:
         return len(self.back) - 1
 
     def columns(self, rows: Rows) -> Floats:
-        """The internal columns of these rows, (rows, width)."""
+        """Return the internal columns of these rows, (rows, width)."""
         if self.codes is not None and self.table is not None:
             picked: Floats = self.table[self.codes[rows]]
             return picked
@@ -157,7 +158,7 @@ class Factor:
 
 
 def factor_of(column: pd.Series[Any], name: Hashable, order: Sequence[Any] | None = None) -> Factor:
-    """A column of labels as a factor, levels in the given order or else in their natural one.
+    """Return a column of labels as a factor, levels in the given order or else in their natural one.
 
     Raises BadValue (no label, labels that read the same), BadOption (a level that the order lacks), TooFew (one level).
     """
@@ -177,12 +178,12 @@ def factor_of(column: pd.Series[Any], name: Hashable, order: Sequence[Any] | Non
 
 
 def sum_table(levels: int) -> Floats:
-    """Sum coding, (levels, levels - 1): each column one level against the last, so that effects add up to zero."""
+    """Return sum coding, (levels, levels - 1): each column one level against the last; effects add up to zero."""
     return np.vstack([np.eye(levels - 1), -np.ones(levels - 1)])
 
 
 def factor_variable(factor: Factor, coding: Coding, internal: Coding = "sum") -> Variable:
-    """A factor in `internal` columns that is reported in `coding`."""
+    """Return a factor in `internal` columns that is reported in `coding`."""
     k = len(factor.levels)
     tables = {"sum": sum_table(k), "treatment": np.eye(k)[:, 1:]}
     inner, outer = (np.column_stack([np.ones(k), tables[each]]) for each in (internal, coding))
@@ -193,7 +194,7 @@ def factor_variable(factor: Factor, coding: Coding, internal: Coding = "sum") ->
 
 
 def number_variable(column: pd.Series[Any], name: Hashable, centre: bool = True) -> Variable:
-    """A numeric column, centred (unless told otherwise) and divided by a power of two near its size.
+    """Return a numeric column, centred (unless told otherwise) and divided by a power of two near its size.
 
     Raises BadValue (text, NaN, infinity) or TooFew (one value).
     """
@@ -215,7 +216,7 @@ def number_variable(column: pd.Series[Any], name: Hashable, centre: bool = True)
 
 
 def type_three(design: Design, triangle: Floats) -> dict[Effect, Floats]:
-    """Each effect's rows; `design` reports sum coding, `triangle` is that of its columns (X'X = its square)."""
+    """Return each effect's rows; `design` reports sum coding, `triangle` is that of its columns (X'X = its square)."""
     effects = [effect for effect in design.effects if effect]
     if len(effects) == 1:
         return {effects[0]: _doolittle(design, triangle)}
@@ -228,7 +229,7 @@ def _against_first(design: Design, effect: Effect) -> Floats:
 
 
 def _differences(variable: Variable) -> Floats:
-    """The differences from the first level as combinations of sum-coded coefficients; a number is itself."""
+    """Return the differences from the first level in terms of sum-coded coefficients; a number is itself."""
     if variable.table is None:
         return np.ones((1, 1))
     differences: Floats = variable.table[1:] - variable.table[:1]
@@ -236,7 +237,7 @@ def _differences(variable: Variable) -> Floats:
 
 
 def _doolittle(design: Design, triangle: Floats) -> Floats:
-    """The effect's rows of L', where X'X = L D L' in treatment coding; a triangle of X is D^(1/2) L'."""
+    """Return the effect's rows of L', where X'X = L D L' in treatment coding; a triangle of X is D^(1/2) L'."""
     back = design.back().copy()
     effect = design.effects[-1]
     if design.variables[effect[0]].table is not None:
@@ -278,7 +279,7 @@ class Random:
 
 
 def grouping(frame: pd.DataFrame, name: str) -> Coded:
-    """The levels of a grouping factor: a column, or columns joined by ":" (the levels of one within another's)."""
+    """Return the levels of a grouping factor: a column, or columns joined by ":" (one's levels within another's)."""
     parts = [name] if name in frame.columns else name.split(":")
     axes = [coded(frame[part], part) for part in parts]
     flat = np.zeros(len(frame), dtype=np.intp)
@@ -291,7 +292,7 @@ def grouping(frame: pd.DataFrame, name: str) -> Coded:
 
 
 def group_columns(names: Sequence[str], columns: Sequence[object]) -> list[str]:
-    """The columns that grouping factors are made of."""
+    """Return the columns that grouping factors are made of."""
     parts = [[name] if name in columns else name.split(":") for name in names]
     return list(dict.fromkeys(part for each in parts for part in each))
 
@@ -304,7 +305,7 @@ def random_effects_of(
     coding: Coding,
     correlated: bool,
 ) -> Random:
-    """The random effects of one grouping factor: intercept, slopes of columns and of their "a:b" interactions.
+    """Return the random effects of one grouping factor: intercept, slopes of columns and of their "a:b" interactions.
 
     Raises TooFew (one level) or NotIdentified (more effects than values, a slope that never varies within a level).
     """

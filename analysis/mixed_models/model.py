@@ -84,7 +84,7 @@ class _Asked:
     coding: Coding
 
     def design(self, coding: Coding) -> Design:
-        """The fixed effects, reported in a coding."""
+        """Return the fixed effects, reported in a coding."""
         variables = {
             name: number_variable(self.table.frame[name], name)
             if name in self.numeric
@@ -94,7 +94,7 @@ class _Asked:
         return Design(variables, effects_of(self.fixed, self.interactions))
 
     def terms(self) -> tuple[Random, ...]:
-        """The random effects of each grouping factor, in the order of their names."""
+        """Return the random effects of each grouping factor, in the order of their names."""
         return tuple(
             random_effects_of(
                 self.table.frame, name, self.random[name], self.factors, self.coding, name not in self.uncorrelated
@@ -268,7 +268,7 @@ STEP = 65536
 
 
 def fixed_variance(problem: Problem, coefficients: Floats) -> float:
-    """The variance (n - 1) of what the fixed effects predict, in internal units."""
+    """Return the variance (n - 1) of what the fixed effects predict, in internal units."""
     n = len(problem.y)
     parts = [slice(start, min(start + STEP, n)) for start in range(0, n, STEP)]
     predicted = np.concatenate([problem.fixed.columns(p, p.stop - p.start) @ coefficients for p in parts])
@@ -276,7 +276,7 @@ def fixed_variance(problem: Problem, coefficients: Floats) -> float:
 
 
 def mean_variances(problem: Problem, factors: Sequence[Floats], sigma2: float) -> list[float]:
-    """Each random term's variance, averaged over the values: the mean of z' Sigma z."""
+    """Return each random term's variance, averaged over the values: the mean of z' Sigma z."""
     n, found = len(problem.y), []
     for term, factor in zip(problem.random, factors, strict=True):
         total = 0.0
@@ -300,7 +300,7 @@ class Table:
 def read_table(
     data: pd.DataFrame, dv: Hashable, factors: Sequence[str], numbers: Sequence[str], missing: Missing
 ) -> Table:
-    """The sorted table of one outcome and these columns.
+    """Return the sorted table of one outcome and these columns.
 
     Raises UnknownColumn, BadValue, BadOption, IncompleteCells (rows without a value that `missing` does not allow) or
     TooFew (fewer than three rows).
@@ -326,7 +326,7 @@ def read_table(
 
 
 def _keys(kept: pd.DataFrame, y: Floats, factors: Sequence[str], numbers: Sequence[str]) -> Iterable[Any]:
-    """What rows are sorted by, the last key first; rows that share all of them are the same in everything."""
+    """Yield what rows are sorted by, the last key first; rows that share all of them are the same in everything."""
     yield y
     yield from (numbers_of(kept[name], name) for name in numbers)
     yield from (coded(kept[name], name).codes for name in sorted(factors))

@@ -56,12 +56,12 @@ class Counted:
         self.evaluations = 0
 
     def at(self, factors: list[Floats]) -> float:
-        """The deviance of these factors."""
+        """Return the deviance of these factors."""
         self.evaluations += 1
         return self.function(factors)
 
     def of(self, parameters: Parameters) -> Scalar:
-        """The deviance as a function of these parameters' free numbers."""
+        """Return the deviance as a function of these parameters' free numbers."""
 
         def value(free: Floats) -> float:
             return self.at(parameters.factors(free))
@@ -70,7 +70,7 @@ class Counted:
 
 
 def optimum(counted: Counted, parameters: Parameters) -> Optimum:
-    """The smallest deviance. Raises NotConverged where no start leads to a point that is proved to be one."""
+    """Return the smallest deviance. Raises NotConverged where no start leads to a point that is proved to be one."""
     sizes = _scanned(counted, parameters)
     starts = (np.maximum(sizes, 0.1), np.maximum(0.4 * sizes, 0.4))
     found = [_descended(counted, parameters, parameters.diagonal(start)) for start in starts]
@@ -79,7 +79,7 @@ def optimum(counted: Counted, parameters: Parameters) -> Optimum:
 
 
 def _scanned(counted: Counted, parameters: Parameters) -> Floats:
-    """The best of `SIZES` for each effect in turn, twice."""
+    """Return the best of `SIZES` for each effect in turn, twice."""
     sizes = np.ones(sum(term.size for term in parameters.random))
     for _ in range(2):
         for i in range(len(sizes)):
@@ -89,7 +89,7 @@ def _scanned(counted: Counted, parameters: Parameters) -> Floats:
 
 
 def _descended(counted: Counted, parameters: Parameters, factors: list[Floats]) -> tuple[float, list[Floats]]:
-    """Down by BFGS, anew in the units of where it came to until it comes no further."""
+    """Descend by BFGS, anew in the units of where it came to until it comes no further."""
     last = np.inf
     for _ in range(8):
         units = parameters.around(factors)
@@ -104,7 +104,7 @@ def _descended(counted: Counted, parameters: Parameters, factors: list[Floats]) 
 
 
 def _proved(counted: Counted, parameters: Parameters, factors: list[Floats]) -> Optimum:
-    """Away from saddles and down to the last digit; then variances of nothing are set to zero, and all is checked."""
+    """Return a proven minimum: away from saddles, down to the last digit, variances of nothing set to zero."""
     snapped = _snapped(counted, parameters, _polished(counted, parameters, factors))
     parameters = parameters.around(snapped)
     value, free = counted.of(parameters), parameters.free_of(snapped)
@@ -120,7 +120,7 @@ def _proved(counted: Counted, parameters: Parameters, factors: list[Floats]) -> 
 
 
 def _polished(counted: Counted, parameters: Parameters, factors: list[Floats]) -> list[Floats]:
-    """Newton's steps until they promise nothing more; from a saddle down again.
+    """Take Newton's steps until they promise nothing more; from a saddle descend again.
 
     Second derivatives, and the units, are taken anew only where the steps stop getting much shorter.
     """
@@ -146,7 +146,7 @@ def _polished(counted: Counted, parameters: Parameters, factors: list[Floats]) -
 
 
 def _newton(slope: Floats, curved: Floats) -> tuple[Floats, float, Floats | None]:
-    """The step to the quadratic's bottom, the deviance it promises, and a direction of descent where it has none."""
+    """Return the step to the quadratic's bottom, the deviance it promises, and a direction of descent if none."""
     values, vectors = np.linalg.eigh(curved)
     largest = max(float(np.abs(values).max()), 1e-300)
     if values[0] < -1e-5 * largest:
@@ -157,7 +157,7 @@ def _newton(slope: Floats, curved: Floats) -> tuple[Floats, float, Floats | None
 
 
 def _line_search(value: Scalar, free: Floats, step: Floats) -> Floats | None:
-    """The longest of the halved steps that does not raise the deviance, None if all do."""
+    """Return the longest of the halved steps that does not raise the deviance, None if all do."""
     here = value(free)
     noise = 1e-13 * abs(here) + 1e-12
     for halving in range(12):
@@ -168,7 +168,7 @@ def _line_search(value: Scalar, free: Floats, step: Floats) -> Floats | None:
 
 
 def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) -> list[Floats]:
-    """The factors with every direction of no variance set to exactly none, where that costs nothing."""
+    """Return the factors with every direction of no variance set to exactly none, where that costs nothing."""
     terms = zip(parameters.random, factors, strict=True)
     factors = [triangular(f) if t.correlated else np.abs(f) for t, f in terms]
     for i, (term, unit) in enumerate(zip(parameters.random, parameters.natural, strict=True)):
@@ -184,7 +184,7 @@ def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) ->
 
 
 def _without(factor: Floats, unit: Floats, largest: float) -> Floats:
-    """A diagonal factor without its effects of at most this size."""
+    """Return a diagonal factor without its effects of at most this size."""
     return np.where(factor / unit[:, None] <= largest, 0.0, factor)
 
 
@@ -202,7 +202,7 @@ class Parameters:
         return sum(term.free for term in self.random)
 
     def factors(self, free: Floats) -> list[Floats]:
-        """Lambda of each term."""
+        """Return Lambda of each term."""
         made, start = [], 0
         for term, unit in zip(self.random, self.units, strict=True):
             factor = np.zeros((term.size, term.size))
@@ -212,17 +212,17 @@ class Parameters:
         return made
 
     def free_of(self, factors: Sequence[Floats]) -> Floats:
-        """The free numbers that make these lower triangles."""
+        """Return the free numbers that make these lower triangles."""
         parts = zip(self.random, self.units, factors, strict=True)
         return np.concatenate([np.linalg.solve(unit, factor)[_places(term)] for term, unit, factor in parts])
 
     def diagonal(self, sizes: Floats) -> list[Floats]:
-        """Factors of uncorrelated effects of these sizes, in natural units, in the order of all effects."""
+        """Return factors of uncorrelated effects of these sizes, in natural units, in the order of all effects."""
         ends = np.cumsum([term.size for term in self.random])[:-1]
         return [np.diag(unit * size) for unit, size in zip(self.natural, np.split(sizes, ends), strict=True)]
 
     def around(self, factors: Sequence[Floats]) -> Parameters:
-        """In units in which the deviance bends alike in every direction near these factors.
+        """Return these parameters in units in which the deviance bends alike in every direction near these factors.
 
         It answers to a change of Lambda relative to Lambda itself, or to the natural unit where that is larger: the new
         unit U has U U' = Lambda Lambda' + natural^2.
@@ -239,7 +239,7 @@ def _places(term: Random) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ..
 
 
 def natural(problem: Problem) -> Parameters:
-    """Units at which an effect's variance weighs as much in a level's estimate as the residual does."""
+    """Return the units at which an effect's variance weighs as much in a level's estimate as the residual does."""
     units = []
     for term in problem.random:
         squares = np.zeros(term.size)
@@ -251,7 +251,7 @@ def natural(problem: Problem) -> Parameters:
 
 
 def triangular(root: Floats) -> Floats:
-    """The lower triangle with the same product with its transpose and no negative number on its diagonal."""
+    """Return the lower triangle with the same product with its transpose and no negative number on its diagonal."""
     lower = triangle_of(root.T).T
     signs = np.where(np.diag(lower) < 0, -1.0, 1.0)
     flipped: Floats = lower * signs
@@ -266,7 +266,7 @@ WIDE_STEP = 1e-2
 
 
 def jacobian(function: Vector, at: Floats, step: float = STEP) -> Floats:
-    """The derivatives of a vector function, (parameters, values)."""
+    """Return the derivatives of a vector function, (parameters, values)."""
     rows = []
     for move in np.eye(len(at)) * step:
         near, far = (function(at + k * move) - function(at - k * move) for k in (1, 2))
@@ -275,19 +275,19 @@ def jacobian(function: Vector, at: Floats, step: float = STEP) -> Floats:
 
 
 def gradient(function: Scalar, at: Floats, step: float = STEP) -> Floats:
-    """The derivatives of a function."""
+    """Return the derivatives of a function."""
     derivatives: Floats = jacobian(lambda x: np.array([function(x)]), at, step)[:, 0]
     return derivatives
 
 
 def rough_gradient(function: Scalar, at: Floats, step: float = 1e-4) -> Floats:
-    """The derivatives of a function by plain central differences, for the way to the optimum."""
+    """Return the derivatives of a function by plain central differences, for the way to the optimum."""
     moves = np.eye(len(at)) * step
     return np.array([(function(at + move) - function(at - move)) / (2 * step) for move in moves])
 
 
 def hessian(function: Scalar, at: Floats, step: float = WIDE_STEP) -> Floats:
-    """The second derivatives of a function, (parameters, parameters)."""
+    """Return the second derivatives of a function, (parameters, parameters)."""
     k, middle, moves = len(at), function(at), np.eye(len(at)) * step
     result = np.empty((k, k))
     for i in range(k):

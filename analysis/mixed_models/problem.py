@@ -70,7 +70,7 @@ class Problem:
 
 
 def best_layout(random: Sequence[Random], fixed: int) -> Layout:
-    """The layout whose evaluation costs least: one factor's groups as blocks, with or without those nested in it."""
+    """Return the cheapest layout: one factor's groups as blocks, with or without those nested in it."""
     options = [_layout(random, i, nested) for i in range(len(random)) for nested in (True, False)]
     return min(options, key=lambda option: _cost(option, random, fixed))
 
@@ -90,7 +90,7 @@ def _layout(random: Sequence[Random], outer: int, nested: bool) -> Layout:
 
 
 def _home(term: Random, blocks: Codes) -> Codes | None:
-    """Each level's block, or None where a level has rows in several blocks."""
+    """Return each level's block, or None where a level has rows in several blocks."""
     home = np.zeros(len(term.levels), dtype=np.intp)
     home[term.codes] = blocks
     return home if bool((home[term.codes] == blocks).all()) else None
@@ -161,7 +161,7 @@ def reduced(problem: Problem) -> Reduced:
 
 
 def outside(problem: Problem) -> Iterator[tuple[Random, int]]:
-    """The terms outside the blocks and their first column."""
+    """Yield the terms outside the blocks and their first column."""
     start = 0
     for i in problem.layout.outside:
         yield problem.random[i], start
@@ -169,7 +169,7 @@ def outside(problem: Problem) -> Iterator[tuple[Random, int]]:
 
 
 def outside_width(problem: Problem) -> int:
-    """The number of columns of the terms outside."""
+    """Return the number of columns of the terms outside."""
     return sum(len(term.levels) * term.size for term, _ in outside(problem))
 
 
@@ -178,7 +178,7 @@ def _late(problem: Problem) -> int:
 
 
 def _chunks(problem: Problem) -> Iterator[tuple[Codes, Codes]]:
-    """Blocks of the same number of rows, a few at a time: their rows (blocks, rows of each) and who they are."""
+    """Yield blocks of the same number of rows, a few at a time: their rows (blocks, rows of each) and who they are."""
     codes = problem.layout.codes
     order, counts = np.argsort(codes, kind="stable"), np.bincount(codes, minlength=problem.layout.blocks)
     starts = np.cumsum(counts) - counts
@@ -191,7 +191,7 @@ def _chunks(problem: Problem) -> Iterator[tuple[Codes, Codes]]:
 
 
 def _others(problem: Problem, rows: Codes) -> Floats:
-    """All other columns, (blocks, rows, columns)."""
+    """Return all other columns, (blocks, rows, columns)."""
     flat = rows.ravel()
     late, width = _late(problem), outside_width(problem)
     a = np.zeros((len(flat), late))
@@ -204,7 +204,10 @@ def _others(problem: Problem, rows: Codes) -> Floats:
 
 
 def _rotated(z: Floats, a: Floats, y_low: Floats) -> tuple[Floats, Floats, Floats]:
-    """R, U'a and the rows of a - U U'a; the first row of a block is taken off first, so that offsets cost no digit."""
+    """Return R, U'a and the rows of a - U U'a.
+
+    The first row of a block is taken off first, so that offsets cost no digit.
+    """
     u, through = _factored(z)
     pivot = a[:, :1].copy()
     a -= pivot  # lies in the span of the intercept, which every block has
@@ -218,7 +221,7 @@ def _rotated(z: Floats, a: Floats, y_low: Floats) -> tuple[Floats, Floats, Float
 
 
 def _factored(z: Floats) -> tuple[Floats, Floats]:
-    """U (blocks, rows, r) and R = S V' (blocks, r, width); columns of U that Z does not span are zero."""
+    """Return U (blocks, rows, r) and R = S V' (blocks, r, width); columns of U that Z does not span are zero."""
     if z.shape[2] == 1:
         norms = np.sqrt((z * z).sum(axis=1, keepdims=True))
         return z / norms, norms
@@ -234,7 +237,7 @@ def _batch(through: Floats, seen: Floats, members: Codes) -> Batch:
 
 
 def _compressed(batch: Batch) -> Batch:
-    """Fewer rows with the same sums of squares for every R: blocks that share one are rotated among themselves."""
+    """Return fewer rows with the same sums of squares for every R: blocks that share one R are rotated together."""
     _, rank, columns = batch.seen.shape
     crowded = np.flatnonzero(batch.shared > rank * columns).tolist()
     if not crowded:
@@ -280,7 +283,7 @@ class Solved:
         return 2 * float(np.log(np.abs(np.diag(self.fixed_triangle))).sum())
 
     def covariance(self) -> Floats:
-        """(X' V^-1 X)^-1 / sigma^2."""
+        """Return (X' V^-1 X)^-1 / sigma^2."""
         inverse = np.linalg.inv(self.fixed_triangle)
         product: Floats = inverse @ inverse.T
         return product
@@ -302,7 +305,7 @@ def solved(problem: Problem, parts: Reduced, factors: Sequence[Floats]) -> Solve
 
 
 def block_factor(problem: Problem, factors: Sequence[Floats]) -> Floats:
-    """The relative covariance factor of all random effects of a block, (width, width)."""
+    """Return the relative covariance factor of all random effects of a block, (width, width)."""
     whole = np.zeros((problem.layout.width,) * 2)
     for block in problem.layout.inside:
         factor = factors[block.term]
@@ -312,7 +315,7 @@ def block_factor(problem: Problem, factors: Sequence[Floats]) -> Floats:
 
 
 def whitening(batch: Batch, inside: Floats) -> Floats:
-    """The triangles L of a batch's different R, (unique, r, r)."""
+    """Return the triangles L of a batch's different R, (unique, r, r)."""
     scaled = batch.through @ inside
     unique, rank, width = scaled.shape
     if rank == 1:
@@ -325,7 +328,7 @@ def whitening(batch: Batch, inside: Floats) -> Floats:
 
 
 def whitened(lower: Floats, seen: Floats) -> Floats:
-    """L^-1 times what is seen, by forward substitution."""
+    """Return L^-1 times what is seen, by forward substitution."""
     result = np.empty_like(seen)
     for i in range(seen.shape[1]):
         known = np.einsum("bj,bjc->bc", lower[:, i, :i], result[:, :i])
@@ -334,7 +337,7 @@ def whitened(lower: Floats, seen: Floats) -> Floats:
 
 
 def _penalised(problem: Problem, whole: Floats, factors: Sequence[Floats]) -> Floats:
-    """The rows with the columns outside times their factors, above the rows of their penalty."""
+    """Return the rows with the columns outside times their factors, above the rows of their penalty."""
     width = outside_width(problem)
     scaled = np.zeros((len(whole) + width, whole.shape[1]))
     scaled[: len(whole), width:] = whole[:, width:]
@@ -347,12 +350,12 @@ def _penalised(problem: Problem, whole: Floats, factors: Sequence[Floats]) -> Fl
 
 
 def deviance(problem: Problem, found: Solved, reml: bool) -> float:
-    """Minus twice the log likelihood (restricted, if asked) at its best sigma, in internal coordinates."""
+    """Return minus twice the log likelihood (restricted, if asked) at its best sigma, in internal coordinates."""
     degrees = degrees_of_freedom(problem, reml)
     extra = found.log_det_fixed if reml else 0.0
     return found.log_det + extra + degrees * (1 + math.log(2 * math.pi * found.rss / degrees))
 
 
 def degrees_of_freedom(problem: Problem, reml: bool) -> int:
-    """n, or n - p of the restricted likelihood."""
+    """Return n, or n - p of the restricted likelihood."""
     return len(problem.y) - (problem.columns if reml else 0)

@@ -55,7 +55,7 @@ class _Profile:
         return math.sqrt(solved(self.problem, self.parts, self.factors).rss / len(self.problem.y))
 
     def rise(self, sd: float) -> float:
-        """How far the smallest deviance at this standard deviation lies above the smallest of all."""
+        """Return how far the smallest deviance at this standard deviation lies above the smallest of all."""
 
         def value(free: Floats) -> float:
             factors = self.best.parameters.factors(free)
@@ -71,7 +71,7 @@ class _Profile:
         return float(found.fun) - self.best.deviance
 
     def _start(self, sd: float) -> list[Floats]:
-        """The factors at the optimum, its own term's (or all, for sigma) scaled to where this value is met."""
+        """Return the factors at the optimum, its own term's (or all, for sigma) scaled to reach this value."""
         factors, sigma = self.factors, self.sigma
         if self.term is None:
             return [factor * (sigma / sd) for factor in factors]
@@ -81,13 +81,13 @@ class _Profile:
         return factors
 
     def ratio_of(self, factor: Floats) -> float:
-        """The ratio that this factor alone would give."""
+        """Return the ratio that this factor alone would give."""
         others = [factor if i == self.term else each for i, each in enumerate(self.factors)]
         return self.ratio(others)
 
 
 def profile_intervals(model: MixedModel, confidence: float = 0.95) -> pd.DataFrame:
-    """Intervals of the standard deviations of all random effects and the residual, in the outcome's unit.
+    """Return intervals of the standard deviations of all random effects and the residual, in the outcome's unit.
 
     One row each: group, effect, sd (the maximum-likelihood estimate), ci_low, ci_high. A lower end of 0 says that
     a variance of zero is within the interval. Slow: every end is a search of searches.
@@ -111,13 +111,13 @@ def _intervals(fit: Fit, allowed: float) -> Iterator[tuple[str, str, float, floa
 
 
 def _nothing(profile: _Profile) -> float:
-    """A standard deviation so small that the data cannot tell it from none."""
+    """Return a standard deviation so small that the data cannot tell it from none."""
     unit = 1.0 if profile.term is None else profile.ratio_of(np.diag(profile.best.parameters.natural[profile.term]))
     return SMALLEST_SHARE * profile.sigma * unit
 
 
 def _low(profile: _Profile, sd: float, smallest: float, allowed: float) -> float:
-    """The lower end, 0 where even a standard deviation of nearly nothing is within."""
+    """Return the lower end, 0 where even a standard deviation of nearly nothing is within."""
     above = sd
     while above > smallest:
         below = above / 2
@@ -128,7 +128,7 @@ def _low(profile: _Profile, sd: float, smallest: float, allowed: float) -> float
 
 
 def _high(profile: _Profile, sd: float, allowed: float) -> float:
-    """The upper end. Raises NotConverged where there is none within reach."""
+    """Return the upper end. Raises NotConverged where there is none within reach."""
     below = sd
     for _ in range(FURTHEST):
         above = below * 2
@@ -154,7 +154,7 @@ def _ml(fit: Fit) -> Optimum:
 
 
 def _ratios(problem: Problem) -> Iterator[tuple[str, str, Ratio, int | None]]:
-    """Every standard deviation's group, effect, ratio to sigma as a function of the factors, and term."""
+    """Yield every standard deviation's group, effect, ratio to sigma as a function of the factors, and term."""
     for i, term in enumerate(problem.random):
         for row, effect in zip(term.back, term.effects, strict=True):
             yield term.name, effect, _ratio(i, row), i

@@ -33,7 +33,7 @@ class Uncertainty:
     sigma_spread: float
 
     def degrees(self, contrast: Floats) -> float:
-        """Satterthwaite's degrees of freedom of one contrast of the internal fixed effects."""
+        """Return Satterthwaite's degrees of freedom of one contrast of the internal fixed effects."""
         variance = float(contrast @ self.covariance @ contrast)
         slopes = np.einsum("i,kij,j->k", contrast, self.moves, contrast) / variance
         return 2 / (float(slopes @ self.spread @ slopes) + 4 * self.sigma_spread)
@@ -50,7 +50,7 @@ class FTest:
 
 
 def uncertainty(problem: Problem, parts: Reduced, best: Optimum, at: Solved, reml: bool) -> Uncertainty:
-    """The covariance of the fixed effects at the optimum, y in its internal unit."""
+    """Return the covariance of the fixed effects at the optimum, y in its internal unit."""
     degrees = degrees_of_freedom(problem, reml)
     sigma2 = at.rss / degrees
 
@@ -71,7 +71,7 @@ def uncertainty(problem: Problem, parts: Reduced, best: Optimum, at: Solved, rem
 
 
 def f_test(found: Uncertainty, contrasts: Floats) -> FTest:
-    """The F test that all contrasts (rows, internal coordinates) are zero; df2 as lmerTest pools it."""
+    """Return the F test that all contrasts (rows, internal coordinates) are zero; df2 as lmerTest pools it."""
     values, vectors = np.linalg.eigh(contrasts @ found.covariance @ contrasts.T)
     turned = vectors.T @ contrasts
     t2 = (turned @ found.coefficients) ** 2 / values
@@ -81,7 +81,7 @@ def f_test(found: Uncertainty, contrasts: Floats) -> FTest:
 
 
 def pooled(degrees: Sequence[float]) -> float:
-    """The denominator's degrees of freedom of a sum of squared t with these (Fai & Cornelius 1996)."""
+    """Return the denominator's degrees of freedom of a sum of squared t with these (Fai & Cornelius 1996)."""
     if len(degrees) == 1 or max(degrees) - min(degrees) < 1e-8:
         return math.fsum(degrees) / len(degrees)
     if min(degrees) <= 2:
@@ -98,7 +98,7 @@ NO_CORRELATION = "undefined: a variance is zero"
 
 
 def fixed_table(found: Uncertainty, design: Design, exponent: int, pivot: float, confidence: float) -> pd.DataFrame:
-    """One row per reported coefficient, in the outcome's unit."""
+    """Return one row per reported coefficient, in the outcome's unit."""
     rows = []
     for i, (name, contrast) in enumerate(zip(design.names, design.back(), strict=True)):
         estimate = rescaled(float(contrast @ found.coefficients), exponent) + (pivot if i == 0 else 0.0)
@@ -110,7 +110,7 @@ def fixed_table(found: Uncertainty, design: Design, exponent: int, pivot: float,
 
 
 def effects_table(found: Uncertainty, contrasts: Mapping[Effect, Floats]) -> pd.DataFrame:
-    """One F test per effect, that all of its contrasts are zero."""
+    """Return one F test per effect, that all of its contrasts are zero."""
     rows = []
     for effect, each in contrasts.items():
         test = f_test(found, each)
@@ -119,7 +119,7 @@ def effects_table(found: Uncertainty, contrasts: Mapping[Effect, Floats]) -> pd.
 
 
 def covariances(random: Sequence[Random], factors: Sequence[Floats], sigma2: float) -> list[Floats]:
-    """The covariance of each term's reported effects, in the unit of sigma squared."""
+    """Return the covariance of each term's reported effects, in the unit of sigma squared."""
     roots = [term.back @ factor for term, factor in zip(random, factors, strict=True)]
     return [sigma2 * (root @ root.T) for root in roots]
 
@@ -127,7 +127,7 @@ def covariances(random: Sequence[Random], factors: Sequence[Floats], sigma2: flo
 def variances_table(
     random: Sequence[Random], covariance: Sequence[Floats], means: Sequence[float], sigma2: float, exponent: int
 ) -> pd.DataFrame:
-    """One row per random effect and the residual; `means` are the terms' mean variances over the values."""
+    """Return one row per random effect and the residual; `means` are the terms' mean variances over the values."""
     total, rows = math.fsum([*means, sigma2]), []
     for term, each, mean in zip(random, covariance, means, strict=True):
         for i, (effect, variance) in enumerate(zip(term.effects, np.diag(each).tolist(), strict=True)):
@@ -141,7 +141,7 @@ def _sizes(variance: float, exponent: int) -> tuple[float, float]:
 
 
 def correlations_table(random: Sequence[Random], covariance: Sequence[Floats], exponent: int) -> pd.DataFrame:
-    """One row per pair of correlated random effects of a grouping factor."""
+    """Return one row per pair of correlated random effects of a grouping factor."""
     rows = [row for term, each in zip(random, covariance, strict=True) for row in _pairs(term, each, exponent)]
     return pd.DataFrame(rows, columns=CORRELATIONS)
 

@@ -46,7 +46,7 @@ def aligned_ranks(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Aligned rank transform ANOVA with any number of within and between factors: one row per effect.
+    """Return an aligned rank transform ANOVA with any number of within and between factors: one row per effect.
 
     The columns of `mixed_anova` without the sums of squares, for the ranks aligned for that effect, then two checks
     of the alignment: `aligned_sum`, the sum of the aligned values relative to the sum of their sizes, and `other_F`,
@@ -73,8 +73,9 @@ def aligned_table(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Aligned values ("aligned SOURCE") and ranks ("rank SOURCE") of every effect, one row per participant and cell.
+    """Return the aligned values ("aligned SOURCE") and ranks ("rank SOURCE") of every effect.
 
+    One row per participant and cell.
     Raises a StatisticsError (a ValueError) that names what is wrong with the table.
     """
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
@@ -92,7 +93,7 @@ def aligned_table(
 
 
 def alignments(design: Design) -> Iterator[Aligned]:
-    """Every effect's alignment, in the order of the design's effects."""
+    """Yield every effect's alignment, in the order of the design's effects."""
     values = design.cells.values
     codes, sizes = _codes(design)
     pivot = float(values.flat[0])
@@ -117,14 +118,14 @@ def alignments(design: Design) -> Iterator[Aligned]:
 
 
 def _ranked(source: str, aligned: Floats, unsure: float, order: int) -> Aligned:
-    """Ranks of aligned values, tied where they are apart by less than the rounding of the means they are made of."""
+    """Return the ranks of aligned values, tied where closer than the rounding of the means they are made of."""
     room = np.full((1, aligned.size), (2 + 2**order) * unsure)
     ranks = doubled_ranks(aligned.reshape(1, -1), room, computed=True) / 2
     return Aligned(source, aligned, ranks.reshape(aligned.shape))
 
 
 def _codes(design: Design) -> tuple[list[Counts], list[int]]:
-    """The level of every factor in every cell (between factors first), and how many levels each has."""
+    """Return the level of every factor in every cell (between factors first), and how many levels each has."""
     shape = design.cells.values.shape
     sizes = [len(levels) for levels in design.groups.levels]
     group = np.empty(shape[0], dtype=np.intp)
@@ -138,7 +139,7 @@ def _codes(design: Design) -> tuple[list[Counts], list[int]]:
 
 
 def _means(y: Floats, codes: Sequence[Counts], sizes: Sequence[int], part: Term) -> Floats:
-    """The mean of each combination of these factors' levels, for every value; of all values for no factor."""
+    """Return the mean of each combination of these factors' levels, for every value; of all values for no factor."""
     flat = np.zeros(len(y), dtype=np.intp)
     for place in part:
         flat = flat * sizes[place] + codes[place]
@@ -153,7 +154,7 @@ def _parts(term: Term) -> Iterator[Term]:
 
 
 def _signed(term: Term) -> Iterator[tuple[int, Term]]:
-    """An effect as a signed sum of means: AB = mean(AB) - mean(A) - mean(B) + mean."""
+    """Yield an effect as a signed sum of means: AB = mean(AB) - mean(A) - mean(B) + mean."""
     for part in _parts(term):
         yield (-1) ** (len(term) - len(part)), part
 
@@ -177,7 +178,7 @@ def _row(design: Design, each: Aligned, kind: SumOfSquares) -> dict[str, Any]:
 
 
 def _other_f(design: Design, each: Aligned, kind: SumOfSquares) -> float:
-    """The largest F of an effect that was aligned away; 0 where nothing was, or where nothing varies."""
+    """Return the largest F of an effect that was aligned away; 0 where nothing was, or where nothing varies."""
     found = mixed_effects(replace(design, cells=replace(design.cells, values=each.values)), kind)
     others = [effect.f for _, effect in found if effect.source != each.source and not math.isnan(effect.f)]
     return max(others, default=0.0)

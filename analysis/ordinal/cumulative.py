@@ -47,7 +47,7 @@ class Rows:
         return float(self.weights.sum())
 
     def bounds(self, g: Floats) -> tuple[Floats, Floats]:
-        """The ends of each row's interval."""
+        """Return the ends of each row's interval."""
         return np.where(self.last, END, self.upper @ g), np.where(self.first, -END, self.lower @ g)
 
 
@@ -62,8 +62,9 @@ class Fit:
 
 
 def rows_of(answers: Ints, points: int, x: Floats, free: Floats, weights: Floats, starts: Ints) -> Rows:
-    """The bounds of answers 0 .. points - 1: thresholds (and a slope at each for every column of `free`), then slopes.
+    """Return the bounds of answers 0 .. points - 1: thresholds, then slopes.
 
+    Every column of `free` has a slope at each threshold.
     Columns of `x` have one slope for all thresholds (proportional odds), columns of `free` one at each.
     """
     block = np.concatenate((np.ones((len(answers), 1)), -free), axis=1)
@@ -78,7 +79,7 @@ def rows_of(answers: Ints, points: int, x: Floats, free: Floats, weights: Floats
 
 
 def start_of(answers: Ints, points: int, weights: Floats, columns: int, free: int, link: Link) -> Floats:
-    """Thresholds that give each answer its share, and no slopes."""
+    """Return thresholds that give each answer its share, and no slopes."""
     share = np.cumsum(np.bincount(answers, weights=weights, minlength=points))[:-1] / weights.sum()
     wide = np.zeros((points - 1, 1 + free))
     wide[:, 0] = latent_quantile(share, link)
@@ -86,7 +87,7 @@ def start_of(answers: Ints, points: int, weights: Floats, columns: int, free: in
 
 
 def log_likelihood(rows: Rows, g: Floats, link: Link) -> float:
-    """The log likelihood; minus infinity where thresholds are out of order."""
+    """Return the log likelihood; minus infinity where thresholds are out of order."""
     high, low = rows.bounds(g)
     if not np.all(high > low):
         return -np.inf
@@ -94,7 +95,7 @@ def log_likelihood(rows: Rows, g: Floats, link: Link) -> float:
 
 
 def derivatives(rows: Rows, g: Floats, link: Link) -> tuple[float, Floats, Floats]:
-    """Log likelihood, gradient and negative second derivatives."""
+    """Return log likelihood, gradient and negative second derivatives."""
     found = interval(*rows.bounds(g), link)
     score = found.f_high[:, None] * rows.upper - found.f_low[:, None] * rows.lower
     weighted = rows.weights[:, None]
@@ -107,7 +108,7 @@ def derivatives(rows: Rows, g: Floats, link: Link) -> tuple[float, Floats, Float
 
 
 def fitted(rows: Rows, start: Floats, link: Link) -> Fit:
-    """Newton's method with halved steps from `start`, whose thresholds are in order."""
+    """Fit by Newton's method with halved steps from `start`, whose thresholds are in order."""
     g = start
     for steps in range(MOST_STEPS):
         value, gradient, information = derivatives(rows, g, link)
@@ -124,7 +125,7 @@ def fitted(rows: Rows, start: Floats, link: Link) -> Fit:
 
 
 def solved(information: Floats, gradient: Floats) -> Floats:
-    """The Newton step, without the directions of which no answer tells anything."""
+    """Return the Newton step, without the directions that no answer informs."""
     values, vectors = np.linalg.eigh(information)
     told = values > FLAT * values[-1]
     step: Floats = vectors[:, told] @ ((vectors.T @ gradient)[told] / values[told])
@@ -132,7 +133,7 @@ def solved(information: Floats, gradient: Floats) -> Floats:
 
 
 def _uphill(rows: Rows, g: Floats, step: Floats, value: float, link: Link) -> tuple[Floats, float]:
-    """The longest of the steps 1, 1/2, 1/4, ... that does not go down; no step where none does."""
+    """Return the longest of the steps 1, 1/2, 1/4, ... that does not go down; no step where none does."""
     for halving in range(HALVINGS):
         tried = g + step / 2**halving
         reached = log_likelihood(rows, tried, link)
@@ -162,14 +163,14 @@ class Interval:
 
 
 def interval(high: Floats, low: Floats, link: Link) -> Interval:
-    """The interval's log probability and derivatives; `high` > `low` everywhere, END or -END for an open end."""
+    """Return the interval's log probability and derivatives; `high` > `low` everywhere, END or -END for an open end."""
     log_p = _log_p(high, low, link)
     f_high, f_low = (np.exp(_log_density(end, link) - log_p) for end in (high, low))
     return Interval(log_p, f_high, f_low, f_high * _relative_slope(high, link), f_low * _relative_slope(low, link))
 
 
 def latent_quantile(share: Floats, link: Link) -> Floats:
-    """Where the latent scale is cut so that this share lies below."""
+    """Return where the latent scale is cut so that this share lies below."""
     found: Floats = np.log(share) - np.log1p(-share) if link == "logit" else ndtri(share)
     return found
 
@@ -190,6 +191,6 @@ def _log_density(x: Floats, link: Link) -> Floats:
 
 
 def _relative_slope(x: Floats, link: Link) -> Floats:
-    """F''(x) / F'(x)."""
+    """Return F''(x) / F'(x)."""
     found: Floats = -np.tanh(x / 2) if link == "logit" else np.where(np.abs(x) < END, -x, 0.0)
     return found

@@ -53,7 +53,7 @@ def friedman(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Friedman's test of a long table, corrected for ties: one row.
+    """Return Friedman's test of a long table, corrected for ties: one row.
 
     `chi2`, `ddof1`, `p_unc`: the chi-squared form; `F`, `F_ddof1`, `F_ddof2`, `p_F`: Iman & Davenport's; `p_exact`:
     exact given the ties, NaN where `exact` is off or there are too many arrangements; `W`: Kendall's, `W_low` and
@@ -89,7 +89,7 @@ def one_factor(
     missing: Missing,
     aggregate: Aggregate,
 ) -> tuple[Hashable, Cells]:
-    """The cells of one within factor, two participants and two levels at least."""
+    """Return the cells of one within factor, two participants and two levels at least."""
     factors = name_list(within)
     if len(factors) != 1:
         raise BadOption(
@@ -103,18 +103,18 @@ def one_factor(
 
 
 def rank_rows(cells: Cells) -> Ints:
-    """Twice the midranks of each participant's values, ties within that participant's own rounding."""
+    """Return twice the midranks of each participant's values, ties within that participant's own rounding."""
     return doubled_ranks(cells.values, row_rounding(cells.values))
 
 
 def tied_rows(ranks: Ints) -> int:
-    """How many participants gave one value to several conditions."""
+    """Return how many participants gave one value to several conditions."""
     ordered = np.sort(ranks, axis=1)
     return int(np.count_nonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1)))
 
 
 def spread(ranks: Ints) -> tuple[int, int]:
-    """Sums of squares of doubled ranks about their mean: of the column sums, and of all ranks (times 4 both)."""
+    """Return 4 times the sums of squares of doubled ranks about their mean: of the column sums, and of all ranks."""
     n, k = ranks.shape
     columns = [int(value) - n * (k + 1) for value in ranks.sum(axis=0).tolist()]
     values = (ranks - (k + 1)).ravel()
@@ -122,7 +122,7 @@ def spread(ranks: Ints) -> tuple[int, int]:
 
 
 def rank_test(ranks: Ints) -> RankTest:
-    """Friedman's statistics from doubled ranks, in whole numbers up to the last division.
+    """Return Friedman's statistics from doubled ranks, in whole numbers up to the last division.
 
     chi2 = (k - 1) sum_j (R_j - n (k + 1) / 2)^2 / sum_ij (r_ij - (k + 1) / 2)^2 (Conover 1999, 5.8, equation 3).
     """
@@ -147,7 +147,7 @@ MOST_KEY = 2**62
 
 
 def exact_tail(ranks: Ints) -> float:
-    """P(statistic >= the one found) when each participant's ranks fall in any order; NaN where that costs too much.
+    """Return P(statistic >= observed) with each participant's ranks in any order; NaN where that costs too much.
 
     Under the hypothesis every order of a participant's own (mid)ranks is equally likely. The columns are
     interchangeable, so sets of column sums are kept sorted. Probabilities only ever add, so none loses digits.
@@ -170,7 +170,7 @@ def exact_tail(ranks: Ints) -> float:
 
 
 def _in_order(rows: Ints) -> Ints:
-    """Each row's ranks rising, and the rows in order: what the distribution rests on."""
+    """Return each row's ranks rising, and the rows in order: what the distribution rests on."""
     rising = np.sort(rows, axis=1)
     ordered: Ints = rising[np.lexsort(rising.T)]
     return ordered
@@ -187,14 +187,14 @@ def _order_count(row: Ints) -> int:
 
 
 def _orders(row: Ints) -> Ints:
-    """Every distinct order of a row, one after the other."""
+    """Return every distinct order of a row, one after the other."""
     if len(row) <= 7:
         return np.array(sorted(set(permutations(row.tolist()))), dtype=np.int64)
     return np.array(list(_distinct(tuple(row.tolist()))), dtype=np.int64)
 
 
 def _distinct(row: tuple[int, ...]) -> set[tuple[int, ...]]:
-    """The distinct orders of many values of which most are tied."""
+    """Return the distinct orders of many values of which most are tied."""
     if len(row) == 1:
         return {row}
     return {
@@ -232,8 +232,9 @@ def cochran_q(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Cochran's Q of a long table whose values are 0 (no) or 1 (yes), one for each participant and condition: one row.
+    """Return Cochran's Q of a long table whose values are 0 (no) or 1 (yes): one row.
 
+    The table has one value for each participant and condition.
     With `yes`, values of at least that much are 1, after averaging where `aggregate` is "mean".
 
     `Q`, `ddof1`, `p_unc`: the chi-squared form; `p_exact`: over all orders of each participant's own answers, NaN where

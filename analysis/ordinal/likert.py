@@ -20,7 +20,7 @@ MOST_POINTS = 101
 
 
 def likert(data: pd.DataFrame, dv: Hashable, item: Hashable, points: Sequence[float]) -> pd.DataFrame:
-    """How each item was answered: one row per item, in natural order of their names.
+    """Return how each item was answered: one row per item, in natural order of their names.
 
     `points` are the scale's points from lowest to highest, such as range(1, 8); an answer between them is refused, an
     empty one counts as `missing`. Columns: `n`, `missing`, `n_POINT` and `share_POINT` (of the answers given),

@@ -41,7 +41,7 @@ def nemenyi(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Nemenyi's test of all pairs of conditions: mean ranks A minus B, one row per pair.
+    """Return Nemenyi's test of all pairs of conditions: mean ranks A minus B, one row per pair.
 
     `q` is |difference| / sqrt(k (k + 1) / (12 n)), `p` its tail of the studentized range with infinite df, so already
     right for all pairs together; a difference beyond `critical` is significant at `alpha`. `ties=True` takes the
@@ -71,7 +71,7 @@ def nemenyi(
 
 
 def _pair(a: int, b: int, shape: tuple[int, int], error: float) -> dict[str, float]:
-    """Two conditions from their sums of doubled ranks."""
+    """Compare two conditions by their sums of doubled ranks."""
     n, k = shape
     q = abs(a - b) / (2 * n) / error if error > 0 else math.nan
     means = {"mean_rank_A": a / (2 * n), "mean_rank_B": b / (2 * n)}
@@ -79,7 +79,7 @@ def _pair(a: int, b: int, shape: tuple[int, int], error: float) -> dict[str, flo
 
 
 def rank_error(ranks: Ints, ties: bool) -> float:
-    """The standard deviation of a mean rank: sqrt(k (k + 1) / (12 n)), or from the ranks found where `ties`."""
+    """Return the standard deviation of a mean rank: sqrt(k (k + 1) / (12 n)), or from the ranks where `ties`."""
     n, k = ranks.shape
     if spread(ranks)[1] == 0:
         return 0.0
@@ -87,7 +87,7 @@ def rank_error(ranks: Ints, ties: bool) -> float:
 
 
 def _exact_tails(ranks: Ints) -> list[float] | None:
-    """P(|difference of two rank sums| >= d) for d = 0, 1, ... (doubled ranks); None where it costs too much.
+    """Return P(|difference of two rank sums| >= d) for d = 0, 1, ... (doubled ranks); None where it costs too much.
 
     Any two conditions of one participant hold two of their ranks, drawn without replacement.
     """
@@ -107,7 +107,7 @@ def _exact_tails(ranks: Ints) -> list[float] | None:
 
 
 def _pair_differences(row: Ints) -> Floats:
-    """The chance of each difference of two different places of one participant, from -2 (k - 1) to 2 (k - 1)."""
+    """Return the chance of each difference of two different places of one participant, from -2 (k - 1) to 2 (k - 1)."""
     k = len(row)
     apart = (row[:, None] - row[None, :])[~np.eye(k, dtype=bool)] + 2 * (k - 1)
     chances: Floats = np.bincount(apart, minlength=4 * (k - 1) + 1) / (k * (k - 1))
@@ -120,7 +120,7 @@ NEARLY_ONE = -(2.0**-52)  # a logarithm below 0 whose exponential is still below
 
 
 def range_tail(q: float, k: int) -> float:
-    """P(largest - smallest of k standard normal values > q), q >= 0; never 0, NaN for NaN."""
+    """Return P(largest - smallest of k standard normal values > q), q >= 0; never 0, NaN for NaN."""
     if math.isnan(q):
         return math.nan
     if q <= 0:
@@ -135,5 +135,5 @@ def range_tail(q: float, k: int) -> float:
 
 
 def range_quantile(alpha: float, k: int) -> float:
-    """The q with P(range > q) = alpha."""
+    """Return the q with P(range > q) = alpha."""
     return float(brentq(lambda q: range_tail(q, k) - alpha, 0.0, 60.0, xtol=1e-13, rtol=1e-14))

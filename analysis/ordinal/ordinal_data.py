@@ -50,7 +50,7 @@ def ordinal_data(
     levels: Sequence[Hashable] | None,
     orders: Orders,
 ) -> OrdinalData:
-    """Answers and predictors of a long table.
+    """Return the answers and predictors of a long table.
 
     Raises UnknownColumn, BadValue, IncompleteCells, BadOption or TooFew.
     """
@@ -92,7 +92,7 @@ def _answers(data: pd.DataFrame, dv: Hashable, levels: Sequence[Hashable] | None
 
 
 def _numbered(values: Floats, dv: Hashable) -> tuple[Ints, tuple[str, ...]]:
-    """Answers as numbers, values that differ by rounding alone being one."""
+    """Return the answers as numbers; values that differ by rounding alone are one."""
     lost = np.flatnonzero(np.isnan(values)).tolist()
     if lost:
         where = listed((f"row {row + 1}" for row in lost), len(lost))
@@ -165,7 +165,7 @@ class Asked:
 
 
 def terms_of(data: pd.DataFrame, asked: Asked, orders: Orders) -> list[Term]:
-    """The model's terms, in the order asked for, interactions last.
+    """Return the model's terms, in the order asked for, interactions last.
 
     `orders` gives a factor's levels in an order of one's own; the first is what "treatment" compares with. Raises
     UnknownColumn, BadValue, BadOption or TooFew.

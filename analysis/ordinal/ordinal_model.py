@@ -119,7 +119,7 @@ def _model(given: OrdinalData, found: Fitted, link: Link, confidence: float) -> 
 
 
 def coefficients(given: OrdinalData, found: Fitted, confidence: float) -> pd.DataFrame:
-    """Thresholds and slopes with their Wald statistics."""
+    """Return the thresholds and slopes with their Wald statistics."""
     names = [f"{low}|{high}" for low, high in zip(given.names, given.names[1:], strict=False)]
     slopes = [name for term in given.terms for name in term.columns]
     errors = np.sqrt(np.diag(found.covariance))
@@ -140,7 +140,7 @@ def coefficients(given: OrdinalData, found: Fitted, confidence: float) -> pd.Dat
 
 
 def term_tests(given: OrdinalData, found: Fitted, link: Link) -> Iterator[dict[str, Any]]:
-    """Likelihood ratio tests of every term, type II, and of the random intercept."""
+    """Yield likelihood ratio tests of every term, type II, and of the random intercept."""
     for term in given.terms:
         others = [other for other in given.terms if not term.parts <= other.parts]
         larger = found
@@ -157,7 +157,7 @@ def term_tests(given: OrdinalData, found: Fitted, link: Link) -> Iterator[dict[s
 
 
 def _proportional(given: OrdinalData, term: Term, found: Fitted, link: Link) -> dict[str, Any]:
-    """One slope of this term for all thresholds against one at each."""
+    """Compare one slope of this term for all thresholds with one at each."""
     df = len(term.columns) * (given.points - 2)
     try:
         reached, note = limit(given, given.terms, term, link)
@@ -203,7 +203,7 @@ class Coordinates:
 
 
 def coordinates(terms: Sequence[Term], weights: Floats) -> Coordinates:
-    """The predictors of these terms in orthonormal coordinates."""
+    """Return the predictors of these terms in orthonormal coordinates."""
     rows = len(weights)
     x = np.concatenate([np.zeros((rows, 0)), *(term.values for term in terms)], axis=1)
     centre = (weights @ x) / weights.sum()
@@ -212,7 +212,7 @@ def coordinates(terms: Sequence[Term], weights: Floats) -> Coordinates:
 
 
 def fit(data: OrdinalData, terms: Sequence[Term], link: Link) -> Fitted:
-    """The model with these terms, with a random intercept where the data have participants.
+    """Fit the model with these terms, with a random intercept where the data have participants.
 
     Raises Separated or NotConverged.
     """
@@ -243,7 +243,7 @@ def fit(data: OrdinalData, terms: Sequence[Term], link: Link) -> Fitted:
 
 
 def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> tuple[float, str]:
-    """The highest log likelihood with a slope of its own at every threshold for `free`, and a note.
+    """Return the highest log likelihood with a slope of its own at every threshold for `free`, and a note.
 
     A limit is approached as some slope grows for ever, and reached by none. NaN where it has no value, or where the
     thresholds are out of order somewhere, so that some answer would have a negative chance. Raises NotConverged.
@@ -265,15 +265,16 @@ def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> t
 
 
 def _thresholds(g: Floats, free: Floats, count: int) -> Floats:
-    """The thresholds of each row, moved by the slopes of `free` at each: (rows, thresholds)."""
+    """Return the thresholds of each row, moved by the slopes of `free` at each: (rows, thresholds)."""
     slopes = g[: count * (1 + free.shape[1])].reshape(count, -1)
     found: Floats = slopes[:, 0] - free @ slopes[:, 1:].T
     return found
 
 
 def _in_order(data: OrdinalData, free: Term, thresholds: Floats, unbounded: bool) -> bool:
-    """Whether the thresholds rise for every kind of row: all of them, or where `unbounded` those that answers tell of.
+    """Return whether the thresholds rise for every kind of row.
 
+    All of them, or where `unbounded` those that answers inform.
     Other predictors move all thresholds alike, so that only `free` matters.
     """
     _, rows, kind = np.unique(free.values, axis=0, return_index=True, return_inverse=True)
@@ -320,7 +321,7 @@ MOVED = 1e-7
 
 
 def escape(rows: Rows) -> Floats | None:
-    """A direction along which the likelihood rises for ever, each part at most 1; None where there is none."""
+    """Return a direction along which the likelihood rises for ever, each part at most 1; None where there is none."""
     bounds = np.concatenate((rows.upper[~rows.last], -rows.lower[~rows.first]))
     bounds = np.unique(bounds, axis=0)
     found = linprog(-bounds.sum(axis=0), A_ub=-bounds, b_ub=np.zeros(len(bounds)), bounds=(-1, 1), method="highs")

@@ -31,7 +31,7 @@ LARGEST_SD = 25.0  # on the latent scale: participants who each give one and the
 
 
 def fit_intercepts(rows: Rows, g: Floats, sigma: float, link: Link) -> tuple[Fit, float]:
-    """The maximum over (g, sigma) from a start; the fit's parameters are g followed by sigma, which is also given >= 0.
+    """Return the maximum over (g, sigma) from a start: parameters (g, sigma), and sigma >= 0 again.
 
     Raises NotConverged where there is none within reach.
     """
@@ -66,7 +66,7 @@ def _maximum(model: Marginal, start: Floats) -> Fit:
 
 
 def _ascent(information: Floats, gradient: Floats) -> Floats:
-    """A direction upwards: Newton's, with every curvature taken as its size (the likelihood need not be concave)."""
+    """Return a direction upwards: Newton's, with the size of every curvature (the likelihood need not be concave)."""
     values, vectors = np.linalg.eigh(information)
     least = max(float(np.abs(values).max()) * 1e-12, math.ulp(1.0))
     step: Floats = vectors @ ((vectors.T @ gradient) / np.maximum(np.abs(values), least))
@@ -103,12 +103,12 @@ class Marginal:
         return found
 
     def per_person(self, values: Floats) -> Floats:
-        """The sums of each participant's rows."""
+        """Return the sum of each participant's rows."""
         found: Floats = np.add.reduceat(values, self.rows.starts, axis=0)
         return found
 
     def per_row(self, values: Floats) -> Floats:
-        """Participants' values, one for each of their rows."""
+        """Repeat participants' values, one for each of their rows."""
         found: Floats = np.repeat(values, self.lengths, axis=0)
         return found
 
@@ -122,7 +122,7 @@ class Bounds:
     sigma: float
 
     def at(self, model: Marginal, z: Floats) -> Interval:
-        """The intervals where participants stand at `z` (participants) or (participants, nodes)."""
+        """Return the intervals where participants stand at `z` (participants) or (participants, nodes)."""
         by = model.per_row(self.sigma * z)
         high, low = (self.high, self.low) if z.ndim == 1 else (self.high[:, None], self.low[:, None])
         return interval(high - by, low - by, model.link)
@@ -137,7 +137,7 @@ class Nodes:
 
 
 def marginal_likelihood(model: Marginal, at: Floats) -> float:
-    """The log likelihood at (g, sigma); minus infinity where thresholds are out of order."""
+    """Return the log likelihood at (g, sigma); minus infinity where thresholds are out of order."""
     high, low = model.rows.bounds(at[:-1])
     if not np.all(high > low):
         return -math.inf
@@ -146,7 +146,7 @@ def marginal_likelihood(model: Marginal, at: Floats) -> float:
 
 
 def marginal_derivatives(model: Marginal, at: Floats) -> tuple[float, Floats, Floats]:
-    """Log likelihood, gradient and negative second derivatives at (g, sigma)."""
+    """Return log likelihood, gradient and negative second derivatives at (g, sigma)."""
     bounds = Bounds(*model.rows.bounds(at[:-1]), float(at[-1]))
     nodes = _nodes(model, bounds)
     logs = _logs(model, bounds, nodes)
@@ -162,14 +162,14 @@ def marginal_derivatives(model: Marginal, at: Floats) -> tuple[float, Floats, Fl
 
 
 def _batches(model: Marginal, width: int) -> Iterator[slice]:
-    """Nodes a few at a time, so that memory stays bounded."""
+    """Yield nodes a few at a time, so that memory stays bounded."""
     size = max(1, BATCH // (len(model.rows.weights) * width))
     for start in range(0, model.nodes, size):
         yield slice(start, min(start + size, model.nodes))
 
 
 def _nodes(model: Marginal, bounds: Bounds) -> Nodes:
-    """Nodes around each participant's mode, which Newton's method finds: the log integrand is concave."""
+    """Return the nodes around each participant's mode, which Newton's method finds: the log integrand is concave."""
     z = np.zeros(len(model.rows.starts))
     bend = np.ones_like(z)
     for _ in range(MODE_STEPS):
@@ -191,7 +191,7 @@ def _nodes(model: Marginal, bounds: Bounds) -> Nodes:
 
 
 def _logs(model: Marginal, bounds: Bounds, nodes: Nodes) -> Floats:
-    """Log of each participant's integrand times weight, at its nodes."""
+    """Return the log of each participant's integrand times weight, at its nodes."""
     weights = model.rows.weights[:, None]
     parts = [model.per_person(weights * bounds.at(model, nodes.z[:, some]).log_p) for some in _batches(model, 1)]
     found: Floats = np.concatenate(parts, axis=1) - nodes.z**2 / 2 + nodes.log_weights
@@ -199,7 +199,7 @@ def _logs(model: Marginal, bounds: Bounds, nodes: Nodes) -> Floats:
 
 
 def _complete(model: Marginal, bounds: Bounds, z: Floats, shares: Floats) -> tuple[Floats, Floats]:
-    """Each participant's score at some nodes (participants, nodes, parameters), and the information of all there."""
+    """Return each participant's score at some nodes (participants, nodes, parameters), and all information there."""
     found, rows = bounds.at(model, z), model.rows
     upper, lower = (_widened(side, model.per_row(-z)) for side in (rows.upper, rows.lower))
     score = found.f_high[..., None] * upper - found.f_low[..., None] * lower
@@ -209,13 +209,13 @@ def _complete(model: Marginal, bounds: Bounds, z: Floats, shares: Floats) -> tup
 
 
 def _widened(side: Floats, moved: Floats) -> Floats:
-    """The rows' columns at every node, and the one of sigma, which is the node's."""
+    """Return the rows' columns at every node, and the one of sigma, which is the node's."""
     shape = (*moved.shape, side.shape[1])
     return np.concatenate((np.broadcast_to(side[:, None, :], shape), moved[..., None]), axis=2)
 
 
 def _product(weight: Floats, columns: Floats) -> Floats:
-    """sum of weight x column x column over rows and nodes."""
+    """Return the sum of weight x column x column over rows and nodes."""
     flat = columns.reshape(-1, columns.shape[2])
     found: Floats = flat.T @ (weight.reshape(-1, 1) * flat)
     return found

@@ -28,19 +28,19 @@ def refuse_huge(values: Floats) -> None:
 
 
 def rounding(values: Floats) -> Floats:
-    """How far rounding may move a value of this size: 4 units in its last place."""
+    """Return how far rounding may move a value of this size: 4 units in its last place."""
     allowed: Floats = ROUNDING_ULPS * np.spacing(np.abs(values))
     return allowed
 
 
 def row_rounding(rows: Floats) -> Floats:
-    """The same for each row of a matrix, from its largest value, in the matrix' shape."""
+    """Return the same for each row of a matrix, from its largest value, in the matrix' shape."""
     largest: Floats = np.abs(rows).max(axis=1, keepdims=True)
     return np.broadcast_to(rounding(largest), rows.shape)
 
 
 def doubled_ranks(rows: Floats, allowed: Floats, computed: bool | Truths = False) -> Ints:
-    """Twice the midranks (1 .. k) within each row of a matrix, whole numbers whatever is tied.
+    """Return twice the midranks (1 .. k) within each row of a matrix, whole numbers whatever is tied.
 
     Neighbours in a sorted row are tied where they are equal, or differ by no more than the larger of their `allowed`
     (same shape) and not both are short decimals, which are as they were written, unless one of them was `computed`
@@ -66,7 +66,10 @@ def doubled_ranks(rows: Floats, allowed: Floats, computed: bool | Truths = False
 
 
 def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool | Truths = False) -> Truths:
-    """Where two arrays hold the same values: equal, or only rounding apart with not both of them short decimals."""
+    """Return where two arrays hold the same values: equal, or only rounding apart.
+
+    Two short decimals are the same only where they are equal.
+    """
     gap: Floats = np.abs(a - b)
     same: Truths = gap == 0
     doubtful = (gap <= allowed) & ~same
@@ -77,7 +80,7 @@ def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool | Truths = 
 
 
 def written(values: Floats) -> Truths:
-    """Whether each value is a whole number or a decimal of at most 15 digits, so that arithmetic has not blurred it."""
+    """Return whether each value is whole or a decimal of at most 15 digits, which arithmetic has not blurred."""
     return np.array([_is_written(value) for value in values.tolist()], dtype=bool)
 
 

@@ -33,7 +33,7 @@ def check_interval(draws: object, confidence: object) -> None:
 
 
 def w_interval(ranks: Ints, interval: Interval) -> tuple[float, float, str]:
-    """Percentile bootstrap interval of Kendall's W over participants, and a note where it is undefined.
+    """Return the percentile bootstrap interval of Kendall's W over participants, and a note where it is undefined.
 
     Participants are sorted by their ranks first, so that neither rows nor labels decide what is drawn.
     Efron & Tibshirani 1993, ch. 13.
@@ -52,7 +52,7 @@ def w_interval(ranks: Ints, interval: Interval) -> tuple[float, float, str]:
 
 
 def _resampled(centred: Floats, interval: Interval) -> Floats:
-    """W of each bootstrap sample of rows; whole numbers held in doubles, so sums are exact.
+    """Return W of each bootstrap sample of rows; whole numbers held in doubles, so sums are exact.
 
     W = (1 + (n - 1) r) / n with r the mean agreement of two participants. A sample holds some participants several
     times; that they agree with themselves is no agreement, so r is taken over pairs of different ones.

@@ -31,7 +31,7 @@ from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 
 def rank_sums(a: Floats, b: Floats, confidence: float = 0.95) -> RankComparison:
-    """The test of two samples: statistic W (Mann-Whitney's U of the first), as in R's wilcox.test.
+    """Return the test of two samples: statistic W (Mann-Whitney's U of the first), as in R's wilcox.test.
 
     The exact p is P(|W - mean| >= the distance found) over all ways to split the values found; the effect size
     2 W / (n_a n_b) - 1 is the rank-biserial correlation (Cliff's delta). Mann & Whitney 1947; Hollander, Wolfe &
@@ -53,14 +53,14 @@ def rank_sums(a: Floats, b: Floats, confidence: float = 0.95) -> RankComparison:
 
 
 def _sd(ranks: Ints, n_a: int, n_b: int) -> float:
-    """Standard deviation of a doubled rank sum, drawn without replacement from the ranks found."""
+    """Return the standard deviation of a doubled rank sum, drawn without replacement from these ranks."""
     n = n_a + n_b
     centred = ranks - (n + 1)
     return math.sqrt(n_a * n_b * float(np.dot(centred, centred)) / (n * (n - 1)))
 
 
 def _exact(ranks: Ints, sizes: tuple[int, int]) -> float:
-    """The exact p, from the smaller group: its distance from the mean is the same."""
+    """Return the exact p, from the smaller group: its distance from the mean is the same."""
     small = int(sizes[1] < sizes[0])
     own = ranks[sizes[0] :] if small else ranks[: sizes[0]]
     chances = rank_sum_chances(ranks, sizes[small])
@@ -98,7 +98,7 @@ class RankComparison:
 
 
 def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: float = 0.95) -> RankComparison:
-    """The test of paired values a, b (same length): statistic V, the sum of the ranks of positive differences.
+    """Return the test of paired values a, b (same length): statistic V, the sum of the ranks of positive differences.
 
     "wilcoxon" leaves zero differences out before ranking, "pratt" ranks them and leaves their ranks out. Zeros and ties
     are decided as in `ranks`. Wilcoxon 1945; Pratt 1959; Hollander, Wolfe & Chicken 2014, 3.1.
@@ -140,7 +140,7 @@ def _is_doubtful(size: Floats, allowed: Floats) -> bool:
 
 
 def _decimal_differences(a: Floats, b: Floats, exact: Truths) -> Floats:
-    """a - b, of short decimals without the rounding that subtracting doubles has: 0.3 - 0.2 is 0.2 - 0.1."""
+    """Return a - b, of short decimals without the rounding that subtracting doubles has: 0.3 - 0.2 is 0.2 - 0.1."""
     found = a - b
     for place in np.flatnonzero(exact):
         found[place] = float(Decimal(repr(float(a[place]))) - Decimal(repr(float(b[place]))))
@@ -148,14 +148,14 @@ def _decimal_differences(a: Floats, b: Floats, exact: Truths) -> Floats:
 
 
 def _normal(positive: int, ranks: Ints) -> tuple[float, float]:
-    """z with continuity correction and its two-sided p; the variance is that of the ranks found, so right with ties."""
+    """Return z with continuity correction and its two-sided p; the variance is that of the ranks, ties included."""
     apart = positive - int(ranks.sum()) / 2
     sd = math.sqrt(float(np.dot(ranks, ranks)) / 4)
     return corrected_z(apart, sd)
 
 
 def corrected_z(apart: float, sd: float) -> tuple[float, float]:
-    """(apart -+ 1/2 rank) / sd on doubled ranks and its two-sided p, never 0; p = 1 where nothing is left."""
+    """Return (apart -+ 1/2 rank) / sd on doubled ranks and its two-sided p, never 0; p = 1 where nothing is left."""
     z = (apart - math.copysign(min(1.0, abs(apart)), apart)) / sd
     return z, min(1.0, max(2 * float(ndtr(-abs(z))), SMALLEST))
 
@@ -177,7 +177,7 @@ def wilcoxon_tests(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Wilcoxon tests of every pair of levels of one factor, A minus B, one row per pair.
+    """Return Wilcoxon tests of every pair of levels of one factor, A minus B, one row per pair.
 
     `within` and `subject`: signed ranks (`W` is R's V, the sum of positive ranks; `zeros` "wilcoxon" or "pratt");
     `between`: rank sums (`W` is R's W, Mann & Whitney's U of A). `p_unc` is `p_exact`, exact given all ties, or
@@ -220,7 +220,7 @@ def _pairs(labels: list[Any], values: list[Any]) -> Iterator[tuple[Any, Any, Any
 
 
 def in_family(p: list[float], method: str, family: int | None) -> list[float]:
-    """The p values adjusted as members of a family of this size; refuses a family smaller than its tests."""
+    """Adjust p values as members of a family of this size; refuse a family smaller than its tests."""
     size = len(p) if family is None else family
     if isinstance(size, bool) or not isinstance(size, int) or size < len(p):
         raise BadOption(f"family={shown(family)}: a whole number is expected, at least the {len(p)} tests made here")
@@ -260,7 +260,7 @@ class Shift:
 
 
 def one_sample_shift(values: Floats, confidence: float) -> Shift:
-    """The median of the means of all pairs of values (each with itself too), and its interval."""
+    """Return the median of the means of all pairs of values (each with itself too), and its interval."""
     n = len(values)
     if n * (n + 1) // 2 > MOST_MEANS:
         return _too_many(n * (n + 1) // 2)
@@ -269,7 +269,10 @@ def one_sample_shift(values: Floats, confidence: float) -> Shift:
 
 
 def two_sample_shift(a: Floats, b: Floats, confidence: float) -> Shift:
-    """The median of all differences between a value of the first and one of the second sample, and its interval."""
+    """Return the median of all differences between a value of the first and one of the second sample.
+
+    With its interval.
+    """
     if len(a) * len(b) > MOST_MEANS:
         return _too_many(len(a) * len(b))
     return _between(np.subtract.outer(a, b).ravel(), _sum_count(len(a), len(b), (1 - confidence) / 2), confidence)
@@ -280,7 +283,7 @@ def _too_many(count: int) -> Shift:
 
 
 def _between(values: Floats, count: int, confidence: float) -> Shift:
-    """The median, and the count-th value from either end; no interval where even the ends are not wide enough."""
+    """Return the median, and the count-th value from either end; no interval where the ends are not wide enough."""
     last = len(values) - 1
     ends = [count - 1, last - count + 1] if count > 0 else []
     values.partition([last // 2, (last + 1) // 2, *ends])
@@ -292,14 +295,14 @@ def _between(values: Floats, count: int, confidence: float) -> Shift:
 
 
 def _signed_count(n: int, tail: float) -> int:
-    """How many pairwise means to count off: R's qsignrank(tail, n), 0 where the ends fall short of the confidence."""
+    """Return how many pairwise means to count off: R's qsignrank(tail, n); 0 where no interval is wide enough."""
     if n > MOST_SIGNED:
         return round(n * (n + 1) / 4 + float(ndtri(tail)) * math.sqrt(n * (n + 1) * (2 * n + 1) / 24))
     return _count(signed_rank_chances(np.arange(1, n + 1, dtype=np.int64)), tail)
 
 
 def _sum_count(n_a: int, n_b: int, tail: float) -> int:
-    """The same for two samples: R's qwilcox(tail, n_a, n_b)."""
+    """Return the same for two samples: R's qwilcox(tail, n_a, n_b)."""
     small, n = min(n_a, n_b), n_a + n_b
     chances = rank_sum_chances(np.arange(1, n + 1, dtype=np.int64), small)
     if chances is None:
@@ -308,7 +311,7 @@ def _sum_count(n_a: int, n_b: int, tail: float) -> int:
 
 
 def _count(chances: Floats, tail: float) -> int:
-    """The least count whose tail exceeds the wished one; 0 where the outermost value alone weighs more than that."""
+    """Return the least count whose tail exceeds the one given; 0 where the outermost value alone weighs more."""
     return lower_quantile(chances, tail)
 
 
@@ -318,7 +321,7 @@ MOST_VALUES = 500  # values in both groups: binomial coefficients stay within do
 
 
 def signed_rank_chances(ranks: Ints) -> Floats:
-    """P(sum of the positive ranks = 0, 1, ...) when every rank is positive or negative with chance 1/2."""
+    """Return P(sum of the positive ranks = 0, 1, ...) when every rank is positive or negative with chance 1/2."""
     chances = np.zeros(int(ranks.sum()) + 1)
     chances[0], end = 1.0, 0
     for rank in np.sort(ranks).tolist():
@@ -330,7 +333,10 @@ def signed_rank_chances(ranks: Ints) -> Floats:
 
 
 def rank_sum_chances(ranks: Ints, size: int) -> Floats | None:
-    """P(sum of a group's ranks = 0, 1, ...) when any `size` of the values form the group; None where too costly."""
+    """Return P(sum of a group's ranks = 0, 1, ...) when any `size` of the values form the group.
+
+    None where that costs too much.
+    """
     total = int(np.sort(ranks)[len(ranks) - size :].sum())
     if len(ranks) > MOST_VALUES or len(ranks) * size * total > MOST_STEPS:
         return None
@@ -345,11 +351,11 @@ def rank_sum_chances(ranks: Ints, size: int) -> Floats | None:
 
 
 def two_sided(chances: Floats, found: int, doubled_mean: int) -> float:
-    """P(|statistic - mean| >= |found - mean|); `doubled_mean` is twice the mean."""
+    """Return P(|statistic - mean| >= |observed - mean|); `doubled_mean` is twice the mean."""
     apart = np.abs(2 * np.arange(len(chances)) - doubled_mean)
     return min(1.0, float(chances[apart >= abs(2 * found - doubled_mean)].sum()))
 
 
 def lower_quantile(chances: Floats, share: float) -> int:
-    """The smallest value whose cumulative chance reaches `share`."""
+    """Return the smallest value whose cumulative chance reaches `share`."""
     return int(np.searchsorted(np.cumsum(chances), share * (1 - 1e-12)))

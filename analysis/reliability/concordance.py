@@ -38,7 +38,7 @@ def kendall_w(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Kendall's coefficient of concordance of a long table, corrected for ties: one row.
+    """Return Kendall's coefficient of concordance of a long table, corrected for ties: one row.
 
     Columns: W, mean_rank_r (the mean Spearman correlation of two raters where nobody ties), chi2, df, p_chi2, p, p_kind
     ("exact", "permutation" or "chi2"), raters, targets, raters_with_ties, note. `p="auto"` enumerates all orders
@@ -63,7 +63,7 @@ def kendall_w(
 
 
 def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: int = 0) -> dict[str, object]:
-    """Kendall's W of an array (targets, raters) without gaps, under the names of the table's columns."""
+    """Return Kendall's W of an array (targets, raters) without gaps, under the names of the table's columns."""
     n, m = values.shape
     refuse_huge(values)
     ranks = doubled_ranks(values.T, row_rounding(values.T))
@@ -96,7 +96,7 @@ def _still_note(still: int, raters: int) -> str:
 
 
 def _p(ranks: Ints, spread: int, asymptotic: float, asked: PKind, draws: int, seed: int) -> tuple[float, str, str]:
-    """p, its kind, and why it is not of the kind that was asked for."""
+    """Return p, its kind, and why it is not of the kind requested."""
     why = ""
     if asked in ("auto", "exact"):
         found = exact_tail(ranks)
@@ -109,12 +109,12 @@ def _p(ranks: Ints, spread: int, asymptotic: float, asked: PKind, draws: int, se
 
 
 def chi2_tail(statistic: float, df: int) -> float:
-    """P(chi squared > statistic): NaN for NaN, never 0."""
+    """Return P(chi squared > statistic): NaN for NaN, never 0."""
     return math.nan if math.isnan(statistic) else max(float(gammaincc(df / 2, statistic / 2)), SMALLEST)
 
 
 def permutation_p(ranks: Ints, spread: int, draws: int, seed: int) -> float:
-    """The share of shuffled tables that spread at least as much, the table itself among them: (1 + hits) / (1 + draws).
+    """Return the share of shuffled tables that spread at least as much: (1 + hits) / (1 + draws).
 
     Phipson & Smyth 2010: so counted, p is valid and never 0.
     """

@@ -64,7 +64,7 @@ def cronbach_alpha(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Alpha:
-    """Cronbach's alpha of a long table: `items` is the column that tells items apart, `cases` who or what they rate.
+    """Return Cronbach's alpha of a long table: `items` names the items, `cases` who or what they rate.
 
     The items named in `reverse` are keyed the other way round. `missing="drop_cases"` leaves out cases with gaps,
     `aggregate="mean"` averages repetitions. Interval: Feldt 1965. The result's `items` has one row per item.
@@ -83,13 +83,13 @@ def cronbach_alpha(
 
 
 def alpha_value(values: Floats) -> float:
-    """Alpha of an array (cases, items) without gaps: 1 - residual / between cases, NaN where no case differs."""
+    """Return alpha of an array (cases, items) without gaps: 1 - residual / between cases, NaN where no case differs."""
     ms = mean_squares(values)
     return math.nan if ms.rows == 0 else 1 - ms.residual / ms.rows
 
 
 def feldt_interval(alpha: float, cases: int, items: int, confidence: float) -> tuple[float, float]:
-    """Feldt 1965: (1 - alpha) over its true value is distributed as F."""
+    """Return Feldt's interval (1965): (1 - alpha) over its true value is distributed as F."""
     df1, df2, tail = cases - 1, (cases - 1) * (items - 1), (1 - confidence) / 2
     return 1 - (1 - alpha) * f_upper(tail, df1, df2), 1 - (1 - alpha) / f_upper(tail, df2, df1)
 
@@ -127,7 +127,7 @@ def _alpha_of(
 
 
 def _average_r(keyed: Floats) -> float:
-    """The mean of all correlations between two items, NaN where one does not vary."""
+    """Return the mean of all correlations between two items, NaN where one does not vary."""
     z = np.stack([deviations(column) for column in keyed.T], axis=1)
     length = np.sqrt(np.add.reduce(z * z, axis=0))
     if (length == 0).any():

@@ -24,7 +24,7 @@ class Correlation(NamedTuple):
 
 
 def deviations(values: Floats) -> Floats:
-    """A sample's deviations from its mean times its size, scaled by a power of two; 0 where only rounding varies."""
+    """Return a sample's deviations from its mean times its size, scaled by a power of two; 0 for rounding alone."""
     x, _ = scaled(values)
     high, low = differences((x, None), 0)
     found = centred(high if low is None else high + low, 0)
@@ -34,7 +34,7 @@ def deviations(values: Floats) -> Floats:
 
 
 def deviations_of_sum(columns: Floats) -> Floats:
-    """The same for the sums of the rows of a matrix, as if added without rounding."""
+    """Return the same for the sums of the rows of a matrix, as if added without rounding."""
     x, _ = scaled(columns)
     sums = row_sums(differences((x, None), 0))
     found = centred(sums, 0)
@@ -44,7 +44,7 @@ def deviations_of_sum(columns: Floats) -> Floats:
 
 
 def product_moment(x: Floats, y: Floats) -> float:
-    """r of two samples' deviations, NaN where one of them does not vary."""
+    """Return r of two samples' deviations, NaN where one of them does not vary."""
     xx, yy = sum_of_squares(x), sum_of_squares(y)
     if xx == 0 or yy == 0:
         return math.nan
@@ -52,7 +52,7 @@ def product_moment(x: Floats, y: Floats) -> float:
 
 
 def pearson(first: Floats, second: Floats, confidence: float = 0.95) -> Correlation:
-    """Pearson's r of two samples of equal length, its p (t with n - 2 df) and Fisher's interval."""
+    """Return Pearson's r of two samples of equal length, its p (t with n - 2 df) and Fisher's interval."""
     n = len(first)
     if n < 3:
         return Correlation(math.nan, math.nan, math.nan, math.nan, n, f"r needs three pairs or more; there are {n}")
@@ -77,7 +77,7 @@ def pearson(first: Floats, second: Floats, confidence: float = 0.95) -> Correlat
 
 
 def f_upper(tail: float, df1: float, df2: float) -> float:
-    """The value that F exceeds with this probability, from the beta distribution (Abramowitz & Stegun 26.6.2).
+    """Return the value that F exceeds with this probability, from the beta distribution (Abramowitz & Stegun 26.6.2).
 
     Both halves of the beta variable are solved for, so that neither is a difference of nearly equal numbers.
     """
@@ -89,5 +89,5 @@ def f_upper(tail: float, df1: float, df2: float) -> float:
 
 
 def normal_upper(tail: float) -> float:
-    """The value that a standard normal variable exceeds with this probability."""
+    """Return the value that a standard normal variable exceeds with this probability."""
     return -float(ndtri(tail))

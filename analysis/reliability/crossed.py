@@ -36,7 +36,7 @@ class Crossed:
     values_per_cell: tuple[int, int] = (1, 1)
 
     def attrs(self, rows: str, columns: str) -> dict[str, Any]:
-        """What a result says of the table that it rests on."""
+        """Return the facts about the table that a result rests on."""
         made: dict[str, Any] = {rows: len(self.rows), columns: len(self.columns), "dropped": self.dropped}
         return made if self.values_per_cell == (1, 1) else made | {"values_per_cell": self.values_per_cell}
 
@@ -50,7 +50,7 @@ def crossed(
     gaps: Gaps = "raise",
     aggregate: Aggregate = None,
 ) -> Crossed:
-    """The matrix of a long table. Several names of `rows` make one row per combination that occurs.
+    """Return the matrix of a long table. Several names of `rows` make one row per combination that occurs.
 
     Raises UnknownColumn, BadValue, IncompleteCells, DuplicatedCells or BadOption.
     """
@@ -70,7 +70,7 @@ def crossed(
 
 
 def combined(data: pd.DataFrame, names: Sequence[Hashable]) -> Coded:
-    """One code per combination of the labels of these columns that occurs; a label of several parts is a tuple."""
+    """Return one code per combination of labels that occurs in these columns; several parts make a tuple."""
     parts = [coded(data[name], name) for name in names]
     if len(parts) == 1:
         return parts[0]

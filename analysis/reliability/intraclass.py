@@ -71,7 +71,7 @@ def icc(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """The six intraclass correlations of a long table, one row each, with F tests and intervals to full precision.
+    """Return the six intraclass correlations of a long table, one row each, with F tests and intervals.
 
     Columns: type (Shrout & Fleiss 1979), name (McGraw & Wong 1996), description, ICC, F, df1, df2, p, ci_low, ci_high,
     note. Every rater must have rated every target once: `missing` leaves out targets or raters with gaps,
@@ -95,7 +95,7 @@ def demand_confidence(confidence: object) -> None:
 
 
 def iccs(values: Floats, confidence: float = 0.95) -> list[Icc]:
-    """The six intraclass correlations of an array (targets, raters), at least 2 by 2, without gaps."""
+    """Return the six intraclass correlations of an array (targets, raters), at least 2 by 2, without gaps."""
     ms, tail = mean_squares(values), (1 - confidence) / 2
     return [*_singles(ms, tail), *_averages(ms, tail)]
 
@@ -120,7 +120,7 @@ def _averages(ms: MeanSquares, tail: float) -> Iterator[Icc]:
 
 
 def absolute(ms: MeanSquares) -> float:
-    """ICC(A,1), the agreement of single ratings; NaN where the variance of a rating has no positive estimate."""
+    """Return ICC(A,1), the agreement of single ratings; NaN where the variance of a rating has no positive estimate."""
     total = ms.rows + (ms.k - 1) * ms.residual + ms.k * (ms.columns - ms.residual) / ms.n
     return _share(ms.rows - ms.residual, total)
 
@@ -146,12 +146,12 @@ def _ratio(top: float, bottom: float, df1: int, df2: int, tail: float) -> _F:
 
 
 def _single_limits(f: _F, k: int) -> tuple[float, float]:
-    """Shrout & Fleiss 1979, p. 424 and 425."""
+    """Return the limits of single ratings (Shrout & Fleiss 1979, p. 424 and 425)."""
     return (f.low - 1) / (f.low + k - 1), (f.high - 1) / (f.high + k - 1)
 
 
 def _agreement_limits(ms: MeanSquares, estimate: float, tail: float) -> tuple[float, float]:
-    """Satterthwaite's limits of ICC(A,1) (McGraw & Wong 1996, table 7; Shrout & Fleiss 1979, p. 424)."""
+    """Return Satterthwaite's limits of ICC(A,1) (McGraw & Wong 1996, table 7; Shrout & Fleiss 1979, p. 424)."""
     if ms.residual == 0 or ms.rows == 0 or math.isnan(estimate):
         return math.nan, math.nan
     n, k = ms.n, ms.k
@@ -172,7 +172,7 @@ def _agreement_limits(ms: MeanSquares, estimate: float, tail: float) -> tuple[fl
 
 
 def _stepped_up(single: float, k: int) -> float:
-    """Spearman-Brown; NaN where a limit lies so low that the mean of k ratings would have no variance."""
+    """Step up by Spearman-Brown; NaN where a limit lies so low that the mean of k ratings would have no variance."""
     total = 1 + (k - 1) * single
     return k * single / total if total > 0 else math.nan
 
@@ -217,7 +217,7 @@ class MeanSquares:
 
 
 def mean_squares(values: Floats) -> MeanSquares:
-    """The two-way decomposition of an array (rows, columns), each at least 2 (Shrout & Fleiss 1979, table 3)."""
+    """Return the two-way decomposition of an array (rows, columns), each at least 2 (Shrout & Fleiss 1979, table 3)."""
     n, k = values.shape
     x, exponent = scaled(values)
     plain: Pair = (x, None)

@@ -26,7 +26,7 @@ class Kappa(NamedTuple):
 
 
 def fleiss_kappa(counts: Floats) -> Kappa:
-    """Fleiss' kappa of an array (units, categories): how many raters put each unit into each category.
+    """Return Fleiss' kappa of an array (units, categories): how many raters put each unit into each category.
 
     Source: Fleiss 1971; the standard error: Fleiss, Nee & Landis 1979. Raises BadValue for counts that are no whole
     numbers or whose units differ in raters (Krippendorff's alpha handles those), TooFew for one rater or no unit.
@@ -76,7 +76,7 @@ class CohenKappa(NamedTuple):
 
 
 def cohen_kappa(counts: Floats, confidence: float = 0.95) -> CohenKappa:
-    """Cohen's kappa of an array (k, k): how many units the first rater put into the row's category, the second into the
+    """Return Cohen's kappa of an array (k, k): units by the first rater's (row) and the second rater's category.
     column's.
 
     Source: Cohen 1960; the standard error, for large samples: Fleiss, Cohen & Everitt 1969, equation 13. The interval

@@ -64,7 +64,7 @@ def krippendorff_alpha(
     confidence: float = 0.95,
     aggregate: Aggregate = None,
 ) -> Krippendorff:
-    """Krippendorff's alpha of a long table; a missing value is a row without one, or no row.
+    """Return Krippendorff's alpha of a long table; a missing value is a row without one, or no row.
 
     At level "nominal" the values may be any labels; "ratio" needs values from 0 up. `aggregate="mean"` averages
     repetitions at level "interval" or "ratio". The percentile interval draws units with replacement; `draws=0` leaves
@@ -85,7 +85,7 @@ def krippendorff_alpha(
 def krippendorff(
     values: Floats, level: Level, *, draws: int = 0, seed: int = 0, confidence: float = 0.95
 ) -> Krippendorff:
-    """Krippendorff's alpha of an array (units, raters), NaN where a rater gave no value."""
+    """Return Krippendorff's alpha of an array (units, raters), NaN where a rater gave no value."""
     demand_confidence(confidence)
     demand_draws(draws)
     if values.ndim != 2 or values.shape[1] < 2:
@@ -109,7 +109,7 @@ def krippendorff(
 
 
 def _numbered(data: pd.DataFrame, dv: Hashable, level: Level) -> pd.DataFrame:
-    """The table with its labels as numbers at level nominal; a row without a label is a missing value."""
+    """Return the table with its labels as numbers at level nominal; a row without a label is a missing value."""
     if level != "nominal":
         return data
     there = data[dv].notna().to_numpy()
@@ -144,7 +144,7 @@ BLOCK = 4_000_000
 
 
 def disagreement_of(values: Floats, level: str) -> Weighted:
-    """Alpha of an array (units, raters), each unit with two values or more, as a function of the units' weights.
+    """Return alpha of an array (units, raters), each unit with two values or more, as a function of the units' weights.
 
     Raises BadValue for a value below 0 at level "ratio", and beyond 1e300 at any level but "interval".
     """
@@ -157,7 +157,7 @@ def disagreement_of(values: Floats, level: str) -> Weighted:
 
 
 def _counts(values: Floats) -> tuple[Floats, Floats]:
-    """How often each different value occurs in each unit, and the values; those only rounding apart are one."""
+    """Return how often each different value occurs in each unit, and the values; those only rounding apart are one."""
     units, _ = np.nonzero(~np.isnan(values))
     found, places = np.unique(values[~np.isnan(values)], return_inverse=True)
     refuse_huge(found)
@@ -185,7 +185,7 @@ def _nominal(counts: Floats) -> Weighted:
 
 
 def _interval(values: Floats) -> Weighted:
-    """Sums of squares about means: a unit's own before anything is added up, so that an offset costs no digit."""
+    """Return sums of squares about means: a unit's own before any addition, so that an offset costs no digit."""
     x, _ = scaled(np.where(np.isnan(values), np.nanmax(values), values))
     given = ~np.isnan(values)
     x = x - x.flat[0]
@@ -205,7 +205,7 @@ def _interval(values: Floats) -> Weighted:
 
 
 def _ordinal(counts: Floats) -> Weighted:
-    """An interval scale whose values are the mean ranks of all values that can be paired, anew for each draw."""
+    """Return an interval scale of the mean ranks of all values that can be paired, anew for each draw."""
     m = counts.sum(axis=1)
 
     def alpha(w: Floats) -> Floats:

@@ -37,7 +37,7 @@ def rater_signs(
     *,
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """How each rater of a long table stands to the others: one row per rater, NaN with a `note` where undefined.
+    """Compare each rater of a long table with the others: one row per rater, NaN with a `note` where undefined.
 
     A target counts for a rater who rated it where another one did; gaps are allowed. `spread` is over the root mean
     square of the other raters' SDs. Raises a StatisticsError that names what is wrong with the table.
@@ -75,7 +75,7 @@ def _signs(values: Floats, raters: list[Hashable]) -> Iterator[RaterSign]:
 
 
 def _without_own(x: Floats) -> Floats:
-    """The sum over the other columns, from those before and those after: nothing cancels."""
+    """Return the sum over the other columns, from those before and those after: nothing cancels."""
     zero = np.zeros((len(x), 1))
     before = np.cumsum(np.concatenate((zero, x[:, :-1]), axis=1), axis=1)
     after = np.cumsum(np.concatenate((zero, x[:, :0:-1]), axis=1), axis=1)[:, ::-1]

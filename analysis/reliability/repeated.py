@@ -58,7 +58,7 @@ def retest(
     *,
     confidence: float = 0.95,
 ) -> Retest:
-    """How far a participant's second answer to a target agrees with the first; `order` are columns to order them by.
+    """Return how far a participant's second answer to a target agrees with the first; `order` sorts the answers.
 
     Measures: Pearson's r, ICC(A,1) and ICC(C,1) of first and second, the bias (second minus first), the SD of the
     differences, the limits of agreement (Bland & Altman 1999), the standard error of measurement and the smallest
@@ -85,7 +85,7 @@ def retest(
 
 
 def _meetings(met: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
-    """The rows of each first and second meeting, and how many meetings came later."""
+    """Return the rows of each first and second meeting, and how many meetings came later."""
     rows = np.lexsort((turn.codes, met.codes))
     same = met.codes[rows][1:] == met.codes[rows][:-1]
     at_once = same & (turn.codes[rows][1:] == turn.codes[rows][:-1])
@@ -138,7 +138,7 @@ def _agreement(first: Floats, second: Floats, confidence: float) -> Iterator[Mea
 
 
 def _differences(first: Floats, second: Floats) -> tuple[float, float, float, int]:
-    """Mean, SD and mean square of second minus first, and the power of two that they are multiples of."""
+    """Return the mean, SD and mean square of second minus first, and the power of two that they are multiples of."""
     x, exponent = scaled(np.stack((first, second)))
     high, low = difference(x[1], x[0])
     n = len(high)

@@ -21,7 +21,7 @@ INTERVALS = ("percentile", "bca")
 
 
 def generator(seed: int, purpose: str) -> np.random.Generator:
-    """Random numbers that depend on the seed and on what they are for, and on nothing else."""
+    """Return random numbers that depend on the seed and on their purpose alone."""
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise BadOption(f"seed={shown(seed)}: a whole number from 0 is expected")
     return np.random.Generator(np.random.PCG64([seed, zlib.crc32(purpose.encode())]))
@@ -46,19 +46,19 @@ def demand_interval(interval: object) -> None:
 
 
 def weights(rng: np.random.Generator, units: int, draws: int, at_once: int = 500) -> Iterator[Floats]:
-    """How often each of the units is drawn, in blocks of shape (up to `at_once`, units)."""
+    """Yield how often each of the units is drawn, in blocks of shape (up to `at_once`, units)."""
     for start in range(0, draws, at_once):
         yield rng.multinomial(units, [1 / units] * units, size=min(at_once, draws - start)).astype(np.float64)
 
 
 def left_out(units: int) -> Floats:
-    """The weights of a jackknife: each row leaves one unit out."""
+    """Return the weights of a jackknife: each row leaves one unit out."""
     jackknife: Floats = np.ones((units, units)) - np.eye(units)
     return jackknife
 
 
 def percentile(drawn: Floats, confidence: float) -> tuple[float, float]:
-    """The interval between two quantiles of the draws; NaN draws are left out, NaN if fewer than half are left."""
+    """Return the interval between two quantiles of the draws; NaN draws are left out, NaN if fewer than half remain."""
     kept = drawn[~np.isnan(drawn)]
     if not len(drawn) or 2 * len(kept) < len(drawn):
         return math.nan, math.nan
@@ -68,7 +68,7 @@ def percentile(drawn: Floats, confidence: float) -> tuple[float, float]:
 
 
 def bca(estimate: float, drawn: Floats, jackknife: Floats, confidence: float) -> tuple[float, float]:
-    """The bias-corrected and accelerated interval; NaN where the draws all lie on one side of the estimate.
+    """Return the bias-corrected and accelerated interval; NaN where the draws all lie on one side of the estimate.
 
     Draws equal to the estimate count half on either side, as shares of few people are often equal.
     """

@@ -15,7 +15,7 @@ HEAD = ("participant", "session", "sign", "value", "unit", "n", "threshold", "fl
 
 
 def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> pd.DataFrame:
-    """Every sign of every session: columns participant, session, sign, value, unit, n, threshold, flagged, note.
+    """Return every sign of every session: columns participant, session, sign, value, unit, n, threshold, flagged, note.
 
     `ratings` has the columns participant, session, trial, stimulus, attribute, value and, where known,
     response_time_s. Without a scale, a session or a trial there are no signs, and the table is empty.
@@ -36,7 +36,7 @@ def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> p
 
 
 def compared_within(table: pd.DataFrame, targets: Sequence[str]) -> list[pd.DataFrame]:
-    """Who is compared with whom: the participants of each group, where no two groups share a target."""
+    """Return the tables to compare raters in: each group's, where no two groups share a target."""
     if "group" not in table.columns:
         return [table]
     groups = table[["group", *targets]].drop_duplicates()
@@ -46,7 +46,10 @@ def compared_within(table: pd.DataFrame, targets: Sequence[str]) -> list[pd.Data
 
 
 def answered_trials(own: pd.DataFrame) -> list[Answered]:
-    """The trials of one session's ratings. A trial is as long as its slowest answer; a NaN is an answer not given."""
+    """Return the trials of one session's ratings.
+
+    A trial is as long as its slowest answer; a NaN is an answer not given.
+    """
     timed = "response_time_s" in own.columns
     seconds = own["response_time_s"].tolist() if timed else [math.nan] * len(own)
     columns = (own[name].tolist() for name in ("trial", "stimulus", "attribute", "value"))

@@ -32,7 +32,7 @@ class Classical:
 
 
 def classical_mds(between: Dissimilarities, dimensions: int = 2) -> Classical:
-    """Torgerson's scaling: the best inner products in few dimensions, turned to principal axes.
+    """Return a map by Torgerson's scaling: the best inner products in few dimensions, turned to principal axes.
 
     Raises BadOption for more dimensions than the distances have (positive eigenvalues).
     Sources: Torgerson 1952; Gower 1966; measures of fit: Mardia 1978.
@@ -67,7 +67,7 @@ def classical_mds(between: Dissimilarities, dimensions: int = 2) -> Classical:
 
 
 def torgerson(between: Floats) -> tuple[Floats, Floats, int]:
-    """Points in every positive dimension, all eigenvalues, and the power of two that the points are divided by."""
+    """Return the points in every positive dimension, all eigenvalues, and the power of two that divides the points."""
     small, exponent = scaled(between)
     square = small * small
     rows = square - square.mean(axis=0)

@@ -38,7 +38,7 @@ class Components:
 
 
 def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
-    """Principal components of a wide table (one row per object, one column per attribute), by SVD of centred data.
+    """Return the principal components of a wide table (objects x attributes), by SVD of centred data.
 
     Of each component the direction's largest coefficient is positive (of equal ones the first in label order): this
     makes the result unique wherever the variances differ; a note says where they do not.
@@ -71,7 +71,7 @@ def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
 
 
 def prepared(matrix: Matrix, kind: Kind) -> tuple[Floats, int]:
-    """Centred columns over a power of two (and its exponent), of unit variance under "correlation"."""
+    """Return centred columns over a power of two (and its exponent), of unit variance under "correlation"."""
     if not isinstance(kind, str) or kind not in ("covariance", "correlation"):
         raise BadOption(f"kind={shown(kind)} is unknown: 'covariance' or 'correlation'")
     rows, columns = matrix.values.shape
@@ -121,7 +121,7 @@ def parallel_analysis(
     quantile: float = 0.95,
     seed: int = 0,
 ) -> Parallel:
-    """Components whose variance exceeds that of unrelated attributes: Horn's parallel analysis.
+    """Return which components' variance exceeds that of unrelated attributes: Horn's parallel analysis.
 
     "normal" draws independent normal attributes with the data's standard deviations, "permuted" shuffles each attribute
     over the objects. A component is kept while it and all before it exceed the quantile.
@@ -161,7 +161,7 @@ def _unrelated(small: Floats, size: int, reference: Reference, rng: Generator) -
 
 
 def _variances(tables: Floats, kind: Kind) -> Floats:
-    """The components' variances of each table of a stack, at most (objects - 1) of them."""
+    """Return the components' variances of each table of a stack, at most (objects - 1) of them."""
     about = tables - tables.mean(axis=1, keepdims=True)
     freedom = tables.shape[1] - 1
     if kind == "correlation":
@@ -175,7 +175,7 @@ def _variances(tables: Floats, kind: Kind) -> Floats:
 def share_intervals(
     profiles: Profiles, kind: Kind = "covariance", draws: int = 2000, confidence: float = 0.95, seed: int = 0
 ) -> pd.DataFrame:
-    """Percentile intervals of each component's share of the variance, over participants drawn with replacement.
+    """Return percentile intervals of each component's share of the variance, over participants drawn with replacement.
 
     Columns: component, share, ci_low, ci_high. Means of few participants are noisier than their truth, so the first
     share's interval may lie off its estimate: it tells the spread, not a bias.

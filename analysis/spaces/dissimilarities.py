@@ -47,7 +47,7 @@ class Dissimilarities:
 
 
 def dissimilarities_of(frame: pd.DataFrame) -> Dissimilarities:
-    """A square table of dissimilarities with the same labels in rows and columns.
+    """Read a square table of dissimilarities with the same labels in rows and columns.
 
     Raises BadValue for negative values, a diagonal that is not 0 or a table that is not symmetric (relative 1e-9),
     TooFew for fewer than three objects, UnknownColumn or DuplicatedCells for its labels.
@@ -71,7 +71,7 @@ def dissimilarities_of(frame: pd.DataFrame) -> Dissimilarities:
 
 
 def distances(table: pd.DataFrame, scaled: bool = False) -> Dissimilarities:
-    """Euclidean distances between the rows of a wide table (objects x attributes).
+    """Return Euclidean distances between the rows of a wide table (objects x attributes).
 
     `scaled` divides each attribute by its standard deviation over the objects first, so that all weigh the same; a
     constant attribute is then refused (BadValue).
@@ -80,7 +80,7 @@ def distances(table: pd.DataFrame, scaled: bool = False) -> Dissimilarities:
 
 
 def profile_distances(profiles: Profiles, scaled: bool = False) -> Dissimilarities:
-    """Euclidean distances between the stimuli's mean ratings, ready to be resampled over participants."""
+    """Return Euclidean distances between the stimuli's mean ratings, ready to be resampled over participants."""
     stimuli, attributes = profiles.stimuli, profiles.attributes
     found = _from_matrix(Matrix(profiles.small_means(), stimuli, attributes), scaled)
     shape = (len(stimuli), len(attributes))
@@ -122,7 +122,7 @@ def pair_dissimilarities(
     meaning: Meaning = "dissimilarity",
     top: float | None = None,
 ) -> Dissimilarities:
-    """Ratings of pairs to one table: means over a participant's repetitions (either order), then over participants.
+    """Average ratings of pairs: over a participant's repetitions (either order), then over participants.
 
     A similarity s becomes `top` - s; `top` is the similarity of identical objects (default: the largest mean, which is
     said). Rows that pair an object with itself are left out.

@@ -27,7 +27,7 @@ class Matrix:
 
 
 def matrix_of(frame: pd.DataFrame) -> Matrix:
-    """A wide table as numbers, sorted by its labels, whatever their order and type.
+    """Return a wide table as numbers, sorted by its labels, whatever their order and type.
 
     Raises UnknownColumn for anything but a DataFrame, BadValue for a value that is not a finite number,
     DuplicatedCells for a label that stands twice.
@@ -56,19 +56,19 @@ def _sorted_labels(index: pd.Index[Any], what: str) -> tuple[tuple[Hashable, ...
 
 
 def pivoted(values: Floats) -> Floats:
-    """Each column minus its smallest value: an offset of 1e9 then costs no digits in what follows."""
+    """Return each column minus its smallest value: an offset of 1e9 then costs no digits in what follows."""
     result: Floats = values - np.nanmin(values, axis=0)
     return result
 
 
 def varies(values: Floats) -> Any:
-    """Whether each column varies by more than the rounding of its numbers."""
+    """Return whether each column varies by more than the rounding of its numbers."""
     largest = np.nanmax(np.abs(values), axis=0)
     return np.nanmax(values, axis=0) - np.nanmin(values, axis=0) > 2 * ROUNDING * largest
 
 
 def centred(values: Floats) -> Floats:
-    """Each column minus its mean, by way of its smallest value."""
+    """Return each column minus its mean, by way of its smallest value."""
     small = pivoted(values)
     once = small - small.mean(axis=0)
     result: Floats = once - once.mean(axis=0)
@@ -76,7 +76,7 @@ def centred(values: Floats) -> Floats:
 
 
 def in_units(squares: Floats, exponent: int) -> Floats:
-    """Squares of numbers that were divided by 2**exponent, in the data's own units.
+    """Return squares of numbers that were divided by 2**exponent, in the data's own units.
 
     Raises BadValue where a double cannot hold them: data beyond about 1e150 or below 1e-150.
     """
@@ -88,7 +88,7 @@ def in_units(squares: Floats, exponent: int) -> Floats:
 
 
 def frame_of(values: Floats, rows: tuple[Hashable, ...], columns: list[str] | tuple[Hashable, ...]) -> pd.DataFrame:
-    """An array with its labels."""
+    """Return an array with its labels."""
     return pd.DataFrame(values, index=pd.Index(list(rows)), columns=pd.Index(list(columns)))
 
 
@@ -97,7 +97,7 @@ NEAR = 1e-9
 
 
 def signs(columns: Floats) -> Floats:
-    """+1 or -1 for each column: its value of largest size becomes positive, of equal ones the first in label order."""
+    """Return +1 or -1 for each column: its value of largest size becomes positive, of equal ones the first."""
     size = np.abs(columns)
     first = np.argmax(size >= size.max(axis=0) * (1 - NEAR), axis=0)
     chosen = columns[first, np.arange(columns.shape[1])]
@@ -105,7 +105,7 @@ def signs(columns: Floats) -> Floats:
 
 
 def principal(points: Floats) -> Floats:
-    """The same configuration about its centroid, turned to its principal axes, with the rule's signs."""
+    """Return the same configuration about its centroid, turned to its principal axes, with the rule's signs."""
     about = points - points.mean(axis=0)
     _, _, directions = np.linalg.svd(about, full_matrices=False)
     turned = about @ directions.T
@@ -114,7 +114,7 @@ def principal(points: Floats) -> Floats:
 
 
 def unit_size(points: Floats) -> Floats:
-    """The configuration with a root mean square distance of 1 from its centroid."""
+    """Return the configuration with a root mean square distance of 1 from its centroid."""
     size = np.sqrt((points * points).sum() / len(points))
     result: Floats = points / size
     return result

@@ -48,7 +48,7 @@ class NonMetric:
 def nonmetric_mds(
     between: Dissimilarities, dimensions: int = 2, ties: Ties = "primary", starts: int = 20, seed: int = 0
 ) -> NonMetric:
-    """The map of least stress-1 over the classical start, `starts` random ones and 3 x `starts` hops from the best.
+    """Return the map of least stress-1 over the classical start, `starts` random ones and 3 x `starts` hops.
 
     Each is improved by majorisation (SMACOF) and then by a quasi-Newton descent of stress itself, with the
     disparities renewed at every step. Ties: "primary" or "secondary" (see `isotone.Order`).
@@ -78,7 +78,7 @@ def nonmetric_mds(
 
 
 def _rare(found: Searched) -> list[str]:
-    """A word of caution: places that can move, or a best map that only a hop, no start by itself, found."""
+    """Return a word of caution: places that can move, or a best map that only a hop, no start by itself, found."""
     if found.stress < EXACT:
         return ["stress is 0: the order of the pairs is met exactly, so places can move without cost"]
     if not found.hopped or min(found.starts) <= found.stress + ALIKE:
@@ -87,7 +87,7 @@ def _rare(found: Searched) -> list[str]:
 
 
 def checked_order(between: Dissimilarities, ties: Ties) -> Order:
-    """The order of the dissimilarities; refuses an unknown treatment of ties and a table that has no order."""
+    """Return the order of the dissimilarities; refuse an unknown treatment of ties and a table that has no order."""
     if not isinstance(ties, str) or ties not in ("primary", "secondary"):
         raise BadOption(f"ties={shown(ties)} is unknown: 'primary' or 'secondary'")
     order = order_of(squareform(between.values, checks=False), ties)
@@ -117,7 +117,7 @@ POINTS_PER_DIMENSION = 4
 
 
 def too_few_points(points: int, dimensions: int) -> list[str]:
-    """Kruskal and Wish's rule (1978, p. 34): more than four objects for each dimension."""
+    """Return a note by Kruskal and Wish's rule (1978, p. 34): more than four objects for each dimension."""
     if points > POINTS_PER_DIMENSION * dimensions:
         return []
     return [
@@ -129,7 +129,7 @@ def too_few_points(points: int, dimensions: int) -> list[str]:
 def degeneracies(
     points: Floats, fitted: Floats, order: Order, stress: float, labels: tuple[Hashable, ...]
 ) -> list[str]:
-    """What is degenerate about a map of unit size, in words; empty where nothing is."""
+    """Return what is degenerate about a map of unit size, in words; empty where nothing is."""
     found = []
     # Pairs of coinciding points whose dissimilarity is not the smallest one.
     near = (pdist(points) < COLLAPSED) & (order.rank > 0)
@@ -161,7 +161,7 @@ class Searched:
 
 
 def searched(between: Floats, dimensions: int, order: Order, starts: int, hops: int, rng: Generator) -> Searched:
-    """The lowest of the classical start, `starts` random ones and `hops` displacements from the best of these."""
+    """Return the lowest of the classical start, `starts` random ones and `hops` displacements from the best."""
     begun = [classical_start(between, dimensions)]
     begun += [_from_above(len(between), dimensions, order, rng) for _ in range(starts)]
     tried = [improved(each, order, 40 if i == 0 else 10, 50) for i, each in enumerate(begun)]
@@ -177,8 +177,9 @@ def searched(between: Floats, dimensions: int, order: Order, starts: int, hops: 
 
 
 def _from_above(objects: int, dimensions: int, order: Order, rng: Generator) -> Floats:
-    """A random map of one dimension more, led downhill and seen along its smallest axis: objects can pass each other.
+    """Return a random map of one dimension more, led downhill and seen along its smallest axis.
 
+    Objects can pass each other there.
     Borg & Groenen 2005, 13.3, on local minima in few dimensions.
     """
     found, _ = improved(rng.standard_normal((objects, dimensions + 1)), order, 15, 20)
@@ -186,7 +187,7 @@ def _from_above(objects: int, dimensions: int, order: Order, rng: Generator) -> 
 
 
 def _displaced(points: Floats, rng: Generator) -> Floats:
-    """The map with two objects exchanged, or with one put anywhere."""
+    """Return the map with two objects exchanged, or with one put anywhere."""
     moved: Floats = unit_size(points - points.mean(axis=0)).copy()
     if rng.random() < 0.5:
         pair = rng.choice(len(moved), 2, replace=False)
@@ -218,7 +219,7 @@ def stress_scree(
     seed: int = 0,
     known: NonMetric | None = None,
 ) -> pd.DataFrame:
-    """The least stress-1 found in 1, 2, ... dimensions, at most `most` and objects - 2: dimensions, stress, reached.
+    """Return the least stress-1 in 1, 2, ... dimensions, at most `most` and objects - 2: dimensions, stress, reached.
 
     `starts` counts each row's starts. A map that is `known` already is not looked for again.
     """
@@ -238,7 +239,7 @@ def stress_scree(
 def stress_reference(
     between: Dissimilarities, dimensions: int = 2, ties: Ties = "primary", draws: int = 99, seed: int = 0
 ) -> StressReference:
-    """Stress-1 against that of the same dissimilarities shuffled over the pairs; p is that of "no structure at all".
+    """Compare stress-1 with that of the same dissimilarities shuffled over the pairs; p: "no structure at all".
 
     Both the observed and each shuffled table start from Torgerson's map alone, so that neither is looked for harder.
     Sources: Spence & Ogilvie 1973; Mair, Borg & Rusch 2016 (permutation).

@@ -111,7 +111,7 @@ def _widened(matrix: Matrix, width: int, named: Matrix) -> Matrix:
 def _permuted(
     one: Floats, two: Floats, r: float, reflection: bool, draws: int, rng: Generator
 ) -> tuple[float, int, bool]:
-    """p, how many permutations it rests on, and whether these are all there are."""
+    """Return p, how many permutations it rests on, and whether these are all there are."""
     objects = len(one)
     every = objects <= 12 and math.factorial(objects) <= draws
     total = math.factorial(objects) if every else draws
@@ -142,7 +142,7 @@ class Aligned(NamedTuple):
 
 
 def aligned(target: Floats, others: Floats, scale: bool = True, reflection: bool = True) -> Aligned:
-    """Least squares fit of each configuration to the target (both about their centroids, moved to the target's).
+    """Fit each configuration to the target by least squares (both about their centroids, moved to the target's).
 
     `trace` is the sum of the (signed) singular values of their cross products: the correlation r for configurations of
     unit size. Sources: Schoenemann 1966; Gower 1975; without reflection Umeyama 1991.
@@ -164,7 +164,7 @@ def aligned(target: Floats, others: Floats, scale: bool = True, reflection: bool
 
 
 def correlations(target: Floats, others: Floats, reflection: bool = True) -> Floats:
-    """The Procrustes correlation of each configuration with the target, both centred and of unit size already."""
+    """Return the Procrustes correlation of each configuration with the target, all centred and of unit size."""
     cross = np.swapaxes(others, -1, -2) @ target
     if reflection:
         result: Floats = np.linalg.svd(cross, compute_uv=False).sum(axis=-1)
@@ -176,7 +176,7 @@ def correlations(target: Floats, others: Floats, reflection: bool = True) -> Flo
 
 
 def normed(points: Floats) -> Floats:
-    """A configuration about its centroid with a sum of squares of 1."""
+    """Return a configuration about its centroid with a sum of squares of 1."""
     about = points - points.mean(axis=-2, keepdims=True)
     size = np.sqrt((about * about).sum(axis=(-1, -2), keepdims=True))
     result: Floats = about / size

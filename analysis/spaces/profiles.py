@@ -46,15 +46,15 @@ class Profiles:
         return int(count.min()), int(count.max())
 
     def means(self) -> pd.DataFrame:
-        """Stimuli x attributes, each the mean over those who rated it, in the data's own units."""
+        """Return stimuli x attributes, each the mean over those who rated it, in the data's own units."""
         return frame_of(self.small_means() + self.offset, self.stimuli, self.attributes)
 
     def shifted_means(self) -> pd.DataFrame:
-        """The same minus each attribute's offset, for what an offset does not change."""
+        """Return the same minus each attribute's offset, for what an offset does not change."""
         return frame_of(self.small_means(), self.stimuli, self.attributes)
 
     def small_means(self) -> Floats:
-        """The means minus `offset`: what components and distances are computed from."""
+        """Return the means minus `offset`: what components and distances are computed from."""
         result: Floats = self.given.means()[0].reshape(len(self.stimuli), len(self.attributes))
         return result
 
@@ -68,7 +68,7 @@ def gather_profiles(
     missing: Gaps = "raise",
     aggregate: Aggregate = None,
 ) -> Profiles:
-    """The ratings of a long table, one row per value, sorted by label.
+    """Return the ratings of a long table, one row per value, sorted by label.
 
     `missing`: "raise" refuses a participant without a value in every cell, "listwise" leaves such participants out,
     "available" takes each mean over those who have a value. `aggregate="mean"` averages a participant's repetitions.
@@ -111,7 +111,7 @@ def _shifted(cells: Cells) -> Profiles:
 
 
 def of_people(profiles: Profiles, chosen: list[int]) -> Profiles:
-    """The profiles of some participants, of the stimuli that they rated on every attribute."""
+    """Return the profiles of some participants, of the stimuli that they rated on every attribute."""
     own = profiles.own[chosen]
     kept = np.flatnonzero(np.all(np.any(~np.isnan(own), axis=0), axis=1))
     if not len(kept):

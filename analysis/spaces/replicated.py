@@ -33,7 +33,7 @@ def confidence_ellipses(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """An ellipse around each point of a map, in its first two dimensions, from participants drawn with replacement.
+    """Return an ellipse around each point of a map's first two dimensions, from resampled participants.
 
     Each draw's map is turned, reflected and stretched onto the mean of all of them (generalized Procrustes), and the
     mean onto `points`. Columns: `label`, the point's own `x`, `y` (the ellipse's centre), `var_x`, `var_y`, `cov_xy`
@@ -56,7 +56,7 @@ def confidence_ellipses(
 
 
 def replications(between: Dissimilarities, points: Floats, method: Method, ties: Ties, draws: int, seed: int) -> Floats:
-    """The maps of resampled participants, (draws, objects, dimensions), on `points`."""
+    """Return the maps of resampled participants, (draws, objects, dimensions), on `points`."""
     if between.given is None or between.remade is None:
         raise BadOption("nothing is known of participants in these dissimilarities; name the column of participants")
     counts = resampled(between.given, draws, stream(seed, "replications"))
@@ -76,7 +76,7 @@ def _mapped(between: Floats, points: Floats, method: Method, ties: Ties) -> Floa
 
 
 def on_their_mean(maps: Floats, points: Floats) -> Floats:
-    """Each map on the mean of all (found by turns), and that mean on `points` by one turn, stretch and shift."""
+    """Return each map on the mean of all (found by turns), and that mean on `points` by one turn, stretch and shift."""
     mean = points
     for _ in range(ROUNDS):
         mean = aligned(points, aligned(mean, maps).points.mean(axis=0)).points

@@ -25,7 +25,10 @@ class Given:
         return len(self.values)
 
     def means(self, counts: Floats | None = None) -> Floats:
-        """The mean of each cell over those who filled it, (draws, cells); `counts` (draws, participants) weigh them."""
+        """Return the mean of each cell over those who filled it, (draws, cells).
+
+        `counts` (draws, participants) weigh them.
+        """
         weights = np.ones((1, self.people)) if counts is None else counts
         present = (~np.isnan(self.values)).astype(np.float64)
         result: Floats = (weights @ np.nan_to_num(self.values)) / (weights @ present)
@@ -33,8 +36,9 @@ class Given:
 
 
 def resampled(given: Given, draws: int, rng: Generator) -> Floats:
-    """How often each participant is drawn, (draws, participants): by pattern of filled cells where each has two people.
+    """Return how often each participant is drawn, (draws, participants).
 
+    Participants are drawn by pattern of filled cells where each pattern has two people.
     A design's groups (each rating its own stimuli) so keep their sizes. Otherwise all participants are one urn, and a
     draw that leaves a cell without anyone is drawn again.
     Raises TooFew for one participant, IncompleteCells where a cell is too rarely filled to be drawn.
@@ -71,7 +75,7 @@ LEAST_DRAWS = 19  # the smallest p of fewer random draws lies above .05
 
 
 def stream(seed: int, purpose: str) -> Generator:
-    """A generator of its own for each purpose, so that one more draw for one changes no other.
+    """Return a generator of its own for each purpose, so that one more draw for one changes no other.
 
     Raises BadOption for a seed that is not a whole number from 0.
     """
@@ -93,5 +97,5 @@ def check_share(value: float, name: str) -> None:
 
 
 def p_of_draws(as_extreme: int, draws: int) -> float:
-    """The p of a permutation test: the observed value counts as one of the draws, so it is never 0."""
+    """Return the p of a permutation test: the observed value counts as one of the draws, so it is never 0."""
     return (1 + as_extreme) / (1 + draws)

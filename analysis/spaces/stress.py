@@ -25,7 +25,7 @@ MAJORISED, POLISHED = 40, 300
 
 
 def classical_start(between: Floats, dimensions: int) -> Floats:
-    """Torgerson's map; a dimension that the dissimilarities lack is filled with small alternating steps."""
+    """Return Torgerson's map; a dimension that the dissimilarities lack is filled with small alternating steps."""
     points, _, _ = torgerson(between)
     kept = points[:, :dimensions]
     lacking = dimensions - kept.shape[1]
@@ -34,7 +34,7 @@ def classical_start(between: Floats, dimensions: int) -> Floats:
 
 
 def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: int = POLISHED) -> tuple[Floats, float]:
-    """A start led downhill to a minimum of stress-1, and that stress."""
+    """Lead a start downhill to a minimum of stress-1; return the map and its stress."""
     points = unit_size(start - start.mean(axis=0))
     for _ in range(majorised):
         # One step of majorisation: points whose distances come nearer to the disparities.
@@ -52,20 +52,20 @@ def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: 
 
 
 def at_rest(points: Floats, order: Order, steps: int) -> Floats:
-    """A map at a minimum of stress-1 moved to where the slope vanishes, so that its places have all their digits."""
+    """Move a map at a minimum of stress-1 to where the slope vanishes, so that its places have all their digits."""
     shape = points.shape
     return settled(lambda flat: _squared_stress(flat, order, shape), points.ravel(), steps).reshape(shape)
 
 
 def _between(points: Floats, order: Order) -> tuple[Floats, Floats]:
-    """The difference (dimensions, pairs) and the distance of the objects of each pair."""
+    """Return the difference (dimensions, pairs) and the distance of the objects of each pair."""
     across = np.ascontiguousarray(points.T)
     apart: Floats = across.take(order.first, axis=1) - across.take(order.second, axis=1)
     return apart, np.sqrt((apart * apart).sum(axis=0))
 
 
 def _gathered(pulls: Floats, apart: Floats, order: Order, objects: int) -> Floats:
-    """What pulls along each pair's difference add up to at each object."""
+    """Return the sum at each object of the pulls along each pair's difference."""
     return np.column_stack(
         [
             np.bincount(order.first, force, objects) - np.bincount(order.second, force, objects)
@@ -75,7 +75,7 @@ def _gathered(pulls: Floats, apart: Floats, order: Order, objects: int) -> Float
 
 
 def _squared_stress(flat: Floats, order: Order, shape: tuple[int, ...]) -> tuple[float, Floats]:
-    """Stress-1 squared and its slope; the disparities are a projection, so they add nothing to the slope."""
+    """Return stress-1 squared and its slope; the disparities are a projection, so they add nothing to the slope."""
     apart, distances = _between(flat.reshape(shape), order)
     fitted = disparities(distances, order)
     total = float(distances @ distances)
@@ -107,7 +107,7 @@ class Order:
 
 
 def order_of(dissimilarities: Floats, ties: Ties) -> Order:
-    """The order that a map's distances should follow."""
+    """Return the order that a map's distances should follow."""
     sorting = np.argsort(dissimilarities, kind="stable")
     values = dissimilarities[sorting]
     steps = np.concatenate(([0], np.cumsum(np.diff(values) > TIED * values[-1])))
@@ -118,7 +118,7 @@ def order_of(dissimilarities: Floats, ties: Ties) -> Order:
 
 
 def disparities(distances: Floats, order: Order) -> Floats:
-    """Least squares monotone regression of the distances on the order. Source: Kruskal 1964b."""
+    """Return the least squares monotone regression of the distances on the order. Source: Kruskal 1964b."""
     if order.ties == "secondary":
         means = np.bincount(order.rank, weights=distances) / order.sizes
         fitted: Floats = isotonic_regression(means, weights=order.sizes).x
@@ -131,7 +131,7 @@ def disparities(distances: Floats, order: Order) -> Floats:
 
 
 def stress_1(distances: Floats, fitted: Floats) -> float:
-    """Kruskal's stress formula 1."""
+    """Return Kruskal's stress formula 1."""
     residual = distances - fitted
     total = float(distances @ distances)
     return float(np.sqrt(residual @ residual / total)) if total > 0 else float("inf")
@@ -146,7 +146,7 @@ SETTLED = 1e-15  # length of a slope, for a value and places of order 1
 
 
 def descended(objective: Objective, start: Floats, steps: int) -> tuple[Floats, float]:
-    """A point where the objective (value and slope) no longer falls, and its value; at most `steps` steps.
+    """Return a point where the objective (value and slope) no longer falls, and its value; at most `steps` steps.
 
     Source: Nocedal & Wright 2006, algorithms 7.4 and 3.1 (Armijo's rule with quadratic interpolation).
     """
@@ -173,7 +173,7 @@ def descended(objective: Objective, start: Floats, steps: int) -> tuple[Floats, 
 
 
 def settled(objective: Objective, start: Floats, steps: int) -> Floats:
-    """A point near a minimum moved on until its slope is nothing but rounding.
+    """Move a point near a minimum on until its slope is nothing but rounding.
 
     A value tells its minimum's place to half of the digits, and which half depends on the processor; the slope tells it
     to all. A step is kept while the slope shrinks; one that is not teaches the memory all the same.
@@ -200,7 +200,7 @@ def settled(objective: Objective, start: Floats, steps: int) -> Floats:
 def _along(
     objective: Objective, place: Floats, value: float, slope: Floats, direction: Floats
 ) -> tuple[Floats, float, Floats] | None:
-    """The first point along a direction that is lower by enough; None where there is none."""
+    """Return the first point along a direction that is lower by enough; None where there is none."""
     fall = float(slope @ direction)
     length = 1.0
     while fall < 0 and length > SHORTEST:
@@ -214,7 +214,7 @@ def _along(
 
 
 def _turned(slope: Floats, past: deque[tuple[Floats, Floats]]) -> Floats:
-    """The slope times the inverse curvature that the past steps tell (two loops)."""
+    """Return the slope times the inverse curvature of the past steps (two loops)."""
     turned, weights = slope.copy(), []
     for step, change in reversed(past):
         weight = float(step @ turned) / float(step @ change)

@@ -22,7 +22,7 @@ NEAR = 1e-12
 def property_vectors(
     points: pd.DataFrame, properties: pd.DataFrame, draws: int | None = None, seed: int = 0
 ) -> pd.DataFrame:
-    """Each property (a column of objects x properties) regressed on the coordinates of the objects' points.
+    """Regress each property (a column of objects x properties) on the coordinates of the objects' points.
 
     Columns: `property`; the direction cosines of its steepest ascent, one column per dimension; `r2` and `r` (multiple
     correlation); `F`, `df1`, `df2`, `p_F`; `p` of a permutation test that shuffles the property over the objects (all

@@ -45,7 +45,7 @@ def rm_anova(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Repeated-measures ANOVA of a long table: one row per effect, pingouin's column names.
+    """Return the repeated-measures ANOVA of a long table: one row per effect, pingouin's column names.
 
     `within` is a factor or a list of factors; `Source` joins their names with ":". `eps` is Greenhouse-Geisser's,
     `eps_HF` Huynh-Feldt's at most 1, `np2` partial and `ng2` generalized eta squared, `note` says why a value is NaN.
@@ -61,7 +61,7 @@ def rm_anova(
 
 
 def sources(factors: Sequence[Hashable]) -> list[str]:
-    """The names of the effects, main effects first; refuses two effects of one name ("a:b" and "a" by "b")."""
+    """Return the names of the effects, main effects first; refuse two effects of one name ("a:b" and "a" by "b")."""
     names = [":".join(str(factors[axis - 1]) for axis in axes) for axes in _subsets(len(factors))]
     if len(set(names)) < len(names):
         twice = sorted({repr(name) for name in names if names.count(name) > 1})
@@ -85,7 +85,7 @@ def refuse_too_few(cells: Cells) -> None:
 
 
 def effects(values: Floats, names: Sequence[str]) -> Iterator[Effect]:
-    """The effects of an array (participants, levels of factor 1, ...), one for each of the names from `sources`."""
+    """Yield the effects of an array (participants, levels of factor 1, ...), one per name of `sources`."""
     x, exponent = scaled(values)
     plain: Pair = (x, None)
     by_subject = differences(plain, 0)
@@ -106,7 +106,7 @@ def _subsets(factors: int) -> Iterator[tuple[int, ...]]:
 
 
 def component(pair: Pair, axes: Sequence[int], done: int | None = None) -> tuple[Floats, float]:
-    """The part of a full factorial array that varies along all of these axes and only along them.
+    """Return the part of a full factorial array that varies along all of these axes and only along them.
 
     `pair` is the array, already differenced along axis `done`. Returns that part (times the sizes of its axes and
     summed over the others, so exact on integers) and its sum of squares. Winer, Brown & Michels 1991, ch. 7, in the
@@ -122,7 +122,7 @@ def component(pair: Pair, axes: Sequence[int], done: int | None = None) -> tuple
 
 
 def _summed(pair: Pair, axes: Sequence[int]) -> Floats:
-    """The pair summed over all axes but these."""
+    """Return the pair summed over all axes but these."""
     high, low = pair
     others = [axis for axis in range(high.ndim) if axis not in axes]
     if not others:
@@ -168,7 +168,7 @@ def _effect(
 
 
 def greenhouse_geisser(residual: Floats, df: int) -> float:
-    """Epsilon of the doubly centred residuals (participants, cells): tr(S)^2 / (df tr(S^2)), in [1/df, 1].
+    """Return epsilon of the doubly centred residuals (participants, cells): tr(S)^2 / (df tr(S^2)), in [1/df, 1].
 
     Greenhouse & Geisser 1959. S and the smaller of the two cross-product matrices have the same eigenvalues.
     """
@@ -181,7 +181,7 @@ def greenhouse_geisser(residual: Floats, df: int) -> float:
 
 
 def huynh_feldt(eps: float, n: int, df: int) -> float:
-    """Huynh & Feldt's 1976 epsilon for one group, at most 1; NaN with fewer than df + 1 participants."""
+    """Return Huynh & Feldt's 1976 epsilon for one group, at most 1; NaN with fewer than df + 1 participants."""
     if df == 1:
         return 1.0
     if n - 1 < df:
@@ -191,7 +191,7 @@ def huynh_feldt(eps: float, n: int, df: int) -> float:
 
 
 def undefined_f(effect_ss: float, error_ss: float, noise: float, reason: str) -> str:
-    """Why F has no value, or "": a residual of zero, or one that only the rounding of the data makes."""
+    """Return why F has no value, or "": a residual of zero, or one that only the rounding of the data makes."""
     if error_ss > noise:
         return ""
     level = "has no variation" if error_ss == 0 else "is at the rounding level of the data"
@@ -201,13 +201,13 @@ def undefined_f(effect_ss: float, error_ss: float, noise: float, reason: str) ->
 
 
 def share(effect_ss: float, rest_ss: float, noise: float) -> float:
-    """effect / (effect + rest), NaN where both are nothing but rounding."""
+    """Return effect / (effect + rest), NaN where both are nothing but rounding."""
     total = effect_ss + rest_ss
     return effect_ss / total if total > noise else math.nan
 
 
 def range_notes(sums: Iterable[tuple[float, float]], p_values: Iterable[float]) -> list[str]:
-    """Notes on values that double precision cannot hold, though the statistics are sound."""
+    """Return notes on values that double precision cannot hold, though the statistics are sound."""
     notes = []
     if any(math.isinf(result) or (result == 0 and exact > 0) for exact, result in sums):
         notes.append("sums of squares exceed the range of double precision")
@@ -247,7 +247,7 @@ SOURCE, INTEGERS, REALS, NOTE = (np.array(places) for places in ([0], [2, 3], [1
 
 
 def effects_table(rows: Sequence[Effect]) -> pd.DataFrame:
-    """The table of `rm_anova`, put together block by block: the usual constructor takes longer than the whole test.
+    """Return the table of `rm_anova`, put together block by block: the usual constructor takes longer than the test.
 
     A block is a 2-D array with a row per column of the table, or a column of text of its own.
     """
@@ -268,7 +268,7 @@ def _text(values: tuple[str, ...]) -> Any:
 
 @lru_cache(maxsize=256)
 def _kept_text(values: tuple[str, ...]) -> Any:
-    """A column of text; making one takes long, and a report asks for the same ones again and again."""
+    """Return a column of text; making one takes long, and a report asks for the same ones again and again."""
     return pd.array(list(values), dtype="str")
 
 
@@ -281,7 +281,7 @@ def anova(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """One-way ANOVA between groups of a long table: one row, pingouin's column names.
+    """Return the one-way ANOVA between groups of a long table: one row, pingouin's column names.
 
     Without `subject` every row is an independent value. `np2` (partial) and `eta2` (classical) eta squared are the same
     number in a one-way design; `note` says why a value is NaN. `missing="listwise"` leaves out rows without a value,
@@ -295,7 +295,7 @@ def anova(
 
 
 def one_way(groups: Sequence[Floats]) -> dict[str, float | int | str]:
-    """The statistics of a list of groups, under the names of the table's columns."""
+    """Return the statistics of a list of groups, under the names of the table's columns."""
     sizes = [len(group) for group in groups]
     x, exponent = scaled(np.concatenate(groups))
     parts = np.split(x, np.cumsum(sizes)[:-1])

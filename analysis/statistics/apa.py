@@ -24,7 +24,7 @@ class Row(Protocol):
     """One row of a result table."""
 
     def get(self, key: str, /) -> Any:
-        """The value of a column; None where the row has no such column, or where its value is undefined."""
+        """Return the value of a column; None where the row has no such column, or where its value is undefined."""
 
 
 class NoSuchOption(ValueError):
@@ -32,7 +32,7 @@ class NoSuchOption(ValueError):
 
 
 def apa_p(p: float) -> str:
-    """A p value as a phrase: "p = .075", "p < .001", "p > .999"; "p undefined" for NaN."""
+    """Return a p value as a phrase: "p = .075", "p < .001", "p > .999"; "p undefined" for NaN."""
     if math.isnan(p):
         return "p undefined"
     shown = p_value(p)
@@ -40,7 +40,10 @@ def apa_p(p: float) -> str:
 
 
 def p_value(p: float) -> str:
-    """A p value for a table: ".075", "< .001", "> .999", never 0; "–" for NaN. Raises NoSuchOption outside [0, 1]."""
+    """Return a p value for a table: ".075", "< .001", "> .999", never 0; "–" for NaN.
+
+    Raises NoSuchOption outside [0, 1].
+    """
     if math.isnan(p):
         return "–"
     if not 0 <= p <= 1:
@@ -49,7 +52,7 @@ def p_value(p: float) -> str:
 
 
 def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> str:
-    """An effect as a sentence: "F(1.83, 20.11) = 3.03, p = .075, η²p = .22 (Greenhouse–Geisser, ε = .61)".
+    """Return an effect as a sentence: "F(1.83, 20.11) = 3.03, p = .075, η²p = .22 (Greenhouse–Geisser, ε = .61)".
 
     "auto" corrects by Greenhouse-Geisser wherever an effect of `rm_anova` or `mixed_anova` has more than one contrast
     within participants, whatever a test of sphericity would say. For a row of `anova` every kind of eta squared is one
@@ -82,8 +85,9 @@ def is_corrected(row: Row) -> bool:
 
 
 def apa_t(row: Row) -> str:
-    """A pair as a sentence: "t(11) = −2.30, p = .253 (Bonferroni), dz = −0.66, MD = −7.00, 95% CI [−13.70, −0.30]".
+    """Return a pair as a sentence.
 
+    For example "t(11) = −2.30, p = .253 (Bonferroni), dz = −0.66, MD = −7.00, 95% CI [−13.70, −0.30]".
     The p value is the adjusted one where a family was adjusted for. An undefined t gives its reason.
     """
     t, df = _value(row, "T"), _df(_value(row, "dof"))
@@ -98,7 +102,7 @@ def apa_t(row: Row) -> str:
 
 
 def number(value: float, digits: int = 2) -> str:
-    """A number with a true minus sign, in powers of ten where two decimals would show too much or nothing."""
+    """Return a number with a true minus sign, in powers of ten where two decimals would show too much or nothing."""
     if value == 0 or 0.5 * 10**-digits <= abs(value) < 1e6:
         return f"{value:.{digits}f}".replace("-", "−")
     if not math.isfinite(value):
@@ -121,7 +125,7 @@ def _df(value: float) -> str:
 
 
 def _share(value: float, digits: int) -> str:
-    """A number from 0 to 1 without the leading zero; never rounded to 0 or, from below, to 1."""
+    """Return a number from 0 to 1 without the leading zero; never rounded to 0 or, from below, to 1."""
     least = 10**-digits
     if value < least and (digits == 3 or 0 < value < least / 2):
         return "< " + f"{least:.{digits}f}"[1:]

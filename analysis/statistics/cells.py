@@ -49,7 +49,7 @@ class Cells:
     ratings_per_cell: tuple[int, int] = (1, 1)
 
     def attrs(self) -> dict[str, Any]:
-        """What a result says of how its table was made: participants used and left out, values averaged per cell."""
+        """Return the facts about the table that a result rests on: values per group, rows or participants left out."""
         made = {"participants": len(self.participants), "dropped": self.dropped}
         return made if self.ratings_per_cell == (1, 1) else made | {"ratings_per_cell": self.ratings_per_cell}
 
@@ -67,7 +67,7 @@ class _Grid:
         return tuple(len(axis.labels) for axis in self.axes)
 
     def described(self, cell: int, state: str = "") -> str:
-        """A cell in words: who, in which state, at which levels."""
+        """Return a cell in words: who, in which state, at which levels."""
         where = np.unravel_index(cell, self.shape)
         labels = [axis.labels[int(i)] for axis, i in zip(self.axes, where, strict=True)]
         places = ", ".join(f"{n}={v!r}" for n, v in zip(self.names[1:], labels[1:], strict=True))
@@ -82,7 +82,7 @@ def gather(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Cells:
-    """The dense array of a long table, sorted by label, whatever the order of the rows.
+    """Return the dense array of a long table, sorted by label, whatever the order of the rows.
 
     `missing="listwise"` leaves out participants without a value in every cell, `aggregate="mean"` averages several
     values of one participant in one cell (so also over factors that `within` leaves out).
@@ -102,7 +102,7 @@ def gather_all(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Cells:
-    """`gather`, also with no factor at all: one value per participant."""
+    """Return `gather`, also with no factor at all: one value per participant."""
     check_options(missing, aggregate)
     names = [subject, *factors]
     check_columns(data, [dv, *names])
@@ -128,7 +128,7 @@ def check_options(missing: object, aggregate: object) -> None:
 
 
 def name_list(names: Hashable | Iterable[Hashable]) -> list[Hashable]:
-    """One column name or several as a list."""
+    """Return one column name or several as a list."""
     if isinstance(names, str | bytes | tuple) or not isinstance(names, Iterable):
         return list(names) if isinstance(names, tuple) else [names]
     return list(names)
@@ -167,7 +167,7 @@ def _refuse_sparse(sizes: list[int], names: list[Hashable], rows: int) -> None:
 
 
 def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) -> Cells:
-    """The array of a table with gaps or repetitions, where the caller said what to do about them."""
+    """Return the array of a table with gaps or repetitions, where the caller said what to do about them."""
     size = math.prod(grid.shape)
     count = np.bincount(grid.flat, minlength=size)
     if count.max(initial=0) > 1 and aggregate is None:
@@ -196,7 +196,7 @@ def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) ->
 
 
 def cell_means(y: Floats, flat: Counts, count: Counts) -> Floats:
-    """The mean of each cell, NaN where it has no value or a missing one; the same for every order of the rows."""
+    """Return the mean of each cell, NaN for a missing value or none; the same for every order of the rows."""
     if count.max(initial=0) <= 1:
         values = np.full(len(count), np.nan)
         values[flat] = y
@@ -233,7 +233,7 @@ class Groups:
     ratings_per_value: tuple[int, int] = (1, 1)
 
     def attrs(self) -> dict[str, Any]:
-        """What a result says of how its table was made: values per group, rows or participants left out."""
+        """Return the facts about the table that a result rests on: values per group, rows or participants left out."""
         sizes = [len(values) for values in self.values]
         made = {"group_sizes": dict(zip(self.labels, sizes, strict=True)), "dropped": self.dropped}
         return made if self.ratings_per_value == (1, 1) else made | {"ratings_per_cell": self.ratings_per_value}
@@ -247,7 +247,7 @@ def gather_groups(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Groups:
-    """The groups of a long table; with `subject`, one value per participant, who belongs to one group.
+    """Return the groups of a long table; with `subject`, one value per participant, who belongs to one group.
 
     `missing="listwise"` leaves out rows (participants) without a value, `aggregate="mean"` averages each
     participant's values.
@@ -285,7 +285,7 @@ def gather_groups(
 def _per_participant(
     y: Floats, group: Coded, people: Coded, aggregate: Aggregate
 ) -> tuple[Floats, Coded, tuple[int, int]]:
-    """One value and one group per participant, and how many ratings a value is the mean of."""
+    """Return one value and one group per participant, and how many ratings a value is the mean of."""
     n = len(people.labels)
     own = np.zeros(n, dtype=np.intp)
     own[people.codes] = group.codes
@@ -304,7 +304,7 @@ def _per_participant(
 
 
 def _split(factor: Hashable, y: Floats, group: Coded) -> list[Floats]:
-    """The values of each group, sorted, without the missing ones."""
+    """Return the values of each group, sorted, without the missing ones."""
     order = np.lexsort((y, group.codes))
     kept = order[~np.isnan(y[order])]
     ends = np.searchsorted(group.codes[kept], np.arange(1, len(group.labels)))
@@ -332,12 +332,12 @@ class Membership:
         return [len(group) for group in self.groups]
 
     def names(self) -> list[str]:
-        """Each group in words: its level of every factor."""
+        """Return each group in words: its level of every factor."""
         return [_named(self.factors, where) for where in product(*self.levels)]
 
 
 def membership(data: pd.DataFrame, cells: Cells, factors: Sequence[Hashable], subject: Hashable) -> Membership:
-    """The groups of the participants that `cells` kept.
+    """Return the groups of the participants in `cells`.
 
     Raises DuplicatedCells for a participant with two levels of a factor, TooFew for a factor with one level or a
     combination of levels without a participant, BadValue for a row without a label.

@@ -30,7 +30,7 @@ ROUNDED = "holds numbers beyond 2**53, which a double rounds; found {found}; sub
 
 
 def numbers_of(column: pd.Series[Any], name: Hashable) -> Floats:
-    """A column as doubles, NaN where it has no value; a fraction or a long double becomes the nearest double.
+    """Return a column as doubles, NaN where it has no value; a fraction or a long double becomes the nearest double.
 
     Raises BadValue for text, infinities, Decimal numbers and integers that a double would round.
     """
@@ -56,7 +56,7 @@ def _one_by_one(values: list[Any], name: Hashable) -> Floats:
 
 
 def _double(value: Any) -> float | str:
-    """The nearest double, NaN for no value; or what is wrong with the value."""
+    """Return the nearest double, NaN for no value; or what is wrong with the value."""
     if value is None or value is pd.NA:
         return math.nan
     if not isinstance(value, Real):
@@ -72,7 +72,7 @@ def _double(value: Any) -> float | str:
 
 
 def _brief(value: Any) -> str:
-    """A value as it is written, cut where it is very long; Python writes no integer of more than 4300 digits."""
+    """Return a value as it is written, cut where it is very long; Python writes no integer of more than 4300 digits."""
     try:
         text = repr(value)
     except ValueError:
@@ -112,7 +112,7 @@ def coded(column: pd.Series[Any], name: Hashable) -> Coded:
 
 
 def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
-    """The different labels among the values of a column, each found to be a label and to read like no other."""
+    """Return the different labels among the values of a column, each found to be a label and to read like no other."""
     if set(map(type, values)) in PLAIN:
         return set(values)
     _refuse_missing([i for i, value in enumerate(values) if _missing(value)], name)
@@ -133,7 +133,7 @@ def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
 
 
 def ordered(labels: Collection[Any]) -> list[Hashable]:
-    """Labels in natural order (2 before 10, also within text), the same for 2 and "2"."""
+    """Return labels in natural order (2 before 10, also within text), the same for 2 and "2"."""
     kinds = set(map(type, labels))
     if kinds == {int} or (kinds == {str} and _read_alike(labels)):
         return sorted(labels)
@@ -143,7 +143,7 @@ def ordered(labels: Collection[Any]) -> list[Hashable]:
 
 
 def _read_alike(texts: Iterable[str]) -> bool:
-    """Whether texts begin with a letter and differ only in digits ("P001", "P010"): their plain order is the natural.
+    """Return whether texts begin with a letter and differ only in digits: their plain order is the natural one.
 
     A number could begin with a digit, a sign, a point or a space, and 1e5 and 9e4 would then stand the wrong way round.
     """
@@ -174,7 +174,7 @@ def _coded_by_pandas(column: pd.Series[Any], name: Hashable) -> Coded:
 
 
 def _missing(value: Any) -> bool:
-    """Whether this stands for no label: None, NA, NaT, and every NaN, the one thing that is not equal to itself."""
+    """Return whether this stands for no label: None, NA, NaT, and every NaN, which is not equal to itself."""
     if value is None or value is pd.NA:
         return True
     try:
@@ -194,7 +194,7 @@ def _refuse_missing(rows: list[int], name: Hashable) -> None:
 
 
 def _readings(label: Any) -> Iterator[str]:
-    """The texts that a label may be written as: 1.0 also as "1", True also as "1"."""
+    """Yield the texts that a label may be written as: 1.0 also as "1", True also as "1"."""
     yield str(label)
     if _whole(label):
         yield str(int(label))

@@ -22,7 +22,7 @@ FEW = 4096  # up to here one exact sum after the other beats vector operations
 
 
 def scaled(values: Floats) -> tuple[Floats, int]:
-    """The values divided by the power of two that brings the largest into [0.5, 1), and its exponent.
+    """Return the values divided by the power of two that brings the largest into [0.5, 1), and its exponent.
 
     Exact, so that no square overflows or underflows and a unit of measurement changes no F.
     """
@@ -31,7 +31,7 @@ def scaled(values: Floats) -> tuple[Floats, int]:
 
 
 def rescaled(value: float, exponent: int) -> float:
-    """value * 2**exponent, infinite only where the true product exceeds every double."""
+    """Return value * 2**exponent, infinite only where the true product exceeds every double."""
     try:
         return math.ldexp(value, exponent)
     except OverflowError:
@@ -39,14 +39,14 @@ def rescaled(value: float, exponent: int) -> float:
 
 
 def difference(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """a - b rounded, and the rounding error, exactly."""
+    """Return a - b rounded, and the rounding error, exactly."""
     high = a - b
     back = high - a
     return high, (a - (high - back)) - (b + back)
 
 
 def differences(pair: Pair, axis: int) -> Pair:
-    """Every slice along an axis minus the first one."""
+    """Return every slice along an axis minus the first one."""
     high, low = pair
     first = (slice(None),) * axis + (slice(0, 1),)
     new, lost = difference(high, high[first])
@@ -56,7 +56,7 @@ def differences(pair: Pair, axis: int) -> Pair:
 
 
 def row_sums(pair: Pair) -> Floats:
-    """The sum of each row of a matrix, as if added without rounding and rounded once."""
+    """Return the sum of each row of a matrix, as if added without rounding and rounded once."""
     high, low = pair
     if high.size > FEW:
         low = np.zeros_like(high) if low is None else low
@@ -74,26 +74,26 @@ def row_sums(pair: Pair) -> Floats:
 
 
 def centred(array: Floats, axis: int) -> Floats:
-    """size * array - sum along an axis: the deviations from the mean times the size, exact on integers."""
+    """Return size * array - sum along an axis: the deviations from the mean times the size, exact on integers."""
     deviations: Floats = array.shape[axis] * array - np.add.reduce(array, axis, keepdims=True)
     return deviations
 
 
 def sum_of_squares(array: Floats) -> float:
-    """The sum of squares of all elements, summed pairwise in one fixed order."""
+    """Return the sum of squares of all elements, summed pairwise in one fixed order."""
     flat = array.ravel()
     return float(np.add.reduce(flat * flat))
 
 
 def deviation_ss(values: Floats) -> float:
-    """The sum of squares about the mean of one sample, from differences to its first value."""
+    """Return the sum of squares about the mean of one sample, from differences to its first value."""
     high, low = differences((values, None), 0)
     deviations = centred(high if low is None else high + low, 0)
     return sum_of_squares(deviations) / len(values) ** 2
 
 
 def exact_sum(values: Floats, pivot: float) -> Fraction:
-    """The sum of the deviations from a data value, to twice the precision of a double."""
+    """Return the sum of the deviations from a data value, to twice the precision of a double."""
     terms = values.tolist()
     terms += [-pivot] * len(terms)
     high = math.fsum(terms)

@@ -31,7 +31,7 @@ BEYOND = "no interval of eta squared: F is beyond what the noncentral F distribu
 def eta_squared_interval(
     f: float, df1: float, df2: float, *, confidence: float = 0.90, added: float = 0.0
 ) -> tuple[float, float]:
-    """The interval of partial eta squared that an F with its degrees of freedom gives: nc / (nc + df2 + added).
+    """Return the interval of partial eta squared that an F with its degrees of freedom gives: nc / (nc + df2 + added).
 
     nc are the limits of F's noncentrality (Steiger 2004). `added` = 0 is the scale on which F df1 / (F df1 + df2) is
     partial eta squared itself (as in R's effectsize); `added` = df1 + 1 divides by the number of participants of a
@@ -52,7 +52,7 @@ def checked_confidence(confidence: object) -> float:
 def eta_squared_intervals(
     table: pd.DataFrame, *, confidence: float = 0.90, correction: Corrected = "none"
 ) -> pd.DataFrame:
-    """Intervals for every row of a result of `rm_anova`, `mixed_anova` or `anova`: one row per effect.
+    """Return intervals for every row of a result of `rm_anova`, `mixed_anova` or `anova`: one row per effect.
 
     `np2_low` and `np2_high` come from the noncentral F with the effect's degrees of freedom, times epsilon where
     `correction` is "GG" or "HF" and the effect has one. `ng2_low` and `ng2_high` are the same limits carried over to
@@ -99,7 +99,10 @@ def _named(name: str, value: float, limits: tuple[float, ...]) -> dict[str, floa
 
 
 def _carried(limit: float, row: Mapping[Hashable, Any]) -> float:
-    """A limit of partial eta squared on the scale of the generalized one: SS / (SS + r SS_error), r as observed."""
+    """Return a limit of partial eta squared on the scale of the generalized one.
+
+    SS / (SS + r SS_error), r as observed.
+    """
     partial, generalized = row["np2"], row.get("ng2", row["np2"])
     if not (limit > 0 and partial > 0):
         return limit
@@ -109,7 +112,7 @@ def _carried(limit: float, row: Mapping[Hashable, Any]) -> float:
 
 
 def dz_interval(dz: float, n: int, *, confidence: float = 0.95) -> Limits:
-    """The interval of dz, the mean of n differences over their standard deviation; NaN where dz is.
+    """Return the interval of dz, the mean of n differences over their standard deviation; NaN where dz is.
 
     The limits of the noncentrality of t = dz sqrt(n) with n - 1 degrees of freedom, over sqrt(n) (Steiger & Fouladi
     1997; Goulet-Pelletier & Cousineau 2018). Raises BadOption for a confidence outside 0..1.
@@ -120,7 +123,7 @@ def dz_interval(dz: float, n: int, *, confidence: float = 0.95) -> Limits:
 
 
 def hedges_interval(g: float, n1: int, n2: int, *, confidence: float = 0.95) -> Limits:
-    """The interval of Hedges' g of two groups; NaN where g is, and for fewer than 4 participants.
+    """Return the interval of Hedges' g of two groups; NaN where g is, and for fewer than 4 participants.
 
     From t = d sqrt(n1 n2 / (n1 + n2)) with n1 + n2 - 2 degrees of freedom, d = g / J; limits times J, the factor for
     small samples that g has (Hedges 1981). Raises BadOption for a confidence outside 0..1.
@@ -143,7 +146,7 @@ NODES, REACH = 200, 9.0
 
 
 def f_noncentrality(f: float, df1: float, df2: float, confidence: float) -> Limits:
-    """Lower and upper limit of F's noncentrality; the lower is 0 where F is smaller than chance would make it.
+    """Return lower and upper limit of F's noncentrality; the lower is 0 where F is smaller than chance would make it.
 
     NaN where F is, or where a limit lies beyond 1e9.
     """
@@ -156,7 +159,10 @@ def f_noncentrality(f: float, df1: float, df2: float, confidence: float) -> Limi
 
 
 def f_chance(f: float, df1: float, df2: float, nc: float) -> float:
-    """P(F <= f) of the noncentral F; where SciPy's has no value, the sum over Poisson's chances (A & S 26.6.18)."""
+    """Return P(F <= f) of the noncentral F.
+
+    Where SciPy's has no value: the sum over Poisson's chances (A & S 26.6.18).
+    """
     found = float(ncfdtr(df1, df2, nc, f))
     if not math.isnan(found) or not 0 <= nc <= FARTHEST:
         return found
@@ -169,7 +175,7 @@ def f_chance(f: float, df1: float, df2: float, nc: float) -> float:
 
 
 def t_noncentrality(t: float, df: float, confidence: float) -> Limits:
-    """Lower and upper limit of t's noncentrality; NaN where t is."""
+    """Return lower and upper limit of t's noncentrality; NaN where t is."""
     if not math.isfinite(t):
         return NONE
     tail = (1 - confidence) / 2
@@ -179,7 +185,7 @@ def t_noncentrality(t: float, df: float, confidence: float) -> Limits:
 
 
 def t_chance(t: float, df: float, nc: float) -> float:
-    """P(T <= t) of the noncentral t: P(Z + nc <= t s), Z normal and s independent, a chi over the root of its df.
+    """Return P(T <= t) of the noncentral t: P(Z + nc <= t s), Z normal, s an independent chi over the root of its df.
 
     Integrated over whichever of the two makes the smoother integrand; good to about 1e-13.
     """
@@ -195,7 +201,7 @@ def t_chance(t: float, df: float, nc: float) -> float:
 
 @lru_cache(maxsize=256)
 def _chi(df: float) -> tuple[Floats, Floats]:
-    """Nodes of s and their chances."""
+    """Return nodes of s and their probabilities."""
     low = max(0.0, 1 - 1.2 * REACH / math.sqrt(2 * df))
     s, weights = _nodes(low, math.sqrt(float(chdtri(df, 1e-19)) / df))
     density = weights * np.exp((df - 1) * np.log(s) - df * (s * s - 1) / 2)
@@ -215,12 +221,12 @@ def _legendre() -> tuple[Floats, Floats]:
 
 
 def _largest(chance: Callable[[float], float], level: float, start: float) -> float:
-    """The noncentrality at which a falling probability reaches `level`; 0 where it begins below."""
+    """Return the noncentrality at which a falling probability reaches `level`; 0 where it begins below."""
     return 0.0 if chance(0.0) <= level else _crossing(chance, level, 0.0, start)
 
 
 def _crossing(chance: Callable[[float], float], level: float, low: float, high: float) -> float:
-    """Where a falling probability crosses `level`, from a bracket that is widened until it holds the place."""
+    """Return where a falling probability crosses `level`, from a bracket that is widened until it holds the place."""
     step = high - low
     while not chance(high) <= level:
         low, high, step = high, high + step, 2 * step

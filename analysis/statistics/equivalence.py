@@ -51,7 +51,7 @@ def equivalence_tests(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Two one-sided tests (TOST) of every pair of levels, A minus B: one row per pair.
+    """Return the two one-sided tests (TOST) of every pair of levels, A minus B: one row per pair.
 
     Give `bounds`, a lower and an upper one in the unit of the values, or `bounds_dz`, one number: the bounds are that
     many standard deviations of the differences (between groups: pooled standard deviations) to either side of 0, as

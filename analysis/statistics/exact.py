@@ -43,7 +43,7 @@ class ExactEffect:
 def exact_within(
     values: Iterable[float], shape: Sequence[int], names: Sequence[str], epsilon: bool = True
 ) -> list[ExactEffect]:
-    """Effects of a full factorial table given in row-major order, shape (participants, levels of factor 1, ...).
+    """Return the effects of a full factorial table in row-major order, shape (participants, levels of factor 1, ...).
 
     `epsilon=False` leaves out the Greenhouse-Geisser epsilon, which costs participants x cells^2 products.
     """
@@ -59,7 +59,7 @@ def exact_within(
 
 
 def exact_one_way(groups: Sequence[Sequence[float]]) -> ExactEffect:
-    """One-way ANOVA between groups of any sizes; epsilon is None, generalized eta squared the classical one."""
+    """Return the one-way ANOVA of groups of any sizes; epsilon is None, generalized eta squared the classical one."""
     whole, unit = integers(value for group in groups for value in group)
     numbers, n = iter(whole), len(whole)
     parts = [[next(numbers) for _ in group] for group in groups]
@@ -72,7 +72,7 @@ def exact_one_way(groups: Sequence[Sequence[float]]) -> ExactEffect:
 
 
 def integers(values: Iterable[float]) -> tuple[list[int], Fraction]:
-    """The values as integers, and the square of their common unit."""
+    """Return the values as integers, and the square of their common unit."""
     ratios = [float(value).as_integer_ratio() for value in values]
     denominator = max(bottom for _, bottom in ratios)
     return [top * (denominator // bottom) for top, bottom in ratios], Fraction(1, denominator**2)
@@ -84,7 +84,7 @@ def _subsets(factors: int) -> Iterator[tuple[int, ...]]:
 
 
 def summed_part(table: Cells, shape: Sequence[int], axes: Sequence[int]) -> Cells:
-    """The table summed over all axes but these and centred along these, times their sizes."""
+    """Return the table summed over all axes but these and centred along these, times their sizes."""
     part: Cells = {}
     for where, value in table.items():
         key = tuple(where[axis] for axis in axes)
@@ -103,7 +103,7 @@ def _centred(part: Cells, place: int, size: int) -> Cells:
 
 
 def part_ss(part: Cells, shape: Sequence[int], axes: Sequence[int]) -> Fraction:
-    """The sum of squares of a `summed_part`."""
+    """Return the sum of squares of a `summed_part`."""
     kept = math.prod(shape[axis] for axis in axes)
     return Fraction(sum(value * value for value in part.values()) * kept, math.prod(shape) * kept**2)
 
@@ -111,7 +111,7 @@ def part_ss(part: Cells, shape: Sequence[int], axes: Sequence[int]) -> Fraction:
 def _parts(
     table: Cells, shape: Sequence[int], axes: tuple[int, ...], unit: Fraction, epsilon: bool
 ) -> tuple[Fraction, Fraction, Fraction | None]:
-    """Effect and error sum of squares, and epsilon."""
+    """Return effect and error sum of squares, and epsilon."""
     residual = summed_part(table, shape, (0, *axes))
     df = math.prod(shape[axis] - 1 for axis in axes)
     eps = exact_epsilon(list(residual.values()), shape[0], df) if epsilon else None
@@ -123,7 +123,7 @@ def _parts(
 
 
 def exact_epsilon(residual: list[int], n: int, df: int) -> Fraction | None:
-    """tr(S)^2 / (df tr(S^2)) from the residuals of each participant in turn."""
+    """Return tr(S)^2 / (df tr(S^2)) from the residuals of each participant in turn."""
     k = len(residual) // n
     columns = [residual[i::k] for i in range(k)]
     rows = [residual[i : i + k] for i in range(0, len(residual), k)]
@@ -149,12 +149,12 @@ def _effect(
 
 
 def exact_ratio(top: Fraction, bottom: Fraction) -> Fraction | None:
-    """top / bottom, None where there is nothing to divide by."""
+    """Return top / bottom, None where there is nothing to divide by."""
     return top / bottom if bottom else None
 
 
 def exact_mixed(design: Design, kind: SumOfSquares) -> list[ExactEffect]:
-    """Every effect of a design, exact, in the order of `mixed_anova`; the values are taken as the doubles they are."""
+    """Return every effect of a design, exact, in the order of `mixed_anova`; the doubles are taken as they are."""
     values: Floats = design.cells.values
     flat, unit = integers(values.ravel().tolist())
     whole = np.array(flat, dtype=object).reshape(values.shape)
@@ -182,7 +182,7 @@ def _effects(
 
 
 def _error(parts: list[Whole], axes: tuple[int, ...]) -> tuple[Fraction, Fraction | None]:
-    """The error sum of squares within groups, and epsilon, of one set of within axes."""
+    """Return the error sum of squares within groups, and epsilon, of one set of within axes."""
     common = math.lcm(*map(len, parts))
     ss, residual = Fraction(0), []
     for part in parts:
@@ -210,7 +210,7 @@ def self_check(
     aggregate: Aggregate = None,
     most: int = MOST_VALUES,
 ) -> pd.DataFrame:
-    """How far `mixed_anova` (so `rm_anova` and `anova`) is from exact arithmetic on the same values: a row per effect.
+    """Return how far `mixed_anova` (so `rm_anova` and `anova`) is from exact arithmetic: one row per effect.
 
     `difference` is the largest relative difference over SS, error SS, F, epsilon and both eta squared, `number` the
     one that differs most, `exact_F` the exact F rounded once. `checked` is False, with a `note`, for a table of more
@@ -228,7 +228,7 @@ def self_check(
 
 
 def _beyond(design: Design, kind: SumOfSquares, most: int) -> str:
-    """Why a design is not checked, or ""."""
+    """Return why a design is not checked, or ""."""
     size, groups = design.cells.values.size, len(design.groups.groups)
     if size > most:
         return f"not checked: {size:,} values, more than {most:,}"
@@ -247,7 +247,7 @@ def _checked(effect: Effect, exact: ExactEffect) -> dict[str, Any]:
 
 
 def _apart(found: float, expected: Fraction) -> float:
-    """The relative difference, without rounding; the absolute one where 0 is expected, infinite for no number."""
+    """Return the relative difference, without rounding; absolute where 0 is expected, infinite for no number."""
     if not math.isfinite(found):
         return math.inf
     return float(abs(Fraction(found) - expected) / (abs(expected) or 1))

@@ -45,7 +45,7 @@ class Form:
     exact = True
 
     def of(self, sums: Whole) -> Fraction:
-        """The form of every column of `sums` (groups, columns), added up."""
+        """Return the form of every column of `sums` (groups, columns), added up."""
         return Fraction(int((sums * (self.top @ sums)).sum()), self.bottom)
 
 
@@ -60,7 +60,7 @@ class Projection:
     exact = False
 
     def of(self, sums: Whole) -> Fraction:
-        """As `Form.of`, rounded; the mean of all, which no effect here is about, is taken out exactly before."""
+        """Return as `Form.of`, rounded; the mean of all, which no effect here is about, is taken out exactly before."""
         total = sum(self.sizes)
         sizes = np.array(self.sizes, dtype=object)[:, None]
         deviations = total * sums - sizes * sums.sum(axis=0)
@@ -72,7 +72,7 @@ class Projection:
 
 
 def form(levels: Sequence[int], sizes: Sequence[int], effect: Effect, kind: SumOfSquares) -> Form | Projection:
-    """The quadratic form of one effect: a set of factors by place, () for the mean of all.
+    """Return the quadratic form of one effect: a set of factors by place, () for the mean of all.
 
     `levels` are the factors' numbers of levels, `sizes` how many participants each of their combinations has, the last
     factor running fastest; all at least 1.
@@ -117,7 +117,7 @@ def _projected(own: Whole, rest: Whole, sizes: Sequence[int]) -> Projection:
 
 
 def _mean(sizes: Sequence[int], kind: SumOfSquares) -> Form:
-    """The mean of all: of participants for type II (it contains nothing, all others contain it), of groups for III."""
+    """Return the form of the mean of all: of participants for type II, which adjusts it for nothing, else of groups."""
     if kind == "II":
         return Form(1, np.ones((len(sizes),) * 2, dtype=object), sum(map(int, sizes)))
     common = math.lcm(*map(int, sizes))
@@ -126,7 +126,7 @@ def _mean(sizes: Sequence[int], kind: SumOfSquares) -> Form:
 
 
 def subsets(factors: int, first: int = 0) -> Iterator[Effect]:
-    """Every set of factors by place, from the empty one to all of them; places begin at `first`."""
+    """Yield every set of factors by place, from the empty one to all of them; places begin at `first`."""
     for size in range(factors + 1):
         yield from combinations(range(first, first + factors), size)
 
@@ -136,7 +136,7 @@ def _adjusted_for(effect: Effect, other: Effect, kind: SumOfSquares) -> bool:
 
 
 def _columns(levels: Sequence[int], effect: Effect) -> Whole:
-    """The columns of an effect, one row per group, coded so that they sum to zero over the levels of each factor."""
+    """Return the columns of an effect, one row per group, coded to sum to zero over the levels of each factor."""
     columns = np.ones((1, 1), dtype=object)
     for place, count in enumerate(levels):
         one = np.ones((count, 1), dtype=object)
@@ -146,7 +146,7 @@ def _columns(levels: Sequence[int], effect: Effect) -> Whole:
 
 
 def _solved(matrix: Whole, right: Whole) -> tuple[Whole, int]:
-    """X and s with matrix X = s right, all integers; the matrix is positive definite (Bareiss 1968, fraction-free)."""
+    """Return X and s with matrix X = s right, all integers; matrix is positive definite (Bareiss 1968)."""
     size = len(matrix)
     table = np.concatenate((matrix, right), axis=1)
     last = 1
@@ -172,7 +172,7 @@ class GroupSums:
     forms: dict[Effect, Form | Projection]
 
     def effect(self, between: Effect, axes: tuple[int, ...]) -> tuple[int, Fraction]:
-        """Rank between groups and sum of squares of an effect."""
+        """Return rank between groups and sum of squares of an effect."""
         found = self.forms[between]
         kept = math.prod(self.sums.shape[axis] for axis in axes)
         scale = math.prod(self.sums.shape[1:]) * kept * self.unit**2
@@ -180,7 +180,7 @@ class GroupSums:
 
 
 def group_sums(x: Floats, groups: Membership, kind: SumOfSquares) -> GroupSums:
-    """The sums of the groups of an array (participants, levels of within factor 1, ...), to twice double precision.
+    """Return the groups' sums of an array (participants, levels of within factor 1, ...), to twice double precision.
 
     They are sums of deviations from one value of the data, which no effect depends on.
     """
@@ -192,13 +192,13 @@ def group_sums(x: Floats, groups: Membership, kind: SumOfSquares) -> GroupSums:
 
 
 def forms_of(groups: Membership, kind: SumOfSquares) -> dict[Effect, Form | Projection]:
-    """The form of every effect between groups, the mean of all among them."""
+    """Return the form of every effect between groups, the mean of all among them."""
     levels = [len(own) for own in groups.levels]
     return {effect: form(levels, groups.sizes, effect, kind) for effect in subsets(len(levels))}
 
 
 def within_part(sums: Whole, axes: tuple[int, ...]) -> Whole:
-    """The sums (groups, ...) summed over all within axes but these and centred along these, times their sizes."""
+    """Return the sums (groups, ...) over all within axes but these, centred along these, times their sizes."""
     others = tuple(axis for axis in range(1, sums.ndim) if axis not in axes)
     part = np.asarray(sums.sum(axis=others)) if others else sums
     for axis in range(1, part.ndim):

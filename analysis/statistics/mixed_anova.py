@@ -63,7 +63,7 @@ def mixed_anova(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """ANOVA of a long table with factors within participants, between them, or both: one row per effect.
+    """Return the ANOVA of a long table with factors within participants, between them, or both: one row per effect.
 
     The columns are those of `rm_anova`, and `d`, the number of contrasts within participants that the effect is about
     (1 for one between participants: epsilon is 1 there). With groups of different sizes `sum_of_squares` matters:
@@ -117,12 +117,12 @@ class Design:
         return len(self.cells.values) - len(self.groups.groups)
 
     def source(self, between: Sequence[int], axes: Sequence[int]) -> str:
-        """An effect's name: its between factors, then its within factors."""
+        """Return an effect's name: its between factors, then its within factors."""
         own = [self.groups.factors[place] for place in between]
         return ":".join(map(str, [*own, *(self.cells.factors[axis - 1] for axis in axes)]))
 
     def terms(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-        """Every effect as (within axes, between factors by place), in the order of R's afex."""
+        """Return every effect as (within axes, between factors by place), in the order of R's afex."""
         betweens = list(subsets(len(self.groups.factors)))
         axes = list(subsets(len(self.cells.factors), first=1))
         return [(own, other) for own in axes for other in betweens if own or other]
@@ -137,7 +137,7 @@ def gather_design(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Design:
-    """The dense values and the groups of a long table; what is not a full design is refused by name."""
+    """Return the dense values and the groups of a long table; refuse by name what is not a full design."""
     own, others = ([] if names is None else name_list(names) for names in (within, between))
     if not own + others:
         raise BadOption("no factor is named; give `within`, `between` or both")
@@ -172,7 +172,7 @@ def _rows_as_participants(
 
 
 def _by_value(cells: Cells) -> Cells:
-    """Rows that are nobody's, in the order of their values: no result may depend on the order of the rows."""
+    """Return rows that are nobody's, in the order of their values: no result may depend on the order of the rows."""
     order = np.argsort(cells.values, kind="stable")
     return replace(cells, values=cells.values[order], participants=[cells.participants[i] for i in order.tolist()])
 
@@ -190,7 +190,7 @@ class Stratum:
 
 
 def strata(design: Design, x: Floats) -> Iterator[Stratum]:
-    """The residuals within groups for every set of within axes, the empty one (between participants) first.
+    """Yield the residuals within groups for every set of within axes, the empty one (between participants) first.
 
     `x` are the design's values, scaled.
     """
@@ -205,7 +205,7 @@ def strata(design: Design, x: Floats) -> Iterator[Stratum]:
 
 
 def mixed_effects(design: Design, kind: SumOfSquares) -> Iterator[tuple[int, Effect]]:
-    """Every effect with its number of within contrasts, in the order of `Design.terms`."""
+    """Yield every effect with its number of within contrasts, in the order of `Design.terms`."""
     x, exponent = scaled(design.cells.values)
     sums = group_sums(x, design.groups, kind)
     errors = {stratum.axes: stratum for stratum in strata(design, x)}
@@ -267,7 +267,7 @@ def mauchly_tests(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Mauchly's test (1940) of every set of within factors with two or more contrasts (`d`): one row each.
+    """Return Mauchly's test (1940) of every set of within factors with two or more contrasts (`d`): one row each.
 
     W and p are those of R's `mauchly.test` and car: p is that of Box's chi-squared series with two terms, in whose
     second R 4.2 writes the number of all within cells where Anderson (2003, 10.7.2) has the number of contrasts;
@@ -280,7 +280,7 @@ def mauchly_tests(
 
 
 def sphericities(design: Design) -> Iterator[Sphericity]:
-    """The tests of a design, in the order of its within effects."""
+    """Yield the tests of a design, in the order of its within effects."""
     x, _ = scaled(design.cells.values)
     cells = math.prod(x.shape[1:])
     for stratum in strata(design, x):
@@ -302,7 +302,7 @@ def _sphericity(source: str, stratum: Stratum, n: int, cells: int) -> Sphericity
 
 
 def _log_w(stratum: Stratum, n: int) -> tuple[str, float]:
-    """log W = log det S - d log(tr S / d) of the contrasts' covariance S, or why there is none."""
+    """Return log W = log det S - d log(tr S / d) of the contrasts' covariance S, or why there is none."""
     d = stratum.d
     if n < d:
         return f"fewer than d = {d} participants more than groups: there is no test of sphericity", math.nan

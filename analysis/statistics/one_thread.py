@@ -7,7 +7,7 @@ from typing import Any
 
 
 def one_thread() -> AbstractContextManager[Any]:
-    """While this lasts, BLAS uses one thread.
+    """Limit BLAS to one thread while the context lasts.
 
     A fit makes thousands of small factorisations. Several threads gain nothing on them, and on a busy machine they
     wait for each other: docs/reference/mixed-models.md has the times.

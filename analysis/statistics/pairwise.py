@@ -47,7 +47,7 @@ def pairwise_tests(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """t tests of every pair of levels of one factor, A minus B: pingouin's column names, one row per pair.
+    """Return the t tests of every pair of levels of one factor, A minus B: pingouin's columns, one row per pair.
 
     Give `within` and `subject` (paired tests; effect size `dz`) or `between` (effect size `hedges`; pooled variance
     where both groups have the same size, Welch's test otherwise, as in pingouin). `ci_low` and `ci_high` bound the
@@ -111,7 +111,7 @@ def compared(
 
 
 def _family(family: object, pairs: int) -> int:
-    """How many p values there are to adjust for."""
+    """Return how many p values there are to adjust for."""
     if family is None:
         return pairs
     if isinstance(family, bool) or not isinstance(family, Integral):
@@ -181,7 +181,7 @@ class Comparison(NamedTuple):
 
 
 def paired(labels: Sequence[Hashable], values: Floats) -> Iterator[Comparison]:
-    """Every pair of columns of an array (participants, levels); size is dz = mean / SD of the differences."""
+    """Yield the comparison of every pair of columns of an array (participants, levels); size is dz = mean / SD."""
     x, exponent = scaled(values)
     limits = ROUNDING_ULPS * np.spacing(np.abs(x).max(axis=0))
     for i in range(len(labels) - 1):
@@ -193,7 +193,7 @@ def paired(labels: Sequence[Hashable], values: Floats) -> Iterator[Comparison]:
 
 
 def _differences_to(x: Floats, i: int) -> tuple[Floats, Floats]:
-    """Mean and standard deviation of column i minus each later column."""
+    """Return mean and standard deviation of column i minus each later column."""
     n = len(x)
     high, low = difference(x[:, i : i + 1], x[:, i + 1 :])
     change, rest = differences((high, low), 0)
@@ -228,7 +228,7 @@ class _Sample(NamedTuple):
 
 
 def unpaired(labels: Sequence[Hashable], groups: Sequence[Floats]) -> Iterator[Comparison]:
-    """Every pair of groups; pooled variance for equal sizes, Welch's test otherwise; size is Hedges' g."""
+    """Yield the comparison of every pair of groups: pooled variance for equal sizes, else Welch's; Hedges' g."""
     x, exponent = scaled(np.concatenate(groups))
     parts = np.split(x, np.cumsum([len(group) for group in groups])[:-1])
     samples = [_sample(label, part, float(x[0])) for label, part in zip(labels, parts, strict=True)]
@@ -260,14 +260,14 @@ def _pooled(a: _Sample, b: _Sample) -> float:
 
 
 def _welch(a: _Sample, b: _Sample) -> tuple[float, float]:
-    """Standard error and degrees of freedom of Welch 1947."""
+    """Return the standard error and degrees of freedom of Welch 1947."""
     va, vb = a.ss / (a.n - 1) / a.n, b.ss / (b.n - 1) / b.n
     share = va / (va + vb)
     return math.sqrt(va + vb), 1 / (share**2 / (a.n - 1) + (1 - share) ** 2 / (b.n - 1))
 
 
 def hedges_g(mean: float, ss: float, n: int) -> float:
-    """Mean difference in pooled standard deviations, with the small-sample factor 1 - 3 / (4 n - 9) (Hedges 1981)."""
+    """Return the mean difference in pooled SDs times 1 - 3 / (4 n - 9), the factor for small samples (Hedges 1981)."""
     return mean / math.sqrt(ss / (n - 2)) * (1 - 3 / (4 * n - 9))
 
 
@@ -277,7 +277,7 @@ ENDS = (("ci_low", "ci_high"), ("bound_low", "bound_high"), ("T_low", "T_high"))
 def pairs_in_order(
     table: pd.DataFrame, order: Sequence[str], sizes: Sequence[str] = ("dz",), turned: pd.DataFrame | None = None
 ) -> list[dict[str, Any]]:
-    """The rows of a table of pairs (columns A and B) with the level first that comes first in `order`.
+    """Return the rows of a table of pairs (columns A and B) with the level first that comes first in `order`.
 
     A level that `order` does not name comes after those that it names. `sizes` are the columns of effect sizes, which
     change their sign as the differences do. `turned` is the table that the rows to be turned round are taken from, row
@@ -296,7 +296,7 @@ def pairs_in_order(
 
 
 def _turned(row: Mapping[Any, Any], sizes: Sequence[str]) -> dict[str, Any]:
-    """B minus A instead of A minus B."""
+    """Return the row of B minus A instead of A minus B."""
     ends = (*ENDS, *((f"{size}_low", f"{size}_high") for size in sizes))
     signed = {name: -row[name] for name in ("mean_diff", "T", *sizes) if name in row}
     swapped = {a: -row[b] for low, high in ends if low in row for a, b in ((low, high), (high, low))}

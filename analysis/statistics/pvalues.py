@@ -12,7 +12,7 @@ SMALLEST = math.ulp(0.0)  # 5e-324
 
 
 def f_tail(statistic: float, df1: float, df2: float) -> float:
-    """P(F > statistic): NaN for NaN, never 0 (the smallest double stands for everything below it).
+    """Return P(F > statistic): NaN for NaN, never 0 (the smallest double stands for everything below it).
 
     Abramowitz & Stegun 26.6.2, from the side whose argument keeps its digits.
     """
@@ -27,23 +27,23 @@ def f_tail(statistic: float, df1: float, df2: float) -> float:
 
 
 def t_two_sided(statistic: float, df: float) -> float:
-    """P(|T| > |statistic|): NaN for NaN, never 0."""
+    """Return P(|T| > |statistic|): NaN for NaN, never 0."""
     return f_tail(statistic * statistic, 1.0, df)
 
 
 def t_upper(statistic: float, df: float) -> float:
-    """P(T > statistic): NaN for NaN, never 0."""
+    """Return P(T > statistic): NaN for NaN, never 0."""
     half = t_two_sided(statistic, df) / 2
     return 1 - half if statistic < 0 else max(half, SMALLEST)
 
 
 def t_critical(df: float, confidence: float = 0.95) -> float:
-    """The half-width of a two-sided interval in standard errors, from Student's t."""
+    """Return the half-width of a two-sided interval in standard errors, from Student's t."""
     return float(stdtrit(df, (1 + confidence) / 2))
 
 
 def p_note(values: Iterable[float]) -> str:
-    """What to know of p values at the end of double precision, or "": p is never 0, but may have lost its digits."""
+    """Return a note on p values at the end of double precision, or "": p is never 0, but may have lost its digits."""
     smallest = min((value for value in values if value >= 0), default=1.0)
     if smallest == SMALLEST:
         return "p < 5e-324"
@@ -51,7 +51,7 @@ def p_note(values: Iterable[float]) -> str:
 
 
 def adjusted(p: Sequence[float], method: str, family: int | None = None) -> list[float]:
-    """The p values adjusted for their family by "none", "bonf" or "holm" (Holm 1979).
+    """Return the p values adjusted for their family by "none", "bonf" or "holm" (Holm 1979).
 
     The family has as many members as `p`, or `family` (at least as many): an undefined one (NaN) stays NaN, keeps its
     place, and stands last in Holm's order, which is the cautious choice for the others; so do those not in `p`.

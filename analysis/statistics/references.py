@@ -21,7 +21,7 @@ class NoSuchReference(StatisticsError):
 
 
 def reference_path(name: str) -> Path:
-    """Where a reference file lies, by its path in the folder, such as "csv/sk2011.1.csv". Raises NoSuchReference."""
+    """Return the path of a reference file by its name, such as "csv/sk2011.1.csv". Raises NoSuchReference."""
     path = FOLDER / name
     if not path.is_file():
         known = ", ".join(sorted(found.name for found in path.parent.glob("*")) or sorted(folders()))
@@ -30,18 +30,18 @@ def reference_path(name: str) -> Path:
 
 
 def folders() -> list[str]:
-    """What the reference folder holds."""
+    """Return what the reference folder holds."""
     return [found.name for found in FOLDER.iterdir()]
 
 
 def reference_values(name: str) -> dict[str, Any]:
-    """A JSON file of expected values by its stem: "r_reference", "exact_reference", "edge_cases_exact"."""
+    """Read a JSON file of expected values by its stem: "r_reference", "exact_reference", "edge_cases_exact"."""
     values: dict[str, Any] = json.loads(reference_path(f"{name}.json").read_text(encoding="utf-8"))
     return values
 
 
 def reference_table(name: str) -> pd.DataFrame:
-    """A long table by its path, labels as text and `y` as the double nearest to the decimal number in the file."""
+    """Read a long table, labels as text and `y` as the double nearest to the decimal number in the file."""
     table = read_table(reference_path(name))
     rows = [row.cells for row in table.rows()]
     return pd.DataFrame(
@@ -50,22 +50,22 @@ def reference_table(name: str) -> pd.DataFrame:
 
 
 def edge_cases() -> list[str]:
-    """The names of the tables that break common implementations and have an exact answer."""
+    """Return the names of the tables that break common implementations and have an exact answer."""
     return [name for name in reference_values("edge_cases_exact") if (FOLDER / "edge_cases" / f"{name}.csv").is_file()]
 
 
 def edge_table(name: str) -> pd.DataFrame:
-    """One edge case: columns subject, cond, y."""
+    """Read one edge case: columns subject, cond, y."""
     return reference_table(f"edge_cases/{name}.csv")
 
 
 def nist_values() -> dict[str, Any]:
-    """Certified and exact values of the NIST StRD one-way sets, by set."""
+    """Read the certified and exact values of the NIST StRD one-way sets, by set."""
     return dict(reference_values("nist/nist_anova"))
 
 
 def nist_table(name: str) -> pd.DataFrame:
-    """One NIST StRD set: columns group (text) and y."""
+    """Read one NIST StRD set: columns group (text) and y."""
     lines = reference_path(f"nist/{name}.dat").read_text(encoding="ascii").splitlines()
     first, last = _data_lines(lines, name)
     pairs = [line.split() for line in lines[first - 1 : last]]
@@ -73,7 +73,7 @@ def nist_table(name: str) -> pd.DataFrame:
 
 
 def _data_lines(lines: list[str], name: str) -> tuple[int, int]:
-    """The file says on which lines its data stand."""
+    """Return the first and last line of the data, which the file names."""
     for line in lines[:20]:
         if found := re.search(r"Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", line):
             return int(found[1]), int(found[2])

@@ -54,14 +54,14 @@ def refuse_idle_levels(levels: Iterable[object], factors: Collection[object], na
 
 
 def listed(items: Iterable[str], total: int) -> str:
-    """The first few of `total` items as one phrase; the rest as a count."""
+    """Return the first few of `total` items as one phrase; the rest as a count."""
     shown = [item for item, _ in zip(items, range(SHOWN), strict=False)]
     rest = total - len(shown)
     return "; ".join(shown) + (f"; and {rest} more" if rest else "")
 
 
 def shown(option: object) -> str:
-    """A wrong value of an option as one word: text, numbers and None as they are, anything else by its type."""
+    """Return a wrong value of an option as one word: text, numbers and None as they are, anything else by its type."""
     return repr(option) if option is None or isinstance(option, str | int | float) else f"<{type(option).__name__}>"
 
 
