@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from palpate.analysis.ordinal.nemenyi import nemenyi
     from palpate.analysis.ordinal.ordinal_model import ordinal_model
     from palpate.analysis.ordinal.wilcoxon import wilcoxon_tests
-    from palpate.analysis.ratings.normalising import normalised
+    from palpate.analysis.ratings.normalisation import normalised
     from palpate.analysis.ratings.target_errors import target_errors
     from palpate.analysis.ratings.within_intervals import mean_intervals
     from palpate.analysis.reliability.concordance import kendall_w

@@ -18,7 +18,7 @@ from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from palpate.analysis.first_look.analysed import Analysed
+    from palpate.analysis.first_look.analysis import Analysed
     from palpate.analysis.first_look.compare_reference import Compared
     from palpate.analysis.ratings.sources import Missing, Wanted
 
@@ -198,7 +198,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     from palpate.analysis.importing.tables import import_table
     from palpate.analysis.ratings.design import check_ratings
     from palpate.analysis.ratings.notes import data_notes, exclusion_lines
-    from palpate.analysis.ratings.saved import save_ratings
+    from palpate.analysis.ratings.rating_files import save_ratings
     from palpate.analysis.ratings.sources import IMPORTED
     from palpate.protocols.wording import count
 
@@ -224,7 +224,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
 
 
 def _analysed(wanted: Wanted, missing: Missing, progress: Progress) -> Analysed:
-    from palpate.analysis.first_look.analysed import analyse_ratings
+    from palpate.analysis.first_look.analysis import analyse_ratings
     from palpate.analysis.ratings.sources import read_source
 
     ratings, title = read_source(replace(wanted, missing=missing), progress)
@@ -286,8 +286,7 @@ def _show_headlines(console: Console, found: Analysed) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from palpate.analysis.first_look.page_tests import refusals
-    from palpate.analysis.first_look.sentences import headlines
+    from palpate.analysis.first_look.page_tests import headlines, refusals
 
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="bold", no_wrap=True)
@@ -300,8 +299,7 @@ def _show_headlines(console: Console, found: Analysed) -> None:
 
 
 def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
-    from palpate.analysis.first_look.page_tests import refusals
-    from palpate.analysis.first_look.sentences import headlines
+    from palpate.analysis.first_look.page_tests import headlines, refusals
     from palpate.analysis.ratings.notes import data_notes
 
     return {

@@ -13,7 +13,7 @@ from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
 from palpate.analysis.ratings.sources import IMPORTED, Wanted
-from palpate.analysis.regenerating.regenerated import whole_material
+from palpate.analysis.regenerating.regeneration import whole_material
 from palpate.studies.catalogue import find, names
 from palpate.studies.collect import ledgers_in, open_database
 from palpate.studies.record import read_header

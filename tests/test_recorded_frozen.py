@@ -19,9 +19,9 @@ from dataclasses import replace
 import pytest
 
 from palpate.analysis.ratings.sources import Wanted
-from palpate.analysis.regenerating.checking import differences
+from palpate.analysis.regenerating.comparison import differences
 from palpate.analysis.regenerating.files import STATISTICS, file_texts
-from palpate.analysis.regenerating.regenerated import regenerate
+from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.command_line import _status
 from palpate.devices.rig.file import read_rig
 from palpate.studies.catalogue import SHIPPED

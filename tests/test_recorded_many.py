@@ -6,9 +6,9 @@ import shutil
 import pytest
 
 from palpate.analysis.ratings.sources import Wanted
-from palpate.analysis.regenerating.checking import differences
+from palpate.analysis.regenerating.comparison import differences
 from palpate.analysis.regenerating.files import file_texts
-from palpate.analysis.regenerating.regenerated import regenerate
+from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.record import read
 from palpate.studies.replay import replay

@@ -38,7 +38,7 @@ from palpate.analysis.crosschecking.variance_checks import (
     check_wilcoxon,
 )
 from palpate.analysis.plans.answers import Answer, Row, Value
-from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.regenerating.plan_tests import Answered
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.protocols.canonical import json_text
 from palpate.protocols.extras import installed_version

@@ -25,7 +25,7 @@ from palpate.analysis.crosschecking.conditions import (
     wide_table,
 )
 from palpate.analysis.plans.answers import Answer
-from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.regenerating.plan_tests import Answered
 
 ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
 

@@ -20,7 +20,7 @@ from palpate.analysis.figures.lettering import elide, format_number, format_sign
 from palpate.analysis.figures.rating_axes import attribute_words, count_people, demand_attributes, quarters, scale_ends
 from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.ratings.normalising import rescaled_values
+from palpate.analysis.ratings.normalisation import rescaled_values
 from palpate.analysis.ratings.person_cells import person_cells, texts_of
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Text

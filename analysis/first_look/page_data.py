@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from palpate.analysis.first_look.analysed import Analysed
+from palpate.analysis.first_look.analysis import Analysed
 from palpate.analysis.ratings.dataset import Exclusion, Ratings
 from palpate.analysis.ratings.sample import sample_facts
 from palpate.analysis.reports.numbers import fixed

@@ -8,8 +8,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.first_look.analysed import Analysed, correction, reported_p, software
-from palpate.analysis.first_look.pictures import shown_factors
+from palpate.analysis.first_look.analysis import Analysed, correction, reported_p, software
+from palpate.analysis.first_look.figures import shown_factors
 from palpate.analysis.first_look.study_statistics import Row, Test
 from palpate.analysis.ratings.notes import data_notes
 from palpate.analysis.reports.csv_files import csv_text, records

@@ -157,7 +157,7 @@ class Selecting:
         scale = _ends(ratings)
         if how == "none":
             return ratings.table, scale
-        from palpate.analysis.ratings.normalising import normalised
+        from palpate.analysis.ratings.normalisation import normalised
 
         return normalised(ratings.table, scale, how)
 

@@ -83,7 +83,7 @@ def power(
     from palpate.analysis.power.curve import Asking, estimate_s, needed, power_curve, suffices
     from palpate.analysis.power.picture import write_curve
     from palpate.analysis.ratings.sources import Wanted
-    from palpate.analysis.regenerating.regenerated import find_plan
+    from palpate.analysis.regenerating.regeneration import find_plan
     from palpate.protocols.sample import planned_people
     from palpate.studies.catalogue import find, read_study
 

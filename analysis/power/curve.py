@@ -19,8 +19,8 @@ from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.power.deciding import Decided, p_of
 from palpate.analysis.power.refusals import PowerError
 from palpate.analysis.power.simulating import people, simulated_material, with_effect
-from palpate.analysis.regenerating.regenerated import read_table
-from palpate.analysis.regenerating.running import run_tests
+from palpate.analysis.regenerating.plan_tests import run_tests
+from palpate.analysis.regenerating.regeneration import read_table
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.progress import Clock, Progress
 from palpate.protocols.study import Study

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import combinations
+from math import prod
 from typing import Any
 
 import pandas as pd
@@ -14,7 +16,6 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from palpate.analysis.ratings.collected_sessions import Choice, SessionRow, choose_sessions
 from palpate.analysis.ratings.column_names import RESERVED
-from palpate.analysis.ratings.crossing import crossed_columns, levels_of
 from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
 from palpate.analysis.ratings.sample import collected_sample
 from palpate.protocols.canonical import parse
@@ -26,6 +27,7 @@ __all__ = ["Crossing", "DataRefused", "Exclusion", "Input", "Ratings", "Scale", 
 
 SOURCE = "source"
 """The column of a stimulus table that says whether a stimulus was measured or simulated."""
+Columns = Mapping[str, str]
 
 _SESSIONS = text(
     "SELECT session, study_digest, participant, group_name, seed, simulated, status, trials_planned, trials_answered,"
@@ -294,3 +296,42 @@ def _practice(kept: set[str], found: Sequence[Rating]) -> Iterator[Exclusion]:
     practised = Counter((each.participant, each.session) for each in found if each.practice and each.session in kept)
     for (participant, session), rows in practised.items():
         yield Exclusion("practice", f"{participant}, session {session}", "practice trials do not count", rows)
+
+
+def crossed_columns(groups: Sequence[Sequence[Columns]], only: Sequence[str] = ()) -> tuple[str, ...]:
+    """The largest set of columns that names every stimulus of every group by a full crossing, each cell once.
+
+    `groups` holds, for each group of participants, the columns of the stimuli that it is given. A column with
+    one level is no factor; `only`, where given, are the columns to choose from. Of two sets of one size the one
+    with the earlier columns wins. Returns () where only the stimulus itself names a stimulus.
+    """
+    columns = [name for name in only or _shared(groups) if _may_cross(name, groups)]
+    for size in range(len(columns), 0, -1):
+        for chosen in combinations(columns, size):
+            if all(_is_full_crossing(chosen, stimuli) for stimuli in groups):
+                return chosen
+    return ()
+
+
+def levels_of(columns: Sequence[str], stimuli: Sequence[Columns]) -> dict[str, tuple[str, ...]]:
+    """The levels of each column in the order in which the study lists them."""
+    return {name: tuple(dict.fromkeys(stimulus[name] for stimulus in stimuli)) for name in columns}
+
+
+def _shared(groups: Sequence[Sequence[Columns]]) -> list[str]:
+    stimuli = [stimulus for group in groups for stimulus in group]
+    if not stimuli:
+        return []
+    return [name for name in stimuli[0] if all(name in stimulus for stimulus in stimuli)]
+
+
+def _may_cross(name: str, groups: Sequence[Sequence[Columns]]) -> bool:
+    """Whether the column has several levels in each group, and their number divides that of the stimuli."""
+    counts = [(len({stimulus[name] for stimulus in group}), len(group)) for group in groups]
+    return all(levels > 1 and stimuli % levels == 0 for levels, stimuli in counts)
+
+
+def _is_full_crossing(columns: tuple[str, ...], stimuli: Sequence[Columns]) -> bool:
+    cells = {tuple(stimulus[name] for name in columns) for stimulus in stimuli}
+    full = prod(len(levels) for levels in levels_of(columns, stimuli).values())
+    return len(cells) == len(stimuli) == full

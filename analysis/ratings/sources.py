@@ -11,8 +11,8 @@ from sqlalchemy import Engine, text
 
 from palpate.analysis.ratings.completeness import without_incomplete
 from palpate.analysis.ratings.dataset import DataRefused, Ratings
+from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import read_ratings
-from palpate.analysis.ratings.saved import load_ratings
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import UNFINISHED
 from palpate.protocols.progress import Progress

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.ratings.normalising import rescaled_values
+from palpate.analysis.ratings.normalisation import rescaled_values
 from palpate.analysis.ratings.one_sample import NAN, OneSample, one_sample
 from palpate.analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, person_cells, texts_of
 from palpate.analysis.statistics.cells import check_columns

@@ -16,7 +16,7 @@ from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from palpate.analysis.ratings.sources import Wanted
-    from palpate.analysis.regenerating.regenerated import Regenerated
+    from palpate.analysis.regenerating.regeneration import Regenerated
 
 
 @click.command()
@@ -57,7 +57,7 @@ def regenerate(
     from palpate.analysis.ratings.sources import Wanted
     from palpate.analysis.regenerating.outputs import FOLDER
     from palpate.analysis.regenerating.plan_check import check_against_study, refuse_idle_settings
-    from palpate.analysis.regenerating.regenerated import find_plan, regenerate_by
+    from palpate.analysis.regenerating.regeneration import find_plan, regenerate_by
 
     wanted = Wanted(study, lab, url, digest, simulated=simulated)
     name, plan = find_plan(wanted, plan_file)
@@ -103,7 +103,7 @@ def _written(
 
 
 def _checked(found: Regenerated, folder: Path, as_json: bool) -> bool:
-    from palpate.analysis.regenerating.checking import differences, told
+    from palpate.analysis.regenerating.comparison import differences, told
     from palpate.analysis.regenerating.files import file_texts
 
     different = differences(file_texts(found, {}), folder)

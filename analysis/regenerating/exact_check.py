@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from palpate.analysis.plans.idle import effective
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.regenerating.plan_tests import Answered
 from palpate.analysis.statistics.exact import self_check
 from palpate.protocols.undefined import nan_to_none
 

@@ -10,8 +10,8 @@ from typing import Any
 import pandas as pd
 
 from palpate.analysis.plans.answers import Answer
-from palpate.analysis.regenerating.regenerated import Regenerated
-from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.regenerating.plan_tests import Answered
+from palpate.analysis.regenerating.regeneration import Regenerated
 from palpate.analysis.reports.csv_files import csv_text, json_row, table_csv
 from palpate.analysis.reports.headings import heading
 

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import math
 from pathlib import Path
+from typing import Any
 
 from palpate.analysis.crosschecking.checks import FILE as CROSSCHECK
 from palpate.analysis.crosschecking.checks import crosscheck_json
-from palpate.analysis.regenerating.documents import titled_tables
+from palpate.analysis.regenerating.descriptions import numbered_tables
 from palpate.analysis.regenerating.files import file_texts
-from palpate.analysis.regenerating.latex_tables import latex_text
+from palpate.analysis.regenerating.output_folder import written_whole
 from palpate.analysis.regenerating.page import report_html
-from palpate.analysis.regenerating.pictured import draw_all
-from palpate.analysis.regenerating.placing import written_whole
-from palpate.analysis.regenerating.regenerated import Regenerated
-from palpate.analysis.regenerating.seconds import FILE, remembered
-from palpate.analysis.regenerating.word_tables import word_bytes
+from palpate.analysis.regenerating.plan_figures import draw_all
+from palpate.analysis.regenerating.plan_tests import Answered
+from palpate.analysis.regenerating.regeneration import Regenerated
+from palpate.analysis.reports.latex import latex_text
+from palpate.analysis.reports.word import word_bytes
+from palpate.protocols.canonical import json_text
 from palpate.protocols.files import write_bytes, write_text, write_texts
 from palpate.protocols.progress import Progress
 
 FOLDER = "regenerated"
 """Where a lab keeps what was regenerated."""
 SIMULATED = "Simulated participants: no person gave these answers."
-
-
-def times_of(found: Regenerated, lab: Path) -> dict[int, float]:
-    """How long each answer took when it was first computed in this lab."""
-    return remembered(found, lab / FOLDER / FILE)
+TIMES = "seconds.json"
+"""How long each number took, measured once in a lab: a run that makes it again leaves its time, for equal bytes."""
 
 
 def write_all(
@@ -52,8 +54,43 @@ def write_all(
 def write_documents(found: Regenerated, folder: Path) -> list[Path]:
     """Write tables.docx and tables.tex."""
     simulated = SIMULATED if found.material.simulated else ""
-    tables = list(titled_tables(found))
+    tables = list(numbered_tables(found))
     word, latex = folder / "tables.docx", folder / "tables.tex"
     write_bytes(word, word_bytes(found.title, simulated, tables))
     write_text(latex, latex_text(found.title, simulated, tables))
     return [word, latex]
+
+
+def times_of(found: Regenerated, lab: Path) -> dict[int, float]:
+    """Return the seconds of each answer by its place: as first measured in this lab, else as measured now and saved."""
+    file = lab / FOLDER / TIMES
+    known = _read(file)
+    seconds, fresh = {}, False
+    for place, each in enumerate(found.answered):
+        key = _key(each, found)
+        if key not in known:
+            known[key], fresh = float(f"{each.seconds:.2g}"), True
+        seconds[place] = known[key]
+    if fresh:
+        write_text(file, json_text(known, indent=0, sort_keys=True))
+    return seconds
+
+
+def _read(file: Path) -> dict[str, float]:
+    """What is on file; a file that is no such record is begun anew, for it holds nothing but times."""
+    try:
+        found: Any = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    if not isinstance(found, dict):
+        return {}
+    return {key: value for key, value in found.items() if isinstance(value, float) and 0 <= value < math.inf}
+
+
+def _key(each: Answered, found: Regenerated) -> str:
+    """What the time is the time of: the question with all that the plan says about it, its inputs and the software."""
+    declared = found.plan.declared
+    asked = {"asked": each.asked.model_dump(mode="json"), "outcome": each.outcome, "inputs": each.inputs}
+    plans = {"alpha": declared.alpha, "seed": declared.seed, "draws": declared.draws, "missing": each.missing.policy}
+    text = json.dumps(asked | plans | {"software": dict(found.software)}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:24]

@@ -13,8 +13,8 @@ from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.schema import Rule
 from palpate.analysis.plans.study_columns import StudyColumns, study_columns
 from palpate.analysis.plans.where import Condition, Range, first_word, levels_of
+from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import column_name
-from palpate.analysis.ratings.saved import load_ratings
 from palpate.analysis.ratings.sources import IMPORTED, Wanted
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.problems import Problem

@@ -18,6 +18,8 @@ from palpate.analysis.reports.numbers import NONE, fixed, p_cell
 NO_NUMBER = "There is no such number for this row."
 LONG_TEXT = 40
 MOST_DECIMALS = 8
+MOST_LETTERS = 30
+"""A cell of more letters wraps on paper."""
 SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _NONE: Mapping[str, str] = MappingProxyType({})
 _NO_GROUPS: Mapping[int, str] = MappingProxyType({})
@@ -181,6 +183,24 @@ def _number(name: str, value: float, decimals: int) -> str:
         return fixed(value, decimals)
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if not text.strip("-0.") else text.replace("-", "−")
+
+
+@dataclass(frozen=True)
+class NumberedTable:
+    """A table of a manuscript: its number, its name in the plan, its title, the table and what stands below."""
+
+    number: int
+    name: str
+    title: str
+    table: Table
+    notes: tuple[str, ...]
+
+
+def table_letters(table: Table) -> int:
+    """Return how many letters a table takes side by side, which decides whether its page is turned. Heads may wrap."""
+    cells = zip(*table.rows, strict=True) if table.rows else [() for _ in table.heads]
+    widest = (max(map(len, (*head.name.split(), *column))) for head, column in zip(table.heads, cells, strict=True))
+    return sum(min(MOST_LETTERS, letters) + 2 for letters in widest)
 
 
 class Footnotes:

@@ -23,7 +23,7 @@ def rows(people=("001", "1", "2", "3"), values=range(1, 99)):
 
 @pytest.fixture
 def lab(tmp_path):
-    from palpate.analysis.ratings.saved import save_ratings
+    from palpate.analysis.ratings.rating_files import save_ratings
 
     save_ratings(small_ratings(rows()), tmp_path / "imported" / "small")
     (tmp_path / "studies" / "small").mkdir(parents=True)

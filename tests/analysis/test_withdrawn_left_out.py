@@ -7,7 +7,7 @@ import pytest
 from palpate.analysis.exporting.export import Choices, export
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.sources import Wanted, read_source
-from palpate.analysis.regenerating.regenerated import regenerate
+from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.studies.collect import collect, open_database
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
@@ -53,7 +53,7 @@ def test_analyses_and_reports_hold_nobody_who_withdrew(wanted):
 
 def test_a_regenerated_study_holds_nobody_who_withdrew(wanted, lab, monkeypatch):
     monkeypatch.setattr(
-        "palpate.analysis.regenerating.regenerated.names", lambda _: {"doors_small": lab / "study.yaml"}
+        "palpate.analysis.regenerating.regeneration.names", lambda _: {"doors_small": lab / "study.yaml"}
     )
     found = regenerate(wanted, lab / "analysis.yaml")
     assert found.material.participants == ("P001", "P003", "P004")

@@ -24,7 +24,7 @@ EXCEPTIONS = {
     "devices/door/firmware/process.py": "a log of the emulator, appended line by line while it runs",
     "benchmarks/scale.py": "makes the temporary lab of a benchmark",
     "analysis/crosschecking/packages.py": "DataFrame.replace",
-    "analysis/regenerating/running.py": "to_csv gives text for a digest; no file",
+    "analysis/regenerating/plan_tests.py": "to_csv gives text for a digest; no file",
     "analysis/plans/": "DataFrame.rename", "analysis/reliability/": "DataFrame.rename",
     "benchmarks/statistics/choices.py": "DataFrame.rename",
 }  # fmt: skip
@@ -32,7 +32,7 @@ EXCEPTIONS = {
 JSON_ELSEWHERE = {
     "protocols/canonical.py": "the two functions themselves",
     "analysis/monitoring/finished.py": "lines of a cache", "analysis/regenerating/files.py": "refuses NaN itself",
-    "analysis/regenerating/checking.py": "for people to compare", "analysis/regenerating/seconds.py": "for a digest",
+    "analysis/regenerating/comparison.py": "for people to compare", "analysis/regenerating/outputs.py": "for a digest",
     "benchmarks/streams/run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",
     "benchmarks/doors/designer_window.py": "to its parent",
     "modeling/files/writing.py": "a card that `canonical` has read",

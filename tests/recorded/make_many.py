@@ -12,7 +12,7 @@ from pathlib import Path
 
 from palpate.analysis.ratings.sources import Wanted
 from palpate.analysis.regenerating.files import file_texts
-from palpate.analysis.regenerating.regenerated import regenerate
+from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.protocols.files import write_texts
 from palpate.protocols.plan import compile_plan
 from palpate.studies.allocation import allocate

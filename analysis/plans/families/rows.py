@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.plans.answers import Answer, Row, Selected, Value
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.ratings.owed import without_gaps
+from palpate.analysis.ratings.expected_cells import without_gaps
 from palpate.analysis.statistics.apa import number
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.undefined import finite_or_none, nan_to_none

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from palpate.analysis.figures.level_means import LevelPlaces
 from palpate.analysis.figures.rating_axes import move_apart
 from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
-from palpate.analysis.first_look.pictures import Picture, pictures
+from palpate.analysis.first_look.figures import Picture, pictures
 from palpate.analysis.ratings.dataset import DataRefused, Ratings
 from palpate.analysis.ratings.describe import describe
 from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed

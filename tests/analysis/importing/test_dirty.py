@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from palpate.analysis.importing.dialects import TableRefused, read_sheet
 from palpate.analysis.importing.number_texts import NoNumber, number
-from palpate.analysis.ratings.saved import load_ratings, save_ratings
+from palpate.analysis.ratings.rating_files import load_ratings, save_ratings
 from tests.analysis.tables_for_tests import Foreign, Record, imported
 from tests.examples import examples
 

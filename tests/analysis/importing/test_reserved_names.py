@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from palpate.analysis.first_look.analysed import analyse_ratings
+from palpate.analysis.first_look.analysis import analyse_ratings
 from palpate.analysis.first_look.page import report_html
 from palpate.analysis.importing.map_file import MapRefused, read_map
 from palpate.analysis.ratings.column_names import RESERVED

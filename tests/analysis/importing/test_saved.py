@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.analysis.ratings.dataset import LARGEST, Crossing, DataRefused, Exclusion, Input, Ratings, Scale
-from palpate.analysis.ratings.saved import load_ratings, save_ratings
+from palpate.analysis.ratings.rating_files import load_ratings, save_ratings
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
 from tests.examples import examples
 

@@ -12,7 +12,7 @@ from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.sources import gathered
-from palpate.analysis.regenerating.regenerated import read_table
+from palpate.analysis.regenerating.regeneration import read_table
 from palpate.studies.catalogue import SHIPPED
 from palpate.studies.collect import ledgers_in
 from tests.recorded.make_many import MANY, PEOPLE

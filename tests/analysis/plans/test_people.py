@@ -14,7 +14,7 @@ from palpate.analysis.plans.study_columns import study_columns
 from palpate.analysis.power.simulating import people, simulated_material
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.regenerating.plan_check import problems_of_test
-from palpate.analysis.regenerating.running import run_tests
+from palpate.analysis.regenerating.plan_tests import run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load
 from palpate.studies.lab_forms import lab_forms

@@ -27,8 +27,8 @@ from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.power.simulating import people, simulated_material
-from palpate.analysis.regenerating.pictured import picture_data
-from palpate.analysis.regenerating.running import by_name, run_tests
+from palpate.analysis.regenerating.plan_figures import picture_data
+from palpate.analysis.regenerating.plan_tests import by_name, run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load
 

@@ -12,7 +12,7 @@ import pytest
 
 from palpate.analysis.ratings.categories import category_cells, category_differences, overall
 from palpate.analysis.ratings.disagreement import disagreement
-from palpate.analysis.ratings.normalising import normalised
+from palpate.analysis.ratings.normalisation import normalised
 from palpate.analysis.ratings.order_effects import order_effect
 from palpate.analysis.ratings.trends import trends
 from palpate.analysis.ratings.within_intervals import mean_intervals

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from palpate.analysis.ratings.categories import category_cells, turned
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.disagreement import disagreement
+from palpate.analysis.ratings.expected_cells import without_gaps
 from palpate.analysis.ratings.one_sample import one_sample
 from palpate.analysis.ratings.order_effects import order_effect
-from palpate.analysis.ratings.owed import without_gaps
 from palpate.analysis.ratings.target_errors import target_errors
 from palpate.analysis.ratings.trends import trends
 from palpate.analysis.ratings.within_intervals import mean_intervals

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.ratings.normalising import normalised
+from palpate.analysis.ratings.normalisation import normalised
 from palpate.analysis.statistics.refusals import BadValue
 from tests.examples import examples
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from palpate.analysis.ratings.dataset import Ratings, Scale
-from palpate.analysis.ratings.saved import save_ratings
+from palpate.analysis.ratings.rating_files import save_ratings
 from palpate.analysis.ratings.sources import IMPORTED, Wanted
 from palpate.analysis.regenerating.page import report_html
-from palpate.analysis.regenerating.pictured import draw_all
-from palpate.analysis.regenerating.regenerated import Regenerated, regenerate
+from palpate.analysis.regenerating.plan_figures import draw_all
+from palpate.analysis.regenerating.regeneration import Regenerated, regenerate
 from tests.analysis.ratings_for_tests import small_ratings
 
 HOSTILE = "<script>alert(1)</script>\"'&"

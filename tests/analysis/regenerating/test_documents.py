@@ -10,11 +10,11 @@ from docx import Document
 from docx.enum.section import WD_ORIENT
 from docx.oxml.ns import qn
 
-from palpate.analysis.regenerating.documents import Titled, table_letters, titled_tables
-from palpate.analysis.regenerating.latex_tables import LETTERS, escaped, latex_text
+from palpate.analysis.regenerating.descriptions import numbered_tables
 from palpate.analysis.regenerating.outputs import write_documents
-from palpate.analysis.regenerating.word_tables import UPRIGHT, allowed, word_bytes
-from palpate.analysis.reports.tables import Head, text_table
+from palpate.analysis.reports.latex import LETTERS, escaped, latex_text
+from palpate.analysis.reports.tables import Head, NumberedTable, table_letters, text_table
+from palpate.analysis.reports.word import UPRIGHT, allowed, word_bytes
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE
 
 NARROW = text_table(("who", Head("F", "number")), [("P001", "2.50"), ("P002", "−0.10")])
@@ -22,7 +22,7 @@ WIDE = text_table([Head(f"value {n}", "number") for n in range(24)], [[f"{n}.25"
 
 
 def tables(*grids):
-    return [Titled(n, f"t{n}", f"Table of {n}", table, ("A note.",)) for n, table in enumerate(grids, start=1)]
+    return [NumberedTable(n, f"t{n}", f"Table of {n}", table, ("A note.",)) for n, table in enumerate(grids, start=1)]
 
 
 def opened(content):
@@ -36,7 +36,7 @@ def word(small, tmp_path_factory):
 
 def test_word_holds_every_table_with_its_number_and_its_rows(small, word):
     document = opened(word[0].read_bytes())
-    expected = list(titled_tables(small))
+    expected = list(numbered_tables(small))
     assert len(document.tables) == len(expected)
     for found, each in zip(document.tables, expected, strict=True):
         assert [cell.text for cell in found.rows[0].cells] == [head.name for head in each.table.heads]
@@ -92,7 +92,7 @@ def test_word_is_the_same_twice_and_has_no_hour(small, word, tmp_path):
 def test_word_takes_any_letters():
     strange = "\x00\x0b\ufffe a & b < c > \"d\" 'e' 가 𝔸"
     table = text_table((strange, "b"), [(strange, "")])
-    document = opened(word_bytes(strange, "", [Titled(1, "t", strange, table, (strange,))]))
+    document = opened(word_bytes(strange, "", [NumberedTable(1, "t", strange, table, (strange,))]))
     assert document.tables[0].rows[1].cells[0].text == allowed(strange)
 
 
@@ -107,7 +107,7 @@ def test_latex_reads_no_letter_as_a_command():
 
 def test_latex_has_the_parts_of_every_table(small, word):
     text = word[1].read_text(encoding="utf-8")
-    expected = list(titled_tables(small))
+    expected = list(numbered_tables(small))
     for name in ("begin{longtable}", "end{longtable}", "endfirsthead", "endhead", "endfoot", "caption"):
         assert text.count(f"\\{name}") == len(expected)
     labels = re.findall(r"\\label\{tab:([^}]*)\}", text)
@@ -146,6 +146,6 @@ def test_letters_beyond_pdflatex_are_named():
 
 def test_a_test_without_an_answer_is_still_a_table(small):
     refused = replace(small, answered=tuple(each for each in small.answered if each.asked.name == "refused"))
-    (table,) = titled_tables(refused)
+    (table,) = numbered_tables(refused)
     assert "no_such_column" in " ".join(table.notes)
     assert opened(word_bytes("T", "", [table])).tables and latex_text("T", "", [table])

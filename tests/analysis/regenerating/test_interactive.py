@@ -7,7 +7,7 @@ import pytest
 from palpate.analysis.figures.figure_kind import Mark
 from palpate.analysis.figures.interactive import compact_svg, figure_markup, key_text, script
 from palpate.analysis.figures.style import inline_svg
-from palpate.analysis.regenerating.pictured import draw_all
+from palpate.analysis.regenerating.plan_figures import draw_all
 
 SVG = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 720 300">
  <defs><clipPath id="f1-c"><rect x="1.23456" y="0" width="5" height="5"/></clipPath>

@@ -9,8 +9,7 @@ from html.parser import HTMLParser
 import pytest
 
 from palpate.analysis.ratings.dataset import Exclusion
-from palpate.analysis.regenerating.page import parts_of
-from palpate.analysis.regenerating.page_data import left_out, seconds_told
+from palpate.analysis.regenerating.page import left_out, parts_of, seconds_told
 from palpate.analysis.reports.blocks import SHORT_CAPTION, caption
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE, page_of, small_study
 

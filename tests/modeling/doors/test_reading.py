@@ -11,7 +11,7 @@ import pytest
 
 from palpate.analysis.plans.reading import PlanError
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
-from palpate.analysis.ratings.saved import save_ratings
+from palpate.analysis.ratings.rating_files import save_ratings
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.rated import Asked, Shown, rated_of
 from palpate.modeling.doors.reading import rated_in_lab, read_lab

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
-from palpate.analysis.regenerating.documents import Titled, table_letters
-from palpate.analysis.reports.tables import Table
+from palpate.analysis.reports.tables import NumberedTable, Table, table_letters
 
 if TYPE_CHECKING:
     from docx.document import Document
@@ -22,7 +21,7 @@ UPRIGHT, TURNED = 95, 140
 _RULE = '<w:{side} w:val="single" w:sz="{size}" w:space="0" w:color="1F2328"/>'
 
 
-def word_bytes(title: str, lead: str, tables: Sequence[Titled]) -> bytes:
+def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
     """Every table with its number, title and notes; wide ones on turned pages, heads repeated on each page."""
     from docx import Document as new_document
 
@@ -57,7 +56,7 @@ def _turn(document: Document, turned: bool) -> None:
     section.left_margin = section.right_margin = Cm(2)
 
 
-def _add(document: Document, each: Titled) -> None:
+def _add(document: Document, each: NumberedTable) -> None:
     from docx.oxml import parse_xml
     from docx.oxml.ns import nsdecls
 

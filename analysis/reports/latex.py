@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from palpate.analysis.regenerating.documents import Titled, table_letters
-from palpate.analysis.reports.tables import Head, Table
+from palpate.analysis.reports.tables import Head, NumberedTable, Table, table_letters
 
 PACKAGES = "booktabs,longtable,pdflscape"
 _GREEK = {
@@ -30,7 +29,7 @@ TURNED = ((150, r"\footnotesize", 3), (185, r"\scriptsize", 2), (10**6, r"\tiny"
 """The same on a page that is turned."""
 
 
-def latex_text(title: str, lead: str, tables: Sequence[Titled]) -> str:
+def latex_text(title: str, lead: str, tables: Sequence[NumberedTable]) -> str:
     """Every table as a longtable with its caption and label, to be read into a document in the encoding T1."""
     head = [f"% {one_line(title)}", f"% Needs \\usepackage[T1]{{fontenc}} and \\usepackage{{{PACKAGES}}}"]
     letters = sorted({letter for each in tables for letter in _letters(each) if letter not in LETTERS and letter > "ſ"})
@@ -40,7 +39,7 @@ def latex_text(title: str, lead: str, tables: Sequence[Titled]) -> str:
     return "\n\n".join(["\n".join(head), *said, *map(_table, tables)]) + "\n"
 
 
-def _letters(each: Titled) -> str:
+def _letters(each: NumberedTable) -> str:
     heads = "".join(head.name for head in each.table.heads)
     cells = "".join(cell for row in each.table.rows for cell in row)
     return "".join((each.title, heads, cells, *each.notes, *each.table.groups.values()))
@@ -56,7 +55,7 @@ def escaped(text: str) -> str:
     return "".join(LETTERS.get(letter, letter) for letter in one_line(text))
 
 
-def _table(each: Titled) -> str:
+def _table(each: NumberedTable) -> str:
     width = table_letters(each.table)
     turned = width > SIZES[-1][0]
     size, gap = next((size, gap) for most, size, gap in (TURNED if turned else SIZES) if width <= most)
@@ -65,7 +64,7 @@ def _table(each: Titled) -> str:
     return "\n".join([r"\begin{landscape}", *lines, r"\end{landscape}"] if turned else lines)
 
 
-def _longtable(each: Titled) -> list[str]:
+def _longtable(each: NumberedTable) -> list[str]:
     table = each.table
     head = [r"\toprule", " & ".join(map(_head, table.heads)) + r" \\", r"\midrule"]
     name = "".join(letter if letter.isascii() and letter.isalnum() else "-" for letter in each.name)

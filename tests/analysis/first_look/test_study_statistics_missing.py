@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 
 from palpate import command_line
-from palpate.analysis.first_look.analysed import analyse_ratings
+from palpate.analysis.first_look.analysis import analyse_ratings
 from palpate.analysis.first_look.page import report_html
 from palpate.analysis.first_look.page_tests import comparisons, refusals
 from palpate.analysis.first_look.results import statistics_json

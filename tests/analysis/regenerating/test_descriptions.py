@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from palpate.analysis.plans.answers import Answer, Asked
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.missing import MissingTold
-from palpate.analysis.regenerating import shown
-from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.regenerating import descriptions as shown
+from palpate.analysis.regenerating.plan_tests import Answered
 from palpate.analysis.reports.headings import HEADINGS, heading, is_p
 from palpate.analysis.reports.tables import NO_NUMBER, column_texts, value_table
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.analysis.first_look.pictures import level_means
+from palpate.analysis.first_look.figures import level_means
 from palpate.analysis.first_look.study_statistics import Row, StudyStatistics, Test, study_statistics
 from palpate.analysis.ratings.dataset import Ratings
 from palpate.analysis.ratings.describe import describe

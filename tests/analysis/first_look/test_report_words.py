@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from palpate.analysis.first_look.analysed import analyse_ratings
+from palpate.analysis.first_look.analysis import analyse_ratings
 from palpate.analysis.first_look.page import report_html, save_figures
 from palpate.analysis.first_look.page_data import facts
 from palpate.analysis.first_look.results import write_results

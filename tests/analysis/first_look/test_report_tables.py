@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from palpate.analysis.first_look import page_data
-from palpate.analysis.first_look.analysed import Analysed, analyse_ratings
+from palpate.analysis.first_look.analysis import Analysed, analyse_ratings
 from palpate.analysis.first_look.page import page_of, stimulus_table
 from palpate.analysis.first_look.page_tests import comparisons, question_words, variance_tables
 from palpate.analysis.first_look.study_statistics import Question, Row, StudyStatistics, study_statistics

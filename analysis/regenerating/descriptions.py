@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
 
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.regenerating.running import Answered
-from palpate.analysis.reports.tables import Table, value_table
+from palpate.analysis.regenerating.plan_tests import Answered
+from palpate.analysis.regenerating.regeneration import Regenerated
+from palpate.analysis.reports.tables import NumberedTable, Table, value_table
 
 MOST_ROWS = 2000
 """A page that holds more rows of one test than this is no longer read; the CSV has them all."""
@@ -102,3 +103,13 @@ def rests_on(answered: Sequence[Answered]) -> str:
 def _range(numbers: set[int]) -> str:
     low, high = min(numbers), max(numbers)
     return f"{low:,}" if low == high else f"{low:,} to {high:,}"
+
+
+def numbered_tables(found: Regenerated) -> Iterator[NumberedTable]:
+    """Yield each test as a table of a manuscript, in the plan's order, with what qualifies its numbers below."""
+    qualified = tuple(" ".join(note.split()) for note in found.notes)
+    for number, answered in enumerate(by_test(found.answered), start=1):
+        table = test_table(answered)
+        about = " ".join(filter(None, (method_of(answered), rests_on(answered))))
+        notes = (*table.notes, *([about] if about else []), *qualified)
+        yield NumberedTable(number, answered[0].asked.name, test_title(answered), table, notes)

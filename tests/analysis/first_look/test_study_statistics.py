@@ -7,7 +7,7 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from palpate.analysis.first_look.analysed import analyse_ratings, correction, reported_p
+from palpate.analysis.first_look.analysis import analyse_ratings, correction, reported_p
 from palpate.analysis.first_look.study_statistics import Question, questions_of, study_statistics
 from palpate.analysis.statistics.anova import rm_anova
 from palpate.analysis.statistics.pairwise import pairwise_tests

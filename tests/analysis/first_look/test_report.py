@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.analysis.first_look.analysed import Analysed, analyse_ratings
+from palpate.analysis.first_look.analysis import Analysed, analyse_ratings
 from palpate.analysis.first_look.page import report_html, save_figures, write_report
 from palpate.analysis.first_look.results import statistics_json, write_results
 from palpate.analysis.ratings.dataset import Exclusion, Input

@@ -11,18 +11,18 @@ from typing import Any
 import pandas as pd
 
 from palpate.analysis.crosschecking.checks import CrossCheck, cross_check
-from palpate.analysis.first_look.analysed import software
+from palpate.analysis.first_look.analysis import software
 from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.material import Material, imported_material, read_material
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.notes import data_notes
+from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.sample import collected_sample
-from palpate.analysis.ratings.saved import load_ratings
 from palpate.analysis.ratings.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
-from palpate.analysis.regenerating.pictured import Pictured, picture_data
-from palpate.analysis.regenerating.running import Answered, by_name, run_tests
+from palpate.analysis.regenerating.plan_figures import Pictured, picture_data
+from palpate.analysis.regenerating.plan_tests import Answered, by_name, run_tests
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.progress import Progress

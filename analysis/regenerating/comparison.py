@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.analysis.regenerating.files import OUTCOMES, STATISTICS
-from palpate.analysis.regenerating.placing import listed
+from palpate.analysis.regenerating.output_folder import listed
 from palpate.analysis.reports.headings import is_p
 from palpate.analysis.statistics.refusals import SHOWN
 from palpate.protocols.tables import split_line
