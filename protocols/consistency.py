@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.problems import Problem
-from palpate.protocols.study import PRESENTING, RECORDING, Study, is_number
+from palpate.protocols.study import Study, is_number
 from palpate.protocols.tasks import TASKS, Task
 from palpate.protocols.yaml_text import Path
 
@@ -213,15 +214,15 @@ def _of_devices(study: Study, task: Task) -> Iterator[Problem]:
         yield Problem(("live",), "the sliders are moved while the door is felt: needs: [window] goes together with it")
     if study.noise is not None and "masking_noise" not in study.needs:
         yield Problem(("noise",), "a level of the noise goes together with needs: [masking_noise]")
-    presenting = [need for need in study.needs if need in PRESENTING]
+    presenting = [need for need in study.needs if NEEDS[need].role == "presents"]
     for index, need in enumerate(study.needs):
         place = ("needs", index)
         if need in study.needs[:index]:
             yield Problem(place, f"{need} stands twice")
-        elif need in RECORDING and need != (study.capture and study.capture.device):
+        elif NEEDS[need].role == "records" and need != (study.capture and study.capture.device):
             recording = f", which records with {study.capture.device}" if study.capture is not None else ""
             yield Problem(place, f"nothing in task {study.task}{recording} records with {need}; leave it out")
-        elif need in PRESENTING and (need == "door_generator") != task.makes:
+        elif need in presenting and NEEDS[need].makes != task.makes:
             yield Problem(place, f"nothing in task {study.task} is presented by {need}; leave it out")
         elif need in presenting[1:]:
             yield Problem(place, f"{need} would present nothing: {presenting[0]} presents the stimuli; leave one out")

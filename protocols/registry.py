@@ -31,15 +31,17 @@ class Registry(Mapping[str, T], Generic[T]):
     """The parts of one kind by name: tests, figures, devices, methods, in the order that lists show.
 
     `places` says where each one is ("module:NAME"). Parts that are light to import may stand in `families` instead:
-    modules with a mapping `KINDS` of parts by name, so that a new part is one line in its own module.
+    modules with a mapping `KINDS` of parts by name, so that a new part is one line in its own module. `parts` are plain
+    data, which need no import.
     """
 
     places: Mapping[str, str] = field(default_factory=dict)
     families: tuple[str, ...] = ()
+    parts: Mapping[str, T] = field(default_factory=dict)
 
     @cached_property
     def _of_families(self) -> Mapping[str, T]:
-        found: dict[str, T] = {}
+        found: dict[str, T] = dict(self.parts)
         for family in self.families:
             for name, part in cast(Mapping[str, T], load_object(f"{family}:KINDS")).items():
                 if name in found or name in self.places:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from math import floor, log10
 from typing import Annotated, Any, Literal, Self
 
@@ -18,6 +18,7 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from palpate.protocols.known_tasks import TASK_PLACES
+from palpate.protocols.needs import NEEDS, needs_with
 from palpate.protocols.orders import Design
 
 LARGEST_STUDY = 5000
@@ -39,12 +40,16 @@ def _plain_name(value: str) -> str:
     return value
 
 
-def _known_task(value: Any) -> Any:
-    """Refuse what names no task as pydantic refuses what is no literal."""
-    if value not in TASK_PLACES:
-        *first, last = map(repr, TASK_PLACES)
-        raise PydanticKnownError("literal_error", {"expected": f"{', '.join(first)} or {last}"})
-    return value
+def _one_of(names: Collection[str]) -> BeforeValidator:
+    """Return a validator that refuses other names as pydantic refuses what is no literal."""
+
+    def known(value: Any) -> Any:
+        if not isinstance(value, str) or value not in names:
+            *first, last = map(repr, names)
+            raise PydanticKnownError("literal_error", {"expected": f"{', '.join(first)} or {last}"})
+        return value
+
+    return BeforeValidator(known)
 
 
 Text = Annotated[str, Field(strict=True, min_length=1, max_length=10_000)]
@@ -60,16 +65,8 @@ Minutes = Annotated[float, Field(gt=0, le=24 * 60, allow_inf_nan=False)]
 People = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 Days = Annotated[int, Field(strict=True, ge=0, le=3650)]
 OverSessions = Literal["same", "next_row", "mirrored"]
-TaskName = Annotated[str, BeforeValidator(_known_task)]
-Need = Literal[
-    "door", "window", "samples", "tool", "door_sensors", "texture_renderer", "door_generator", "camera", "masking_noise"
-]
-PRESENTING: tuple[Need, ...] = ("door", "texture_renderer", "door_generator")
-"""Needs that let the participant feel something; a study has at most one, beside samples put in place by hand."""
-RECORDING: tuple[Need, ...] = ("tool", "door_sensors", "camera")
-"""Needs that record a stimulus while it is explored."""
-BESIDE: tuple[Need, ...] = ("masking_noise",)
-"""Needs that work beside whatever presents."""
+TaskName = Annotated[str, _one_of(TASK_PLACES)]
+NeedName = Annotated[str, _one_of(NEEDS)]
 
 
 def is_number(text: str) -> bool:
@@ -324,7 +321,7 @@ class Lexicon(Strict):
 class Capture(Strict):
     """A recording of each stimulus: which device, for how many seconds or by which column of the stimulus table."""
 
-    device: Literal["tool", "door_sensors", "camera"]
+    device: Annotated[str, _one_of(needs_with("records"))]
     seconds: RecordingSeconds | Text
 
 
@@ -460,7 +457,7 @@ class Study(Strict):
     anchors: Anchors | None = None
     rest: Rest | None = None
     navigation: Literal["forward", "back_and_forward"] = "forward"
-    needs: tuple[Need, ...] = ()
+    needs: tuple[NeedName, ...] = ()
     noise: Noise | None = None
     console: Console | None = None
     analysis: Analysis | None = None

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import Plan
-from palpate.protocols.study import BESIDE, PRESENTING, RECORDING, Study
+from palpate.protocols.study import Study
 from palpate.studies.catalogue import Found
 from palpate.studies.errors import RigError
 from palpate.studies.live import Station, TwinInRealTime, compose_station
@@ -21,13 +22,10 @@ if TYPE_CHECKING:
     from palpate.devices.rig.opened import OpenRig
     from palpate.devices.tablet.device import Display
 
-CHECKED = {"door", "door_generator", "texture_renderer"}
-"""Needs whose stimuli come from files, which may be wrong."""
-
 
 def driven(study: Study) -> list[str]:
     """The study's needs that take devices of a rig; samples are put in place by hand where the rig has no stage."""
-    return [need for need in study.needs if need in (*PRESENTING, *RECORDING, *BESIDE)]
+    return [need for need in study.needs if NEEDS[need].role is not None]
 
 
 @dataclass
@@ -58,7 +56,8 @@ class Hardware:
 
     def open(self, plan: Plan) -> None:
         """Check the stimuli and open the devices. Raises RigError or DeviceError; then none is open."""
-        if self.simulated_needs or CHECKED & set(self.found.study.needs):
+        presented = any(NEEDS[need].role == "presents" for need in self.found.study.needs)
+        if self.simulated_needs or presented:  # what is presented comes from files, which may be wrong
             simulated(self.found.study, self.found.folder, self.lab).check(plan)
         if self.file is not None:
             from palpate.devices.rig.opened import open_rig
@@ -165,7 +164,7 @@ def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
     """
     needs = driven(found.study)
     if options.twins:
-        return Hardware(found, lab, twins=[need for need in needs if need not in BESIDE])
+        return Hardware(found, lab, twins=[need for need in needs if NEEDS[need].role != "beside"])
     file = _rig_file(found.study, lab, options.rig)
     if file is None:
         return Hardware(found, lab)
@@ -199,5 +198,6 @@ def twin_station(plan: Plan, folder: Path, twins: Sequence[str], lab: Path | Non
 
         twin = twin_for(plan.study, plan, folder, lab=lab)
         by_twin = {name: TwinInRealTime(name, twin) for name in twins}
-    device = next((by_twin[name] for name in PRESENTING if name in by_twin), None)
-    return compose_station(plan.study, device, {name: by_twin[name] for name in RECORDING if name in by_twin})
+    device = next((twin for name, twin in by_twin.items() if NEEDS[name].role == "presents"), None)
+    records = {name: twin for name, twin in by_twin.items() if NEEDS[name].role == "records"}
+    return compose_station(plan.study, device, records)

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any, cast
 
 from palpate.devices.device import Device, Presents, Records, Sensor
 from palpate.devices.door.link.codes import FOLLOWS_FROM
-from palpate.devices.rig.kinds import STREAMS
 from palpate.devices.rig.opened import OpenRig
 from palpate.devices.samples import HandMounted
 from palpate.devices.streams.capture import Capture
+from palpate.protocols.needs import NEEDS, needs_with
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Sense
-from palpate.protocols.study import RECORDING
 from palpate.studies.catalogue import Found
 from palpate.studies.live import Station, compose_station
 from palpate.studies.profiles import Profiles
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from palpate.devices.sound.device import Masked, MaskingNoise
     from palpate.studies.rig_renderer import RigRenderer, Shows
 
-CAPTURED = tuple(need for need in RECORDING if need != "camera")
+CAPTURED = tuple(need for need in needs_with("records") if need != "camera")
 """Needs that sensors record together; a camera does so alone."""
 COVERED = "tracker"
 """The kind whose streams may be not a number for long: a marker may be covered."""
@@ -145,7 +144,10 @@ def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:
 def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[str, str], str]]:
     """The first signal of each device is called by its need and what it is; further ones by the need and their own."""
     return [
-        ((device.name, signal.name), f"{need.removesuffix('_sensors')}_{signal.name}" if place else STREAMS[need, kind])
+        (
+            (device.name, signal.name),
+            f"{need.removesuffix('_sensors')}_{signal.name}" if place else NEEDS[need].takes[kind].stream,
+        )
         for kind, device in devices.items()
         for place, signal in enumerate(device.signals)
     ]

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Protocol
 
 from palpate.devices.door.twin import open_door
 from palpate.protocols.keyed import normal
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Reply, Request, Samples, Sense
-from palpate.protocols.study import PRESENTING, RECORDING, Need, Stimulus, Study
+from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done
 from palpate.studies.errors import RigError
@@ -85,7 +86,7 @@ def twin_for(
     Samples need no twin: somebody hands them over, whatever else presents something with them.
     """
     profiles = profiles if profiles is not None else Profiles(folder)
-    made: dict[Need, Callable[[], DeviceTwin]] = {
+    makers: dict[str, Callable[[], DeviceTwin]] = {
         "door": lambda: DoorTwin(plan, profiles),
         "door_generator": lambda: _generator(plan, lab),
         "door_sensors": lambda: DoorSensorsTwin(plan, Openings(plan, profiles)),
@@ -93,10 +94,9 @@ def twin_for(
         "camera": lambda: _camera(lab, pictures),
         "texture_renderer": lambda: RendererTwin(plan, renderings or renderings_of(folder, lab)),
     }
-    here: dict[Need, DeviceTwin] = {need: made[need]() for need in study.needs if need in made}
-    presenting = [here[need] for need in here if need in PRESENTING]
-    records: dict[str, DeviceTwin] = {need: here[need] for need in here if need in RECORDING}
-    return Twins(presenting[0] if presenting else HandedOver(plan), records)
+    twins = {need: makers[need]() for need in study.needs if need in makers}
+    presents = next((twin for need, twin in twins.items() if NEEDS[need].role == "presents"), HandedOver(plan))
+    return Twins(presents, {need: twin for need, twin in twins.items() if NEEDS[need].role == "records"})
 
 
 def renderings_of(folder: Path, lab: Path | None) -> VirtualTextures:

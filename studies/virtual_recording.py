@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from palpate.devices.device import Block, DeviceFault, Sensor, Signal
-from palpate.devices.rig.kinds import STREAMS, TAKES, made, settings_of
+from palpate.devices.rig.kinds import made, settings_of
 from palpate.protocols.events import NS
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.requests import Samples
 from palpate.studies.errors import RigError
 
@@ -18,11 +19,6 @@ if TYPE_CHECKING:
 
 STEP_S = 0.25
 """How far the clock leaps: less than any twin's buffer holds."""
-RATES_HZ = {
-    ("tool", "accelerometer"): 3000.0, ("tool", "force_torque"): 8000.0, ("tool", "tracker"): 120.0,
-    ("door_sensors", "force_torque"): 1000.0, ("door_sensors", "tracker"): 80.0,
-}  # fmt: skip
-"""The rates of the thesis' sensors (3.4.1, 4.3.3, 5.3.1.1)."""
 
 
 @dataclass
@@ -59,13 +55,13 @@ class _Tape:
 def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: int) -> tuple[Samples, ...]:
     """The streams of a need over a scene, each of seconds x rate samples; the seed decides the sensors' noise."""
     found: list[Samples] = []
-    for kind in TAKES[need]:
-        found += _recorded(STREAMS[need, kind], _twin(need, kind, seed), scene, seconds, t_ns)
+    for kind, taken in NEEDS[need].takes.items():
+        found += _recorded(taken.stream, _twin(kind, taken.rate_hz, seed), scene, seconds, t_ns)
     return tuple(found)
 
 
-def _twin(need: str, kind: str, seed: int) -> Sensor:
-    settings = {"kind": kind, "driver": "twin", "rate_hz": RATES_HZ[need, kind], "seed": seed}
+def _twin(kind: str, rate_hz: float, seed: int) -> Sensor:
+    settings = {"kind": kind, "driver": "twin", "rate_hz": rate_hz, "seed": seed}
     return cast(Sensor, made(kind, kind, settings_of(kind).model_validate(settings), Path()))
 
 

@@ -26,11 +26,12 @@ from palpate.devices.actuator.calibration import Calibration
 from palpate.devices.author.designs import Design, Kept
 from palpate.devices.device import FAULTS
 from palpate.devices.rig import file as rig_file
-from palpate.devices.rig.kinds import KINDS, STREAMS, TAKES, settings_of
+from palpate.devices.rig.kinds import KINDS, settings_of
 from palpate.devices.window import calibration as window
 from palpate.modeling.attributes import model_file
 from palpate.modeling.library.entries import Library
 from palpate.protocols import event_shapes, requests
+from palpate.protocols.needs import NEEDS, Need, needs_with
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 from palpate.signals.models.card import Card
@@ -195,8 +196,9 @@ def of_collected() -> Words:
 
 
 def of_studies() -> Words:
-    """Return the keys of a study, which its plan and its digest are made of, and the names of tasks."""
-    return of_models(study=Study) | {"tasks": set(TASKS), "study.task =": set(TASKS)}
+    """Return the keys of a study, which its plan and its digest are made of, and the names of tasks and needs."""
+    names = {"tasks": set(TASKS), "study.task =": set(TASKS), "study.needs =": set(NEEDS)}
+    return of_models(study=Study) | names | {"study.capture.device =": set(needs_with("records"))}
 
 
 def of_participants() -> Words:
@@ -217,10 +219,15 @@ def of_stations() -> Words:
     return {
         "window.yaml": set(window.KEYS),
         "rig.yaml": set(rig_file.KEYS),
-        "rig.yaml needs": set(TAKES),
-        **{f"streams of {need}": {stream for (of, _), stream in STREAMS.items() if of == need} for need, _ in STREAMS},
+        "rig.yaml needs": {name for name, need in NEEDS.items() if need.takes},
+        **{f"streams of {name}": streams for name, need in NEEDS.items() if (streams := of_streams(need))},
         **of_models(**{f"rig.yaml {kind}": settings_of(kind) for kind in KINDS}, vibration=Calibration),
     }
+
+
+def of_streams(need: Need) -> set[str]:
+    """Return the names that a need gives to streams."""
+    return {taken.stream for taken in need.takes.values()} - {""}
 
 
 def of_analysis_plans() -> Words:

@@ -16,6 +16,7 @@ from palpate.analysis.plans.people import People, people_of
 from palpate.analysis.ratings.collected_sessions import Choice, SessionRow
 from palpate.analysis.ratings.dataset import Exclusion, Input, Ratings
 from palpate.analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, query, read_ratings
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.study import Study
 from palpate.studies.model_versions import models_in
 
@@ -38,8 +39,6 @@ _REPLIES = text(
     "SELECT events.session, events.body FROM events JOIN sessions ON sessions.session = events.session"
     " WHERE sessions.study = :study AND events.kind = 'reply'"
 )
-PLAYING = {"texture_renderer", "door_generator"}
-"""The needs of studies that play models."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ def _study_versions(study: Study, choice: Choice) -> Iterator[Input]:
 
 def _model_versions(connection: Connection, study: Study, choice: Choice) -> Iterator[Input]:
     """Every version of each model that was not the same in all sessions that are analysed."""
-    if not PLAYING & set(study.needs):
+    if not any(NEEDS[need].plays_models for need in study.needs):
         return
     kept = {session.session for session in choice.kept}
     played: dict[str, dict[str, set[str]]] = {}

@@ -146,13 +146,14 @@ def kinds(kind: str | None) -> None:
     Example:
       palpate rig kinds force_torque
     """
-    from palpate.devices.rig.kinds import KINDS, TAKES, settings_of
+    from palpate.devices.rig.kinds import KINDS, settings_of
     from palpate.devices.rig.meanings import settings_of_kind
     from palpate.protocols.did_you_mean import nearest
+    from palpate.protocols.needs import NEEDS
 
     if kind is None:
         for name in KINDS:
-            needs = ", ".join(need for need, takes in TAKES.items() if name in takes)
+            needs = ", ".join(need for need, known in NEEDS.items() if name in known.takes)
             click.echo(f"{name:<14} for {needs}")
         return
     if kind not in KINDS:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,12 +10,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from palpate.devices.device import DeviceError
-from palpate.devices.rig.kinds import KINDS, TAKES, settings_of
+from palpate.devices.rig.kinds import KINDS, settings_of
 from palpate.devices.settings import Strict
 from palpate.devices.stations import station_folder
 from palpate.protocols.complaints import listed, translated
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.problems import Problem
 from palpate.protocols.yaml_text import Document, YamlError, load
 
@@ -50,9 +51,8 @@ class RigFile:
     def names_for(self, need: str) -> tuple[str, ...]:
         """The devices that a need takes. Raises RigFileError where the file provides none."""
         if need not in self.needs:
-            raise RigFileError(
-                f"{self.path}: the need {need!r} is not provided: needs: {{{need}: [...]}} with {_of(TAKES[need])}"
-            )
+            takes = _of(NEEDS[need].takes)
+            raise RigFileError(f"{self.path}: the need {need!r} is not provided: needs: {{{need}: [...]}} with {takes}")
         return self.needs[need]
 
     def definition(self, names: Sequence[str]) -> dict[str, Any]:
@@ -138,11 +138,10 @@ class _Reading:
         if not isinstance(needs, dict):
             self.problems.append(Problem(("needs",), "needs with lists of devices are expected: {door: [door]}"))
             return
+        served = [need for need, known in NEEDS.items() if known.takes]
         for need, names in needs.items():
-            if need not in TAKES:
-                self.problems.append(
-                    Problem(("needs", need), f"no study needs this; {nearest(str(need), list(TAKES))}")
-                )
+            if need not in served:
+                self.problems.append(Problem(("needs", need), f"no study needs this; {nearest(str(need), served)}"))
             elif not isinstance(names, list):
                 self.problems.append(Problem(("needs", need), "a list of devices is expected, as [door]"))
             else:
@@ -159,9 +158,9 @@ class _Reading:
         if unknown:
             return
         kinds = sorted(str(getattr(self.devices[name], "kind", "")) for name in names)
-        if kinds != sorted(TAKES[need]):
-            yield Problem(("needs", need), f"takes {_of(TAKES[need])}; found {_of(kinds)}")
+        if kinds != sorted(NEEDS[need].takes):
+            yield Problem(("needs", need), f"takes {_of(NEEDS[need].takes)}; found {_of(kinds)}")
 
 
-def _of(kinds: Sequence[str]) -> str:
+def _of(kinds: Iterable[str]) -> str:
     return ", ".join(f"one {kind}" for kind in kinds) or "nothing"

@@ -1,4 +1,4 @@
-"""The kinds of devices there are, what a study's need takes of them, and what their streams are called."""
+"""The kinds of devices there are."""
 
 from __future__ import annotations
 
@@ -22,27 +22,6 @@ KINDS: Mapping[str, str] = {
     "stage": "palpate.devices.stage.device",
 }
 """Each kind and its module, which has `Settings` and `make`; only those that a rig names are imported."""
-
-TAKES: Mapping[str, tuple[str, ...]] = {
-    "door": ("door",),
-    "door_generator": ("door",),
-    "tool": ("accelerometer", "force_torque", "tracker"),
-    "door_sensors": ("force_torque", "tracker"),
-    "texture_renderer": ("tablet", "voice_coil"),
-    "camera": ("camera",),
-    "samples": ("stage",),
-    "masking_noise": ("masking_noise",),
-}
-"""What each need of a study takes: one device of each of these kinds."""
-
-STREAMS: Mapping[tuple[str, str], str] = {
-    ("tool", "accelerometer"): "tool_acceleration",
-    ("tool", "force_torque"): "tool_force",
-    ("tool", "tracker"): "tool_position",
-    ("door_sensors", "force_torque"): "door_force",
-    ("door_sensors", "tracker"): "door_position",
-}
-"""The streams of a need, by the kind of device that gives them."""
 
 
 def settings_of(kind: str) -> type[Strict]:

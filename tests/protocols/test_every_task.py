@@ -1,17 +1,16 @@
 """Every task runs from consent to the last form, replays, and refuses what is no answer to it."""
 
-from typing import get_args
-
 import pytest
 
 from palpate.protocols.answering import answer
 from palpate.protocols.consistency import inconsistencies
 from palpate.protocols.forms import Demographics, LabForms, Question
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import PlanError, compile_plan
 from palpate.protocols.requests import Ask, Reply, ReplyError, Samples
 from palpate.protocols.runner import run
-from palpate.protocols.study import Need, Study
+from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done, Recorded, Simulated, VirtualClock
 from tests.protocols.every_task import ITEMS, LAB, PARTS, WORDS, plan_of, study_of
@@ -112,7 +111,7 @@ USED = dict.fromkeys(TASKS, FELT) | {"authoring": {"door_generator"}, "capture":
 @pytest.mark.parametrize("task", TASKS)
 def test_a_need_that_nothing_presents_or_records_is_refused(task):
     always = {"window", "samples", "masking_noise"}
-    for need in get_args(Need):
+    for need in NEEDS:
         needs = list(dict.fromkeys([*DEVICES.get(task, []), need]))
         problems = [problem.message for problem in inconsistencies(study_of(task, needs=needs))]
         assert (not problems) == (need in always | USED[task]), (need, problems)

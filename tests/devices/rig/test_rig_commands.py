@@ -7,10 +7,12 @@ import pytest
 
 from palpate.command_line import _status
 from palpate.devices.rig.file import read_rig, rig_path
-from palpate.devices.rig.kinds import KINDS, TAKES, settings_of
+from palpate.devices.rig.kinds import KINDS, settings_of
 from palpate.devices.rig.meanings import settings_of_kind
+from palpate.protocols.needs import NEEDS
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "rig-file.md"
+TAKES = {name: need.takes for name, need in NEEDS.items() if need.takes}
 RIG = """rig: booth
 devices:
   noise: {kind: masking_noise, driver: twin}

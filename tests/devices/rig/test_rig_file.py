@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.devices.rig.file import RigFileError, read_rig, rig_path
-from palpate.devices.rig.kinds import TAKES
+from palpate.protocols.needs import NEEDS
 
 GOOD = """rig: booth
 devices:
@@ -111,4 +111,4 @@ def test_no_text_brings_anything_but_a_complaint_or_a_rig(tmp_path_factory, line
         assert str(error)
     else:
         for need, names in rig.needs.items():
-            assert sorted(map(rig.kind, names)) == sorted(TAKES[need])
+            assert sorted(map(rig.kind, names)) == sorted(NEEDS[need].takes)
