@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from palpate.devices.device import Device, Presents, Records, Sensor
 from palpate.devices.door.link.codes import FOLLOWS_FROM
+from palpate.devices.kinds import KINDS
 from palpate.devices.rig.opened import OpenRig
 from palpate.devices.samples import HandMounted
 from palpate.devices.streams.capture import Capture
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 CAPTURED = tuple(need for need in needs_with("records") if need != "camera")
 """Needs that sensors record together; a camera does so alone."""
-COVERED = "tracker"
-"""The kind whose streams may be not a number for long: a marker may be covered."""
 
 
 def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows | None = None) -> Station:
@@ -137,7 +136,7 @@ def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:
     devices = rig.of(need)
     sensors = {device.name: cast(Sensor, device) for device in devices.values()}
     names = dict(_stream_names(need, devices))
-    may_hide = [stream for (name, _), stream in names.items() if rig.file.kind(name) == COVERED]
+    may_hide = [stream for (name, _), stream in names.items() if KINDS[rig.file.kind(name)].may_hide]
     return Capture(sensors, names, _scenes(rig, need, found, plan), may_hide=may_hide)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from palpate.devices.device import Block, DeviceFault, Sensor, Signal
-from palpate.devices.rig.kinds import made, settings_of
+from palpate.devices.kinds import KINDS
 from palpate.protocols.events import NS
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.requests import Samples
@@ -62,7 +62,8 @@ def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: i
 
 def _twin(kind: str, rate_hz: float, seed: int) -> Sensor:
     settings = {"kind": kind, "driver": "twin", "rate_hz": rate_hz, "seed": seed}
-    return cast(Sensor, made(kind, kind, settings_of(kind).model_validate(settings), Path()))
+    described = KINDS[kind]
+    return cast(Sensor, described.make(kind, described.settings.model_validate(settings), Path()))
 
 
 def _recorded(stream: str, sensor: Sensor, scene: Scene, seconds: float, t_ns: int) -> Iterator[Samples]:

@@ -12,8 +12,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import palpate.devices.rig.kinds
-
 ROOT = Path(__file__).resolve().parent.parent
 INSTALLED = ("protocols", "signals", "devices", "studies", "analysis", "modeling")
 """Folders at the top that are subpackages of `palpate`."""
@@ -39,7 +37,6 @@ PUT_TOGETHER = {
     **{f"palpate.{{{part}}}": [f"palpate.{name}" for name in INSTALLED] for part in ("name", "folder", "room")},
 }
 """Names that are put together while the program runs, as an f-string has them, and all that come of it."""
-DEVICES = [f"{module}:{name}" for module in palpate.devices.rig.kinds.KINDS.values() for name in ("Settings", "make")]
 
 
 @dataclass(frozen=True)

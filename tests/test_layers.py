@@ -14,7 +14,7 @@ import grimp
 import pytest
 
 from palpate.command_line import VERBS
-from palpate.devices.rig.kinds import KINDS
+from palpate.devices.kinds import KINDS
 from palpate.protocols import code_digest
 from tests import names
 
@@ -23,7 +23,8 @@ NOT_INSTALLED = {"benchmarks", "tools"}
 LIVE = (
     *(f"palpate.studies.{name}" for name in ("live_rig", "hardware", "rig_station", "rig_renderer", "session")),
     *(f"palpate.studies.{name}" for name in ("commands_record", "commands_sessions")),
-    "palpate.devices.window.presenter_window", "palpate.devices.rig.opened", *KINDS.values(),
+    "palpate.devices.window.presenter_window", "palpate.devices.rig.opened",
+    *(place.partition(":")[0] for place in KINDS.places.values()),
 )  # fmt: skip
 """What runs a session with real devices, and the module of every kind of device."""
 SIMULATED = re.compile(

@@ -25,8 +25,8 @@ from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.devices.actuator.calibration import Calibration
 from palpate.devices.author.designs import Design, Kept
 from palpate.devices.device import FAULTS
+from palpate.devices.kinds import KINDS
 from palpate.devices.rig import file as rig_file
-from palpate.devices.rig.kinds import KINDS, settings_of
 from palpate.devices.window import calibration as window
 from palpate.modeling.attributes import model_file
 from palpate.modeling.library.entries import Library
@@ -221,7 +221,7 @@ def of_stations() -> Words:
         "rig.yaml": set(rig_file.KEYS),
         "rig.yaml needs": {name for name, need in NEEDS.items() if need.takes},
         **{f"streams of {name}": streams for name, need in NEEDS.items() if (streams := of_streams(need))},
-        **of_models(**{f"rig.yaml {kind}": settings_of(kind) for kind in KINDS}, vibration=Calibration),
+        **of_models(**{f"rig.yaml {kind}": KINDS[kind].settings for kind in KINDS}, vibration=Calibration),
     }
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from palpate.devices.device import DeviceError
-from palpate.devices.settings import Date, Finite, Positive, Strict
+from palpate.devices.kinds import Date, Finite, Positive, Strict
 from palpate.protocols.canonical import digest, json_text
 from palpate.protocols.files import reason, write_text
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.devices.actuator.settings import Settings
+from palpate.devices.actuator.settings import MEANINGS, Settings
 from palpate.devices.device import DeviceFault, Health, Signal
+from palpate.devices.kinds import CalibrationMethod, DeviceKind
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -169,3 +170,14 @@ def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], fl
     limiter = Limiter(settings.peak_V, settings.rms_V, settings.thermal_s)
     file = None if settings.calibration is None else folder / settings.calibration
     return VoiceCoil(name, settings, output_of(name, settings, elapsed_s), Queue(ahead), limiter, file)
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=CalibrationMethod(
+        "palpate.devices.rig.calibrating_vibration:calibrate_coil",
+        ("sensor", "level_V", "seconds", "yes", "force"),
+    ),
+)

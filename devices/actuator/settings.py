@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.settings import Date, Strict
+from palpate.devices.kinds import Date, Strict
 
 
 class Settings(Strict):
@@ -38,3 +39,17 @@ class Settings(Strict):
             told = f"peak_V ({self.peak_V:g}) must not be above full_scale_V ({self.full_scale_V:g})"
             raise ValueError(f"{told}, what the sound card gives at full scale")
         return self
+
+
+MEANINGS: Mapping[str, str] = {
+    "channel": "the card's output; of `nidaqmx`",
+    "device": "name, part of a name or number of the sound output, none is the machine's default; of `sound`",
+    "card_rate_hz": "the sound card's rate, Hz",
+    "full_scale_V": "what the sound card's amplifier gives at full scale, V",
+    "ahead_ms": "how far ahead samples may be written; it is also the latency of the queue, ms",
+    "peak_V": "largest voltage that the coil bears, V",
+    "rms_V": "largest RMS voltage that it bears over thermal_s, V",
+    "thermal_s": "how long the coil takes to warm up, s",
+    "peak_m_s2": "largest acceleration that is played, m/s^2; holds with a calibration",
+    "calibration": "file beside the rig file that identifying the coil wrote; without one samples are volts",
+}

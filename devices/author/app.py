@@ -235,8 +235,8 @@ class DesignerApp(WindowApp):
 
 def _door(options: WindowOptions) -> tuple[DoorSimulator | None, str]:
     """The door to play on, not opened yet; None, and why, where the station has none. Raises RigFileError."""
+    from palpate.devices.kinds import KINDS
     from palpate.devices.rig.file import read_rig, rig_path
-    from palpate.devices.rig.kinds import made
 
     if options.twins:
         from palpate.devices.door.link.device import Settings, make
@@ -247,7 +247,7 @@ def _door(options: WindowOptions) -> tuple[DoorSimulator | None, str]:
         return None, f"This station has no rig file ({path}): palpate rig simulate, or palpate author --twins"
     file = read_rig(path)
     name = file.names_for("door_generator")[0]
-    device = made(file.kind(name), name, file.devices[name], file.path.parent)
+    device = KINDS[file.kind(name)].make(name, file.devices[name], file.path.parent)
     return (device, "") if isinstance(device, DoorSimulator) else (None, f"{path}: {name} is no door")
 
 

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from palpate.devices.acts import Act, Mending, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault, Health, NowNs, Signal
-from palpate.devices.settings import Date, Strict
+from palpate.devices.kinds import Date, DeviceKind, Strict
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Came, Reply, Sense
 
@@ -63,6 +63,19 @@ class Settings(Strict):
         """A light for people: light 3 of 10 (left, low)."""
         named = "" if isinstance(self.lights, int) else f" ({self.lights[number - 1]})"
         return f"light {number} of {self.count}{named}"
+
+
+MEANINGS: Mapping[str, str] = {
+    "folder": "where the camera's own program puts its files; needed by `folder`",
+    "pictures": "where they are kept, beside the rig file; none is LAB/pictures",
+    "lights": "pictures of each sample, or the names of the lights in their order; a twin has 10",
+    "suffixes": "endings of the files that are pictures",
+    "order": "how files that come at once are put in order",
+    "settle_s": "a file is whole once it has not changed for so long, s",
+    "least_pixels": "a picture with a shorter side below this is too small, pixels",
+    "least_sharpness": "a picture is blurred below this (variance of the Laplacian over that of the brightness)",
+    "most_white": "a picture is over-exposed where more than this share of it is white",
+}
 
 
 @dataclass
@@ -256,3 +269,14 @@ def make(name: str, settings: Settings, folder: Path) -> Camera:
     if settings.driver == "folder":
         source = Folder(name, folder / str(settings.folder), settings.suffixes, settings.settle_s, settings.order)
     return Camera(name, settings, source, folder / (settings.pictures or "pictures"))
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=(
+        "is set at the camera itself: focus, exposure and white balance. `least_sharpness` and `most_white` "
+        "then judge its pictures"
+    ),
+)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from palpate.devices.device import Signal
-from palpate.devices.settings import Date, Finite, Positive, Strict
+from palpate.devices.kinds import CalibrationMethod, Date, DeviceKind, Finite, Positive, Strict
 
 if TYPE_CHECKING:
     from palpate.devices.daq.acquire import Daq, Wiring
@@ -50,6 +51,24 @@ class Settings(Strict):
         if not all(1.0 <= each <= 100_000 for each in self.bandwidth_hz):
             raise ValueError(f"bandwidth_hz {self.bandwidth_hz}: 1 to 100000 Hz are expected")
         return self
+
+
+MEANINGS: Mapping[str, str] = {
+    "channels": "the card's inputs of x, y and z",
+    "rate_hz": "samples per second, Hz",
+    "range_V": "the card's input range, lowest and highest, V",
+    "terminals": "how the inputs are wired",
+    "buffer_s": "how much the card keeps until it is read, s",
+    "sensitivity_V_per_g": "of x, y and z at the supply of scaled_at_V, V per g",
+    "zero_g_V": "output of x, y and z at 0 g at that supply, V",
+    "scaled_at_V": "the supply at which these two hold, V",
+    "supply_V": "the sensor's supply now, V; both are scaled by it",
+    "full_scale_g": "beyond this a sample counts as clipped, g",
+    "clipped_s": "clipped for so long without a break is a fault, s",
+    "stuck_s": "an axis that does not change by one bit for so long is a fault, s; 0 looks for none",
+    "bandwidth_hz": "the twin's bandwidth of x, y and z, Hz",
+    "noise_V": "the twin's noise at each input (SD), V",
+}
 
 
 def make(name: str, settings: Settings, folder: Path) -> DaqSensor:  # noqa: ARG001 - every kind is made alike
@@ -96,3 +115,16 @@ def _daq(name: str, settings: Settings, wiring: Wiring, scaling: Scaling) -> Daq
 
     ideal = acceleration_volts(scaling, settings.bandwidth_hz)
     return TwinDaq(name, wiring, ideal, settings.noise_V, (settings.seed,))
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=CalibrationMethod(
+        "palpate.devices.rig.calibrating_vibration:calibrate_accelerometer",
+        ("seconds", "yes"),
+        by_hand=True,
+    ),
+    shares_card=True,
+)

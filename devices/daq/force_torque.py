@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
 from palpate.devices.device import DeviceError, Signal
-from palpate.devices.settings import Date, Finite, Strict
+from palpate.devices.kinds import Date, DeviceKind, Finite, Strict
 
 if TYPE_CHECKING:
     from palpate.devices.daq.acquire import Daq, Wiring
@@ -63,6 +64,32 @@ class Settings(Strict):
     noise_V: Annotated[float, Field(ge=0, le=1)] = 0.002
     seed: int = 1
     calibrated: Date | None = None
+
+
+MEANINGS: Mapping[str, str] = {
+    "channels": "the card's inputs of the six gauges, in the order of the calibration file",
+    "rate_hz": "samples per second, Hz",
+    "calibration": "the maker's .cal file, beside the rig file; needed by `nidaqmx`",
+    "terminals": "how the inputs are wired",
+    "buffer_s": "how much the card keeps until it is read, s",
+    "frame": "where the wrench is told; the origin is moved first, then turned about x, y and z",
+    "frame.dx_mm": "moved along the sensor's x, mm",
+    "frame.dy_mm": "moved along the sensor's y, mm",
+    "frame.dz_mm": "moved along the sensor's z, mm",
+    "frame.rx_deg": "turned about x, degrees",
+    "frame.ry_deg": "turned about y, degrees",
+    "frame.rz_deg": "turned about z, degrees",
+    "thermistor": "for a sensor whose electronics do not compensate temperature",
+    "thermistor.channel": "the card's input of the thermistor",
+    "thermistor.bias_slopes": "change of each gauge's offset, V per V of the thermistor, where the .cal file has none",
+    "thermistor.gain_slopes": "change of each gauge's gain, per V of the thermistor, where the .cal file has none",
+    "thermistor.reference_V": "the thermistor's voltage at calibration, V",
+    "zero_s": "how long the unloaded sensor is read for its zero when it is opened, s; 0 takes none",
+    "still": "how far a reading may wander meanwhile, as a share of the rated load",
+    "overload": "a load beyond so many times the rated one is a fault",
+    "stuck_s": "a gauge that does not change by one bit for so long is a fault, s; 0 looks for none",
+    "noise_V": "the twin's noise at each input (SD), V",
+}
 
 
 def make(name: str, settings: Settings, folder: Path) -> DaqSensor:
@@ -172,3 +199,16 @@ def _daq(name: str, settings: Settings, wiring: Wiring, gauges: Gauges) -> Daq:
 
     ideal = gauge_volts(gauges.matrix, gauges.slopes)
     return TwinDaq(name, wiring, ideal, settings.noise_V, (settings.seed,))
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=(
+        "is calibrated by its maker. Put the .cal file that came with it beside the rig file and name it: "
+        "`calibration: FT12345.cal`, `calibrated:` with its date. Its zero is taken each time it is opened "
+        "(`zero_s`)"
+    ),
+    shares_card=True,
+)

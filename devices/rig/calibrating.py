@@ -22,20 +22,6 @@ if TYPE_CHECKING:
 Ask = Callable[[str], None]
 """Asks the experimenter to do something, and comes back once it is done."""
 Say = Callable[[str], None]
-ELSEWHERE: Mapping[str, str] = {
-    "force_torque": "is calibrated by its maker. Put the .cal file that came with it beside the rig file and name it:"
-    " `calibration: FT12345.cal`, `calibrated:` with its date. Its zero is taken each time it is opened (`zero_s`)",
-    "tracker": "is calibrated with its own software (Motive: wand, then ground plane). Do it there, then write that day"
-    " into the rig file: `calibrated: 2026-11-21`",
-    "door": "is calibrated in its own controller, which gives N m and radians. Measure from the hinge to the handle"
-    " with a rule and write it as `handle_radius_m`",
-    "masking_noise": "is calibrated with a sound level meter at the ear: play a full-scale sine and write what it reads"
-    " as `db_spl_at_0_dbfs`",
-    "camera": "is set at the camera itself: focus, exposure and white balance. `least_sharpness` and `most_white` then"
-    " judge its pictures",
-    "stage": "has nothing to calibrate: it only says which sample lies on it",
-}
-"""How the kinds are calibrated that this program cannot calibrate."""
 Span = tuple[int, int, str]
 """Characters from a place up to another, and what stands there instead."""
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from palpate.devices.device import DeviceError
 from palpate.devices.picture import COLOURS, INK, SOFT, drawing, write_picture
-from palpate.devices.rig.calibrating import Found
+from palpate.devices.rig.calibrating import Found, Job
 from palpate.devices.tablet.force import Fit, Force, fit_force, read_pairs
 
 DIGITS = 5
@@ -18,7 +18,7 @@ THESIS = Force()
 Row = dict[str, Any]
 
 
-def calibrate_tablet(pairs: Path, date: str, figure: Path | None = None) -> Found:
+def calibrate_tablet(job: Job, pairs: Path, figure: Path | None = None) -> Found:
     """The curve F = a exp(b y) of a CSV with the columns pressure, force_N; `figure` is the picture to write of it.
 
     Raises DeviceError naming the file.
@@ -36,7 +36,7 @@ def calibrate_tablet(pairs: Path, date: str, figure: Path | None = None) -> Foun
     told = list(_tablet_lines(fit))
     if figure is not None:
         told += [f"drawn: {path}" for path in draw_force(pressures, forces_N, fit.force, figure)]
-    return Found({"force": curve, "calibrated": date}, tuple(told), figures)
+    return Found({"force": curve, "calibrated": job.date}, tuple(told), figures)
 
 
 def _rounded(value: float) -> float:

@@ -53,7 +53,7 @@ SLOWEST_HZ = 1000
 PIECE = 512
 
 
-def calibrate_accelerometer(job: Job, seconds: float) -> Found:
+def calibrate_accelerometer(job: Job, seconds: float | None = None) -> Found:
     """The settings of the six positions that the experimenter lays the sensor in.
 
     Raises DeviceError where it cannot be had, DeviceFault where it fails, Unfit where the positions come to nothing.
@@ -61,7 +61,7 @@ def calibrate_accelerometer(job: Job, seconds: float) -> Found:
     with one_opened(job.file, job.name) as device:
         if not isinstance(device, DaqSensor) or not isinstance(device.transducer, Accelerometer):
             raise DeviceError(f"{job.name}: no accelerometer on a card")
-        bench = Bench.of(job, device, device.transducer.scaling, seconds)
+        bench = Bench.of(job, device, device.transducer.scaling, seconds or SECONDS_A_POSITION)
         readings: Readings = {}
         for position in POSITIONS:
             readings[position] = bench.measured(position)

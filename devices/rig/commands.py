@@ -146,7 +146,7 @@ def kinds(kind: str | None) -> None:
     Example:
       palpate rig kinds force_torque
     """
-    from palpate.devices.rig.kinds import KINDS, settings_of
+    from palpate.devices.kinds import KINDS
     from palpate.devices.rig.meanings import settings_of_kind
     from palpate.protocols.did_you_mean import nearest
     from palpate.protocols.needs import NEEDS
@@ -158,6 +158,6 @@ def kinds(kind: str | None) -> None:
         return
     if kind not in KINDS:
         raise click.UsageError(f"no kind {kind!r}; {nearest(kind, list(KINDS))}")
-    for each in settings_of_kind(kind, settings_of(kind)):
+    for each in settings_of_kind(KINDS[kind]):
         default = each.default if each.default == "required" else f"default {each.default}"
         click.echo(f"{each.name:<22} {each.takes}; {default}\n    {each.meaning}")

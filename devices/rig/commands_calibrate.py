@@ -18,13 +18,7 @@ if TYPE_CHECKING:
     from palpate.devices.rig.calibrating import Found, Job
     from palpate.devices.rig.file import RigFile
 
-TAKES = {
-    "accelerometer": {"seconds", "yes"},
-    "voice_coil": {"sensor", "level", "seconds", "yes", "force"},
-    "tablet": {"pairs", "figure"},
-}
-"""The options that calibrating a kind takes, beside those that all take."""
-SPELLED = {"sensor": "--with"}
+SPELLED = {"sensor": "--with", "level_V": "--level"}
 
 
 @click.command()
@@ -34,8 +28,8 @@ SPELLED = {"sensor": "--with"}
 @click.option("--seconds", type=click.FloatRange(0.2, 60), show_default="2; of a voice coil 8",
               help="How long each position is read, or a voice coil measured.")  # fmt: skip
 @click.option("--with", "sensor", metavar="NAME", help="The accelerometer on the voice coil; the rig's only one.")
-@click.option("--level", type=click.FloatRange(0.001, 10), metavar="V", show_default="half of peak_V, at most 0.5",
-              help="Peak of what shakes the voice coil, V.")  # fmt: skip
+@click.option("--level", "level_V", type=click.FloatRange(0.001, 10), metavar="V",
+              show_default="half of peak_V, at most 0.5", help="Peak of what shakes the voice coil, V.")  # fmt: skip
 @click.option("--pairs", type=click.Path(exists=True, dir_okay=False, path_type=Path), metavar="FILE.csv",
               help="Measured pressure,force_N of a tablet.")  # fmt: skip
 @click.option("--figure", type=click.Path(path_type=Path), metavar="FILE",
@@ -83,57 +77,50 @@ def calibrate(
 
 def _demand(file: RigFile, device: str, given: dict[str, Any]) -> None:
     """Refuse a device that is not there or is calibrated elsewhere, and options that say nothing of its kind."""
-    from palpate.devices.rig.calibrating import ELSEWHERE
+    from palpate.devices.kinds import KINDS, CalibrationMethod
     from palpate.protocols.did_you_mean import nearest
 
     if device not in file.devices:
         raise click.UsageError(f"{file.path} names no device {device!r}; {nearest(device, list(file.devices))}")
     kind = file.kind(device)
-    if kind in ELSEWHERE:
-        raise click.UsageError(f"{device}: a {kind.replace('_', ' ')} {ELSEWHERE[kind]}")
+    calibration = KINDS[kind].calibration
+    if isinstance(calibration, str):
+        raise click.UsageError(f"{device}: a {kind.replace('_', ' ')} {calibration}")
     for name, value in given.items():
-        if name not in TAKES[kind] and value not in (None, False):
-            takers = " or ".join(each for each, takes in TAKES.items() if name in takes)
+        if name not in calibration.options and value not in (None, False):
+            others = {other: described.calibration for other, described in KINDS.items()}
+            methods = {other: how for other, how in others.items() if isinstance(how, CalibrationMethod)}
+            takers = " or ".join(other for other, how in methods.items() if name in how.options)
             raise click.UsageError(f"{SPELLED.get(name, f'--{name}')} is for {takers}; {device} is of kind {kind}")
-    if kind == "tablet" and given["pairs"] is None:
-        raise click.UsageError(
-            f"{device}: give --pairs FILE.csv with the columns pressure,force_N: put a force sensor under the tablet"
-            " and press in steps of a tenth of the pressure"
-        )
+    for name, advice in calibration.required.items():
+        if given[name] is None:
+            raise click.UsageError(f"{device}: {advice}")
     if given["yes"] and not _may_skip(file, device):
         raise click.UsageError(f"--yes: {device} is a real one, somebody has to turn it; leave --yes out")
 
 
 def _may_skip(file: RigFile, device: str) -> bool:
     """Whether it can be calibrated without anybody at hand: only a real sensor has to be turned."""
-    return file.is_twin(device) or file.kind(device) != "accelerometer"
+    from palpate.devices.kinds import KINDS, CalibrationMethod
+
+    calibration = KINDS[file.kind(device)].calibration
+    return file.is_twin(device) or not (isinstance(calibration, CalibrationMethod) and calibration.by_hand)
 
 
 def _measured(job: Job, given: dict[str, Any]) -> Found:
     """What calibrating gives; exit code 1 where it gives nothing."""
     from palpate.devices.device import DeviceFault
+    from palpate.devices.kinds import KINDS
     from palpate.devices.rig.calibrating import Unfit
+    from palpate.protocols.registry import load_object
 
+    how: Any = KINDS[job.file.kind(job.name)].calibration
     try:
-        return _by_kind(job, given)
+        found: Found = load_object(how.call)(job, **{name: given[name] for name in how.options if name != "yes"})
+        return found
     except (Unfit, DeviceFault) as error:
         click.echo(f"{click.style('not calibrated', fg='red')}: {error}", err=True)
         raise click.exceptions.Exit(1) from None
-
-
-def _by_kind(job: Job, given: dict[str, Any]) -> Found:
-    kind = job.file.kind(job.name)
-    if kind == "tablet":
-        from palpate.devices.rig.calibrating_tablet import calibrate_tablet
-
-        return calibrate_tablet(given["pairs"], job.date, given["figure"])
-    if kind == "voice_coil":
-        from palpate.devices.rig.calibrating_vibration import calibrate_coil
-
-        return calibrate_coil(job, given["sensor"], given["level"], given["seconds"], given["force"])
-    from palpate.devices.rig.calibrating_vibration import SECONDS_A_POSITION, calibrate_accelerometer
-
-    return calibrate_accelerometer(job, given["seconds"] or SECONDS_A_POSITION)
 
 
 def _aside(text: str) -> None:

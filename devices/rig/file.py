@@ -10,8 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from palpate.devices.device import DeviceError
-from palpate.devices.rig.kinds import KINDS, settings_of
-from palpate.devices.settings import Strict
+from palpate.devices.kinds import KINDS, Strict
 from palpate.devices.stations import station_folder
 from palpate.protocols.complaints import listed, translated
 from palpate.protocols.did_you_mean import nearest
@@ -126,7 +125,7 @@ class _Reading:
                 self._take_device(name, given)
 
     def _take_device(self, name: str, given: dict[Any, Any]) -> None:
-        model = settings_of(given["kind"])
+        model = KINDS[given["kind"]].settings
         try:
             self.devices[name] = model.model_validate({str(key): value for key, value in given.items()})
         except ValidationError as error:

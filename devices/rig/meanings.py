@@ -8,10 +8,15 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from palpate.devices.settings import Date, Strict
-from palpate.protocols.yaml_text import load
+from palpate.devices.kinds import Date, DeviceKind, Strict
 
-MEANINGS = Path(__file__).resolve().with_name("meanings.yaml")
+EVERY = {
+    "kind": "which kind of device it is",
+    "driver": "what it is driven by; `twin` is simulated",
+    "calibrated": "when it was last calibrated; told by `palpate rig check` and kept on record",
+    "seed": "the twin's; the same seed gives the same samples",
+}
+"""What settings mean that several kinds have."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +29,9 @@ class Setting:
     meaning: str
 
 
-def settings_of_kind(kind: str, model: type[Strict]) -> list[Setting]:
-    """Every setting of a kind, those inside others after them."""
-    data: Any = load(MEANINGS.read_bytes(), str(MEANINGS)).data
-    return list(_told(model, {**data["every"], **data[kind]}, ""))
+def settings_of_kind(kind: DeviceKind) -> list[Setting]:
+    """Return every setting of a kind, those inside others after them."""
+    return list(_told(kind.settings, {**EVERY, **kind.meanings}, ""))
 
 
 def _told(model: type[Strict], meanings: Mapping[str, str], within: str) -> Iterator[Setting]:

@@ -8,11 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from palpate.devices.device import Device
+from palpate.devices.kinds import KINDS
 from palpate.devices.rig.file import RigFile
-from palpate.devices.rig.kinds import made
-
-SHARE = {"force_torque", "accelerometer"}
-"""Kinds that may lie on one card, which then samples for all of them."""
 
 
 @dataclass
@@ -47,8 +44,9 @@ class OpenRig:
 
 def open_rig(file: RigFile, names: Sequence[str]) -> OpenRig:
     """Open these devices. Raises DeviceError where one cannot be had; those opened before are closed then."""
-    devices = {name: made(file.kind(name), name, file.devices[name], file.path.parent) for name in names}
-    if SHARE & {file.kind(name) for name in names}:
+    kinds = {name: KINDS[file.kind(name)] for name in names}
+    devices = {name: kind.make(name, file.devices[name], file.path.parent) for name, kind in kinds.items()}
+    if any(kind.shares_card for kind in kinds.values()):
         from palpate.devices.daq.shared import share_cards
 
         share_cards(devices.values())

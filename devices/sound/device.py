@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Presents, Signal
-from palpate.devices.settings import Date, Strict
+from palpate.devices.kinds import Date, DeviceKind, Strict
 from palpate.protocols.requests import Aside, Came, Present, Reply
 
 if TYPE_CHECKING:
@@ -78,6 +78,19 @@ class Settings(Strict):
         from palpate.devices.sound.noise import a_weighted_db
 
         return self.spoken_db_spl + a_weighted_db(self.colour, self.rate_hz)
+
+
+MEANINGS: Mapping[str, str] = {
+    "device": "name, part of a name or number of the sound output, none is the machine's default",
+    "rate_hz": "the sound card's rate, Hz",
+    "channels": "how many channels get the noise",
+    "colour": "white has the same power at every frequency, pink falls by 3 dB an octave",
+    "level_dbfs": "level, dB relative to a full-scale sine; at most -30 without db_spl_at_0_dbfs",
+    "level_db_spl": "level at the ear, dB SPL, in place of level_dbfs; needs db_spl_at_0_dbfs",
+    "db_spl_at_0_dbfs": "what a sound level meter reads at the ear for a full-scale sine, dB SPL",
+    "ramp_s": "how long it takes to come and go, s",
+    "seed": "of the noise",
+}
 
 
 @dataclass
@@ -243,3 +256,14 @@ class Masked:
                     self.noise.start()
             case "repeat":
                 self.paused = False
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=(
+        "is calibrated with a sound level meter at the ear: play a full-scale sine and write what it reads as"
+        " `db_spl_at_0_dbfs`"
+    ),
+)

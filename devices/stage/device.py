@@ -12,8 +12,8 @@ from pydantic import Field, model_validator
 from palpate.devices.acts import Act, Mending, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Signal
+from palpate.devices.kinds import Date, DeviceKind, Strict
 from palpate.devices.samples import HandMounted
-from palpate.devices.settings import Date, Strict
 from palpate.devices.stage.scanner import codes_of, plain, refusal
 from palpate.protocols.requests import Aside, Came, Present, Reply
 from palpate.protocols.study import Stimulus
@@ -40,6 +40,14 @@ class Settings(Strict):
         if self.driver != "barcode" and self.port is not None:
             raise ValueError("port needs driver: barcode")
         return self
+
+
+MEANINGS: Mapping[str, str] = {
+    "port": "serial port of the scanner; none with `barcode` is a scanner that types",
+    "baud": "symbols per second on the line",
+    "key_confirms": "whether a key alone is enough, without a scan",
+    "mount_s": "how long the twin takes to mount a sample, s",
+}
 
 
 @dataclass
@@ -207,3 +215,7 @@ def make(name: str, settings: Settings, folder: Path) -> Stage:  # noqa: ARG001 
     from palpate.devices.stage.scanner import Scanner
 
     return Stage(name, settings, Scanner(name, settings.port, settings.baud))
+
+
+NOTHING_TO_CALIBRATE = "has nothing to calibrate: it only says which sample lies on it"
+KIND = DeviceKind(Settings, make, MEANINGS, NOTHING_TO_CALIBRATE)

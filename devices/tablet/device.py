@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from pydantic import Field
 
 from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
-from palpate.devices.settings import Date, Finite, Positive, Strict
+from palpate.devices.kinds import CalibrationMethod, Date, DeviceKind, Finite, Positive, Strict
 from palpate.devices.source import Elapsed, since
 from palpate.devices.tablet.evdev import Axis, EventFile
 from palpate.devices.tablet.force import Force
@@ -93,6 +93,43 @@ class Settings(Strict):
     step_mm: Positive = 0.01
     levels: Annotated[int, Field(ge=2, le=65536)] = 1024
     seed: int = 0
+
+
+MEANINGS: Mapping[str, str] = {
+    "force": "the curve F = a_N exp(b y) from the pressure y (0 to 1) to newtons",
+    "force.a_N": "force where the pressure is 0, N",
+    "force.b": "how steeply it grows",
+    "report_hz": "how often the tablet reports a moving stylus, Hz",
+    "upsampling": "to 1 kHz by holding the last report, or along a line between two",
+    "cutoff_hz": "of the low-pass on speed and force, Hz",
+    "speed_mm_s": "lowest and highest speed that count, mm/s",
+    "force_N": "lowest and highest force that count, N",
+    "path": "event file, as /dev/input/event3; needed by `evdev`",
+    "axes": "for a tablet that does not tell its axes",
+    "axes.x": "of the stylus from left to right",
+    "axes.x.least": "lowest value, in the tablet's units",
+    "axes.x.most": "highest value, in the tablet's units",
+    "axes.x.per_mm": "the tablet's units per mm",
+    "axes.y": "of the stylus from top to bottom",
+    "axes.y.least": "lowest value, in the tablet's units",
+    "axes.y.most": "highest value, in the tablet's units",
+    "axes.y.per_mm": "the tablet's units per mm",
+    "axes.pressure": "of the stylus on the tablet",
+    "axes.pressure.least": "lowest value, in the tablet's units",
+    "axes.pressure.most": "highest value, in the tablet's units",
+    "axes.pressure.per_mm": "has no meaning for the pressure",
+    "px_per_mm": "of the screen's calibration, pixels per mm; needed by `pyglet`",
+    "screen": "the screen that the tablet is; a study shows the texture's picture there while its virtual side is on",
+    "screen.number": "which of the machine's screens, from 0; another one than the participant's window is on",
+    "screen.px_per_mm": "its pixels per mm, measured with a ruler",
+    "screen.middle_mm": (
+        "where the middle of the picture lies, mm from the left and from the top; none is the middle of the screen"
+    ),
+    "recording": "CSV file beside the rig file, with t_s,x_mm,y_mm,pressure; needed by `recording`",
+    "jitter_ms": "of the twin's report times (SD), ms",
+    "step_mm": "the twin's resolution of position, mm",
+    "levels": "the twin's levels of pressure",
+}
 
 
 def make(name: str, settings: Settings, folder: Path) -> Tablet:
@@ -266,3 +303,18 @@ def _given(name: str, value: T | None, setting: str) -> T:
     if value is None:
         raise DeviceError(f"{name}: this driver needs `{setting}` in the rig file.")
     return value
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=CalibrationMethod(
+        "palpate.devices.rig.calibrating_tablet:calibrate_tablet",
+        ("pairs", "figure"),
+        {
+            "pairs": "give --pairs FILE.csv with the columns pressure,force_N: put a force sensor under the tablet and"
+            " press in steps of a tenth of the pressure"
+        },
+    ),
+)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
-from palpate.devices.settings import Date, Positive, Strict
+from palpate.devices.kinds import Date, DeviceKind, Positive, Strict
 from palpate.devices.source import Elapsed, since
 from palpate.devices.tracker.lsl import LslStream
 from palpate.devices.tracker.recorded import Played
@@ -57,6 +57,30 @@ class Settings(Strict):
     drift_ppm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
     seed: int = 0
     silent_after_s: NotNegative | None = None
+
+
+MEANINGS: Mapping[str, str] = {
+    "rate_hz": "frames per second, Hz",
+    "silent_s": "nothing for so long is a fault, s",
+    "reach_mm": "a position farther away is a fault, since its unit is wrong, mm",
+    "repeats": "whether equal consecutive positions pass for seen",
+    "unit": "of what comes; none is the stream's or file's own word, and mm for a plain CSV",
+    "stream": "name of the Lab Streaming Layer stream, or its type",
+    "by": "whether `stream` is a name or a type",
+    "wait_s": "how long the stream is looked for, s",
+    "channels": "labels or places (from 0) of x, y and z; none finds them by their labels",
+    "seen": "label or place of the channel that says whether the marker is seen; none finds it by its label",
+    "seen_above": "the marker is seen where that channel is above this",
+    "recover": "whether a stream that ended is waited for (a gap), or is a fault",
+    "recording": "CSV file beside the rig file; needed by `recording`",
+    "marker": "which of several markers in the recording",
+    "noise_mm": "the twin's noise of each axis (SD), mm",
+    "occlusions_per_s": "how often the twin's marker is covered, per s",
+    "occlusion_s": "how long it is covered then, s",
+    "hides": "what the twin gives for a covered marker",
+    "drift_ppm": "how fast the twin's clock drifts, millionths",
+    "silent_after_s": "the twin falls silent after so long, s; none never does",
+}
 
 
 def make(name: str, settings: Settings, folder: Path) -> Tracker:
@@ -213,3 +237,15 @@ class Tracker:
 
 def _ends(numbers: Sequence[int], place: int) -> bool:
     return place == len(numbers) or numbers[place] != numbers[place - 1] + 1
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=(
+        "is calibrated with its own software (Motive: wand, then ground plane). Do it there, then write that "
+        "day into the rig file: `calibrated: 2026-11-21`"
+    ),
+    may_hide=True,
+)

@@ -264,11 +264,11 @@ def test_what_cannot_render_is_refused_while_the_session_is_planned(lab):
 
 def closed(file):
     """The rig's devices, none of them open."""
-    from palpate.devices.rig.kinds import made
+    from palpate.devices.kinds import KINDS
     from palpate.devices.rig.opened import OpenRig
 
     names = ("stylus", "actuator")
-    devices = {name: made(file.kind(name), name, file.devices[name], file.path.parent) for name in names}
+    devices = {name: KINDS[file.kind(name)].make(name, file.devices[name], file.path.parent) for name in names}
     return OpenRig(file, devices, lambda: None)
 
 

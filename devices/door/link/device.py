@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -11,7 +12,7 @@ from pydantic import Field, model_validator
 from palpate.devices.door.link.connections import by_serial, by_twin
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.simulator import DoorSimulator, Setup
-from palpate.devices.settings import Date, Strict
+from palpate.devices.kinds import Date, DeviceKind, Strict
 from palpate.signals.doors.limits import HANDLE_RADIUS_M
 
 
@@ -43,6 +44,21 @@ class Settings(Strict):
         return self
 
 
+MEANINGS: Mapping[str, str] = {
+    "port": "serial port, as /dev/ttyUSB0 or COM3; needed by `serial`",
+    "baud": "symbols per second on the line",
+    "handle_radius_m": "from the hinge to the handle, m; a force times it is a torque",
+    "limits": "a profile beyond them is refused before it is uploaded; the door's own limits hold as well",
+    "limits.torque_Nm": "largest torque of a profile at the hinge, N m",
+    "limits.slope_Nm_deg": "steepest step of a profile, N m per degree",
+    "limits.speed_deg_s": "the door must itself stop at this speed or a lower one, degrees/s",
+    "telemetry_hz": "how often the door tells angle, velocity, torque and brake current, Hz",
+    "time_limit_s": "longest time for one opening, s",
+    "twin_speed": "seconds of the twin's plant that pass in one second; below 1 where the machine is busy",
+    "twin_seed": "seed of the twin's sensor noise and of its hand",
+}
+
+
 def make(name: str, settings: Settings, folder: Path) -> DoorSimulator:  # noqa: ARG001 - it reads no file
     """The device; nothing is opened yet."""
     setup = Setup(
@@ -53,3 +69,14 @@ def make(name: str, settings: Settings, folder: Path) -> DoorSimulator:  # noqa:
         return DoorSimulator(name, setup, partial(by_serial, name, settings.port or "", settings.baud))
     twin = partial(by_twin, name, settings.twin_speed, settings.twin_seed, settings.limits, settings.baud)
     return DoorSimulator(name, setup, twin)
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=(
+        "is calibrated in its own controller, which gives N m and radians. Measure from the hinge to the "
+        "handle with a rule and write it as `handle_radius_m`"
+    ),
+)

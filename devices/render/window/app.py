@@ -273,15 +273,15 @@ def hands_for(options: RenderOptions) -> Hands:
 
     Raises RigFileError, DeviceError.
     """
+    from palpate.devices.kinds import KINDS
     from palpate.devices.rig.file import read_rig, rig_path
-    from palpate.devices.rig.kinds import made
 
     path = options.rig or rig_path(options.lab)
     if options.twins or (options.rig is None and not path.is_file()):
         return Hands(None, MOUSE)
     file = read_rig(path)
     name = next(each for each in file.names_for(NEED) if file.kind(each) == "tablet")
-    tablet: Any = made(file.kind(name), name, file.devices[name], file.path.parent)
+    tablet: Any = KINDS[file.kind(name)].make(name, file.devices[name], file.path.parent)
     if not isinstance(tablet, Tablet) or tablet.settings.driver == "twin":
         return Hands(path, MOUSE)
     if isinstance(tablet.source, PygletTablet):

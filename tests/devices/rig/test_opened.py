@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from palpate.devices.device import DeviceError
+from palpate.devices.kinds import DeviceKind
 from palpate.devices.rig import opened as opening
 from palpate.devices.rig.file import RigFile
 from palpate.devices.rig.opened import open_rig
@@ -40,7 +41,8 @@ def opened(monkeypatch):
     log = []
 
     def call(*fails):
-        monkeypatch.setattr(opening, "made", lambda _kind, name, _settings, _folder: Thing(name, log, fails))
+        kind = DeviceKind(Settings, lambda name, _settings, _folder: Thing(name, log, fails), {}, "")
+        monkeypatch.setattr(opening, "KINDS", {"masking_noise": kind})
         settings = Settings(kind="masking_noise", driver="twin")
         return open_rig(RigFile(Path("rig.yaml"), "booth", dict.fromkeys("abc", settings), {}), ["a", "b", "c"])
 

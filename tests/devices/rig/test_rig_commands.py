@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from palpate.command_line import _status
+from palpate.devices.kinds import KINDS
 from palpate.devices.rig.file import read_rig, rig_path
-from palpate.devices.rig.kinds import KINDS, settings_of
 from palpate.devices.rig.meanings import settings_of_kind
 from palpate.protocols.needs import NEEDS
 
@@ -116,11 +116,11 @@ def test_kinds_are_listed_with_the_needs_that_take_them(said):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_setting_is_told_with_what_it_takes_its_default_and_what_it_means(said, kind):
-    settings = settings_of_kind(kind, settings_of(kind))
-    assert {each.name.partition(".")[0] for each in settings} == {*settings_of(kind).model_fields}
+    settings = settings_of_kind(KINDS[kind])
+    assert {each.name.partition(".")[0] for each in settings} == {*KINDS[kind].settings.model_fields}
     text = said("kinds", kind)
     for each in settings:
-        assert each.meaning, f"devices/rig/meanings.yaml says nothing of {kind}: {each.name}"
+        assert each.meaning, f"MEANINGS of the kind {kind} says nothing of {each.name}"
         assert f"{each.takes}; " in text and each.meaning in text
 
 
@@ -133,7 +133,7 @@ def row(each):
 def test_the_page_of_the_rig_file_has_every_setting_of_every_kind(kind):
     section = PAGE.read_text(encoding="utf-8").partition(f"\n### `{kind}`\n")[2].partition("\n### ")[0]
     shared = {"kind", "calibrated"}
-    wanted = [row(each) for each in settings_of_kind(kind, settings_of(kind)) if each.name not in shared]
+    wanted = [row(each) for each in settings_of_kind(KINDS[kind]) if each.name not in shared]
     assert [line for line in section.splitlines() if line.startswith("| `")] == wanted
 
 

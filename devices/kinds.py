@@ -1,0 +1,85 @@
+"""The kinds of devices: what a rig file may say of each, how it is made, and how it is calibrated.
+
+A kind is described once, as `KIND` in the module of its device. Naming a kind imports nothing; only the modules of
+those that a rig names are imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from palpate.protocols.registry import Registry
+
+if TYPE_CHECKING:
+    from palpate.devices.device import Device
+
+
+def _iso_date(text: str) -> str:
+    """Return the date as it is. Raises ValueError where there was and will be no such day."""
+    return date.fromisoformat(text).isoformat()
+
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Date = Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$"), AfterValidator(_iso_date)]
+"""An ISO date, as 2026-11-21."""
+
+
+class Strict(BaseModel):
+    """Settings: frozen, and no key that the kind does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+@dataclass(frozen=True)
+class CalibrationMethod:
+    """How `palpate rig calibrate` measures a device of the kind.
+
+    `call` is the function ("module:name"), called with the job and those of the command's `options` that it takes.
+    `required` says what to do where one of them is missing. `by_hand`: somebody has to turn a real device meanwhile.
+    """
+
+    call: str
+    options: tuple[str, ...]
+    required: Mapping[str, str] = field(default_factory=dict)
+    by_hand: bool = False
+
+
+@dataclass(frozen=True)
+class DeviceKind:
+    """A kind of device that a rig file may name.
+
+    `make(name, settings, folder)` returns the device, nothing opened; with the driver `twin` it is simulated behind
+    the same code. Files that the settings name lie in `folder`. It raises DeviceError where a file cannot be read.
+    `meanings` explains each setting (`a.b` stands inside `a`), `calibration` is a text where the kind is calibrated
+    elsewhere. `may_hide`: its streams may be not a number for long, as those of a marker that is covered.
+    `shares_card`: devices of such kinds may lie on one card, which then samples for all of them.
+    """
+
+    settings: type[Strict]
+    make: Callable[[str, Any, Path], Device]
+    meanings: Mapping[str, str]
+    calibration: CalibrationMethod | str
+    may_hide: bool = False
+    shares_card: bool = False
+
+
+KINDS: Registry[DeviceKind] = Registry(
+    {
+        "door": "palpate.devices.door.link.device:KIND",
+        "force_torque": "palpate.devices.daq.force_torque:KIND",
+        "accelerometer": "palpate.devices.daq.accelerometer:KIND",
+        "tracker": "palpate.devices.tracker.device:KIND",
+        "tablet": "palpate.devices.tablet.device:KIND",
+        "voice_coil": "palpate.devices.actuator.device:KIND",
+        "masking_noise": "palpate.devices.sound.device:KIND",
+        "camera": "palpate.devices.camera.device:KIND",
+        "stage": "palpate.devices.stage.device:KIND",
+    }
+)
