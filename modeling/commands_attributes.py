@@ -26,7 +26,7 @@ from palpate.studies.options import (
 )
 
 if TYPE_CHECKING:
-    from palpate.modeling.attributes.judging_whole import Judged, Wanted
+    from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions
     from palpate.modeling.attributes.material import Material
     from palpate.modeling.attributes.reading_recordings import Recordings
 
@@ -135,14 +135,16 @@ def material_for(asked: Asked, report: Report) -> Material:
     return read_material(asked.lab, simulated=only, report=report, **asked_for)
 
 
-def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None) -> Wanted:
+def wanted_for(
+    asked: Asked, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None
+) -> AttributeOptions:
     """What the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
+    from palpate.modeling.attributes.evaluation import AttributeOptions, require_methods
     from palpate.modeling.attributes.evaluation_outputs import kept_in
-    from palpate.modeling.attributes.judging_whole import Wanted, demand_known
     from palpate.modeling.attributes.registry import METHODS
 
-    demand_known(methods or (), METHODS)
-    return Wanted(
+    require_methods(methods or (), METHODS)
+    return AttributeOptions(
         work=kept_in(asked.lab), methods=methods, ablations=ablations, seed=asked.seed, quick=asked.quick,
         epochs=asked.epochs, workers=asked.workers, cluster=asked.cluster, folds=folds,
         early_stopping=asked.early_stopping,
@@ -168,8 +170,8 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
     Example: palpate train attributes --lab LAB --method ridge
     """
     from palpate.analysis.reports.terminal import print_banners
+    from palpate.modeling.attributes.choice import Choice
     from palpate.modeling.attributes.evaluation_outputs import default_of
-    from palpate.modeling.attributes.judging_default import Choice
     from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
     from palpate.modeling.attributes.training import demand_no_loss
     from palpate.modeling.attributes.training import train_attributes as trained
@@ -230,10 +232,10 @@ def evaluate_attributes(
 
     Example: palpate evaluate attributes --lab LAB --methods ridge,visuo_tactile
     """
+    from palpate.modeling.attributes.evaluation import evaluate_methods
     from palpate.modeling.attributes.evaluation_outputs import as_json as results
     from palpate.modeling.attributes.evaluation_outputs import folder_for, write_all
     from palpate.modeling.attributes.feature_times import feature_seconds
-    from palpate.modeling.attributes.judging_whole import judge
     from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 
     chosen = names_in(names)
@@ -246,7 +248,7 @@ def evaluate_attributes(
         material = material_for(asked, report)
         report("timing features")
         times = feature_seconds({kind for each in material.textures for kind in (*each.touch, *each.sight)})
-        found = judge(material, wanted, METHODS, OWN_FEATURES, report, times)
+        found = evaluate_methods(material, wanted, METHODS, OWN_FEATURES, report, times)
         paths = write_all(found, to or folder_for(asked.lab), report, figures)
     if as_json:
         echo_json({**results(found), "files": list(map(str, paths))})
@@ -254,21 +256,21 @@ def evaluate_attributes(
     _show(found, paths[-1])
 
 
-def _show(found: Judged, page: Path) -> None:
+def _show(evaluation: AttributeEvaluation, page: Path) -> None:
     from rich.console import Console
 
     from palpate.analysis.reports.terminal import methods_table, print_banners
     from palpate.modeling.attributes.evaluation_report import banners, choice_of, reached
     from palpate.modeling.attributes.evaluation_tables import method_rows
 
-    print_banners(banners(found))
-    rows = method_rows(found)
+    print_banners(banners(evaluation))
+    rows = method_rows(evaluation)
     Console(highlight=False).print(methods_table(rows, COLUMNS))
     for row in rows:
         if row["refused"]:
             click.echo(f"not judged: {row['method']}: {row['refused']}")
-    chosen = choice_of(found)
+    chosen = choice_of(evaluation)
     click.echo(f"default: {chosen.method}. {chosen.why}")
-    for label, line in reached(found):
+    for label, line in reached(evaluation):
         click.echo(f"{label}: {line}")
     click.echo(f"Look at {page}")

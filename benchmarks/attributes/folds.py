@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.attributes.material import WHOLE, WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
-from palpate.modeling.attributes.judging_entries import PROPOSED, Own
-from palpate.modeling.attributes.judging_whole import Judged, Wanted, judge
+from palpate.modeling.attributes.entries import PROPOSED, Own
+from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.training.jobs_cluster import local_cluster
@@ -43,19 +43,21 @@ def whole_folds(methods: Mapping[str, Method], own: Own) -> Iterator[Case]:
         )  # fmt: skip
 
 
-def _judged(material: Material, methods: Mapping[str, Method], own: Own, workers: int) -> Judged:
+def _judged(material: Material, methods: Mapping[str, Method], own: Own, workers: int) -> AttributeEvaluation:
     """In a folder of its own, so that nothing is taken from what is kept."""
     with tempfile.TemporaryDirectory() as folder, _workers(workers, Path(folder, "workers")) as cluster:
-        wanted = Wanted(Path(folder), methods=(PROPOSED,), ablations=False, folds=WORKERS, workers=1, cluster=cluster)
-        return judge(material, wanted, methods, own)
+        wanted = AttributeOptions(
+            work=Path(folder), methods=(PROPOSED,), ablations=False, folds=WORKERS, workers=1, cluster=cluster
+        )
+        return evaluate_methods(material, wanted, methods, own)
 
 
 def _workers(count: int, scratch: Path) -> AbstractContextManager[str | None]:
     return local_cluster(count, scratch) if count else nullcontext()
 
 
-def _error(judged: Judged) -> float | None:
-    entry = judged.main(PROPOSED)
-    if entry is None or judged.refused(entry):
+def _error(evaluation: AttributeEvaluation) -> float | None:
+    entry = evaluation.main(PROPOSED)
+    if entry is None or evaluation.refused(entry):
         return None
-    return float(np.abs(judged.predicted(entry) - judged.rated()).mean())
+    return float(np.abs(evaluation.predicted(entry) - evaluation.rated()).mean())

@@ -15,12 +15,11 @@ from typing import Any, cast
 
 from benchmarks.attributes.folds import AREA, named, whole_folds
 from benchmarks.attributes.material import WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
+from palpate.modeling.attributes.domain import learning, mean_of_rows
+from palpate.modeling.attributes.entries import Entry, Own
+from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.evaluation_tables import Row, features_of, method_rows
 from palpate.modeling.attributes.folds import all_of_them
-from palpate.modeling.attributes.judging_entries import Own
-from palpate.modeling.attributes.judging_jobs import Entry
-from palpate.modeling.attributes.judging_run import learning, summed_up
-from palpate.modeling.attributes.judging_whole import Judged, Wanted, judge
 from palpate.modeling.attributes.material import Material, Texture
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.attributes.model_file import AttributeModel, Kept, read_model, write_model
@@ -39,7 +38,7 @@ ASKED = 50
 class Found:
     """What was judged once, and the textures that the models are asked about."""
 
-    judged: Judged
+    judged: AttributeEvaluation
     folder: Path
     asked: Material
     whole: Material
@@ -48,7 +47,7 @@ class Found:
     def given(self) -> str:
         """The data, as a row names them."""
         textures, left_out = len(self.judged.material.textures), len(self.judged.tested)
-        epochs = "few" if self.judged.wanted.quick else "own"
+        epochs = "few" if self.judged.options.quick else "own"
         return f"{textures} made-up textures, {left_out} left out, {epochs} epochs"
 
 
@@ -61,8 +60,8 @@ def cases(
     every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
     with tempfile.TemporaryDirectory() as folder:
         material = made_up(QUICK_TEXTURES if quick else TEXTURES, SEGMENTS, PICTURES)
-        wanted = Wanted(Path(folder), ablations=False, quick=quick, workers=workers, folds=LEFT_OUT)
-        judged = judge(material, wanted, every, features)
+        wanted = AttributeOptions(work=Path(folder), ablations=False, quick=quick, workers=workers, folds=LEFT_OUT)
+        judged = evaluate_methods(material, wanted, every, features)
         whole = made_up(1, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
         found = Found(judged, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)
         yield from _trainings(found)
@@ -94,16 +93,16 @@ def asked(model: AttributeModel, textures: Sequence[Texture], attributes: int) -
     """Every texture's prediction, as the library makes it: all at once, with one thread."""
     with limited(1):
         said = model.predictions(textures)
-        return [summed_up(rows, each, attributes)[0] for rows, each in zip(said, textures, strict=True)]
+        return [mean_of_rows(rows, each, attributes)[0] for rows, each in zip(said, textures, strict=True)]
 
 
 def _from_file(found: Found, entry: Entry) -> AttributeModel:
     """The method fitted to all, written and read back."""
-    judged, methods = found.judged, found.judged.context.methods
-    method, settings = judged.method(entry), judged.wanted.settings
+    judged, methods = found.judged, found.judged.domain.methods
+    method, settings = judged.method(entry), judged.options.settings
     with limited(1):
         fold = all_of_them(judged.material)
-        fitted = method.fit(learning(judged.material, fold, method, entry, judged.wanted.seed, settings))
+        fitted = method.fit(learning(judged.material, fold, method, entry, judged.options.seed, settings))
     card: dict[str, Any] = {
         "name": f"bench-{entry.method}", "title": features_of(entry), "method": entry.method,
         "attributes": tuple((pair.low, pair.high) for pair in judged.material.attributes),

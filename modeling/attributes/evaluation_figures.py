@@ -10,12 +10,11 @@ from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.attributes import evaluation_words as words
+from palpate.modeling.attributes.choice import choice
+from palpate.modeling.attributes.entries import MAIN, PROPOSED, Entry
+from palpate.modeling.attributes.evaluation import AttributeEvaluation
 from palpate.modeling.attributes.evaluation_figures_time import time_figures
 from palpate.modeling.attributes.evaluation_tables import Row, attribute_rows, method_rows, names_of, prediction_rows
-from palpate.modeling.attributes.judging_default import choice
-from palpate.modeling.attributes.judging_entries import PROPOSED
-from palpate.modeling.attributes.judging_jobs import MAIN, Entry
-from palpate.modeling.attributes.judging_whole import Judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,22 +26,22 @@ MOST = 8
 """Learning curves of so many textures can be told apart."""
 
 
-def figures(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
+def figures(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder.
 
     Figures 3.8 and 3.9 are of the best method, and of the thesis' network where that is another one.
     """
-    rows = method_rows(found)
+    rows = method_rows(evaluation)
     judged = [row["method"] for row in rows if row["mae"] is not None]
     shown = [name for name in dict.fromkeys((choice(rows).method, PROPOSED)) if name in judged]
     for place, name in enumerate(shown):
         end, title = "" if place == 0 else f"_{name}", next(row["title"] for row in rows if row["method"] == name)
-        own = _centred([row for row in prediction_rows(found) if row["method"] == name])
-        yield _by_texture(found, own, title, f"figure_3_8{end}", folder)
-        yield _against(found, own, name, title, f"scatter_3_8{end}", folder)
-        yield _by_class(found, name, title, f"figure_3_9{end}", folder)
+        own = _centred([row for row in prediction_rows(evaluation) if row["method"] == name])
+        yield _by_texture(evaluation, own, title, f"figure_3_8{end}", folder)
+        yield _against(evaluation, own, name, title, f"scatter_3_8{end}", folder)
+        yield _by_class(evaluation, name, title, f"figure_3_9{end}", folder)
     yield from time_figures(rows, folder)
-    yield from _curves(found, folder)
+    yield from _curves(evaluation, folder)
 
 
 def _centred(rows: Sequence[Row]) -> list[Row]:
@@ -51,11 +50,13 @@ def _centred(rows: Sequence[Row]) -> list[Row]:
              "sd": None if row["rated_sd"] is None else 2 * row["rated_sd"]} for row in rows]  # fmt: skip
 
 
-def _by_texture(found: Judged, rows: Sequence[Row], title: str, name: str, folder: Path) -> DrawnFigure:
+def _by_texture(
+    evaluation: AttributeEvaluation, rows: Sequence[Row], title: str, name: str, folder: Path
+) -> DrawnFigure:
     """Figure 3.8: a panel for each attribute, a place for each texture."""
     from matplotlib.figure import Figure
 
-    names, tested = names_of(found), found.tested
+    names, tested = names_of(evaluation), evaluation.tested
     with drawing(name):
         figure = Figure(figsize=(max(6.4, 0.19 * len(tested) + 1.2), 1.75 * len(names) + 0.9), layout="constrained")
         grid = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
@@ -82,16 +83,18 @@ def _panel(axes: Axes, rows: Sequence[Row], attribute: str) -> None:
     axes.grid(visible=True, axis="y")
 
 
-def _against(found: Judged, rows: Sequence[Row], method: str, title: str, name: str, folder: Path) -> DrawnFigure:
+def _against(
+    evaluation: AttributeEvaluation, rows: Sequence[Row], method: str, title: str, name: str, folder: Path
+) -> DrawnFigure:
     """Figure 3.8 as predicted against rated, with 90 % intervals."""
     from palpate.analysis.figures.predicted import PREDICTED
 
-    wide = {row["attribute"]: row["half_width"] for row in attribute_rows(found) if row["method"] == method}
+    wide = {row["attribute"]: row["half_width"] for row in attribute_rows(evaluation) if row["method"] == method}
     told = [_with_interval(row, wide[row["attribute"]]) for row in rows]
     asked: dict[str, Any] = {"name": name, "figure": "predicted", "panels": "attribute", "unit": UNIT,
                              "title": f"Predicted against rated: {title}"}  # fmt: skip
     asked |= {} if any(row["sd"] is not None for row in rows) else {"sd": 20.0}
-    return _shown(PREDICTED, asked, told, found, folder)
+    return _shown(PREDICTED, asked, told, evaluation, folder)
 
 
 def _with_interval(row: Row, wide: float | None) -> Row:
@@ -103,47 +106,53 @@ def _with_interval(row: Row, wide: float | None) -> Row:
     return {**kept, "low": max(-100.0, row["predicted"] - 2 * wide), "high": min(100.0, row["predicted"] + 2 * wide)}
 
 
-def _by_class(found: Judged, method: str, title: str, name: str, folder: Path) -> DrawnFigure:
+def _by_class(evaluation: AttributeEvaluation, method: str, title: str, name: str, folder: Path) -> DrawnFigure:
     """Figure 3.9: the MAE of each class, 0 to 100."""
     from palpate.analysis.figures.class_heatmap import CLASS_HEATMAP
 
     rows = [{"stimulus": row["texture"], "class": row["class"].replace("_", " "), "attribute": row["attribute"],
              "actual": row["rated"], "predicted": row["predicted"]}
-            for row in prediction_rows(found) if row["method"] == method]  # fmt: skip
+            for row in prediction_rows(evaluation) if row["method"] == method]  # fmt: skip
     asked = {"name": name, "figure": "class_heatmap", "unit": "0 to 100", "title": words.CLASSES.format(title=title)}
-    return _shown(CLASS_HEATMAP, {**asked, "order": "error"}, rows, found, folder)
+    return _shown(CLASS_HEATMAP, {**asked, "order": "error"}, rows, evaluation, folder)
 
 
-def _shown(kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], found: Judged, folder: Path) -> DrawnFigure:
+def _shown(
+    kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], evaluation: AttributeEvaluation, folder: Path
+) -> DrawnFigure:
     """A figure of an analysis plan, from rows of ours."""
     import pandas as pd
 
     from palpate.analysis.plans.answers import Selected
 
     table = pd.DataFrame(list(rows))
-    levels = {"attribute": tuple(names_of(found)), "class": tuple(dict.fromkeys(table["class"]))}
+    levels = {"attribute": tuple(names_of(evaluation)), "class": tuple(dict.fromkeys(table["class"]))}
     settings = kind.settings.model_validate(asked)
-    shown = kind.data(FigureInput(Selected(table, table.iloc[:0], tuple(names_of(found)), levels)), settings)
+    shown = kind.data(FigureInput(Selected(table, table.iloc[:0], tuple(names_of(evaluation)), levels)), settings)
     with drawing(settings.name):
         drawn = kind.draw(shown)
         svg, _ = save(drawn.figure, folder, settings.name)
     return DrawnFigure(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
 
 
-def _curves(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
+def _curves(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """The learning curves of every method that is trained in epochs, a line for each texture left out."""
     from palpate.modeling.training.learning_curve import learning_curve
 
-    for entry in found.of(MAIN):
-        if histories := _histories(found, entry):
-            name, title = f"learning_{entry.method}", f"Learning curves: {found.method(entry).title}"
-            last = not found.method(entry).holds(found.wanted.settings)
+    for entry in evaluation.of(MAIN):
+        if histories := _histories(evaluation, entry):
+            name, title = f"learning_{entry.method}", f"Learning curves: {evaluation.method(entry).title}"
+            last = not evaluation.method(entry).holds(evaluation.options.settings)
             with drawing(name):
                 yield drawn_figure(name, title, words.CURVES, learning_curve(histories, last), folder)
 
 
-def _histories(found: Judged, entry: Entry) -> dict[str, Sequence[Epoch]]:
+def _histories(evaluation: AttributeEvaluation, entry: Entry) -> dict[str, Sequence[Epoch]]:
     from palpate.modeling.training.history import history_in
 
-    own = {f"without {done.job.test}": history_in(done.arrays) for done in found.done(entry)[:MOST] if not done.refused}
+    own = {
+        f"without {done.job.test}": history_in(done.arrays)
+        for done in evaluation.results_of(entry)[:MOST]
+        if not done.refused
+    }
     return {name: told for name, told in own.items() if told}

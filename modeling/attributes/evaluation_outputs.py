@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.analysis.reports.csv_files import json_row
+from palpate.modeling.attributes.choice import DEFAULT, RULE, Choice
+from palpate.modeling.attributes.entries import FEELING, SEEING
+from palpate.modeling.attributes.evaluation import AttributeEvaluation, usable
 from palpate.modeling.attributes.evaluation_report import choice_of, reached
 from palpate.modeling.attributes.evaluation_tables import (
     Row,
@@ -19,12 +22,9 @@ from palpate.modeling.attributes.evaluation_tables import (
     prediction_rows,
     table_rows,
 )
-from palpate.modeling.attributes.judging_default import DEFAULT, RULE, Choice
-from palpate.modeling.attributes.judging_entries import FEELING, SEEING
-from palpate.modeling.attributes.judging_material import digest_of
-from palpate.modeling.attributes.judging_whole import Judged, usable
 from palpate.modeling.attributes.lacking import senses
 from palpate.modeling.attributes.material import Material
+from palpate.modeling.attributes.stored_material import digest_of
 from palpate.modeling.doors.intervals import COVERAGE
 from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
 from palpate.modeling.training.run_card import versions
@@ -44,62 +44,67 @@ def kept_in(lab: Path) -> Path:
     return folder_for(lab) / KEPT
 
 
-def tables(found: Judged) -> dict[str, list[Row]]:
+def tables(evaluation: AttributeEvaluation) -> dict[str, list[Row]]:
     """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
     every = {
-        "methods": method_rows(found),
-        "attributes": attribute_rows(found),
-        "classes": class_rows(found),
-        "table_3_2": table_rows(found, "mae"),
-        "table_3_3": table_rows(found, "rmse"),
-        "table_3_4": table_rows(found, "same_features"),
-        "table_3_5": table_rows(found, "kinds"),
-        "folds": fold_rows(found),
-        "predictions": prediction_rows(found),
-        "learning_curves": curve_rows(found),
+        "methods": method_rows(evaluation),
+        "attributes": attribute_rows(evaluation),
+        "classes": class_rows(evaluation),
+        "table_3_2": table_rows(evaluation, "mae"),
+        "table_3_3": table_rows(evaluation, "rmse"),
+        "table_3_4": table_rows(evaluation, "same_features"),
+        "table_3_5": table_rows(evaluation, "kinds"),
+        "folds": fold_rows(evaluation),
+        "predictions": prediction_rows(evaluation),
+        "learning_curves": curve_rows(evaluation),
     }
     return {name: rows for name, rows in every.items() if rows}
 
 
-def as_json(found: Judged) -> dict[str, Any]:
+def as_json(evaluation: AttributeEvaluation) -> dict[str, Any]:
     """Every number with what it rests on; what is no number is null."""
-    chosen, material = choice_of(found), found.material
+    chosen, material = choice_of(evaluation), evaluation.material
     return {
         "data": {
-            "digest": found.context.digest, "textures": list(material.ids), "weights": material.weights,
+            "digest": evaluation.domain.digest, "textures": list(material.ids), "weights": material.weights,
             "attributes": [[pair.low, pair.high] for pair in material.attributes], "notes": list(material.notes),
         },
         "simulated": material.simulated,
-        "tested": list(found.tested),
-        "not_used": dict(found.left_out),
-        "quick": found.wanted.quick,
-        "epochs": found.wanted.epochs,
-        "early_stopping": found.wanted.early_stopping,
-        "folds": found.wanted.folds,
-        "seed": found.wanted.seed,
+        "tested": list(evaluation.tested),
+        "not_used": dict(evaluation.left_out),
+        "quick": evaluation.options.quick,
+        "epochs": evaluation.options.epochs,
+        "early_stopping": evaluation.options.early_stopping,
+        "folds": evaluation.options.folds,
+        "seed": evaluation.options.seed,
         "software": versions(),
-        "seconds": found.seconds,
-        "jobs": len(found.results),
-        "jobs_kept": found.taken,
-        "feature_seconds": dict(found.times),
+        "seconds": evaluation.seconds,
+        "jobs": len(evaluation.results),
+        "jobs_kept": evaluation.results.loaded,
+        "feature_seconds": dict(evaluation.times),
         "default": {"method": chosen.method, "why": chosen.why, "of_ours": list(chosen.of_ours), "rule": RULE},
-        "reached": [list(each) for each in reached(found)],
-        "intervals": {"coverage": COVERAGE, "half_width": intervals(found)},
-        "tables": {name: [json_row(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+        "reached": [list(each) for each in reached(evaluation)],
+        "intervals": {"coverage": COVERAGE, "half_width": intervals(evaluation)},
+        "tables": {
+            name: [json_row(row) for row in rows] for name, rows in tables(evaluation).items() if name not in LONG
+        },
     }  # fmt: skip
 
 
-def intervals(found: Judged) -> dict[str, dict[str, float]]:
+def intervals(evaluation: AttributeEvaluation) -> dict[str, dict[str, float]]:
     """Half widths of the 90 % intervals by method and attribute, on 0..100; empty with too few textures."""
     told: dict[str, dict[str, float]] = {}
-    for row in attribute_rows(found):
+    for row in attribute_rows(evaluation):
         if row["half_width"] is not None:
             told.setdefault(row["method"], {})[row["attribute"]] = row["half_width"]
     return told
 
 
 def write_all(
-    found: Judged, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
+    evaluation: AttributeEvaluation,
+    folder: Path,
+    report: Callable[[str], None] = lambda _line: None,
+    drawings: bool = True,
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
@@ -109,9 +114,11 @@ def write_all(
 
     def draw(place: Path) -> list[DrawnFigure]:
         report("drawing")
-        return list(figures(found, place)) if drawings else []
+        return list(figures(evaluation, place)) if drawings else []
 
-    return write_evaluation(folder, tables(found), draw, partial(report_html, found), lambda: as_json(found))
+    return write_evaluation(
+        folder, tables(evaluation), draw, partial(report_html, evaluation), lambda: as_json(evaluation)
+    )
 
 
 def default_of(lab: Path, material: Material) -> Choice:

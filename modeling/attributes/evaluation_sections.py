@@ -9,6 +9,8 @@ from palpate.analysis.reports.figures import DrawnFigure, figure_block
 from palpate.analysis.reports.figures import chosen as pictures
 from palpate.analysis.reports.numbers import in_seconds
 from palpate.modeling.attributes import evaluation_words as words
+from palpate.modeling.attributes.choice import Choice
+from palpate.modeling.attributes.evaluation import AttributeEvaluation
 from palpate.modeling.attributes.evaluation_tables import (
     Row,
     attribute_rows,
@@ -19,8 +21,6 @@ from palpate.modeling.attributes.evaluation_tables import (
     table_rows,
 )
 from palpate.modeling.attributes.evaluation_thesis import Which, number_of
-from palpate.modeling.attributes.judging_default import Choice
-from palpate.modeling.attributes.judging_whole import Judged
 from palpate.modeling.training.run_card import versions
 
 OVERALL = (
@@ -45,15 +45,15 @@ SOURCES = (Column("title", "method"), Column("method", "name"), Column("features
            Column("source", "source", "words"), Column("refused", "refused", "words"))  # fmt: skip
 
 
-def methods_section(found: Judged, chosen: Choice) -> Section:
+def methods_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
     """All methods side by side, Tables 3.2 and 3.3."""
-    rows = [_told(row) for row in method_rows(found)]
+    rows = [_told(row) for row in method_rows(evaluation)]
     blocks: list[Block] = [
         Words(words.FOLDS),
         table("Error and time", rows, OVERALL, ours=chosen.method, note=f"{words.DIFFERENCES} {words.TIMES}"),
-        *([] if found.times else [Words(words.NO_FEATURE_TIMES, "note")]),
-        _numbered(found, "mae", "MAE", words.MAE_NOTE, chosen),
-        _numbered(found, "rmse", "RMSE", words.RMSE_NOTE, chosen),
+        *([] if evaluation.times else [Words(words.NO_FEATURE_TIMES, "note")]),
+        _numbered(evaluation, "mae", "MAE", words.MAE_NOTE, chosen),
+        _numbered(evaluation, "rmse", "RMSE", words.RMSE_NOTE, chosen),
     ]
     refused = [row for row in rows if row["refused"]]
     if refused:
@@ -76,33 +76,33 @@ def _more(row: Row, name: str) -> str | None:
     return f"{mean:+.2f} ({ends}){', chance?' if row[f'{name}_chance'] else ''}".replace("-", "−")
 
 
-def _numbered(found: Judged, which: Which, measure: str, note: str, chosen: Choice) -> Block:
-    rows = table_rows(found, which)
-    cells = [Column(name, name, "2", "", "low") for name in (*names_of(found), "mean")]
+def _numbered(evaluation: AttributeEvaluation, which: Which, measure: str, note: str, chosen: Choice) -> Block:
+    rows = table_rows(evaluation, which)
+    cells = [Column(name, name, "2", "", "low") for name in (*names_of(evaluation), "mean")]
     first = [Column("title", "method")]
     if which == "kinds":
         first.append(Column("features", "features"))
     title = f"Table {number_of(which)}, {measure}"
-    return table(title, rows, [*first, *cells], note=note.format(count=len(found.tested)), ours=chosen.method)
+    return table(title, rows, [*first, *cells], note=note.format(count=len(evaluation.tested)), ours=chosen.method)
 
 
-def features_section(found: Judged, chosen: Choice) -> Section | None:
+def features_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section | None:
     """Tables 3.4 and 3.5; None where they were not asked for."""
-    if not found.wanted.ablations:
+    if not evaluation.options.ablations:
         return None
     blocks = (
         Words(words.BRANCHES),
-        _numbered(found, "same_features", "RMSE", words.SAME, chosen),
-        _numbered(found, "kinds", "RMSE", words.KINDS, chosen),
+        _numbered(evaluation, "same_features", "RMSE", words.SAME, chosen),
+        _numbered(evaluation, "kinds", "RMSE", words.KINDS, chosen),
     )
     return Section("features", "Methods and features apart", blocks)
 
 
-def textures_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
+def textures_section(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """Figures 3.8 and 3.9, by attribute and class, and the intervals."""
-    rows = [row for row in attribute_rows(found) if row["method"] == chosen.method]
+    rows = [row for row in attribute_rows(evaluation) if row["method"] == chosen.method]
     title = rows[0]["title"] if rows else chosen.method
-    classes = [{**row, "class": row["class"].replace("_", " ")} for row in class_rows(found)
+    classes = [{**row, "class": row["class"].replace("_", " ")} for row in class_rows(evaluation)
                if row["method"] == chosen.method and row["attribute"] == "all"]  # fmt: skip
     by_class = (Column("class", "class"), Column("textures", "textures", "int"), *FOUND[1:4])
     drawn = pictures(pictured, "figure_3_8", "scatter_3_8", "figure_3_9")
@@ -120,17 +120,17 @@ def time_section(pictured: Sequence[DrawnFigure]) -> Section | None:
     return Section("time", "Time", blocks) if blocks else None
 
 
-def provenance(found: Judged) -> Section:
+def provenance(evaluation: AttributeEvaluation) -> Section:
     """What everything comes from."""
     software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
     notes: list[Row] = [{"texture": each.label, "notes": "; ".join(each.notes) or None}
-                        for each in found.material.textures if each.notes]  # fmt: skip
-    jobs, taken = len(found.results), found.taken
-    told = f"Seed {found.wanted.seed}. {jobs} trainings, {taken} of them taken from earlier, equal evaluations; "
-    blocks: list[Block] = [Words(f"{told}{in_seconds(found.seconds)} here."), Words(words.UNROUNDED)]
-    blocks += [Words(note) for note in found.material.notes]
-    blocks.append(table("Methods and their sources", method_rows(found), SOURCES))
-    blocks.append(table("Folds", fold_rows(found), FOLDS, folded=True))
+                        for each in evaluation.material.textures if each.notes]  # fmt: skip
+    jobs, taken = len(evaluation.results), evaluation.results.loaded
+    told = f"Seed {evaluation.options.seed}. {jobs} trainings, {taken} of them taken from earlier, equal evaluations; "
+    blocks: list[Block] = [Words(f"{told}{in_seconds(evaluation.seconds)} here."), Words(words.UNROUNDED)]
+    blocks += [Words(note) for note in evaluation.material.notes]
+    blocks.append(table("Methods and their sources", method_rows(evaluation), SOURCES))
+    blocks.append(table("Folds", fold_rows(evaluation), FOLDS, folded=True))
     if notes:
         columns = [Column("texture", "texture"), Column("notes", "notes", "words")]
         blocks += [Heading("Textures"), table("What was noticed", notes, columns, folded=len(notes) > 6)]

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from palpate.modeling.attributes.domain import LeaveOut, textures_named
+from palpate.modeling.attributes.entries import KINDS, MAIN, PROPOSED, SAME, Entry
+from palpate.modeling.attributes.evaluation import AttributeEvaluation
 from palpate.modeling.attributes.evaluation_thesis import SAID, Which, printed
 from palpate.modeling.attributes.feature_times import steps_of
-from palpate.modeling.attributes.judging_entries import PROPOSED
-from palpate.modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
-from palpate.modeling.attributes.judging_run import named
-from palpate.modeling.attributes.judging_whole import Judged
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.scores import Difference, Errors, by_class, difference, errors
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed, nested_coverage
@@ -26,24 +25,24 @@ RANDOM = "random"
 """How a material's description of ResNet-50's weights begins where nobody trained them."""
 
 
-def names_of(found: Judged) -> list[str]:
+def names_of(evaluation: AttributeEvaluation) -> list[str]:
     """The attributes, as tables name them."""
-    return [pair.name for pair in found.context.attributes]
+    return [pair.name for pair in evaluation.domain.attributes]
 
 
-def scored(found: Judged, entry: Entry) -> Errors | None:
+def scored(evaluation: AttributeEvaluation, entry: Entry) -> Errors | None:
     """An entry's errors; None where it was refused."""
-    return None if found.refused(entry) else errors(found.predicted(entry), found.rated())
+    return None if evaluation.refused(entry) else errors(evaluation.predicted(entry), evaluation.rated())
 
 
-def method_rows(found: Judged) -> list[Row]:
+def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """A row for each method with its own features: errors, intervals, times, and differences from others.
 
     `best_*` is the paired difference of MAE from the best method, `ours_*` from the thesis' network, both over
     textures: positive means that the row's method errs more. All intervals of both columns hold together with 95 %.
     """
-    main = found.of(MAIN)
-    judged = {entry: told for entry in main if (told := scored(found, entry)) is not None}
+    main = evaluation.of(MAIN)
+    judged = {entry: told for entry in main if (told := scored(evaluation, entry)) is not None}
     best = min(judged, key=lambda entry: judged[entry].mean_mae, default=None)
     ours = next((entry for entry in judged if entry.method == PROPOSED), None)
     compared = _comparisons(judged, (best, ours))
@@ -51,11 +50,11 @@ def method_rows(found: Judged) -> list[Row]:
     for entry in main:
         own = judged.get(entry)
         beside = {name: None if other is None else judged[other] for name, other in (("best", best), ("ours", ours))}
-        of: Row = {"method": entry.method, "title": title_of(found, entry), "features": features_of(entry)}
-        of |= {"resnet": resnet_of(found.material, entry)}
-        rows.append({**of, **_errors(own), **_interval(found, entry, own is not None), **_times(found, entry),
-                     **_against(found, own, beside, compared), "refused": found.refused(entry) or None,
-                     "source": found.method(entry).source})  # fmt: skip
+        of: Row = {"method": entry.method, "title": title_of(evaluation, entry), "features": features_of(entry)}
+        of |= {"resnet": resnet_of(evaluation.material, entry)}
+        rows.append({**of, **_errors(own), **_interval(evaluation, entry, own is not None), **_times(evaluation, entry),
+                     **_against(evaluation, own, beside, compared), "refused": evaluation.refused(entry) or None,
+                     "source": evaluation.method(entry).source})  # fmt: skip
     return rows
 
 
@@ -76,10 +75,10 @@ def resnet_of(material: Material, entry: Entry) -> str | None:
     return RANDOM if material.weights.startswith(RANDOM) else material.weights.partition(",")[0] or "not told"
 
 
-def title_of(found: Judged, entry: Entry) -> str:
+def title_of(evaluation: AttributeEvaluation, entry: Entry) -> str:
     """The method's title; beside it, where its numbers rest on a ResNet-50 that nobody trained, that they do."""
-    title = found.method(entry).title
-    return f"{title}, random ResNet-50" if resnet_of(found.material, entry) == RANDOM else title
+    title = evaluation.method(entry).title
+    return f"{title}, random ResNet-50" if resnet_of(evaluation.material, entry) == RANDOM else title
 
 
 def _errors(told: Errors | None) -> Row:
@@ -88,45 +87,51 @@ def _errors(told: Errors | None) -> Row:
     return {"mae": told.mean_mae, "rmse": told.mean_rmse, "within_jnd": told.all_within}
 
 
-def _against(found: Judged, own: Errors | None, beside: dict[str, Errors | None], compared: int) -> Row:
+def _against(
+    evaluation: AttributeEvaluation, own: Errors | None, beside: dict[str, Errors | None], compared: int
+) -> Row:
     row: Row = {}
     for name, other in beside.items():
         same = own is None or other is None or own is other
-        off = None if same else _difference(found, own, other, compared)
+        off = None if same else _difference(evaluation, own, other, compared)
         ends = (None, None, None) if off is None else (off.mean, off.low, off.high)
         row |= dict(zip((f"{name}_less", f"{name}_low", f"{name}_high"), ends, strict=True))
         row[f"{name}_chance"] = None if off is None else off.chance
     return row
 
 
-def _difference(found: Judged, own: Errors | None, other: Errors | None, compared: int) -> Difference | None:
+def _difference(
+    evaluation: AttributeEvaluation, own: Errors | None, other: Errors | None, compared: int
+) -> Difference | None:
     if own is None or other is None:
         return None
-    return difference(own.texture_mae, other.texture_mae, found.groups(), compared)
+    return difference(own.texture_mae, other.texture_mae, evaluation.groups(), compared)
 
 
-def _interval(found: Judged, entry: Entry, answered: bool) -> Row:
+def _interval(evaluation: AttributeEvaluation, entry: Entry, answered: bool) -> Row:
     """Half widths of 90 % intervals (mean over the attributes), and how many ratings such intervals hold.
 
     For `coverage` each group of textures is left out of the residuals that its own intervals are taken from.
     """
     blank: Row = {"half_width": None, "coverage": None}
-    if not answered or len(found.tested) < needed(COVERAGE):
+    if not answered or len(evaluation.tested) < needed(COVERAGE):
         return blank
-    residual = found.predicted(entry) - found.rated()
+    residual = evaluation.predicted(entry) - evaluation.rated()
     row = {**blank, "half_width": float(half_widths(residual).mean())}
-    groups = found.groups()
+    groups = evaluation.groups()
     if min(sum(each != own for each in groups) for own in groups) < needed(COVERAGE):
         return row
     return {**row, "coverage": nested_coverage(residual, groups).overall}
 
 
-def _times(found: Judged, entry: Entry) -> Row:
+def _times(evaluation: AttributeEvaluation, entry: Entry) -> Row:
     """Seconds: from recordings and pictures to all features that the method looks at, for one texture; of one training;
     of one answer."""
-    done = [each.numbers for each in found.done(entry) if not each.refused]
+    done = [each.numbers for each in evaluation.results_of(entry) if not each.refused]
     steps = steps_of((*entry.touch, *entry.sight))
-    features = sum(found.times[step] for step in steps) if all(step in found.times for step in steps) else None
+    features = (
+        sum(evaluation.times[step] for step in steps) if all(step in evaluation.times for step in steps) else None
+    )
     return {
         "features_s": features,
         "train_s": float(np.median([each["train_s"] for each in done])) if done else None,
@@ -135,33 +140,33 @@ def _times(found: Judged, entry: Entry) -> Row:
     }
 
 
-def attribute_rows(found: Judged) -> list[Row]:
+def attribute_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """MAE, RMSE, share within the JND and half width of the 90 % interval, by method and attribute."""
-    return [row for entry in found.of(MAIN) for row in _by_attribute(found, entry)]
+    return [row for entry in evaluation.of(MAIN) for row in _by_attribute(evaluation, entry)]
 
 
-def _by_attribute(found: Judged, entry: Entry) -> Iterator[Row]:
-    told = scored(found, entry)
+def _by_attribute(evaluation: AttributeEvaluation, entry: Entry) -> Iterator[Row]:
+    told = scored(evaluation, entry)
     if told is None:
         return
     wide: Sequence[float | None] = [None] * len(told.mae)
-    if len(found.tested) >= needed(COVERAGE):
-        wide = half_widths(found.predicted(entry) - found.rated()).tolist()
-    for name, *values in zip(names_of(found), told.mae, told.rmse, told.within, wide, strict=True):
+    if len(evaluation.tested) >= needed(COVERAGE):
+        wide = half_widths(evaluation.predicted(entry) - evaluation.rated()).tolist()
+    for name, *values in zip(names_of(evaluation), told.mae, told.rmse, told.within, wide, strict=True):
         numbers = dict(zip(("mae", "rmse", "within_jnd", "half_width"), values, strict=True))
-        yield {"method": entry.method, "title": title_of(found, entry), "attribute": name, **numbers}
+        yield {"method": entry.method, "title": title_of(evaluation, entry), "attribute": name, **numbers}
 
 
-def class_rows(found: Judged) -> list[Row]:
+def class_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """MAE, RMSE and share within the JND by method, class and attribute, with a row over all attributes."""
     rows: list[Row] = []
-    classes = [each.category for each in named(found.material, found.tested)]
-    for entry in found.of(MAIN):
-        if found.refused(entry):
+    classes = [each.category for each in textures_named(evaluation.material, evaluation.tested)]
+    for entry in evaluation.of(MAIN):
+        if evaluation.refused(entry):
             continue
-        for name, (count, told) in by_class(found.predicted(entry), found.rated(), classes).items():
-            own = {"method": entry.method, "title": title_of(found, entry), "class": name, "textures": count}
-            for place, attribute in enumerate(names_of(found)):
+        for name, (count, told) in by_class(evaluation.predicted(entry), evaluation.rated(), classes).items():
+            own = {"method": entry.method, "title": title_of(evaluation, entry), "class": name, "textures": count}
+            for place, attribute in enumerate(names_of(evaluation)):
                 rows.append({**own, "attribute": attribute, "mae": told.mae[place], "rmse": told.rmse[place],
                              "within_jnd": told.within[place]})  # fmt: skip
             rows.append({**own, "attribute": "all", "mae": told.mean_mae, "rmse": told.mean_rmse,
@@ -169,45 +174,45 @@ def class_rows(found: Judged) -> list[Row]:
     return rows
 
 
-def table_rows(found: Judged, which: Which) -> list[Row]:
+def table_rows(evaluation: AttributeEvaluation, which: Which) -> list[Row]:
     """Table 3.2 ("mae"), 3.3 ("rmse"), 3.4 ("same_features") or 3.5 ("kinds"): a row for each entry, and the thesis'
     below it where it printed one."""
     table = {"same_features": SAME, "kinds": KINDS}.get(which, MAIN)
     rows: list[Row] = []
-    for entry in found.of(table):
-        told = scored(found, entry)
+    for entry in evaluation.of(table):
+        told = scored(evaluation, entry)
         values = None if told is None else told.mae if which == "mae" else told.rmse
-        title, names = title_of(found, entry), names_of(found)
+        title, names = title_of(evaluation, entry), names_of(evaluation)
         own = {"method": entry.method, "title": title, "features": features_of(entry),
-               "resnet": resnet_of(found.material, entry), "printed": False}  # fmt: skip
+               "resnet": resnet_of(evaluation.material, entry), "printed": False}  # fmt: skip
         cells = dict.fromkeys((*names, "mean")) if values is None else {**dict(zip(names, values, strict=True)),
                                                                          "mean": float(np.mean(values))}  # fmt: skip
         rows.append({**own, **cells})
         theirs = printed(which, entry.method, features_of(entry))
         if theirs is not None and all(name in theirs for name in names):
-            said: Row = {"method": f"{entry.method}, {SAID}", "title": f"{found.method(entry).title}, {SAID}"}
+            said: Row = {"method": f"{entry.method}, {SAID}", "title": f"{evaluation.method(entry).title}, {SAID}"}
             said |= {"printed": True, "resnet": PRETRAINED if "resnet" in entry.sight else None}
             rows.append({**own, **said, **{name: theirs[name] for name in (*names, "mean")}})
     return rows
 
 
-def prediction_rows(found: Judged) -> list[Row]:
+def prediction_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """Every prediction with its rating, both on 0..100, by method, texture and attribute."""
     rows: list[Row] = []
-    for entry in found.of(MAIN):
-        if found.refused(entry):
+    for entry in evaluation.of(MAIN):
+        if evaluation.refused(entry):
             continue
-        for texture in named(found.material, found.tested):
-            rows += _predictions(found, entry, texture.id, texture.category)
+        for texture in textures_named(evaluation.material, evaluation.tested):
+            rows += _predictions(evaluation, entry, texture.id, texture.category)
     return rows
 
 
-def _predictions(found: Judged, entry: Entry, texture: str, category: str) -> Iterator[Row]:
-    done = found.results[Job(entry, texture)]
-    rated = named(found.material, (texture,))[0].rated
-    for place, attribute in enumerate(names_of(found)):
+def _predictions(evaluation: AttributeEvaluation, entry: Entry, texture: str, category: str) -> Iterator[Row]:
+    done = evaluation.results[LeaveOut(entry, texture)]
+    rated = textures_named(evaluation.material, (texture,))[0].rated
+    for place, attribute in enumerate(names_of(evaluation)):
         yield {
-            "method": entry.method, "title": title_of(found, entry), "texture": texture, "class": category,
+            "method": entry.method, "title": title_of(evaluation, entry), "texture": texture, "class": category,
             "attribute": attribute,
             "rated": None if rated is None else float(rated.mean[place]),
             "rated_sd": None if rated is None or not math.isfinite(rated.sd[place]) else float(rated.sd[place]),
@@ -215,21 +220,21 @@ def _predictions(found: Judged, entry: Entry, texture: str, category: str) -> It
         }  # fmt: skip
 
 
-def curve_rows(found: Judged) -> list[Row]:
+def curve_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """The learning curves of the methods with their own features, a row for each epoch."""
     rows: list[Row] = []
-    for entry in found.of(MAIN):
-        for done in found.done(entry):
+    for entry in evaluation.of(MAIN):
+        for done in evaluation.results_of(entry):
             columns = [done.arrays[f"curve_{name}"].tolist() for name in COLUMNS if f"curve_{name}" in done.arrays]
             rows += [{"method": entry.method, "without": done.job.test, **dict(zip(COLUMNS, values, strict=True))}
                      for values in zip(*columns, strict=True)]  # fmt: skip
     return rows
 
 
-def fold_rows(found: Judged) -> list[Row]:
+def fold_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """Who was left out, may be learned from, was watched of these (by methods that stop early) and kept apart."""
     return [
-        {"test": each.test, "known": len(each.known), "held": " ".join(each.held if found.watching else ()),
+        {"test": each.test, "known": len(each.known), "held": " ".join(each.held if evaluation.watching else ()),
          "apart": " ".join(each.apart)}
-        for each in found.context.folds.values()
+        for each in evaluation.domain.folds.values()
     ]  # fmt: skip

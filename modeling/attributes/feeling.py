@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from palpate.modeling.attributes.features_kept import Entry, keep, kept, key_of
+from palpate.modeling.attributes.feature_cache import Entry, feature_key, load_features, save_features
 from palpate.modeling.attributes.material import RECORDINGS_LEFT_OUT
 from palpate.modeling.attributes.reading_touch import FeltRows
 from palpate.modeling.textures.recording import TextureDataError
@@ -69,7 +69,7 @@ def felt_rows(
     rows, and its notes say why.
     """
     jobs = [_Felt(each, _key(each), folder) for each in textures]
-    known = {job.key: entry for job in jobs if (entry := kept(folder, job.key)) is not None}
+    known = {job.key: entry for job in jobs if (entry := load_features(folder, job.key)) is not None}
     lacking = [job for job in jobs if job.key not in known]
     made = run_jobs(_entry, lacking, workers=workers, report=report) if lacking else []
     known |= {job.key: entry for job, entry in zip(lacking, made, strict=True)}
@@ -78,7 +78,7 @@ def felt_rows(
 
 def _key(texture: Recording) -> str:
     code = code_digest(module_of(texture), "palpate.modeling.attributes.feeling")
-    return key_of({"recorded": texture.key}, (code,), PACKAGES)
+    return feature_key({"recorded": texture.key}, (code,), PACKAGES)
 
 
 def _entry(job: _Felt) -> Entry:
@@ -87,7 +87,7 @@ def _entry(job: _Felt) -> Entry:
     except TextureDataError as error:
         return {}, {"made_from": sorted(job.recorded.made_from), "notes": [f"{RECORDINGS_LEFT_OUT}: {error}"]}
     made: Entry = (found.touch, {"made_from": sorted(found.made_from), "notes": list(found.notes)})
-    keep(job.folder, job.key, *made)
+    save_features(job.folder, job.key, *made)
     return made
 
 
@@ -95,4 +95,4 @@ def _rows(texture: Recording, entry: Entry) -> FeltRows:
     """What is kept does not know the texture's name: the same recording may have another one elsewhere."""
     rows, told = entry
     made_from, notes = frozenset(told["made_from"]), tuple(told["notes"])
-    return FeltRows(texture.id, texture.label, texture.category, rows, made_from, notes)
+    return FeltRows(texture.id, texture.label, texture.category, dict(rows), made_from, notes)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.modeling.attributes.features_kept import FOLDER
+from palpate.modeling.attributes.feature_cache import FOLDER
 from palpate.modeling.attributes.folds import some_of
 from palpate.modeling.attributes.joining import CATEGORY, Parts, joined
 from palpate.modeling.attributes.lacking import NOTHING

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.modeling.attributes.features_kept import FOLDER
+from palpate.modeling.attributes.feature_cache import FOLDER
 from palpate.modeling.attributes.joining import untouched
 from palpate.modeling.attributes.material import (
     HURRIED,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from palpate.modeling.attributes.judging_entries import PROPOSED
+from palpate.modeling.attributes.entries import PROPOSED
 from palpate.modeling.attributes.material import SIGHT, TOUCH, MaterialError
 from palpate.modeling.attributes.methods import Method
 from palpate.protocols.registry import Registry

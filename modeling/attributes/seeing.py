@@ -13,7 +13,7 @@ import numpy as np
 from palpate.analysis.features.augmenting import NOISE_SD, chance_of, varied
 from palpate.analysis.features.glcm import glcm
 from palpate.analysis.features.pictures import Gray, Looking, PictureError, Square, patches, square
-from palpate.modeling.attributes.features_kept import Entry, keep, kept, key_of
+from palpate.modeling.attributes.feature_cache import Entry, feature_key, load_features, save_features
 from palpate.modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, MaterialError, Rows
 from palpate.modeling.attributes.resnet_weights import Weights
 from palpate.modeling.training.jobs import run_jobs
@@ -91,7 +91,7 @@ class Sight:
         chance = (self.noise_sd, self.seed, version) if version else ()
         looking, weights = self.at(version), self.weights.key
         decides = {"sha256": picture.sha256, "looking": looking, "weights": weights, "chance": chance}
-        return key_of(decides, (code_digest("palpate.modeling.attributes.seeing"),), PACKAGES)
+        return feature_key(decides, (code_digest("palpate.modeling.attributes.seeing"),), PACKAGES)
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def seen(
     nothing that can be looked at is left out, and the notes say why. Raises MaterialError on a file that is not the
     one it should be.
     """
-    known = {key: entry for key in _keys(albums, how) if (entry := kept(folder, key)) is not None}
+    known = {key: entry for key in _keys(albums, how) if (entry := load_features(folder, key)) is not None}
     jobs = list(_jobs(albums, how, folder, known.keys()))
     try:
         for made in run_jobs(_looked, jobs, workers=workers, report=report) if jobs else ():
@@ -165,7 +165,7 @@ def _looked(job: _Look) -> dict[str, Entry]:
     for picture, versions in job.wanted:
         for version, entry in _versions(picture, versions, job.how, network):
             key = job.how.key(picture, version)
-            keep(job.folder, key, *entry)
+            save_features(job.folder, key, *entry)
             made[key] = entry
     return made
 

@@ -8,13 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
+from palpate.modeling.attributes.domain import learning
+from palpate.modeling.attributes.entries import Entry, Own
+from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.evaluation_report import banners
 from palpate.modeling.attributes.evaluation_tables import RANDOM, method_rows, resnet_of, title_of
 from palpate.modeling.attributes.folds import all_of_them
-from palpate.modeling.attributes.judging_entries import Own
-from palpate.modeling.attributes.judging_jobs import Entry
-from palpate.modeling.attributes.judging_run import learning
-from palpate.modeling.attributes.judging_whole import Judged, Wanted, judge
 from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
 from palpate.modeling.attributes.methods import Fitted, Learning, Method
 from palpate.modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
@@ -43,7 +42,7 @@ class WrittenAttributes(Written):
 
 
 def train_attributes(
-    material: Material, method: str, wanted: Wanted, folder: Path, methods: Mapping[str, Method], own: Own,
+    material: Material, method: str, options: AttributeOptions, folder: Path, methods: Mapping[str, Method], own: Own,
     report: Report = lambda _line: None,
 ) -> WrittenAttributes:  # fmt: skip
     """Fit a method to the rated textures and write it as texture-attributes into the folder.
@@ -53,13 +52,13 @@ def train_attributes(
     the same textures finished is taken from `wanted.work`. Raises MaterialError where the method refuses the textures,
     ModelFileError where it cannot be kept.
     """
-    judged = judge(material, replace(wanted, methods=(method,), ablations=False), methods, own, report)
+    judged = evaluate_methods(material, replace(options, methods=(method,), ablations=False), methods, own, report)
     entry = judged.entries[0]
     if why := judged.refused(entry):
         raise MaterialError(f"{method}: {why}")
     given = _given(judged, entry)
     report(f"fitting {method} to {_shown(given)}")
-    fitted, seconds = _fitted(judged.method(entry), given, judged.context.clock)
+    fitted, seconds = _fitted(judged.method(entry), given, judged.domain.clock)
     card = _card(judged, entry, given, seconds)
     write = partial(write_model, fitted=cast(Kept, fitted), card=card, methods=methods)
     files = write_trained(folder, write, history_of(fitted), last=not given.held)
@@ -83,11 +82,11 @@ def demand_no_loss(folder: Path) -> None:
         )
 
 
-def _given(judged: Judged, entry: Entry) -> Learning:
+def _given(evaluation: AttributeEvaluation, entry: Entry) -> Learning:
     """Every texture: to be fitted to, or to be watched where the method does so."""
-    fold = all_of_them(judged.material, judged.wanted.seed)
-    settings, seed = judged.wanted.settings, judged.wanted.seed
-    return learning(judged.material, fold, judged.method(entry), entry, seed, settings)
+    fold = all_of_them(evaluation.material, evaluation.options.seed)
+    settings, seed = evaluation.options.settings, evaluation.options.seed
+    return learning(evaluation.material, fold, evaluation.method(entry), entry, seed, settings)
 
 
 def _fitted(method: Method, given: Learning, clock: Clock) -> tuple[Fitted, float]:
@@ -106,16 +105,18 @@ def _shown(given: Learning) -> str:
     return f"{count(len(given.train), 'texture')}{watched}"
 
 
-def _card(judged: Judged, entry: Entry, given: Learning, seconds: float) -> dict[str, Any]:
-    material = judged.material
-    row = next(row for row in method_rows(judged) if row["method"] == entry.method)
+def _card(evaluation: AttributeEvaluation, entry: Entry, given: Learning, seconds: float) -> dict[str, Any]:
+    material = evaluation.material
+    row = next(row for row in method_rows(evaluation) if row["method"] == entry.method)
     metrics = {name: float(row[name]) for name in METRICS if row[name] is not None}
-    settings = {**judged.wanted.settings, "seed": judged.wanted.seed, "method": entry.method, "touch": entry.touch,
-                "sight": entry.sight, "left_out": len(judged.tested),
-                "watched": tuple(each.id for each in given.held)}  # fmt: skip
+    settings = {
+        **evaluation.options.settings, "seed": evaluation.options.seed, "method": entry.method, "touch": entry.touch,
+        "sight": entry.sight, "left_out": len(evaluation.tested),
+        "watched": tuple(texture.id for texture in given.held),
+    }  # fmt: skip
     return {
         "name": NAME,
-        "title": f"How textures feel, by {title_of(judged, entry)}",
+        "title": f"How textures feel, by {title_of(evaluation, entry)}",
         "method": entry.method,
         "attributes": tuple((pair.low, pair.high) for pair in material.attributes),
         "touch": entry.touch,
@@ -123,30 +124,30 @@ def _card(judged: Judged, entry: Entry, given: Learning, seconds: float) -> dict
         "weights": material.weights if "resnet" in entry.sight else "",
         "simulated": material.simulated,
         "metrics": metrics,
-        "interval": _interval(judged, entry),
+        "interval": _interval(evaluation, entry),
         "learned": tuple(sorted(material.ids)),
-        "training": run_card({"textures": judged.context.digest}, settings, metrics, seconds),
-        "notes": _notes(judged, entry, given),
+        "training": run_card({"textures": evaluation.domain.digest}, settings, metrics, seconds),
+        "notes": _notes(evaluation, entry, given),
     }
 
 
-def _interval(judged: Judged, entry: Entry) -> dict[str, Any] | None:
+def _interval(evaluation: AttributeEvaluation, entry: Entry) -> dict[str, Any] | None:
     """90 % intervals from the errors of textures that were left out; None with too few of them."""
-    if len(judged.tested) < needed(COVERAGE):
+    if len(evaluation.tested) < needed(COVERAGE):
         return None
-    wide = half_widths(judged.predicted(entry) - judged.rated())
-    told = f"quantile of {len(judged.tested)} errors, each of a texture that was left out"
+    wide = half_widths(evaluation.predicted(entry) - evaluation.rated())
+    told = f"quantile of {len(evaluation.tested)} errors, each of a texture that was left out"
     return Interval(method=told, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
 
 
-def _notes(judged: Judged, entry: Entry, given: Learning) -> tuple[str, ...]:
+def _notes(evaluation: AttributeEvaluation, entry: Entry, given: Learning) -> tuple[str, ...]:
     told = [f"Fitted to {_shown(given)}; the metrics are those of leaving one out."]
-    if resnet_of(judged.material, entry) == RANDOM:
+    if resnet_of(evaluation.material, entry) == RANDOM:
         told.append("ResNet-50 had random weights: the metrics and the interval rest on features that nobody trained.")
-    told += [f"Not used: {line}." for line in judged.unused()]
-    if judged.material.simulated:
+    told += [f"Not used: {line}." for line in evaluation.unused()]
+    if evaluation.material.simulated:
         told.append("Simulated raters: this model says nothing about how a texture feels to anybody.")
-    if judged.wanted.quick:
+    if evaluation.options.quick:
         told.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
-        told += [f"Learned from: {note}" for note in judged.material.notes if note in (HURRIED, FEW_READ)]
+        told += [f"Learned from: {note}" for note in evaluation.material.notes if note in (HURRIED, FEW_READ)]
     return tuple(told)

@@ -142,7 +142,7 @@ def test_a_partial_is_of_the_module_of_its_function():
             },
         ),
         (
-            {"modules": ("palpate.modeling.attributes.network_methods", "palpate.modeling.attributes.judging_run")},
+            {"modules": ("palpate.modeling.attributes.network_methods", "palpate.modeling.attributes.domain")},
             {
                 "palpate.modeling.attributes.visuo_tactile",
                 "palpate.modeling.attributes.material",

@@ -30,7 +30,7 @@ from palpate.studies.launch import plans_of
 from palpate.studies.record import read
 from palpate.studies.rig import Rig, RigPlan, simulated
 from palpate.studies.session import ledger_path, start
-from tests.modeling.attributes import judged_attributes
+from tests.modeling.attributes import small_evaluation as judged_attributes
 from tests.studies.small_textures import TEXTURES, write_all
 from tools.half_precision import halved
 

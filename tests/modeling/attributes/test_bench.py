@@ -7,7 +7,7 @@ from benchmarks.attributes.material import made_up
 from benchmarks.attributes.methods import AREA, cases
 from palpate.analysis.measuring.rows import MEASURED, REFUSED, measure
 from palpate.modeling.attributes.methods import Method
-from tests.modeling.attributes import judged_attributes as small
+from tests.modeling.attributes import small_evaluation as small
 
 pytestmark = pytest.mark.long
 

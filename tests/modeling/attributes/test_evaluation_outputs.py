@@ -15,7 +15,7 @@ from palpate.modeling.attributes.evaluation_thesis import number_of, printed
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.attributes.resnet_weights import Weights
 from palpate.modeling.files.evaluation_folder import REPORT, RESULTS
-from tests.modeling.attributes import judged_attributes as small
+from tests.modeling.attributes import small_evaluation as small
 
 TIMES = {"recording": 2.0, "mfcc": 0.25, "hand": 0.5, "picture": 4.0, "glcm": 1.0}
 NAMES = ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
@@ -193,7 +193,7 @@ def test_early_stopping_is_told_and_who_was_watched(tmp_path):
     asked = small.judged(tmp_path / "asked", early_stopping=True)
     assert as_json(asked)["early_stopping"] is True
     assert any("watched a tenth of the textures" in line for line in banners(asked))
-    for row, fold in zip(fold_rows(asked), asked.context.folds.values(), strict=True):
+    for row, fold in zip(fold_rows(asked), asked.domain.folds.values(), strict=True):
         assert row["held"].split() == list(fold.held) != []
         assert row["known"] == len(asked.material.textures) - 1
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from palpate.modeling.attributes.evaluation_report import banners, report_html
 from palpate.modeling.attributes.lacking import lacking
-from tests.modeling.attributes import judged_attributes as small
+from tests.modeling.attributes import small_evaluation as small
 
 
 def unfelt(notes):

@@ -9,7 +9,7 @@ import pytest
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.model_file import FORMAT, NAME, ModelFileError, read_model, write_model
 from palpate.protocols.canonical import digest
-from tests.modeling.attributes import judged_attributes as small
+from tests.modeling.attributes import small_evaluation as small
 from tests.modeling.attributes.made_material import PAIRS, made_material
 from tests.modeling.files.lost_power import only_numbers_are_placed
 

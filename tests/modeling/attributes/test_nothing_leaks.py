@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.modeling.attributes.judging_jobs import Entry
-from palpate.modeling.attributes.judging_material import reread
-from palpate.modeling.attributes.judging_run import learning
-from palpate.modeling.attributes.judging_whole import Wanted, context_for
+from palpate.modeling.attributes.domain import learning
+from palpate.modeling.attributes.entries import Entry
+from palpate.modeling.attributes.evaluation import AttributeOptions, domain_for
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
-from tests.modeling.attributes.judged_attributes import changed
+from palpate.modeling.attributes.stored_material import load_material
 from tests.modeling.attributes.made_material import made_material
+from tests.modeling.attributes.small_evaluation import changed
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -31,10 +31,15 @@ def with_other_content(name):
 
 def fitted(material, name, work):
     """All numbers of a method that was fitted without `LEFT_OUT`, by the way that an evaluation goes."""
-    context = context_for(material, Wanted(work, epochs=1), METHODS)
+    domain = domain_for(material, AttributeOptions(work=work, epochs=1), METHODS)
     entry = Entry(name, *OWN_FEATURES[name])
     given = learning(
-        reread(context.stored), context.folds[LEFT_OUT], METHODS[name], entry, context.seed, context.settings
+        load_material(domain.work, domain.digest),
+        domain.folds[LEFT_OUT],
+        METHODS[name],
+        entry,
+        domain.seed,
+        domain.settings,
     )
     arrays, told = METHODS[name].fit(given).saved()
     return dict(arrays), told

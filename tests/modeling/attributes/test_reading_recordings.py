@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.modeling.attributes.features_kept import FOLDER
+from palpate.modeling.attributes.feature_cache import FOLDER
 from palpate.modeling.attributes.reading_folder import read_folder
 from palpate.modeling.attributes.reading_recordings import Recordings, filed
 from palpate.modeling.textures.reading_tables import Held

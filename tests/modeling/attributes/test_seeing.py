@@ -77,9 +77,9 @@ def test_kept_rows_are_used_and_damaged_or_other_ones_are_made_anew(albums, tmp_
     assert len(list(folder.glob("*.npz"))) == 8
     key = HOW.key(albums[0].pictures[0], 0)
     marked = {"resnet": np.full(2048, 7, "f4"), "glcm": np.full(256, 8, "f4")}
-    from palpate.modeling.attributes.features_kept import keep
+    from palpate.modeling.attributes.feature_cache import save_features
 
-    keep(folder, key, marked, {"notes": []})
+    save_features(folder, key, marked, {"notes": []})
     assert look(albums, folder=folder)["T01"].sight["resnet"][0][0] == 7, "what is kept is used"
     (folder / key).with_suffix(".npz").write_bytes(b"damaged")
     again = look(albums, folder=folder)

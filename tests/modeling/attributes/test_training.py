@@ -9,7 +9,7 @@ from palpate.modeling.attributes.methods import Learning, Method
 from palpate.modeling.attributes.model_file import ModelFileError, read_model
 from palpate.modeling.attributes.training import train_attributes
 from palpate.modeling.training.history import Epoch
-from tests.modeling.attributes import judged_attributes as small
+from tests.modeling.attributes import small_evaluation as small
 from tests.modeling.attributes.made_material import PAIRS
 
 
@@ -28,7 +28,7 @@ def test_the_model_is_fitted_to_all_textures_and_its_card_tells_of_those_left_ou
     assert written.half_width == tuple(model.half_width)
     assert model.card.learned == small.material().ids
     assert (model.card.simulated, model.card.touch, model.card.sight) == (True, ("mfcc", "hand"), ("glcm",))
-    assert model.card.training["data"]["textures"] == judged.context.digest
+    assert model.card.training["data"]["textures"] == judged.domain.digest
     assert model.card.training["configuration"]["seed"] == 0
     assert model.card.notes[0] == "Fitted to 12 textures; the metrics are those of leaving one out."
     assert model.card.training["configuration"]["watched"] == []

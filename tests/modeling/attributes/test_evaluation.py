@@ -3,16 +3,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from palpate.modeling.attributes.judging_entries import entries
-from palpate.modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
-from palpate.modeling.attributes.judging_kept import key
-from palpate.modeling.attributes.judging_material import digest_of, reread, stored
-from palpate.modeling.attributes.judging_run import answer, learning, run
-from palpate.modeling.attributes.judging_whole import context_for, judge, usable
+from palpate.modeling.attributes.domain import LeaveOut, learning, predict_texture
+from palpate.modeling.attributes.entries import KINDS, MAIN, SAME, Entry, entries
+from palpate.modeling.attributes.evaluation import domain_for, evaluate_methods, usable
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.methods import Method
+from palpate.modeling.attributes.stored_material import digest_of, load_material, save_material
+from palpate.modeling.evaluate.engine import result_of
 from palpate.modeling.training.refusals import JobBroken
-from tests.modeling.attributes import judged_attributes as small
+from tests.modeling.attributes import small_evaluation as small
 
 ENTRY = Entry("ridge", ("mfcc",), ("glcm",))
 
@@ -79,8 +78,8 @@ def test_what_is_trained_in_epochs_goes_first(tmp_path):
 
 def test_a_second_evaluation_takes_everything_from_the_first_and_finds_the_same(tmp_path):
     first, again = small.judged(tmp_path), small.judged(tmp_path)
-    assert (first.taken, again.taken) == (0, len(first.results))
-    for job, done in first.results.items():
+    assert (first.results.loaded, again.results.loaded) == (0, len(first.results))
+    for job, done in first.results.by_job.items():
         np.testing.assert_array_equal(again.results[job].predicted, done.predicted)
 
 
@@ -88,47 +87,47 @@ def test_the_order_of_the_textures_changes_no_number(found, tmp_path):
     turned = small.material()
     turned = dataclasses.replace(turned, textures=turned.textures[::-1])
     again = small.judged(tmp_path, turned)
-    assert digest_of(turned) == found.context.digest
-    for job, done in found.results.items():
+    assert digest_of(turned) == found.domain.digest
+    for job, done in found.results.by_job.items():
         np.testing.assert_array_equal(again.results[job].predicted, done.predicted)
 
 
 @pytest.mark.needs("pgrep")
 def test_workers_find_what_one_process_finds(found, tmp_path):
     asked = small.wanted(tmp_path, workers=2, methods=("mean", "ridge"))
-    again = judge(small.material(), asked, small.METHODS, small.OWN)
-    for job, done in again.results.items():
+    again = evaluate_methods(small.material(), asked, small.METHODS, small.OWN)
+    for job, done in again.results.by_job.items():
         np.testing.assert_array_equal(found.results[job].predicted, done.predicted)
 
 
 def test_what_decides_a_result_decides_its_key(found):
-    context, job = found.context, Job(found.main("ridge"), "T03")
-    parts = context.parts
+    domain, job = found.domain, LeaveOut(found.main("ridge"), "T03")
+    parts = domain.parts
     others = [
-        dataclasses.replace(context, seed=1),
-        dataclasses.replace(context, settings={"epochs": 3}),
-        dataclasses.replace(context, parts={**parts, "T07/touch/mfcc": "another"}),
-        dataclasses.replace(context, parts={**parts, "T07/variants/glcm": "another"}),
-        dataclasses.replace(context, parts={**parts, "T07": "other ratings"}),
-        dataclasses.replace(context, parts={**parts, "T03/sight/glcm": "another"}),
+        dataclasses.replace(domain, seed=1),
+        dataclasses.replace(domain, settings={"epochs": 3}),
+        dataclasses.replace(domain, parts={**parts, "T07/touch/mfcc": "another"}),
+        dataclasses.replace(domain, parts={**parts, "T07/variants/glcm": "another"}),
+        dataclasses.replace(domain, parts={**parts, "T07": "other ratings"}),
+        dataclasses.replace(domain, parts={**parts, "T03/sight/glcm": "another"}),
         dataclasses.replace(
-            context, folds={**context.folds, "T03": dataclasses.replace(context.folds["T03"], held=(), train=("T01",))}
+            domain, folds={**domain.folds, "T03": dataclasses.replace(domain.folds["T03"], held=(), train=("T01",))}
         ),
-        dataclasses.replace(context, methods={**context.methods, "ridge": Method("ridge", "", digest_of)}),
+        dataclasses.replace(domain, methods={**domain.methods, "ridge": Method("ridge", "", digest_of)}),
     ]
-    keys = {key(job, each) for each in (context, *others)} | {key(Job(job.entry, "T04"), context)}
+    keys = {each.key(job) for each in (domain, *others)} | {domain.key(LeaveOut(job.entry, "T04"))}
     assert len(keys) == 10
-    same = dataclasses.replace(context, parts={**parts, "T07/touch/dft": "not looked at"})
-    assert key(job, same) == key(job, context)
+    same = dataclasses.replace(domain, parts={**parts, "T07/touch/dft": "not looked at"})
+    assert same.key(job) == domain.key(job)
 
 
 @pytest.mark.parametrize("damage", [b"", b"{}", b'{"numbers": {}}'])
 def test_a_damaged_result_is_computed_again(tmp_path, damage):
     judged = small.judged(tmp_path, methods={"mean": small.METHODS["mean"]})
-    job = Job(judged.main("mean"), "T01")
-    place = tmp_path / key(job, judged.context)
+    job = LeaveOut(judged.main("mean"), "T01")
+    place = tmp_path / judged.domain.key(job)
     (place.with_suffix(".npz") if damage == b'{"numbers": {}}' else place.with_suffix(".json")).write_bytes(damage)
-    np.testing.assert_array_equal(run(job, judged.context).predicted, judged.results[job].predicted)
+    np.testing.assert_array_equal(result_of(job, judged.domain).predicted, judged.results[job].predicted)
 
 
 def test_a_method_that_refuses_is_named_and_the_others_go_on(tmp_path):
@@ -146,19 +145,19 @@ def test_a_fault_of_the_program_is_not_taken_for_a_refusal(tmp_path):
 def test_a_quick_evaluation_leaves_five_textures_out_and_lets_methods_hurry(tmp_path):
     found = small.judged(tmp_path, quick=True)
     assert len(found.tested) == 5
-    assert found.context.settings == {"threads": 1, "quick": True}
-    assert len(found.context.folds["T01" if "T01" in found.tested else found.tested[0]].known) == 11
+    assert found.domain.settings == {"threads": 1, "quick": True}
+    assert len(found.domain.folds["T01" if "T01" in found.tested else found.tested[0]].known) == 11
 
 
 def test_few_of_them_are_left_out_and_learned_from_are_all_others(tmp_path):
     found = small.judged(tmp_path, folds=3)
-    assert len(found.tested) == 3 and found.context.settings == {"threads": 1}
-    assert all(len(fold.known) == 11 for fold in found.context.folds.values())
+    assert len(found.tested) == 3 and found.domain.settings == {"threads": 1}
+    assert all(len(fold.known) == 11 for fold in found.domain.folds.values())
 
 
 def test_an_unknown_method_is_refused_with_the_nearest(tmp_path):
     with pytest.raises(MaterialError, match="ridge"):
-        judge(small.material(), small.wanted(tmp_path, methods=("rigde",)), small.METHODS, small.OWN)
+        evaluate_methods(small.material(), small.wanted(tmp_path, methods=("rigde",)), small.METHODS, small.OWN)
 
 
 def test_textures_that_lack_what_others_have_are_not_used_and_told(tmp_path):
@@ -185,18 +184,21 @@ def test_pictures_alone_are_enough_for_those_that_see(tmp_path):
 
 
 def test_textures_are_stored_once_and_read_back_as_they_were(tmp_path):
-    found = small.changed(small.material(), "T05", notes=("a note",))
-    path = stored(found, tmp_path)
+    one_rater = dataclasses.replace(small.material().textures[4].rated, sd=np.full(4, np.nan), raters=1)
+    found = small.changed(small.material(), "T05", notes=("a note",), rated=one_rater)
+    key = save_material(found, tmp_path)
+    path = tmp_path / "material" / f"{key}.npz"
     before = path.stat().st_mtime_ns
-    assert stored(dataclasses.replace(found, textures=found.textures[::-1]), tmp_path) == path
+    assert save_material(dataclasses.replace(found, textures=found.textures[::-1]), tmp_path) == key
     assert path.stat().st_mtime_ns == before
-    again = reread(path)
+    again = load_material(tmp_path, key)
     assert digest_of(again) == digest_of(found)
     assert again.textures[4].notes == ("a note",)
+    np.testing.assert_equal(dataclasses.asdict(again.textures[4].rated), dataclasses.asdict(one_rater))
     assert again.textures[4].made_from == found.textures[4].made_from
     np.testing.assert_array_equal(again.textures[7].touch["dwt"], found.textures[7].touch["dwt"])
     with pytest.raises(MaterialError, match="under the same path"):
-        reread(tmp_path / "nowhere")
+        load_material(tmp_path / "nowhere", key)
 
 
 def test_the_digest_follows_every_part():
@@ -222,11 +224,11 @@ def test_an_answer_is_the_rows_mean_within_the_scale(found):
             return self.rows
 
     texture = found.material.textures[0]
-    mean, spread, count = answer(Rows(np.array([[-30.0, 20.0], [10.0, 40.0]])), texture, 2)
+    mean, spread, count = predict_texture(Rows(np.array([[-30.0, 20.0], [10.0, 40.0]])), texture, 2)
     assert (mean.tolist(), spread.tolist(), count) == ([0.0, 30.0], [20.0, 10.0], 2)
     for wrong in (np.zeros((1, 3)), np.zeros((0, 2)), np.zeros(2), np.array([[1.0, np.nan]])):
         with pytest.raises(MaterialError, match="T01"):
-            answer(Rows(wrong), texture, 2)
+            predict_texture(Rows(wrong), texture, 2)
 
 
 def test_entries_stand_in_the_tables_that_they_belong_to():
@@ -245,15 +247,17 @@ def test_entries_stand_in_the_tables_that_they_belong_to():
 def test_a_context_can_be_made_without_any_chance_of_a_leak(tmp_path):
     twin = dataclasses.replace(small.material().textures[0], id="TWIN")
     both = dataclasses.replace(small.material(), textures=(*small.material().textures, twin))
-    context = context_for(both, small.wanted(tmp_path), small.METHODS)
-    for fold in context.folds.values():
+    domain = domain_for(both, small.wanted(tmp_path), small.METHODS)
+    for fold in domain.folds.values():
         assert len({"T01", "TWIN"} & {fold.test, *fold.apart}) != 1
         assert len({"T01", "TWIN"} & set(fold.held)) != 1
     for name in ("T01", "TWIN"):
-        given = learning(reread(context.stored), context.folds[name], small.METHODS["ridge"], ENTRY, 0, {})
+        given = learning(
+            load_material(domain.work, domain.digest), domain.folds[name], small.METHODS["ridge"], ENTRY, 0, {}
+        )
         assert {each.id for each in given.train} == set(small.material().ids) - {"T01"}
         assert given.held == ()
-    assert key(Job(ENTRY, "TWIN"), context) != key(Job(ENTRY, "T01"), context)
+    assert domain.key(LeaveOut(ENTRY, "TWIN")) != domain.key(LeaveOut(ENTRY, "T01"))
 
 
 def test_too_few_textures_that_have_everything_are_refused_with_what_lacks(tmp_path):

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from palpate.modeling.attributes.judging_entries import FEELING, PROPOSED, SEEING
+from palpate.modeling.attributes.entries import FEELING, PROPOSED, SEEING
 
 Row = Mapping[str, Any]
 DEFAULT = PROPOSED

@@ -1,33 +1,31 @@
-"""An evaluation of predicted attributes as a whole: every method without each texture once, on the same folds."""
+"""An evaluation of predicted attributes: every method without each texture once, on the same folds."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from palpate.modeling.attributes.domain import AttributeDomain, LeaveOut, textures_named
+from palpate.modeling.attributes.entries import MAIN, ON_REQUEST, Entry, Own, entries
 from palpate.modeling.attributes.folds import LEAST, leave_one_texture_out, some_of
-from palpate.modeling.attributes.judging_entries import ON_REQUEST, Own, entries
-from palpate.modeling.attributes.judging_jobs import MAIN, Context, Done, Entry, Job
-from palpate.modeling.attributes.judging_kept import keep, load
-from palpate.modeling.attributes.judging_material import digest_of, parts_of, stored
-from palpate.modeling.attributes.judging_run import named, run
 from palpate.modeling.attributes.lacking import has_rows, senses, why_of
 from palpate.modeling.attributes.material import Material, MaterialError, ratings_of
 from palpate.modeling.attributes.methods import Method
-from palpate.protocols.progress import Clock, Report
+from palpate.modeling.attributes.stored_material import parts_of, save_material
+from palpate.modeling.evaluate.engine import EvaluateOptions, Result, Results, evaluate
+from palpate.protocols.progress import Clock, Report, silent
 from palpate.signals.arrays import Array
 
 QUICK_TEXTURES = 5
 
 
-@dataclass(frozen=True)
-class Wanted:
+@dataclass(frozen=True, kw_only=True)
+class AttributeOptions(EvaluateOptions):
     """What is evaluated, and how.
 
     `work` is the folder of finished jobs and of the textures as workers read them. `methods` None: all but
@@ -40,52 +38,47 @@ class Wanted:
     work: Path
     methods: tuple[str, ...] | None = None
     ablations: bool = True
-    seed: int = 0
-    quick: bool = False
     epochs: int | None = None
-    workers: int | None = None
-    cluster: str | None = None
     folds: int | None = None
     early_stopping: bool = False
 
     @property
     def settings(self) -> dict[str, Any]:
         """What goes to the methods: one thread for each job, and what was asked for."""
-        told = {"quick": self.quick or None, "epochs": self.epochs, "early_stopping": self.early_stopping or None}
-        return {"threads": 1, **{name: value for name, value in told.items() if value is not None}}
+        asked = {"quick": self.quick or None, "epochs": self.epochs, "early_stopping": self.early_stopping or None}
+        return {"threads": 1, **{name: value for name, value in asked.items() if value is not None}}
 
 
 @dataclass(frozen=True)
-class Judged:
-    """All results.
+class AttributeEvaluation:
+    """The results of all entries on all textures that were left out.
 
     `times` are seconds of making a kind of feature for one texture, by kind, where they were taken; `left_out` are
     textures that were not used, and why.
     """
 
     material: Material
-    context: Context
-    wanted: Wanted
+    domain: AttributeDomain
+    options: AttributeOptions
     entries: tuple[Entry, ...]
-    results: Mapping[Job, Done]
+    results: Results[LeaveOut]
     seconds: float
-    taken: int
     times: Mapping[str, float] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def watching(self) -> bool:
         """Whether one of the methods watches textures to stop early."""
-        return any(self.method(entry).holds(self.wanted.settings) for entry in self.entries)
+        return any(self.method(entry).holds(self.options.settings) for entry in self.entries)
 
     @property
     def tested(self) -> tuple[str, ...]:
         """The textures that were left out once each, in the material's order."""
-        return tuple(self.context.folds)
+        return tuple(self.domain.folds)
 
     def method(self, entry: Entry) -> Method:
         """An entry's method."""
-        return self.context.methods[entry.method]
+        return self.domain.methods[entry.method]
 
     def of(self, table: str) -> tuple[Entry, ...]:
         """The entries that stand in a table."""
@@ -95,21 +88,21 @@ class Judged:
         """A method with its own features."""
         return next((each for each in self.of(MAIN) if each.method == method), None)
 
-    def done(self, entry: Entry) -> list[Done]:
+    def results_of(self, entry: Entry) -> list[Result[LeaveOut]]:
         """An entry's results, in the order of `tested`."""
-        return [self.results[Job(entry, test)] for test in self.tested]
+        return [self.results[LeaveOut(entry, test)] for test in self.tested]
 
     def refused(self, entry: Entry) -> str:
         """Why an entry was refused, "" where it was not: one texture is enough."""
-        return next((each.refused for each in self.done(entry) if each.refused), "")
+        return next((each.refused for each in self.results_of(entry) if each.refused), "")
 
     def predicted(self, entry: Entry) -> Array:
         """(tested, attributes) on 0..100, of an entry that was not refused."""
-        return np.stack([each.predicted for each in self.done(entry)])
+        return np.stack([each.predicted for each in self.results_of(entry)])
 
     def rated(self) -> Array:
         """(tested, attributes) on 0..100."""
-        return ratings_of(named(self.material, self.tested))
+        return ratings_of(textures_named(self.material, self.tested))
 
     def unused(self) -> list[str]:
         """The textures that were not used, by why: "T02, T05: it was not rated"."""
@@ -117,7 +110,7 @@ class Judged:
 
     def groups(self) -> tuple[int, ...]:
         """A number for each tested texture; those that share content have the same."""
-        first = [min(each.test, *each.apart) if each.apart else each.test for each in self.context.folds.values()]
+        first = [min(each.test, *each.apart) if each.apart else each.test for each in self.domain.folds.values()]
         return tuple(sorted(set(first)).index(each) for each in first)
 
 
@@ -154,30 +147,30 @@ def by_reason(left_out: Mapping[str, str]) -> list[str]:
     return [f"{', '.join(some)}: {why}" for why, some in names.items()]
 
 
-def context_for(
-    material: Material, wanted: Wanted, methods: Mapping[str, Method], clock: Clock = time.perf_counter
-) -> Context:
-    """What all jobs share. Raises MaterialError where too few textures were rated."""
+def domain_for(
+    material: Material, options: AttributeOptions, methods: Mapping[str, Method], clock: Clock = time.perf_counter
+) -> AttributeDomain:
+    """Return what all jobs share. Raises MaterialError where too few textures were rated."""
     rated, _ = usable(material)
-    count = QUICK_TEXTURES if wanted.quick else wanted.folds
-    only = None if count is None else some_of({each.id: each.category for each in rated.textures}, count, wanted.seed)
-    folds = leave_one_texture_out(rated, wanted.seed, only=only)
-    return Context(
-        stored=stored(rated, wanted.work),
-        digest=digest_of(rated),
+    count = QUICK_TEXTURES if options.quick else options.folds
+    classes = {texture.id: texture.category for texture in rated.textures}
+    only = None if count is None else some_of(classes, count, options.seed)
+    folds = leave_one_texture_out(rated, options.seed, only=only)
+    return AttributeDomain(
+        work=options.work,
+        digest=save_material(rated, options.work),
         parts=parts_of(rated),
         attributes=rated.attributes,
-        folds={each.test: each for each in folds},
+        folds={fold.test: fold for fold in folds},
         methods=methods,
-        seed=wanted.seed,
-        settings=wanted.settings,
-        work=wanted.work,
+        seed=options.seed,
+        settings=options.settings,
         clock=clock,
     )
 
 
-def demand_known(names: Sequence[str], methods: Mapping[str, Method]) -> None:
-    """Raises MaterialError for a method that is none."""
+def require_methods(names: Sequence[str], methods: Mapping[str, Method]) -> None:
+    """Raise MaterialError for a name that is no method's."""
     unknown = [name for name in names if name not in methods]
     if unknown:
         from palpate.protocols.did_you_mean import nearest
@@ -185,39 +178,22 @@ def demand_known(names: Sequence[str], methods: Mapping[str, Method]) -> None:
         raise MaterialError(f"no method {unknown[0]!r}; {nearest(unknown[0], methods)}")
 
 
-def judge(
-    material: Material, wanted: Wanted, methods: Mapping[str, Method], own: Own, report: Report = lambda _line: None,
+def evaluate_methods(
+    material: Material, options: AttributeOptions, methods: Mapping[str, Method], own: Own, report: Report = silent,
     times: Mapping[str, float] | None = None, clock: Clock = time.perf_counter,
-) -> Judged:  # fmt: skip
-    """Fit every entry without each texture and ask it about that one.
+) -> AttributeEvaluation:  # fmt: skip
+    """Fit every entry without each texture and predict that one.
 
     Raises MaterialError for an unknown method or too few textures, JobBroken for what fails other than by refusing.
     """
-    demand_known(wanted.methods or (), methods)
+    require_methods(options.methods or (), methods)
     start = clock()
-    context = context_for(material, wanted, methods, clock)
-    chosen = [name for name in methods if name not in ON_REQUEST] if wanted.methods is None else wanted.methods
+    domain = domain_for(material, options, methods, clock)
+    chosen = [name for name in methods if name not in ON_REQUEST] if options.methods is None else options.methods
     names = tuple(name for name in methods if name in chosen)
-    every = entries(names, methods, own, wanted.ablations)
-    jobs = [Job(entry, test) for entry in every for test in context.folds]
-    results = {job: found for job in jobs if (found := load(job, context)) is not None}
-    taken = len(results)
-    results |= _computed([job for job in jobs if job not in results], context, wanted, report)
-    kept, left_out = usable(material)
-    return Judged(kept, context, wanted, every, results, clock() - start, taken, times or {}, left_out)
-
-
-def _computed(jobs: Sequence[Job], context: Context, wanted: Wanted, report: Report) -> dict[Job, Done]:
-    """What is trained in epochs goes first, so that no core is left with a long one at the end."""
-    from palpate.modeling.training.jobs import run_jobs
-
-    if not jobs:
-        return {}
-    ordered = sorted(jobs, key=lambda job: not context.methods[job.entry.method].in_epochs)
-    answers = run_jobs(
-        partial(run, context=context), ordered, workers=wanted.workers, cluster=wanted.cluster, report=report
-    )
-    for each in answers:
-        if load(each.job, context) is None:
-            keep(each, context)
-    return dict(zip(ordered, answers, strict=True))
+    every = entries(names, methods, own, options.ablations)
+    jobs = [LeaveOut(entry, test) for entry in every for test in domain.folds]
+    slow_first = sorted(jobs, key=lambda job: not methods[job.entry.method].in_epochs)
+    results = evaluate(domain, [slow_first], options, report)
+    used, left_out = usable(material)
+    return AttributeEvaluation(used, domain, options, every, results, clock() - start, times or {}, left_out)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.modeling.attributes.judging_whole import Wanted, judge
+from palpate.modeling.attributes.evaluation import AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.material import Material, MaterialError
 from palpate.modeling.attributes.methods import Method
 from tests.modeling.attributes.made_material import made_material
@@ -76,12 +76,12 @@ def material(textures=12, **more):
 
 
 def wanted(work, **more):
-    return Wanted(work=work, **{"workers": 1, "ablations": False, **more})
+    return AttributeOptions(work=work, **{"workers": 1, "ablations": False, **more})
 
 
 def judged(work, found=None, methods=METHODS, times=None, **more):
     clock = iter(range(10**6)).__next__
-    return judge(found or material(), wanted(work, **more), methods, OWN, times=times, clock=clock)
+    return evaluate_methods(found or material(), wanted(work, **more), methods, OWN, times=times, clock=clock)
 
 
 def changed(found, name, **more):

@@ -1,4 +1,4 @@
-from palpate.modeling.attributes.judging_default import DEFAULT, choice, fusion
+from palpate.modeling.attributes.choice import DEFAULT, choice, fusion
 
 
 def row(method, mae, seconds=1.0, best_chance=False, ours_chance=False):

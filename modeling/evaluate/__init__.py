@@ -1,0 +1,1 @@
+"""Evaluating methods side by side: the jobs of an evaluation, computed once and kept on disk."""
