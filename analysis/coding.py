@@ -31,10 +31,10 @@ def code_counts(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[Row]
             "share": len(having) / len(coded) if coded else math.nan,
             "people": len({answer.participant for answer in having}),
         }
-        for item, asked in _questions(answers)
-        for code in _codes(coders, asked)
+        for item, of_question in _questions(answers)
+        for code in _codes(coders, of_question)
         for coder in coders
-        for coded in [[answer for answer in asked if answer in coder.codes]]
+        for coded in [[answer for answer in of_question if answer in coder.codes]]
         for having in [[answer for answer in coded if code in coder.codes[answer]]]
     ]  # fmt: skip
 
@@ -47,8 +47,8 @@ def agreement(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[Row]:
     """
     rows = []
     for first, second in combinations(coders, 2):
-        for item, asked in _questions(answers):
-            both = [answer for answer in asked if answer in first.codes and answer in second.codes]
+        for item, of_question in _questions(answers):
+            both = [answer for answer in of_question if answer in first.codes and answer in second.codes]
             for code in _codes((first, second), both):
                 pairs = [(code in first.codes[answer], code in second.codes[answer]) for answer in both]
                 rows.append(_row(first, second, item, code, pairs))
@@ -64,7 +64,7 @@ def notes_on(coders: Sequence[Coder], answers: Sequence[Answer]) -> Iterator[str
         yield "one coder: how far coders agree takes a second table (--codes)"
     for coder in coders:
         if missing := [answer for answer in answers if answer not in coder.codes]:
-            names = ", ".join(f"{each.participant} {each.item}" for each in missing[:3])
+            names = ", ".join(f"{uncoded.participant} {uncoded.item}" for uncoded in missing[:3])
             more = ", ..." if len(missing) > 3 else ""
             yield f"{coder.name}: {len(missing)} of {len(answers)} answers were not coded ({names}{more})"
 
@@ -72,19 +72,19 @@ def notes_on(coders: Sequence[Coder], answers: Sequence[Answer]) -> Iterator[str
 def _row(first: Coder, second: Coder, item: str, code: str, pairs: Sequence[tuple[Any, Any]]) -> Row:
     levels = sorted({level for pair in pairs for level in pair} | ({False, True} if code != EVERY else set()))
     counts = np.array([[pairs.count((one, other)) for other in levels] for one in levels])
-    found = cohen_kappa(counts)
+    kappa = cohen_kappa(counts)
     return {
-        "item": item, "code": code, "coder_a": first.name, "coder_b": second.name, "answers": found.units,
-        "agreed": int(np.trace(counts)), "agreement": found.agreement, "kappa": found.kappa, "se": found.se,
-        "ci95_low": found.low, "ci95_high": found.high, "note": found.note,
+        "item": item, "code": code, "coder_a": first.name, "coder_b": second.name, "answers": kappa.units,
+        "agreed": int(np.trace(counts)), "agreement": kappa.agreement, "kappa": kappa.kappa, "se": kappa.se,
+        "ci95_low": kappa.low, "ci95_high": kappa.high, "note": kappa.note,
     }  # fmt: skip
 
 
 def _questions(answers: Sequence[Answer]) -> list[tuple[str, list[Answer]]]:
     """Return each question with its answers; all together last, where there are several questions."""
     items = list(dict.fromkeys(answer.item for answer in answers))
-    each = [(item, [answer for answer in answers if answer.item == item]) for item in items]
-    return [*each, (EVERY, list(answers))] if len(items) > 1 else each
+    questions = [(item, [answer for answer in answers if answer.item == item]) for item in items]
+    return [*questions, (EVERY, list(answers))] if len(items) > 1 else questions
 
 
 def _codes(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[str]:
@@ -142,8 +142,8 @@ def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder
             alike.setdefault(looks(code), {}).setdefault(code, coder.name)
     for spellings in alike.values():
         if len(spellings) > 1:
-            told = " and ".join(f"{code!r} ({name})" for code, name in spellings.items())
-            raise TableRefused(f"codes that look alike: {told}; write one code in one way")
+            listing = " and ".join(f"{code!r} ({name})" for code, name in spellings.items())
+            raise TableRefused(f"codes that look alike: {listing}; write one code in one way")
     return coders
 
 
@@ -158,10 +158,10 @@ def _read(path: Path, name: str, answers: Sequence[Answer]) -> Coder:
         raise TableRefused(f"{path}: no such file; a coder's table is expected, as palpate export --free-text gives it")
     sheet = read_sheet(path, path.name, encodings=("utf-8",), delimiter=None, wanted=("participant", "item"), trim=True)
     codes: dict[Answer, frozenset[str]] = {}
-    for where, answer, found in _rows(sheet, answers):
+    for where, answer, own_codes in _rows(sheet, answers):
         if answer in codes:
             raise TableRefused(f"{where}: {_told(answer)} stands twice; put all its codes into one row, apart by ;")
-        codes[answer] = found
+        codes[answer] = own_codes
     return Coder(name, sheet.sha256, codes)
 
 
@@ -169,8 +169,8 @@ def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer
     """Yield (file and line, answer, codes) of each row that is about free text."""
     column = next((name for name in CODES if name in sheet.header), None)
     if column is None:
-        found = ", ".join(sheet.header)
-        raise TableRefused(f"{sheet.name}: a column `codes` is expected, with the codes apart by ;; it has {found}")
+        columns = ", ".join(sheet.header)
+        raise TableRefused(f"{sheet.name}: a column `codes` is expected, with the codes apart by ;; it has {columns}")
     form = sheet.place("form") if "form" in sheet.header else None
     number = sheet.place("session") if "session" in sheet.header else None
     known = set(answers)
@@ -197,16 +197,16 @@ def _session(where: str, participant: str, text: str | None, answers: Iterable[A
         return int(text)
     sessions = {answer.session for answer in answers if answer.participant == participant}
     if len(sessions) > 1:
-        told = ", ".join(map(str, sorted(sessions)))
-        raise TableRefused(f"{where}: {participant} had sessions {told}: say which in a column `session`")
+        listing = ", ".join(map(str, sorted(sessions)))
+        raise TableRefused(f"{where}: {participant} had sessions {listing}: say which in a column `session`")
     return next(iter(sessions), 1)
 
 
 def _nearest(answer: Answer, answers: Sequence[Answer]) -> str:
-    people = sorted({each.participant for each in answers})
+    people = sorted({other.participant for other in answers})
     if answer.participant not in people:
         return nearest(answer.participant, people)
-    return nearest(answer.item, sorted({each.item for each in answers if each.participant == answer.participant}))
+    return nearest(answer.item, sorted({other.item for other in answers if other.participant == answer.participant}))
 
 
 def _told(answer: Answer) -> str:

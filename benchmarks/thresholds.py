@@ -19,12 +19,12 @@ from palpate.analysis.choices.maximising import Fitted, Problem, best_of_starts
 from palpate.analysis.choices.posterior import UP_TO_HALF, posterior_of
 from palpate.analysis.choices.psychometric import STARTS, refuse_no_estimate
 from palpate.analysis.choices.specification import (
-    Asked,
+    FunctionSpec,
     Levels,
     Rate,
     Rates,
     Task,
-    asked_of,
+    function_spec,
     problem_of,
     quantities,
     rates_of,
@@ -73,7 +73,7 @@ OBSERVERS = (
 class Sets(NamedTuple):
     """Data sets of one observer that have an estimate, fitted: the hits (sets, levels), and how many were refused."""
 
-    asked: Asked
+    asked: FunctionSpec
     given: Levels
     problem: Problem
     fits: Fitted
@@ -91,7 +91,7 @@ def simulated(observer: Observer, count: int, trials: int) -> Floats:
 
 def fitted_sets(rates: Rates, hits: Floats, trials: int) -> Sets:
     """Fit every data set at once; those that `fit_psychometric` refuses are left out and counted."""
-    asked = asked_of("gaussian", rates, 0.5, "x84_x50", False)
+    asked = function_spec("gaussian", rates, 0.5, "x84_x50", False)
     given = Levels(LEVELS, hits[0], np.full(len(LEVELS), float(trials)))
     problem = problem_of(given, asked, hits)
     fits = best_of_starts(problem, STARTS)
@@ -101,7 +101,7 @@ def fitted_sets(rates: Rates, hits: Floats, trials: int) -> Sets:
     return Sets(asked, given, problem_of(given, asked, hits[kept]), fits, thresholds, jnds, int((~kept).sum()))
 
 
-def _has_estimate(given: Levels, asked: Asked, problem: Problem, fits: Fitted, i: int) -> bool:
+def _has_estimate(given: Levels, asked: FunctionSpec, problem: Problem, fits: Fitted, i: int) -> bool:
     try:
         refuse_no_estimate(given, asked, problem, fits, i)
     except StatisticsError:
@@ -153,7 +153,7 @@ def _misses(observer: Observer, trials: int, count: int) -> Iterator[Case]:
     def posterior() -> Floats:
         given = sets.given
         rates = rates_of(observer.task, observer.alternatives, None, None, UP_TO_HALF)
-        asked = asked_of("gaussian", rates, 0.5, "x84_x50", False)
+        asked = function_spec("gaussian", rates, 0.5, "x84_x50", False)
         found = (posterior_of(Levels(given.levels, own, given.trials), asked, False) for own in sets.problem.hits)
         return np.array([each.threshold_interval for each in found])
 

@@ -59,8 +59,8 @@ def word_agreement(
     there = ~np.isnan(overlaps)
     weight = drawn[:, there]
     total = weight.sum(axis=1)
-    found: Floats = np.divide(weight @ overlaps[there], total, out=np.full(len(drawn), np.nan), where=total > 0)
-    low, high = percentile(found, confidence)
+    overlap_means: Floats = np.divide(weight @ overlaps[there], total, out=np.full(len(drawn), np.nan), where=total > 0)
+    low, high = percentile(overlap_means, confidence)
     known = overlaps[~np.isnan(overlaps)]
     mean = math.fsum(known.tolist()) / len(known) if len(known) else math.nan
     note = "" if len(known) else "overlap is undefined: no two participants ticked a word for one stimulus"
@@ -76,9 +76,9 @@ def _by_word(selections: Selections, drawn: Floats, confidence: float) -> Iterat
     m = raters[paired].astype(np.float64)[:, None]
     of_word = _alphas(ticks, m, np.ones((1, len(m))))[0]
     all_words = _alphas(ticks, m, np.ones((1, len(m))), together=True)[0]
-    kept = drawn[:, paired]
-    bounds = [percentile(column, confidence) for column in _alphas(ticks, m, kept).T]
-    bounds += [percentile(column, confidence) for column in _alphas(ticks, m, kept, together=True).T]
+    weights_of_pairs = drawn[:, paired]
+    bounds = [percentile(column, confidence) for column in _alphas(ticks, m, weights_of_pairs).T]
+    bounds += [percentile(column, confidence) for column in _alphas(ticks, m, weights_of_pairs, together=True).T]
     names, alphas = [*selections.words, ALL], [*of_word.tolist(), *all_words.tolist()]
     for i, (word, alpha, (low, high)) in enumerate(zip(names, alphas, bounds, strict=True)):
         own = ticks[:, [i]] if i < len(selections.words) else ticks.reshape(-1, 1)
@@ -96,10 +96,10 @@ def _alphas(ticks: Floats, m: Floats, w: Floats, together: bool = False) -> Floa
     apart = w @ (2 * ticks * (m - ticks) / (m - 1))
     yes, n = w @ ticks, w @ np.broadcast_to(m, ticks.shape)
     if together:
-        apart, yes, n = (each.sum(axis=1, keepdims=True) for each in (apart, yes, n))
+        apart, yes, n = (part.sum(axis=1, keepdims=True) for part in (apart, yes, n))
     chance = 2 * yes * (n - yes)
-    found: Floats = 1 - np.divide((n - 1) * apart, chance, out=np.full_like(chance, np.nan), where=chance > 0)
-    return found
+    alphas: Floats = 1 - np.divide((n - 1) * apart, chance, out=np.full_like(chance, np.nan), where=chance > 0)
+    return alphas
 
 
 def _kappa(ticks: Floats, m: Floats) -> tuple[float, str]:
@@ -143,8 +143,8 @@ def jaccard_matrix(ticked: Ticks) -> Floats:
     sets = ticked.astype(np.float64)
     common, size = sets @ sets.T, sets.sum(axis=1)
     either = size[:, None] + size[None, :] - common
-    found: Floats = np.divide(common, either, out=np.full_like(common, np.nan), where=either > 0)
-    return found
+    overlap: Floats = np.divide(common, either, out=np.full_like(common, np.nan), where=either > 0)
+    return overlap
 
 
 def mean_overlap(overlap: Floats, w: Floats) -> Floats:
@@ -156,8 +156,8 @@ def mean_overlap(overlap: Floats, w: Floats) -> Floats:
     np.fill_diagonal(defined, False)
     pairs = ((w @ defined) * w).sum(axis=1)
     total = ((w @ np.where(defined, overlap, 0)) * w).sum(axis=1)
-    found: Floats = np.divide(total, pairs, out=np.full(len(w), np.nan), where=pairs > 0)
-    return found
+    means: Floats = np.divide(total, pairs, out=np.full(len(w), np.nan), where=pairs > 0)
+    return means
 
 
 def _overlap_note(participants: int, empty: int) -> str:

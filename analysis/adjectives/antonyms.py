@@ -65,7 +65,7 @@ def antonym_table(table: pd.DataFrame, offered: Sequence[str] = ()) -> tuple[tup
     pairs: dict[tuple[str, str], int] = {}
     partner: dict[str, tuple[int, str]] = {}
     for line, raw in enumerate(zip(table["word"].tolist(), table["antonym"].tolist(), strict=True), start=2):
-        word, antonym = (each.strip() if isinstance(each, str) else "" for each in raw)
+        word, antonym = (cell.strip() if isinstance(cell, str) else "" for cell in raw)
         if mistake := _mistake(word, antonym, offered) or _conflict(word, antonym, partner, pairs):
             mistakes.append(f"line {line}: {mistake}")
         elif word not in partner:
@@ -81,7 +81,7 @@ def _mistake(word: str, antonym: str, offered: Sequence[str]) -> str:
         return f"a word and its antonym are expected, found {word!r} and {antonym!r}"
     if word.casefold() == antonym.casefold():
         return f"{word!r} is its own antonym"
-    strange = [each for each in (word, antonym) if offered and each not in offered]
+    strange = [name for name in (word, antonym) if offered and name not in offered]
     return f"{strange[0]!r} was not offered; {nearest(strange[0], offered)}" if strange else ""
 
 

@@ -64,14 +64,14 @@ def lexicon(
         raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, KINDS))}")
     check_words(data, [participant, stimulus, word])
     stands_for = _synonyms(synonyms or {}, normalisation)
-    told = _mentions(data, normalisation, stands_for, (word, participant, stimulus), name_list(trial))
-    listed_already = {normalised(each, normalisation) for each in offered}
-    mentions = len(told)
-    placed = [each for each in told if each.stimulus is not None]
+    mentioned = _mentions(data, normalisation, stands_for, (word, participant, stimulus), name_list(trial))
+    listed_already = {normalised(other, normalisation) for other in offered}
+    mentions = len(mentioned)
+    placed = [other for other in mentioned if other.stimulus is not None]
     return Lexicon(
-        words=_words(told, listed_already, bool(offered)),
-        participants=_told_by(told, "participant"),
-        stimuli=_told_by(placed, "stimulus"),
+        words=_words(mentioned, listed_already, bool(offered)),
+        participants=_mentions_by(mentioned, "participant"),
+        stimuli=_mentions_by(placed, "stimulus"),
         mentions=mentions,
         unplaced=mentions - len(placed),
         normalisation=normalisation,
@@ -140,7 +140,7 @@ def _merged_row(base: str, entries: Sequence[tuple[str, str, str]]) -> dict[str,
     sources = list(dict.fromkeys(source for source, _, _ in entries))
     notes = []
     for source in sources:
-        own = [word for each, word, _ in entries if each == source]
+        own = [word for origin, word, _ in entries if origin == source]
         if len(own) > 1:
             notes.append(f"{len(own)} times in {source}")
     others = [form for form in forms if form != " ".join(first.split())]
@@ -158,15 +158,15 @@ def synonym_table(table: pd.DataFrame) -> dict[str, str]:
         if list(table.columns).count(name) != 1:
             known = ", ".join(map(repr, table.columns))
             raise SynonymTableError(f"the table of synonyms needs one column {name!r}; its columns are {known}")
-    found: dict[str, str] = {}
+    synonyms: dict[str, str] = {}
     for line, raw in enumerate(zip(table["word"].tolist(), table["counts_as"].tolist(), strict=True), start=2):
-        word, counts_as = (each.strip() if isinstance(each, str) else "" for each in raw)
+        word, counts_as = (cell.strip() if isinstance(cell, str) else "" for cell in raw)
         if not word or not counts_as:
             raise SynonymTableError(f"line {line}: a word and what it counts as are expected, found {raw!r}")
-        if word in found:
+        if word in synonyms:
             raise SynonymTableError(f"line {line}: {word!r} stands twice; keep one line")
-        found[word] = counts_as
-    return found
+        synonyms[word] = counts_as
+    return synonyms
 
 
 def normalised(word: str, normalisation: str) -> str:
@@ -186,17 +186,17 @@ class _Mention:
 
 
 def _synonyms(table: Mapping[str, str], normalisation: str) -> dict[str, str]:
-    found: dict[str, str] = {}
+    synonyms: dict[str, str] = {}
     for variant, word in table.items():
         key, value = normalised(variant, normalisation), normalised(word, normalisation)
         if key == value:
             raise SynonymTableError(f"{variant!r} counts as itself; leave it out of the synonyms")
-        if found.setdefault(key, value) != value:
-            raise SynonymTableError(f"{variant!r} counts as {found[key]!r} and as {value!r}; keep one")
-    chained = [f"{key!r} as {value!r} as {found[value]!r}" for key, value in found.items() if value in found]
+        if synonyms.setdefault(key, value) != value:
+            raise SynonymTableError(f"{variant!r} counts as {synonyms[key]!r} and as {value!r}; keep one")
+    chained = [f"{key!r} as {value!r} as {synonyms[value]!r}" for key, value in synonyms.items() if value in synonyms]
     if chained:
         raise SynonymTableError(f"synonyms of synonyms: {listed(chained, len(chained))}; name the last word at once")
-    return found
+    return synonyms
 
 
 def _mentions(
@@ -224,17 +224,17 @@ def _mentions(
     return [_Mention(word, tuple(sorted(forms)), key[0], key[2]) for (word, key), forms in written.items()]
 
 
-def _words(told: Iterable[_Mention], offered: set[str], offered_known: bool) -> pd.DataFrame:
+def _words(mentions: Iterable[_Mention], offered: set[str], offered_known: bool) -> pd.DataFrame:
     by_word: dict[str, list[_Mention]] = defaultdict(list)
-    for each in told:
-        by_word[each.word].append(each)
+    for mention in mentions:
+        by_word[mention.word].append(mention)
     rows = [
         {
             "word": word,
             "mentions": len(group),
-            "participants": len({each.participant for each in group}),
-            "stimuli": len({each.stimulus for each in group} - {None}),
-            "spellings": "; ".join(sorted({form for each in group for form in each.written})),
+            "participants": len({mention.participant for mention in group}),
+            "stimuli": len({mention.stimulus for mention in group} - {None}),
+            "spellings": "; ".join(sorted({form for mention in group for form in mention.written})),
             **({"offered": word in offered} if offered_known else {}),
         }
         for word, group in by_word.items()
@@ -244,11 +244,11 @@ def _words(told: Iterable[_Mention], offered: set[str], offered_known: bool) -> 
     return pd.DataFrame(rows, columns=head)
 
 
-def _told_by(told: Iterable[_Mention], what: Literal["participant", "stimulus"]) -> pd.DataFrame:
+def _mentions_by(mentions: Iterable[_Mention], what: Literal["participant", "stimulus"]) -> pd.DataFrame:
     """Return the mentions and different words of each participant or stimulus, and how many are its own alone."""
     words: dict[Any, Counter[str]] = defaultdict(Counter)
-    for each in told:
-        words[getattr(each, what)][each.word] += 1
+    for mention in mentions:
+        words[getattr(mention, what)][mention.word] += 1
     shared = Counter(word for own in words.values() for word in own)
     rows = [
         {

@@ -66,12 +66,12 @@ def relevance(
     idle = {"seed": (seed, 0), "interval": (interval, "percentile"), "confidence": (confidence, 0.95)}
     refuse_without_draws(draws, **idle)
     n = len(selections.participants)
-    found = scored(np.ones((1, n)))[0]
-    drawn = np.empty((0, len(found)))
+    observed = scored(np.ones((1, n)))[0]
+    drawn = np.empty((0, len(observed)))
     if draws and n > 1:
-        drawn = np.concatenate([scored(each) for each in weights(generator(seed, "relevance"), n, draws, 100)])
-    limits = list(_limits(found, drawn, scored, n, interval, confidence))
-    table = pd.DataFrame(_rows(selections, found, drawn, limits, threshold))
+        drawn = np.concatenate([scored(batch) for batch in weights(generator(seed, "relevance"), n, draws, 100)])
+    limits = list(_limits(observed, drawn, scored, n, interval, confidence))
+    table = pd.DataFrame(_rows(selections, observed, drawn, limits, threshold))
     table = table.sort_values("relevance", ascending=False, kind="stable", ignore_index=True)
     sizes = {"participants": len(selections.participants), "stimuli": len(selections.stimuli)}
     table.attrs.update({**sizes, "trials": selections.trials, "normalisation": normalisation, "threshold": threshold})
@@ -92,8 +92,8 @@ def _share_of_maximum(selections: Selections) -> Scored:
     def scored(w: Floats) -> Floats:
         total = w @ ticks
         most = total.max(axis=1, keepdims=True)
-        found: Floats = np.divide(total, most, out=np.full_like(total, np.nan), where=most > 0)
-        return found
+        shares: Floats = np.divide(total, most, out=np.full_like(total, np.nan), where=most > 0)
+        return shares
 
     return scored
 
@@ -113,22 +113,22 @@ def _any_stimulus(selections: Selections) -> Scored:
 
 
 def _limits(
-    found: Floats, drawn: Floats, scored: Scored, n: int, interval: Interval, confidence: float
+    observed: Floats, drawn: Floats, scored: Scored, n: int, interval: Interval, confidence: float
 ) -> Iterator[tuple[float, float]]:
     if not len(drawn):
-        yield from [(math.nan, math.nan)] * len(found)
+        yield from [(math.nan, math.nan)] * len(observed)
         return
     if interval == "percentile":
         for column in drawn.T:
             yield percentile(column, confidence)
         return
     jackknife = np.concatenate([scored(block) for block in np.array_split(left_out(n), max(1, n // 100))])
-    for estimate, column, others in zip(found.tolist(), drawn.T, jackknife.T, strict=True):
+    for estimate, column, others in zip(observed.tolist(), drawn.T, jackknife.T, strict=True):
         yield bca(estimate, column, others, confidence)
 
 
 def _rows(
-    selections: Selections, found: Floats, drawn: Floats, limits: list[tuple[float, float]], threshold: float
+    selections: Selections, observed: Floats, drawn: Floats, limits: list[tuple[float, float]], threshold: float
 ) -> Iterator[dict[str, Any]]:
     ticked = selections.ticked
     for i, word in enumerate(selections.words):
@@ -137,7 +137,7 @@ def _rows(
             **{"word": word, "ticks": int(ticked[:, :, i].sum())},
             "participants": int(ticked[:, :, i].any(axis=1).sum()),
             "stimuli": int(ticked[:, :, i].any(axis=0).sum()),
-            **{"relevance": float(found[i]), "ci_low": low, "ci_high": high, "kept": bool(found[i] >= threshold)},
+            **{"relevance": float(observed[i]), "ci_low": low, "ci_high": high, "kept": bool(observed[i] >= threshold)},
             "kept_chance": float((drawn[:, i] >= threshold).mean()) if len(drawn) else math.nan,
             "note": _note(bool(ticked[:, :, i].any()), len(selections.participants), len(drawn), low),
         }

@@ -88,23 +88,25 @@ def check_words(words: pd.DataFrame, names: Sequence[Hashable]) -> None:
     column = words[names[-1]].tolist() if len(words) else []
     wrong = [row for row, text in enumerate(column) if not isinstance(text, str) or not text.strip()]
     if wrong:
-        found = listed((f"{column[row]!r} in row {row + 1}" for row in wrong), len(wrong))
-        raise BadValue(f"column {names[-1]!r} must hold words; found {found}")
+        listing = listed((f"{column[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+        raise BadValue(f"column {names[-1]!r} must hold words; found {listing}")
 
 
 def _offered(words: pd.DataFrame, offered: Sequence[str], word: str) -> list[str]:
     if isinstance(offered, str):
         raise BadOption(f"offered={offered!r} is one text; a list of words is expected")
-    twice = sorted({each for each in offered if list(offered).count(each) > 1})
+    twice = sorted({ticked_word for ticked_word in offered if list(offered).count(ticked_word) > 1})
     if twice:
         raise BadOption(f"words offered twice: {listed(map(repr, twice), len(twice))}; each may stand once")
     there: list[str] = sorted(set(words[word].tolist())) if len(words) else []
     if not offered:
         return there
-    strange = [each for each in there if each not in set(offered)]
+    strange = [ticked_word for ticked_word in there if ticked_word not in set(offered)]
     if strange:
-        found = listed((f"{each!r} ({nearest(each, offered)})" for each in strange), len(strange))
-        raise BadValue(f"words that were not offered: {found}; keep ticked words only, or offer them")
+        listing = listed(
+            (f"{ticked_word!r} ({nearest(ticked_word, offered)})" for ticked_word in strange), len(strange)
+        )
+        raise BadValue(f"words that were not offered: {listing}; keep ticked words only, or offer them")
     return list(offered)
 
 
@@ -128,8 +130,8 @@ def _ticks(
     lost = [label for label in keys.labels if label not in at]
     if lost:
         raise BadValue(f"words of trials that are not among the trials: {listed(map(repr, lost), len(lost))}")
-    place = {each: i for i, each in enumerate(listed_words)}
+    place = {offered_word: i for i, offered_word in enumerate(listed_words)}
     trial = np.array([at[label] for label in keys.labels], dtype=np.intp)[keys.codes]
-    columns = np.array([place[each] for each in words[word].tolist()], dtype=np.intp)
+    columns = np.array([place[offered_word] for offered_word in words[word].tolist()], dtype=np.intp)
     both = np.unique(trial * len(listed_words) + columns)
     return both // len(listed_words), both % len(listed_words)

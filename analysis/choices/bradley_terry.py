@@ -1,4 +1,4 @@
-"""The Bradley-Terry model, with ties and a bias for the first place where asked."""
+"""The Bradley-Terry model, with ties and a bias for the first place where requested."""
 
 from __future__ import annotations
 
@@ -46,17 +46,17 @@ def bradley_terry(
     check_share(confidence, "confidence")
     counted = gather_choices(data, winner, loser, tie, first, count)
     turn = constrained(counted.items, constraint)
-    names = [name for name, asked in (("tie", tie), ("position", first)) if asked is not None]
+    names = [name for name, option in (("tie", tie), ("position", first)) if option is not None]
     if tie is not None and not counted.counts[:, 2].any():
         raise NoEstimate("no comparison was tied, so a tie has no estimate; leave `tie` out")
     refuse_unconnected(counted)
     design, counts = _design(counted, tie is not None, first is not None)
     # For each answer that was given, its design minus that of each answer that could have been.
-    found = [
+    advantages = [
         design[context, answer] - np.delete(design[context], answer, axis=0)
         for context, answer in np.argwhere(counts > 0).tolist()
     ]
-    refuse_separated(np.unique(np.concatenate(found), axis=0), [*map(repr, counted.items[1:]), *names])
+    refuse_separated(np.unique(np.concatenate(advantages), axis=0), [*map(repr, counted.items[1:]), *names])
     return _scale(counted, most_likely(design, counts), counts, turn, names, constraint, confidence)
 
 

@@ -67,8 +67,8 @@ def gather_choices(
     same = won == lost
     rows = np.flatnonzero(same).tolist()
     if rows:
-        found = listed((f"{both.labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
-        raise BadValue(f"an item is compared with itself: {found}; correct or leave out these rows")
+        listing = listed((f"{both.labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"an item is compared with itself: {listing}; correct or leave out these rows")
     lead = np.minimum(won, lost) if first is None else both.codes[2 * size :]
     if first is not None:
         _refuse_strangers(first, (lead != won) & (lead != lost))
@@ -92,16 +92,16 @@ def gather_choices(
 def _refuse_strangers(first: Hashable, strange: Any) -> None:
     rows = np.flatnonzero(strange).tolist()
     if rows:
-        found = listed((f"row {row + 1}" for row in rows), len(rows))
-        raise BadValue(f"column {first!r} names neither winner nor loser in {found}")
+        listing = listed((f"row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"column {first!r} names neither winner nor loser in {listing}")
 
 
 def _whole(column: pd.Series[Any], name: Hashable) -> Floats:
     counts = numbers_of(column, name)
     wrong = np.flatnonzero(~((counts >= 0) & (counts == np.floor(counts)))).tolist()
     if wrong:
-        found = listed((f"{counts[row]!r} in row {row + 1}" for row in wrong), len(wrong))
-        raise BadValue(f"column {name!r} must count comparisons (0, 1, 2, ...); found {found}")
+        listing = listed((f"{counts[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+        raise BadValue(f"column {name!r} must count comparisons (0, 1, 2, ...); found {listing}")
     return counts
 
 
@@ -109,6 +109,6 @@ def _truths(column: pd.Series[Any], name: Hashable) -> Any:
     texts = [str(value).strip().lower() for value in column.tolist()]
     wrong = [row for row, text in enumerate(texts) if text not in TRUE + FALSE]
     if wrong:
-        found = listed((f"{column.iloc[row]!r} in row {row + 1}" for row in wrong), len(wrong))
-        raise BadValue(f"column {name!r} must say true or false; found {found}")
+        listing = listed((f"{column.iloc[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+        raise BadValue(f"column {name!r} must say true or false; found {listing}")
     return np.array([text in TRUE for text in texts])

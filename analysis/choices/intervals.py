@@ -13,7 +13,7 @@ from scipy.special import ndtri
 from palpate.analysis.choices.maximising import DONE, Fitted, Problem, best_of_starts, maximised, shares
 from palpate.analysis.choices.psychometric import Psychometric, deviance_residuals
 from palpate.analysis.choices.shapes import Coordinates, by_jnd, by_threshold
-from palpate.analysis.choices.specification import Asked, Levels, problem_of, quantities, to_level, to_size
+from palpate.analysis.choices.specification import FunctionSpec, Levels, problem_of, quantities, to_level, to_size
 from palpate.analysis.spaces.resampling import check_draws, check_share, p_of_draws, stream
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import refuse_idle
@@ -66,8 +66,8 @@ def profile_interval(
         check_draws(draws)
     else:
         refuse_idle("seed", seed, 0, "with draws=0: nothing is simulated")
-    asked, given = fit.asked, fit.levels
-    ends = profile_ends(problem_of(given, asked), fit.maximum, asked, given, which, confidence, draws, (seed,))
+    spec, answers = fit.spec, fit.levels
+    ends = profile_ends(problem_of(answers, spec), fit.maximum, spec, answers, which, confidence, draws, (seed,))
     low, high = (float(end) for end in ends[0])
     sides = [side for side, place in zip(("below", "above"), (low, high), strict=True) if math.isnan(place)]
     return Interval(low, high, "; ".join(OPEN.format(which=which, side=side) for side in sides))
@@ -76,15 +76,15 @@ def profile_interval(
 def profile_ends(
     problem: Problem,
     most: Fitted,
-    asked: Asked,
-    given: Levels,
+    spec: FunctionSpec,
+    answers: Levels,
     which: Which,
     confidence: float,
     draws: int,
     seeds: Sequence[int],
 ) -> Floats:
     """Return the same for many fits to answers at the same levels, one seed each: (fits, 2), in the level's units."""
-    by = by_threshold(asked.shape, asked.threshold) if which == "threshold" else by_jnd(asked.shape, asked.jnd)
+    by = by_threshold(spec.shape, spec.threshold) if which == "threshold" else by_jnd(spec.shape, spec.jnd)
     # The problem in coordinates whose first one is profiled: it rests, and its bounds are lifted.
     free = problem.free.copy()
     free[0] = False
@@ -106,9 +106,9 @@ def profile_ends(
     ends = np.column_stack(
         [_ends(turned, place, side * se, allowed, edge) for side, edge in zip((-1.0, 1.0), edges, strict=True)]
     )
-    if asked.falling and which == "threshold":
+    if spec.falling and which == "threshold":
         ends = ends[:, ::-1]
-    return (to_level if which == "threshold" else to_size)(ends, asked, given)
+    return (to_level if which == "threshold" else to_size)(ends, spec, answers)
 
 
 def _placed(most: Fitted, by: Coordinates) -> Floats:
@@ -203,8 +203,8 @@ def _from_two_starts(problem: Problem, place: Floats, done: float) -> Floats:
     low_rates = place.copy()
     low_rates[:, 2:] = problem.low[2:]
     hits = np.repeat(problem.hits, len(place) // len(problem.hits), axis=0)
-    found = maximised(replace(problem, hits=np.tile(hits, (2, 1))), np.concatenate([place, low_rates]), done)
-    result: Floats = found.log_likelihood.reshape(2, -1).max(axis=0)
+    fits = maximised(replace(problem, hits=np.tile(hits, (2, 1))), np.concatenate([place, low_rates]), done)
+    result: Floats = fits.log_likelihood.reshape(2, -1).max(axis=0)
     return result
 
 
@@ -215,17 +215,17 @@ def resampled_answers(fit: Psychometric, draws: int = 1000, confidence: float = 
     """
     check_draws(draws)
     check_share(confidence, "confidence")
-    given, asked = fit.levels, fit.asked
+    answers, spec = fit.levels, fit.spec
     expected = fit.table["expected"].to_numpy()
     rng = stream(seed, "psychometric function")
-    hits = rng.binomial(given.trials.astype(np.int64), expected, size=(draws, len(expected))).astype(np.float64)
-    problem = problem_of(given, asked, hits)
-    found = best_of_starts(problem, 1)
-    at, size = quantities(asked, given, found.parameters)
-    fitted = shares(problem, found.parameters)[0]
-    fitted = fitted[:, ::-1] if asked.falling else fitted
-    deviances = (deviance_residuals(hits, given.trials, np.minimum(fitted, 1.0)) ** 2).sum(axis=1)
-    edges = (found.parameters[:, :2] <= problem.low[:2]) | (found.parameters[:, :2] >= problem.high[:2])
+    hits = rng.binomial(answers.trials.astype(np.int64), expected, size=(draws, len(expected))).astype(np.float64)
+    problem = problem_of(answers, spec, hits)
+    fits = best_of_starts(problem, 1)
+    at, size = quantities(spec, answers, fits.parameters)
+    fitted = shares(problem, fits.parameters)[0]
+    fitted = fitted[:, ::-1] if spec.falling else fitted
+    deviances = (deviance_residuals(hits, answers.trials, np.minimum(fitted, 1.0)) ** 2).sum(axis=1)
+    edges = (fits.parameters[:, :2] <= problem.low[:2]) | (fits.parameters[:, :2] >= problem.high[:2])
     reached = int((deviances >= fit.deviance * (1 - 1e-12)).sum())
     return Resampled(
         _percentiles(at, confidence),

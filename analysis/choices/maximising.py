@@ -92,8 +92,8 @@ def maximised(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
         moved = np.clip(place[going] + step, problem.low, problem.high)
         new, scale = likelihoods(part, moved), np.maximum(1.0, np.abs(value[going]))
         better = (new >= value[going]) | (gain <= NEAR * scale)
-        kept = going[better]
-        place[kept], value[kept] = moved[better], new[better]
+        accepted = going[better]
+        place[accepted], value[accepted] = moved[better], new[better]
         lighter = np.where(damping[going] < 1e-9, 0.0, damping[going] * 0.1)
         damping[going] = np.where(better, lighter, np.maximum(damping[going], 1e-9) * 10)
         promised[going] = gain / scale
@@ -141,7 +141,7 @@ def _step(problem: Problem, place: Floats, damping: Floats, close: NDArray[np.bo
 def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray[np.bool_]) -> Floats:
     """Return the observed information of what moves, where it is positive definite; else the expected one."""
     slope = _slope(problem, place)
-    found = expected.copy()
+    observed = expected.copy()
     for i in np.flatnonzero(problem.free).tolist():
         shift = SHIFT / np.sqrt(np.maximum(expected[:, i, i], TINY))
         shift = np.minimum(shift, 1e-3 * (problem.high[i] - problem.low[i]))
@@ -149,11 +149,11 @@ def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray
         moved = place.copy()
         moved[:, i] += shift
         with np.errstate(over="ignore", invalid="ignore"):  # far from the top; not used there
-            found[:, :, i] = (slope - _slope(problem, moved)) / shift[:, None]
-    told = np.asarray((np.abs(found) < FINITE).all(axis=(1, 2)))
-    found = np.where(told[:, None, None], (found + np.swapaxes(found, 1, 2)) / 2, expected)
+            observed[:, :, i] = (slope - _slope(problem, moved)) / shift[:, None]
+    finite = np.asarray((np.abs(observed) < FINITE).all(axis=(1, 2)))
+    observed = np.where(finite[:, None, None], (observed + np.swapaxes(observed, 1, 2)) / 2, expected)
     both = moving[:, :, None] & moving[:, None, :]
-    own = np.where(both, found, np.eye(4) * np.maximum(np.einsum("bpp->bp", expected), 1e-12)[:, None, :])
+    own = np.where(both, observed, np.eye(4) * np.maximum(np.einsum("bpp->bp", expected), 1e-12)[:, None, :])
     size = 1 / np.sqrt(np.maximum(np.einsum("bpp->bp", own), 1e-300))
     with np.errstate(over="ignore"):
         scaled = own * size[:, :, None] * size[:, None, :]
@@ -161,7 +161,7 @@ def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray
         (np.abs(scaled) <= 2).all(axis=(1, 2))
     )  # a definite one has ones on its diagonal, less beside
     definite = np.linalg.eigvalsh(np.where(possible[:, None, None], scaled, 0.0))[:, 0] > 1e-6
-    return np.where(definite[:, None, None], found, expected)
+    return np.where(definite[:, None, None], observed, expected)
 
 
 def best_of_starts(problem: Problem, starts: int) -> Fitted:
@@ -175,12 +175,12 @@ def best_of_starts(problem: Problem, starts: int) -> Fitted:
     mesh = np.meshgrid(centres, spreads, *rates, indexing="ij")
     grid = np.column_stack([axis.ravel() for axis in mesh])
     fits, points = len(problem.hits), len(grid)
-    each = _repeated(problem, points)
-    values = likelihoods(each, np.tile(grid, (fits, 1))).reshape(fits, points)
+    repeated = _repeated(problem, points)
+    values = likelihoods(repeated, np.tile(grid, (fits, 1))).reshape(fits, points)
     chosen = np.argsort(-values, axis=1, kind="stable")[:, :starts]
-    found = maximised(_repeated(problem, starts), grid[chosen].reshape(-1, 4))
-    best = np.argmax(found.log_likelihood.reshape(fits, starts), axis=1) + np.arange(fits) * starts
-    return Fitted(*(part[best] for part in found))
+    maxima = maximised(_repeated(problem, starts), grid[chosen].reshape(-1, 4))
+    best = np.argmax(maxima.log_likelihood.reshape(fits, starts), axis=1) + np.arange(fits) * starts
+    return Fitted(*(part[best] for part in maxima))
 
 
 def _repeated(problem: Problem, times: int) -> Problem:

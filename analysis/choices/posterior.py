@@ -16,13 +16,13 @@ from scipy.special import gammaln, xlogy
 from palpate.analysis.choices.maximising import Problem
 from palpate.analysis.choices.shapes import JndKind
 from palpate.analysis.choices.specification import (
-    Asked,
     Bounds,
     Function,
+    FunctionSpec,
     Levels,
     Rate,
     Task,
-    asked_of,
+    function_spec,
     gather_levels,
     problem_of,
     quantities,
@@ -35,7 +35,7 @@ from palpate.analysis.statistics.doubles import Floats
 COARSE = (21, 21, 6, 6, 6)
 FINE, FINE_WITH_GUESS = (41, 41, 1, 9, 9), (33, 33, 7, 7, 7)
 Axis: TypeAlias = tuple[Floats, Floats]  # points and their weights
-KEPT = 1e-4  # of the highest marginal: where the fine grid begins and ends
+NEGLIGIBLE = 1e-4  # of the highest marginal: where the fine grid begins and ends
 UP_TO_HALF = (0.0, 0.5)
 """Where a rate that the task leaves free is looked for; the prior makes high ones unlikely."""
 
@@ -87,24 +87,26 @@ def posterior(
     Source: Schütt, Harmeling, Macke & Wichmann 2016, appendix A.
     """
     check_share(confidence, "confidence")
-    given = gather_levels(data, level, correct, n)
-    asked = asked_of(function, rates_of(task, alternatives, guess, lapse, UP_TO_HALF), threshold, jnd, falling)
-    return posterior_of(given, asked, overdispersed, confidence)
+    answers = gather_levels(data, level, correct, n)
+    spec = function_spec(function, rates_of(task, alternatives, guess, lapse, UP_TO_HALF), threshold, jnd, falling)
+    return posterior_of(answers, spec, overdispersed, confidence)
 
 
-def posterior_of(given: Levels, asked: Asked, overdispersed: bool = True, confidence: float = 0.95) -> Posterior:
+def posterior_of(
+    answers: Levels, spec: FunctionSpec, overdispersed: bool = True, confidence: float = 0.95
+) -> Posterior:
     """Return the same for counted levels."""
-    problem = problem_of(given, asked)
+    problem = problem_of(answers, spec)
     of = tested(problem.t)
     bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range)]
-    bounds += [(0.0, 0.0) if asked.equal_rates else asked.guess, asked.lapse]
+    bounds += [(0.0, 0.0) if spec.equal_rates else spec.guess, spec.lapse]
     bounds.append((0.0, 1.0 - 1e-6) if overdispersed else (0.0, 0.0))
     axes = [_even(low, high, count) for (low, high), count in zip(bounds, COARSE, strict=True)]
-    mass = _mass(axes, problem, asked, of)
+    mass = _mass(axes, problem, spec, of)
     fine = FINE if len(axes[2][0]) == 1 else FINE_WITH_GUESS
-    ranges = [_kept(axis[0], mass, i) for i, axis in enumerate(axes)]
+    ranges = [_span(axis[0], mass, i) for i, axis in enumerate(axes)]
     axes = [(_even if i < 2 else _gauss)(*ranges[i], fine[i]) for i in range(len(axes))]
-    return _told(axes, _mass(axes, problem, asked, of), given, asked, confidence)
+    return _summary(axes, _mass(axes, problem, spec, of), answers, spec, confidence)
 
 
 def _even(low: float, high: float, count: int) -> Axis:
@@ -124,25 +126,25 @@ def _gauss(low: float, high: float, count: int) -> Axis:
     return low + (high - low) * (nodes + 1) / 2, weights
 
 
-def _kept(points: Floats, mass: Floats, place: int) -> Bounds:
+def _span(points: Floats, mass: Floats, place: int) -> Bounds:
     """Return the ends of where an axis' marginal is not negligible, one coarse step to either side."""
     marginal = mass.sum(axis=tuple(i for i in range(mass.ndim) if i != place))
-    kept = np.flatnonzero(marginal > KEPT * marginal.max())
-    return float(points[max(int(kept[0]) - 1, 0)]), float(points[min(int(kept[-1]) + 1, len(points) - 1)])
+    inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
+    return float(points[max(int(inside[0]) - 1, 0)]), float(points[min(int(inside[-1]) + 1, len(points) - 1)])
 
 
-def _mass(axes: list[Axis], problem: Problem, asked: Asked, of: Tested) -> Floats:
+def _mass(axes: list[Axis], problem: Problem, spec: FunctionSpec, of: Tested) -> Floats:
     """Return the posterior mass of each point of the grid (threshold, width, guess, lapse, eta), summing to 1."""
     place, width, guess, lapse, eta = np.meshgrid(*(points for points, _ in axes), indexing="ij", sparse=True)
-    spread = width / (asked.shape.place(0.95) - asked.shape.place(0.05))
-    centre = place - asked.shape.place(0.5) * spread
+    spread = width / (spec.shape.place(0.95) - spec.shape.place(0.05))
+    centre = place - spec.shape.place(0.5) * spread
     weight = np.log(np.maximum(threshold_prior(place, of) * width_prior(width, of), 1e-300))
     weight = weight + sum(np.log(rate_prior(rate)) for rate in (guess, lapse, eta) if rate.size > 1)
-    guess = lapse if asked.equal_rates else guess
+    guess = lapse if spec.equal_rates else guess
     for t, trials, hits in zip(problem.t, problem.trials, problem.hits[0], strict=True):
         z = (t - centre) / spread
-        hit = guess + (1 - guess - lapse) * asked.shape.share(z)
-        miss = lapse + (1 - guess - lapse) * asked.shape.rest(z)
+        hit = guess + (1 - guess - lapse) * spec.shape.share(z)
+        miss = lapse + (1 - guess - lapse) * spec.shape.rest(z)
         weight = weight + _log_share(hit, miss, float(hits), float(trials), eta)
     mass = np.exp(weight - weight.max())
     for i, (_, weights) in enumerate(axes):
@@ -164,29 +166,29 @@ def _log_share(hit: Floats, miss: Floats, hits: float, trials: float, eta: Float
     return np.where(eta < 1e-4, plain, grown - (gammaln(trials + scale) - gammaln(scale)))
 
 
-def _told(axes: list[Axis], mass: Floats, given: Levels, asked: Asked, confidence: float) -> Posterior:
+def _summary(axes: list[Axis], mass: Floats, answers: Levels, spec: FunctionSpec, confidence: float) -> Posterior:
     plane = mass.sum(axis=(2, 3, 4))
     place, width = (axis.ravel() for axis in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
-    spread = width / (asked.shape.place(0.95) - asked.shape.place(0.05))
-    native = np.column_stack([place - asked.shape.place(0.5) * spread, np.log(spread)])
-    at, size = quantities(asked, given, native)
+    spread = width / (spec.shape.place(0.95) - spec.shape.place(0.05))
+    native = np.column_stack([place - spec.shape.place(0.5) * spread, np.log(spread)])
+    at, size = quantities(spec, answers, native)
     weights = plane.ravel()
     means = [float((mass.sum(axis=tuple(j for j in range(5) if j != i)) * axes[i][0]).sum()) for i in range(1, 5)]
-    means[1] = means[2] if asked.equal_rates else means[1]
+    means[1] = means[2] if spec.equal_rates else means[1]
     return Posterior(
-        asked.shape.name,
-        asked.threshold,
+        spec.shape.name,
+        spec.threshold,
         float(weights @ at),
         _tails(at, weights, confidence),
         float(weights @ size),
-        asked.jnd,
+        spec.jnd,
         _tails(size, weights, confidence),
-        means[0] * unit_of(given, asked),
+        means[0] * unit_of(answers, spec),
         means[1],
         means[2],
         means[3],
         confidence,
-        asked.assumed,
+        spec.assumed,
     )
 
 

@@ -13,12 +13,12 @@ from scipy.special import gammaln, rel_entr
 from palpate.analysis.choices.maximising import Fitted, Problem, best_of_starts, shares
 from palpate.analysis.choices.shapes import JndKind
 from palpate.analysis.choices.specification import (
-    Asked,
     Function,
+    FunctionSpec,
     Levels,
     Rate,
     Task,
-    asked_of,
+    function_spec,
     gather_levels,
     problem_of,
     quantities,
@@ -62,7 +62,7 @@ class Psychometric:
     falling: bool
     assumed: str
     notes: tuple[str, ...]
-    asked: Asked
+    spec: FunctionSpec
     levels: Levels
     maximum: Fitted
 
@@ -95,82 +95,82 @@ def fit_psychometric(
     TooFew, UnknownColumn, BadOption (also for a rate that the task decides).
     Sources: Wichmann & Hill 2001a; Levenberg-Marquardt scoring with bounds; docs/decisions/0012.
     """
-    given = gather_levels(data, level, correct, n)
-    asked = asked_of(function, rates_of(task, alternatives, guess, lapse), threshold, jnd, falling)
-    return fitted_function(given, asked)
+    answers = gather_levels(data, level, correct, n)
+    spec = function_spec(function, rates_of(task, alternatives, guess, lapse), threshold, jnd, falling)
+    return fitted_function(answers, spec)
 
 
-def fitted_function(given: Levels, asked: Asked) -> Psychometric:
+def fitted_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
     """Return the same for counted levels."""
-    problem = problem_of(given, asked)
-    found = best_of_starts(problem, STARTS)
-    refuse_no_estimate(given, asked, problem, found, 0)
-    return _told(given, asked, problem, found)
+    problem = problem_of(answers, spec)
+    fits = best_of_starts(problem, STARTS)
+    refuse_no_estimate(answers, spec, problem, fits, 0)
+    return _described(answers, spec, problem, fits)
 
 
-def refuse_no_estimate(given: Levels, asked: Asked, problem: Problem, found: Fitted, i: int) -> None:
+def refuse_no_estimate(answers: Levels, spec: FunctionSpec, problem: Problem, fits: Fitted, i: int) -> None:
     """Refuse fit `i` of those to answers at the same levels where it tells no threshold or no slope.
 
     Raises NoEstimate.
     """
-    reached = float(found.log_likelihood[i])
+    reached = float(fits.log_likelihood[i])
     turned = Levels(problem.t, problem.hits[i], problem.trials)
-    refuse_flat(turned, reached, asked.guess, asked.lapse)
-    named = Levels(given.levels[::-1] if asked.falling else given.levels, turned.hits, turned.trials)
-    refuse_step(named, reached, asked.guess, asked.lapse, asked.equal_rates)
-    place, low, high = found.parameters[i], problem.low, problem.high
+    refuse_flat(turned, reached, spec.guess, spec.lapse)
+    named = Levels(answers.levels[::-1] if spec.falling else answers.levels, turned.hits, turned.trials)
+    refuse_step(named, reached, spec.guess, spec.lapse, spec.equal_rates)
+    place, low, high = fits.parameters[i], problem.low, problem.high
     edges = (place[0] <= low[0], place[0] >= high[0], place[1] >= high[1])
-    if any(edges) or not found.arrived[i]:
+    if any(edges) or not fits.arrived[i]:
         raise NoEstimate(
-            f"the fit leads to a threshold far from the levels {given.levels[0]:g} to {given.levels[-1]:g}: "
+            f"the fit leads to a threshold far from the levels {answers.levels[0]:g} to {answers.levels[-1]:g}: "
             "the answers hardly change with the level; test a wider range"
         )
     if place[1] <= low[1]:
         raise NoEstimate("the fit is a step between two levels: the slope has no estimate; test levels in between")
 
 
-def _told(given: Levels, asked: Asked, problem: Problem, found: Fitted) -> Psychometric:
-    centre, log_spread, guess, lapse = found.parameters[0].tolist()
-    spread = math.exp(log_spread) * unit_of(given, asked)
-    at, size = (float(value[0]) for value in quantities(asked, given, found.parameters))
-    hit = shares(problem, found.parameters)[0][0]
-    expected = hit[::-1] if asked.falling else hit
-    residuals = deviance_residuals(given.hits, given.trials, expected)
-    columns = {"level": given.levels, "n": given.trials.astype(int), "hits": given.hits.astype(int)}
-    shared = {"share": given.hits / given.trials, "expected": expected, "deviance_residual": residuals}
+def _described(answers: Levels, spec: FunctionSpec, problem: Problem, fits: Fitted) -> Psychometric:
+    centre, log_spread, guess, lapse = fits.parameters[0].tolist()
+    spread = math.exp(log_spread) * unit_of(answers, spec)
+    at, size = (float(value[0]) for value in quantities(spec, answers, fits.parameters))
+    hit = shares(problem, fits.parameters)[0][0]
+    expected = hit[::-1] if spec.falling else hit
+    residuals = deviance_residuals(answers.hits, answers.trials, expected)
+    columns = {"level": answers.levels, "n": answers.trials.astype(int), "hits": answers.hits.astype(int)}
+    shared = {"share": answers.hits / answers.trials, "expected": expected, "deviance_residual": residuals}
     table = pd.DataFrame(columns | shared)
-    steep = float(asked.shape.steepness(np.array([asked.shape.place(asked.threshold)]))[0]) / spread
-    chain = 1 / at if asked.shape.logarithmic else (-1.0 if asked.falling else 1.0)
-    offset = math.log(given.levels[0]) if asked.shape.logarithmic else 0.0
+    steep = float(spec.shape.steepness(np.array([spec.shape.place(spec.threshold)]))[0]) / spread
+    chain = 1 / at if spec.shape.logarithmic else (-1.0 if spec.falling else 1.0)
+    offset = math.log(answers.levels[0]) if spec.shape.logarithmic else 0.0
     return Psychometric(
-        asked.shape.name,
+        spec.shape.name,
         at,
-        asked.threshold,
-        guess + (1 - guess - lapse) * asked.threshold,
+        spec.threshold,
+        guess + (1 - guess - lapse) * spec.threshold,
         size,
-        asked.jnd,
-        centre + offset if asked.shape.logarithmic else float(to_level(np.array(centre), asked, given)),
+        spec.jnd,
+        centre + offset if spec.shape.logarithmic else float(to_level(np.array(centre), spec, answers)),
         spread,
         (1 - guess - lapse) * steep * chain,
         guess,
         lapse,
-        float(found.log_likelihood[0]) + _ways(given),
+        float(fits.log_likelihood[0]) + _ways(answers),
         float((table["deviance_residual"] ** 2).sum()),
-        len(given.levels) - int(problem.free.sum()),
+        len(answers.levels) - int(problem.free.sum()),
         table,
-        asked.falling,
-        asked.assumed,
-        tuple(_notes(given, at, problem, found)),
-        asked,
-        given,
-        found,
+        spec.falling,
+        spec.assumed,
+        tuple(_notes(answers, at, problem, fits)),
+        spec,
+        answers,
+        fits,
     )
 
 
-def _ways(given: Levels) -> float:
+def _ways(answers: Levels) -> float:
     """Return the part of the log likelihood that does not depend on the function: log binomial coefficients."""
-    misses = given.trials - given.hits
-    return float((gammaln(given.trials + 1) - gammaln(given.hits + 1) - gammaln(misses + 1)).sum())
+    misses = answers.trials - answers.hits
+    return float((gammaln(answers.trials + 1) - gammaln(answers.hits + 1) - gammaln(misses + 1)).sum())
 
 
 def deviance_residuals(hits: Floats, trials: Floats, expected: Floats) -> Floats:
@@ -181,14 +181,14 @@ def deviance_residuals(hits: Floats, trials: Floats, expected: Floats) -> Floats
     return result
 
 
-def _notes(given: Levels, at: float, problem: Problem, found: Fitted) -> list[str]:
+def _notes(answers: Levels, at: float, problem: Problem, fits: Fitted) -> list[str]:
     notes = []
-    if not given.levels[0] <= at <= given.levels[-1]:
-        notes.append(f"the threshold lies outside the levels tested ({given.levels[0]:g} to {given.levels[-1]:g})")
+    if not answers.levels[0] <= at <= answers.levels[-1]:
+        notes.append(f"the threshold lies outside the levels tested ({answers.levels[0]:g} to {answers.levels[-1]:g})")
     for place, name in ((2, "guess"), (3, "lapse")):
-        value, high = float(found.parameters[0, place]), float(problem.high[place])
+        value, high = float(fits.parameters[0, place]), float(problem.high[place])
         if problem.free[place] and value >= high:
             notes.append(f"the {name} rate is at its upper bound {high:g}: the data would take it higher")
-    if len(given.levels) <= int(problem.free.sum()):
+    if len(answers.levels) <= int(problem.free.sum()):
         notes.append("as many parameters as levels: the fit cannot be tested")
     return notes

@@ -169,14 +169,14 @@ def most_likely(design: Floats, counts: Floats) -> Maximum:
             return Maximum(place, inverse(bend), value, fitted)
         for halving in range(HALVINGS):
             moved = place + step * 0.5**halving
-            found = _around(design, counts, total, moved)
-            if found[0] >= value:
+            around = _around(design, counts, total, moved)
+            if around[0] >= value:
                 break
         else:
             return Maximum(place, inverse(bend), value, fitted)
-        if found[0] == value and gain < 1e-12:
-            return Maximum(moved, inverse(found[2]), found[0], found[3])
-        place, (value, slope, bend, fitted) = moved, found
+        if around[0] == value and gain < 1e-12:
+            return Maximum(moved, inverse(around[2]), around[0], around[3])
+        place, (value, slope, bend, fitted) = moved, around
     raise NoEstimate(f"the estimates still move after {STEPS} steps of Newton's method; the comparisons are too few")
 
 
@@ -223,8 +223,8 @@ def _one_sided(items: tuple[Hashable, ...], beats: Any, group: Any, strong: int)
 
 
 def _names(items: tuple[Hashable, ...], chosen: Any) -> str:
-    found = [repr(items[i]) for i in np.flatnonzero(chosen).tolist()]
-    return listed(found, len(found)).replace("; ", ", ")
+    names = [repr(items[i]) for i in np.flatnonzero(chosen).tolist()]
+    return listed(names, len(names)).replace("; ", ", ")
 
 
 def refuse_separated(better: Floats, names: list[str]) -> None:
@@ -234,9 +234,9 @@ def refuse_separated(better: Floats, names: list[str]) -> None:
     """
     if not len(better):
         return
-    found = linprog(-better.sum(axis=0), A_ub=-better, b_ub=np.zeros(len(better)), bounds=(-1, 1), method="highs")
-    if found.status == 0 and -found.fun > 1e-7:
-        moving = [name for name, value in zip(names, found.x, strict=True) if abs(value) > 1e-9]
+    programme = linprog(-better.sum(axis=0), A_ub=-better, b_ub=np.zeros(len(better)), bounds=(-1, 1), method="highs")
+    if programme.status == 0 and -programme.fun > 1e-7:
+        moving = [name for name, value in zip(names, programme.x, strict=True) if abs(value) > 1e-9]
         raise NoEstimate(
             f"the answers fit ever better as {listed(moving, len(moving))} grow without end; "
             "leave such an effect out, or gather answers that contradict it"

@@ -47,22 +47,22 @@ def gather_levels(data: pd.DataFrame, level: Hashable, correct: Hashable, n: Has
     if wrong.any():
         rows = (np.flatnonzero(wrong) + 1).tolist()
         top = "1" if n is None else f"column {n!r}"
-        found = listed((f"{hits[row - 1]:g} of {trials[row - 1]:g} in row {row}" for row in rows), len(rows))
-        raise BadValue(f"column {correct!r} must count answers from 0 to {top} in whole numbers; found {found}")
+        listing = listed((f"{hits[row - 1]:g} of {trials[row - 1]:g} in row {row}" for row in rows), len(rows))
+        raise BadValue(f"column {correct!r} must count answers from 0 to {top} in whole numbers; found {listing}")
     levels, codes = np.unique(at, return_inverse=True)
     counted = [np.asarray(np.bincount(codes, weights=of), dtype=np.float64) for of in (trials, hits)]
-    kept = counted[0] > 0
-    if kept.sum() < 2:
-        raise TooFew(f"{int(kept.sum())} level was presented; a psychometric function needs two or more")
-    return Levels(levels[kept], counted[1][kept], counted[0][kept])
+    tested = counted[0] > 0
+    if tested.sum() < 2:
+        raise TooFew(f"{int(tested.sum())} level was presented; a psychometric function needs two or more")
+    return Levels(levels[tested], counted[1][tested], counted[0][tested])
 
 
 def _finite(data: pd.DataFrame, name: Hashable) -> Floats:
     values = numbers_of(data[name], name)
     rows = (np.flatnonzero(np.isnan(values)) + 1).tolist()
     if rows:
-        found = listed((f"row {row}" for row in rows), len(rows))
-        raise BadValue(f"column {name!r} has no value in {found}; take these trials out")
+        listing = listed((f"row {row}" for row in rows), len(rows))
+        raise BadValue(f"column {name!r} has no value in {listing}; take these trials out")
     return values
 
 
@@ -71,53 +71,53 @@ def log_likelihood(hits: Floats, trials: Floats, share: Floats) -> float:
     return float((xlogy(hits, share) + xlogy(trials - hits, 1 - share)).sum())
 
 
-def refuse_flat(given: Levels, reached: float, guess: Bounds, lapse: Bounds) -> None:
+def refuse_flat(answers: Levels, reached: float, guess: Bounds, lapse: Bounds) -> None:
     """Refuse answers that one constant share fits as well as any rising function does. Raises NoEstimate."""
-    share = float(given.hits.sum() / given.trials.sum())
+    share = float(answers.hits.sum() / answers.trials.sum())
     level = min(max(share, guess[0]), 1 - lapse[0])
-    if log_likelihood(given.hits, given.trials, np.full_like(given.trials, level)) < reached - ALIKE:
+    if log_likelihood(answers.hits, answers.trials, np.full_like(answers.trials, level)) < reached - ALIKE:
         return
     if share in (0.0, 1.0):
-        found = "every answer was a hit" if share else "no answer was a hit"
-        raise NoEstimate(f"{found}: the threshold lies {'below' if share else 'above'} the levels; test others")
+        outcome = "every answer was a hit" if share else "no answer was a hit"
+        raise NoEstimate(f"{outcome}: the threshold lies {'below' if share else 'above'} the levels; test others")
     raise NoEstimate(
         f"the share of hits does not rise with the level (it is {share:.3g} over all levels): there is no threshold; "
         "if it should fall as the level rises, set `falling` to true"
     )
 
 
-def refuse_step(given: Levels, reached: float, guess: Bounds, lapse: Bounds, equal_rates: bool = False) -> None:
+def refuse_step(answers: Levels, reached: float, guess: Bounds, lapse: Bounds, equal_rates: bool = False) -> None:
     """Refuse answers that a step fits as well as any slope does: the slope then has no estimate. Raises NoEstimate."""
-    count = len(given.levels)
-    places = [j for j in range(count) if _step(given, j, guess, lapse, equal_rates) >= reached - ALIKE]
+    count = len(answers.levels)
+    places = [j for j in range(count) if _step(answers, j, guess, lapse, equal_rates) >= reached - ALIKE]
     if not places:
         return
     around = (places[0], places[-1]) if len(places) > 1 else (max(places[0] - 1, 0), min(places[0] + 1, count - 1))
-    low, high = sorted(float(given.levels[j]) for j in around)
+    low, high = sorted(float(answers.levels[j]) for j in around)
     raise NoEstimate(
         f"the answers step from one side to the other between levels {low:g} and {high:g}: the threshold lies there, "
         "but the slope (and any interval) has no estimate; test levels in between, or ask for the posterior of a prior"
     )
 
 
-def _step(given: Levels, j: int, guess: Bounds, lapse: Bounds, equal_rates: bool) -> float:
+def _step(answers: Levels, j: int, guess: Bounds, lapse: Bounds, equal_rates: bool) -> float:
     """Return the log likelihood of a step at level j, whose own share is free."""
-    low = _pooled(given, slice(0, j), *guess)
-    high = _pooled(given, slice(j + 1, None), 1 - lapse[1], 1 - lapse[0])
+    low = _pooled(answers, slice(0, j), *guess)
+    high = _pooled(answers, slice(j + 1, None), 1 - lapse[1], 1 - lapse[0])
     if equal_rates:
-        misses = np.concatenate([given.hits[:j], (given.trials - given.hits)[j + 1 :]])
-        both = Levels(given.levels, misses, np.delete(given.trials, j))
+        misses = np.concatenate([answers.hits[:j], (answers.trials - answers.hits)[j + 1 :]])
+        both = Levels(answers.levels, misses, np.delete(answers.trials, j))
         low = _pooled(both, slice(None), *lapse)
         high = 1 - low
-    share = np.full_like(given.trials, high)
+    share = np.full_like(answers.trials, high)
     share[:j] = low
-    share[j] = min(max(given.hits[j] / given.trials[j], low), high)
-    return log_likelihood(given.hits, given.trials, share)
+    share[j] = min(max(answers.hits[j] / answers.trials[j], low), high)
+    return log_likelihood(answers.hits, answers.trials, share)
 
 
-def _pooled(given: Levels, part: slice, low: float, high: float) -> float:
-    trials = float(given.trials[part].sum())
-    return min(max(float(given.hits[part].sum()) / trials, low), high) if trials else low
+def _pooled(answers: Levels, part: slice, low: float, high: float) -> float:
+    trials = float(answers.trials[part].sum())
+    return min(max(float(answers.hits[part].sum()) / trials, low), high) if trials else low
 
 
 Function: TypeAlias = Literal["logistic", "gaussian", "weibull"]
@@ -131,8 +131,8 @@ WICHMANN_HILL = (0.0, 0.06)
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is asked of the data: the model, the level of F that is the threshold, the JND's definition.
+class FunctionSpec:
+    """The specification of a fit: the model, the level of F that is the threshold, the JND's definition.
 
     `assumed` says in words which rates the task fixes, ties or leaves free; `equal_rates`: guess is the lapse rate.
     """
@@ -200,7 +200,7 @@ def _words(rate: Bounds) -> str:
     return f"fixed at {rate[0]:g}" if rate[0] == rate[1] else f"estimated between {rate[0]:g} and {rate[1]:g}"
 
 
-def asked_of(function: str, rates: Rates, threshold: float, jnd: str, falling: bool) -> Asked:
+def function_spec(function: str, rates: Rates, threshold: float, jnd: str, falling: bool) -> FunctionSpec:
     """Return the options of a fit, checked. Raises BadOption."""
     if not isinstance(function, str) or function not in SHAPES:
         raise BadOption(f"function={shown(function)} is unknown: {', '.join(map(repr, SHAPES))}")
@@ -214,7 +214,7 @@ def asked_of(function: str, rates: Rates, threshold: float, jnd: str, falling: b
     if falling and SHAPES[function].logarithmic:
         raise BadOption("a Weibull function of a falling share has no place here; use 'logistic' or 'gaussian'")
     kind: JndKind = "x84_x50" if jnd == "x84_x50" else "half_interquartile"
-    return Asked(SHAPES[function], low, high, threshold, kind, falling, rates.assumed, rates.equal)
+    return FunctionSpec(SHAPES[function], low, high, threshold, kind, falling, rates.assumed, rates.equal)
 
 
 def _bounds(rate: Rate, name: str) -> Bounds:
@@ -224,43 +224,43 @@ def _bounds(rate: Rate, name: str) -> Bounds:
     return float(low), float(high)
 
 
-def problem_of(given: Levels, asked: Asked, hits: Floats | None = None) -> Problem:
+def problem_of(answers: Levels, spec: FunctionSpec, hits: Floats | None = None) -> Problem:
     """Return the fit in its own coordinates: t from the lowest level on, bounds as wide as the levels suggest."""
-    order = slice(None, None, -1) if asked.falling else slice(None)
-    levels = (-given.levels if asked.falling else given.levels)[order]
-    if asked.shape.logarithmic and levels[0] <= 0:
+    order = slice(None, None, -1) if spec.falling else slice(None)
+    levels = (-answers.levels if spec.falling else answers.levels)[order]
+    if spec.shape.logarithmic and levels[0] <= 0:
         raise BadValue(f"level {levels[0]:g}: a Weibull function needs levels above 0; use another, or an offset")
-    t = np.log(levels / levels[0]) if asked.shape.logarithmic else (levels - levels[0]) / unit_of(given, asked)
+    t = np.log(levels / levels[0]) if spec.shape.logarithmic else (levels - levels[0]) / unit_of(answers, spec)
     span = float(t[-1])
-    guess = (0.0, 0.0) if asked.equal_rates else asked.guess
-    low = np.array([-FAR * span, math.log(NARROW * span), guess[0], asked.lapse[0]])
-    high = np.array([(FAR + 1) * span, math.log(WIDE * span), guess[1], asked.lapse[1]])
-    counted = given.hits[None, order] if hits is None else hits[:, order]
-    return Problem(t, given.trials[order], counted, asked.shape, own(), low, high, high > low, asked.equal_rates)
+    guess = (0.0, 0.0) if spec.equal_rates else spec.guess
+    low = np.array([-FAR * span, math.log(NARROW * span), guess[0], spec.lapse[0]])
+    high = np.array([(FAR + 1) * span, math.log(WIDE * span), guess[1], spec.lapse[1]])
+    counted = answers.hits[None, order] if hits is None else hits[:, order]
+    return Problem(t, answers.trials[order], counted, spec.shape, own(), low, high, high > low, spec.equal_rates)
 
 
-def unit_of(given: Levels, asked: Asked) -> float:
+def unit_of(answers: Levels, spec: FunctionSpec) -> float:
     """Return the levels in a step of 1 on the fit's axis: a power of two near their range, so that no unit matters."""
-    if asked.shape.logarithmic:
+    if spec.shape.logarithmic:
         return 1.0
-    return float(np.ldexp(1.0, int(np.frexp(given.levels[-1] - given.levels[0])[1])))
+    return float(np.ldexp(1.0, int(np.frexp(answers.levels[-1] - answers.levels[0])[1])))
 
 
-def quantities(asked: Asked, given: Levels, place: Floats) -> tuple[Floats, Floats]:
+def quantities(spec: FunctionSpec, answers: Levels, place: Floats) -> tuple[Floats, Floats]:
     """Return threshold and JND of each row of parameters (centre, log spread, ...), in the level's units."""
-    at, _ = by_threshold(asked.shape, asked.threshold).of(place[:, 0], place[:, 1])
-    size, _ = by_jnd(asked.shape, asked.jnd).of(place[:, 0], place[:, 1])
-    return to_level(at, asked, given), to_size(size, asked, given)
+    at, _ = by_threshold(spec.shape, spec.threshold).of(place[:, 0], place[:, 1])
+    size, _ = by_jnd(spec.shape, spec.jnd).of(place[:, 0], place[:, 1])
+    return to_level(at, spec, answers), to_size(size, spec, answers)
 
 
-def to_level(t: Floats, asked: Asked, given: Levels) -> Floats:
+def to_level(t: Floats, spec: FunctionSpec, answers: Levels) -> Floats:
     """Return a place on the fit's axis as a level."""
-    if asked.shape.logarithmic:
-        return np.asarray(given.levels[0] * np.exp(t))
-    shift = t * unit_of(given, asked)
-    return np.asarray(given.levels[-1] - shift if asked.falling else given.levels[0] + shift)
+    if spec.shape.logarithmic:
+        return np.asarray(answers.levels[0] * np.exp(t))
+    shift = t * unit_of(answers, spec)
+    return np.asarray(answers.levels[-1] - shift if spec.falling else answers.levels[0] + shift)
 
 
-def to_size(log_jnd: Floats, asked: Asked, given: Levels) -> Floats:
+def to_size(log_jnd: Floats, spec: FunctionSpec, answers: Levels) -> Floats:
     """Return a logarithm of a JND on the fit's axis as a difference of levels."""
-    return np.asarray(np.exp(log_jnd) * (given.levels[0] if asked.shape.logarithmic else unit_of(given, asked)))
+    return np.asarray(np.exp(log_jnd) * (answers.levels[0] if spec.shape.logarithmic else unit_of(answers, spec)))

@@ -76,7 +76,7 @@ def staircase(
     used = min(last, len(table) - len(table) % 2)
     table["used"] = np.arange(len(table)) >= len(table) - used
     chosen = table.loc[table["used"], "level"]
-    rule = told_rule(levels, hits)
+    rule = explaining_rule(levels, hits)
     notes = [] if used == last else [f"{used} of the {last} reversals asked for: there were {len(table)}"]
     notes += _leap(levels, table)
     if rule is None:
@@ -107,15 +107,15 @@ def _leap(levels: Floats, reversals: pd.DataFrame) -> list[str]:
     sizes = np.abs(np.diff(levels))
     most = np.maximum.accumulate(sizes)
     after = np.arange(1, len(sizes)) >= int(reversals["trial"].iloc[0])
-    found = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
+    leaps = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
     return [
         f"the level leaps by {sizes[i]:.3g} before trial {i + 2}, more than twice any move until then: where several "
         "staircases stand in one table, name the column that tells them apart"
-        for i in found[:1].tolist()
+        for i in leaps[:1].tolist()
     ]
 
 
-def told_rule(levels: Floats, hits: Floats) -> Rule | None:
+def explaining_rule(levels: Floats, hits: Floats) -> Rule | None:
     """Return the up-down rule that explains the most moves, if it explains nine in ten; the simplest of equal ones."""
     tried = [
         (_explained(levels, hits, down, up), -down - up, down, up)

@@ -71,11 +71,11 @@ def thurstone(
 def _scale(
     counted: Counted,
     turn: Floats,
-    found: tuple[Floats, Floats, Floats, float],
-    asked: tuple[str, Hashable, float],
+    estimate: tuple[Floats, Floats, Floats, float],
+    options: tuple[str, Hashable, float],
 ) -> Scale:
-    raw, spread, fitted, value = found
-    model, constraint, confidence = asked
+    raw, spread, fitted, value = estimate
+    model, constraint, confidence = options
     covariance = turn @ spread @ turn.T
     shares = np.column_stack([fitted, 1 - fitted])
     deviance, df, p, notes = fit_against_free(counted.counts[:, :2], shares, len(raw) - 1)

@@ -94,23 +94,27 @@ def difference_text(check: CrossCheck) -> str:
 
 def cross_check(answered: Sequence[Answered], progress: Progress = lambda *_: None) -> tuple[CrossCheck, ...]:
     """Check every answer of a kind that another package has, in the plan's order."""
-    asked = [each for each in answered if each.asked.test in CHECKS and each.answer is not None]
-    found = []
+    comparable = [
+        answered_test
+        for answered_test in answered
+        if answered_test.asked.test in CHECKS and answered_test.answer is not None
+    ]
+    checks = []
     with one_thread():
-        for done, each in enumerate(asked):
-            progress(done, len(asked), f"checking {each.asked.name} {each.outcome}".rstrip())
-            found.append(_checked(each))
-    progress(len(asked), len(asked), "")
-    return tuple(found)
+        for done, answered_test in enumerate(comparable):
+            progress(done, len(comparable), f"checking {answered_test.asked.name} {answered_test.outcome}".rstrip())
+            checks.append(_checked(answered_test))
+    progress(len(comparable), len(comparable), "")
+    return tuple(checks)
 
 
-def _checked(each: Answered) -> CrossCheck:
-    name, outcome = each.asked.name, each.outcome
+def _checked(answered: Answered) -> CrossCheck:
+    name, outcome = answered.asked.name, answered.outcome
     package = used = ""
     try:
-        if each.answer is None or each.rows is None:
+        if answered.answer is None or answered.rows is None:
             raise NotChecked("there is no answer")
-        package, pairs = CHECKS[each.asked.test](each, each.answer, each.rows)
+        package, pairs = CHECKS[answered.asked.test](answered, answered.answer, answered.rows)
         if (installed := installed_version(package)) is None:
             raise NotChecked(f"{package} is not installed")
         used = installed
@@ -136,27 +140,27 @@ def difference(pair: Pair) -> float:
     return abs(ours - theirs) / size if size > 1e-290 else 0.0
 
 
-def _check_anova(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    if asked.within and each.missing.cells and not each.missing.left_out:
+def _check_anova(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+    settings: Any = answered.asked
+    if settings.within and answered.missing.cells and not answered.missing.left_out:
         # An analysis of variance that a mixed model of the cells answered (`gaps_answer`).
-        factors = [*asked.within, *asked.between]
+        factors = [*settings.within, *settings.between]
         keys = ["participant", *factors]
         means = rows[rows["value"].notna()].groupby(keys, observed=True)["value"].mean().reset_index()
         crossed = [":".join(parts) for size in range(2, len(factors) + 1) for parts in combinations(factors, size)]
-        orders = [parts for size in range(1, len(asked.within)) for parts in combinations(asked.within, size)]
+        orders = [parts for size in range(1, len(settings.within)) for parts in combinations(settings.within, size)]
         grouping = ("participant", *(":".join(("participant", *parts)) for parts in orders))
         model = Model(tuple(factors), (), tuple(crossed), dict.fromkeys(grouping, ()), "sum", True)
         return STATSMODELS, _check_model(model, means, answer, answer.more["coefficients"], answer.rows)
-    return check_anova(each, answer, rows)
+    return check_anova(answered, answer, rows)
 
 
-def _check_icc(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    cells = cells_of(rows, [asked.targets, asked.raters], asked.value)
+def _check_icc(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+    settings: Any = answered.asked
+    cells = cells_of(rows, [settings.targets, settings.raters], settings.value)
     demand_size(len(cells))
     _demand_icc(wide_table(cells, "f0", ["f1"]))
-    return PINGOUIN, _icc_pairs(answer.rows, cells, asked.confidence, "type")
+    return PINGOUIN, _icc_pairs(answer.rows, cells, settings.confidence, "type")
 
 
 def _demand_icc(wide: pd.DataFrame) -> None:
@@ -166,41 +170,41 @@ def _demand_icc(wide: pd.DataFrame) -> None:
 
 
 def _icc_pairs(rows: Sequence[Mapping[str, Value]], cells: pd.DataFrame, confidence: float, by: str) -> Iterator[Pair]:
-    found = packages.read_pingouin_icc(packages.pingouin_icc(cells, "y", "f0", "f1"))
+    numbers = packages.read_pingouin_icc(packages.pingouin_icc(cells, "y", "f0", "f1"))
     for row in rows:
         kind = str(row[by])
         for name in ("ICC", "F", "p"):
             if name in row:
-                yield Pair(f"{name} of {kind}", row[name], found[kind, name], 0.0 if name == "p" else NEAR_ZERO)
+                yield Pair(f"{name} of {kind}", row[name], numbers[kind, name], 0.0 if name == "p" else NEAR_ZERO)
         for name in ("ci_low", "ci_high") if confidence == 0.95 else ():
-            yield Pair(f"{name} of {kind}", row[name], found[kind, name], decimals=packages.ICC_INTERVAL_DECIMALS)
+            yield Pair(f"{name} of {kind}", row[name], numbers[kind, name], decimals=packages.ICC_INTERVAL_DECIMALS)
 
 
-def _check_alpha(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    cases = list(asked.cases or [name for name in ("participant", "stimulus") if name in rows.columns])
-    cells = cells_of(rows, [*cases, asked.items], asked.value)
+def _check_alpha(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+    settings: Any = answered.asked
+    cases = list(settings.cases or [name for name in ("participant", "stimulus") if name in rows.columns])
+    cells = cells_of(rows, [*cases, settings.items], settings.value)
     demand_size(len(cells))
     wide = cells.pivot(index=list(cells.columns[: len(cases)]), columns=f"f{len(cases)}", values="y")
-    if asked.missing == "listwise":
+    if settings.missing == "listwise":
         wide = wide.dropna()
-    turned = wide.assign(**{name: -wide[name] for name in map(str, asked.reverse) if name in wide})
+    turned = wide.assign(**{name: -wide[name] for name in map(str, settings.reverse) if name in wide})
     refuse(conditions.incomplete(wide), conditions.out_of_range(wide.to_numpy()))
     values = wide.to_numpy(dtype=float)
     refuse(conditions.drowned(values), conditions.drowned(values.mean(axis=1)))
-    return PINGOUIN, _alpha_pairs(answer, turned, asked.confidence)
+    return PINGOUIN, _alpha_pairs(answer, turned, settings.confidence)
 
 
 def _alpha_pairs(answer: Answer, wide: pd.DataFrame, confidence: float) -> Iterator[Pair]:
-    found = packages.pingouin_alpha(wide, confidence)
+    numbers = packages.pingouin_alpha(wide, confidence)
     for row in answer.rows:
-        yield Pair("alpha", row["alpha"], found["alpha"], NEAR_ZERO)
+        yield Pair("alpha", row["alpha"], numbers["alpha"], NEAR_ZERO)
         for name in ("ci_low", "ci_high"):
-            yield Pair(name, row[name], found[name], decimals=packages.ALPHA_INTERVAL_DECIMALS)
+            yield Pair(name, row[name], numbers[name], decimals=packages.ALPHA_INTERVAL_DECIMALS)
 
 
-def _check_retest(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
-    asked: Any = each.asked
+def _check_retest(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
+    settings: Any = answered.asked
     pairs = pd.DataFrame([dict(row) for row in answer.more.get("pairs", ())])
     if not len(pairs):
         raise NotChecked("the answer lists no pairs")
@@ -214,7 +218,7 @@ def _check_retest(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked
         for row in answer.rows
         if row["measure"] in names
     ]
-    return PINGOUIN, _icc_pairs(measured, cells, asked.confidence, "type")
+    return PINGOUIN, _icc_pairs(measured, cells, settings.confidence, "type")
 
 
 @dataclass(frozen=True)
@@ -229,10 +233,12 @@ class Model:
     reml: bool
 
 
-def _check_mixed_model(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    model = Model(asked.fixed, asked.numeric, asked.interactions, asked.random, asked.coding, asked.reml)
-    if asked.uncorrelated and any(asked.random.values()):
+def _check_mixed_model(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+    settings: Any = answered.asked
+    model = Model(
+        settings.fixed, settings.numeric, settings.interactions, settings.random, settings.coding, settings.reml
+    )
+    if settings.uncorrelated and any(settings.random.values()):
         raise NotChecked("MixedLM has no uncorrelated slopes")
     table = rows[rows["value"].notna()].reset_index(drop=True)
     return STATSMODELS, _check_model(model, table, answer, answer.rows, answer.more["effects"])
@@ -277,8 +283,10 @@ def _fixed_columns(table: pd.DataFrame, model: Model, effects: Sequence[str]) ->
             column = table[name].astype(str)
             levels = {f"{name}[{level}]": (column == level).to_numpy(dtype=float) for level in column.unique()}
             omitted = next(own for label, own in levels.items() if label not in effects)
-            shown = {label: own for label, own in levels.items() if label in effects}
-            parts[name] = {label: own - omitted for label, own in shown.items()} if model.coding == "sum" else shown
+            named_levels = {label: own for label, own in levels.items() if label in effects}
+            parts[name] = (
+                {label: own - omitted for label, own in named_levels.items()} if model.coding == "sum" else named_levels
+            )
     known: dict[frozenset[str], Any] = {frozenset(["(Intercept)"]): np.ones(len(table))}
     for crossed in (*([name] for name in parts), *(text.split(":") for text in model.interactions)):
         for labels in product(*(parts[name].items() for name in crossed)):
@@ -297,11 +305,11 @@ def _model_pairs(
     fitted = packages.statsmodels_mixed_model(frame, list(columns.values()), groups, slopes, reml, start)
     if not fitted.converged:
         raise NotChecked("MixedLM did not converge")
-    found = packages.read_statsmodels_mixed_model(fitted, groups)
+    numbers = packages.read_statsmodels_mixed_model(fitted, groups)
     for row in coefficients:
         name, plain = str(row["effect"]), columns[str(row["effect"])]
-        yield Pair(f"estimate of {name}", row["estimate"], found[plain, "estimate"], float(row["se"] or 0.0))
-        yield Pair(f"standard error of {name}", row["se"], found[plain, "se"])
+        yield Pair(f"estimate of {name}", row["estimate"], numbers[plain, "estimate"], float(row["se"] or 0.0))
+        yield Pair(f"standard error of {name}", row["se"], numbers[plain, "se"])
     for row in effects:
         source = str(row["Source"])
         own = [plain for name, plain in columns.items() if _effect_of(name) == set(source.split(":"))]
@@ -310,14 +318,14 @@ def _model_pairs(
     for row in answer.more["variances"]:
         group, effect = str(row["group"]), str(row["effect"])
         key = "Residual" if group == "Residual" else f"{names[group]} {names.get(effect, effect)}"
-        yield Pair(f"variance of {group} {effect}".rstrip(), row["variance"], found[key, "variance"], total)
-    yield Pair("log likelihood", answer.more["fit"][0]["log_likelihood"], found["fit", "log_likelihood"], 1.0)
+        yield Pair(f"variance of {group} {effect}".rstrip(), row["variance"], numbers[key, "variance"], total)
+    yield Pair("log likelihood", answer.more["fit"][0]["log_likelihood"], numbers["fit", "log_likelihood"], 1.0)
 
 
 def _covariances(answer: Answer) -> dict[str, Any]:
     """Return the covariance matrix of each group's random effects, in units of the residual variance."""
     *rows, residual = answer.more["variances"]
-    found: dict[str, Any] = {}
+    matrices: dict[str, Any] = {}
     for group in dict.fromkeys(str(row["group"]) for row in rows):
         effects = {str(row["effect"]): float(row["variance"] or 0.0) for row in rows if row["group"] == group}
         matrix = np.diag(list(effects.values()))
@@ -325,8 +333,8 @@ def _covariances(answer: Answer) -> dict[str, Any]:
             if row["group"] == group:
                 i, j = (list(effects).index(str(row[name])) for name in ("effect_1", "effect_2"))
                 matrix[i, j] = matrix[j, i] = float(row["covariance"] or 0.0)
-        found[group] = matrix / float(residual["variance"] or 1.0)
-    return found
+        matrices[group] = matrix / float(residual["variance"] or 1.0)
+    return matrices
 
 
 def _effect_of(coefficient: str) -> set[str]:
@@ -334,7 +342,7 @@ def _effect_of(coefficient: str) -> set[str]:
     return set(re.sub(r"\[.*?\](?=:|$)", "", coefficient).split(":"))
 
 
-def _no_counterpart(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
+def _no_counterpart(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
     raise NotChecked("neither pingouin nor statsmodels has it")
 
 
@@ -360,7 +368,7 @@ FILE = "crosscheck.json"
 
 def crosscheck_json(checks: Sequence[CrossCheck]) -> str:
     """Return every check: test, outcome, package, version, number of values, largest relative difference, reason."""
-    data = {"limit": LIMIT, "disagreements": len(disagreements(checks)), "checks": [_check(each) for each in checks]}
+    data = {"limit": LIMIT, "disagreements": len(disagreements(checks)), "checks": [_check(check) for check in checks]}
     return json_text(data, indent=1)
 
 
@@ -392,16 +400,16 @@ def sentence(checks: Sequence[CrossCheck] | None) -> str:
     if not checks:
         return "No test of the plan has a counterpart in pingouin, statsmodels or SciPy."
     compared = [check for check in checks if check.difference is not None]
-    told = [f"{len(compared)} of {count(len(checks), 'answer')} checked with another package"]
+    clauses = [f"{len(compared)} of {count(len(checks), 'answer')} checked with another package"]
     if compared:
         packages = phrase(sorted({f"{check.package} {check.version}" for check in compared}))
         worst = max(compared, key=lambda check: check.difference or 0.0)
-        told = [f"{len(compared)} of {count(len(checks), 'answer')} checked with {packages}"]
+        clauses = [f"{len(compared)} of {count(len(checks), 'answer')} checked with {packages}"]
         if not disagreements(checks):
-            told.append(f"the largest relative difference is {difference_text(worst)}")
+            clauses.append(f"the largest relative difference is {difference_text(worst)}")
     reasons = Counter(check.reason for check in checks if check.reason)
-    told += [f"not checked: {reason} ({number})" for reason, number in reasons.items()]
-    return "; ".join(told) + "."
+    clauses += [f"not checked: {reason} ({number})" for reason, number in reasons.items()]
+    return "; ".join(clauses) + "."
 
 
 def line_of(checks: Sequence[CrossCheck]) -> str:

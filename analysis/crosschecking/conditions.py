@@ -47,7 +47,7 @@ def drowned(cells: Floats, groups: Sequence[str] | None = None) -> str:
     """
     largest = float(np.abs(cells).max()) or 1.0
     residuals = _residuals(cells / largest, np.array(groups) if groups is not None else None)
-    least = largest * min(_size(each) for each in residuals)
+    least = largest * min(_size(residual) for residual in residuals)
     if largest > MOST_APART * least:
         apart = (
             "there is no residual"
@@ -61,16 +61,16 @@ def drowned(cells: Floats, groups: Sequence[str] | None = None) -> str:
 def _residuals(cells: Floats, groups: np.ndarray | None) -> list[Floats]:
     """Return what is left of each effect within participants, and of participants within groups."""
     axes = range(1, cells.ndim)
-    found = []
+    residuals = []
     for size in range(1, cells.ndim):
-        for kept in combinations(axes, size):
-            rest = cells.mean(axis=tuple(a for a in axes if a not in kept), keepdims=True)
-            for axis in kept:
+        for remaining in combinations(axes, size):
+            rest = cells.mean(axis=tuple(a for a in axes if a not in remaining), keepdims=True)
+            for axis in remaining:
                 rest = rest - rest.mean(axis=axis, keepdims=True)
-            found.append(_within_groups(rest, groups))
+            residuals.append(_within_groups(rest, groups))
     if groups is not None or cells.ndim == 1:
-        found.append(_within_groups(cells.mean(axis=tuple(axes)) if cells.ndim > 1 else cells, groups))
-    return found
+        residuals.append(_within_groups(cells.mean(axis=tuple(axes)) if cells.ndim > 1 else cells, groups))
+    return residuals
 
 
 def _within_groups(values: Floats, groups: np.ndarray | None) -> Floats:
@@ -109,7 +109,7 @@ def constant_groups(values: Floats, groups: Sequence[str]) -> str:
     """Return the reason if a t test between groups has no variance, or one that drowns in rounding."""
     labels, x = np.array(groups), values / (float(np.abs(values).max()) or 1.0)
     for a, b in combinations(np.unique(labels), 2):
-        rest = np.concatenate([x[labels == each] - x[labels == each].mean() for each in (a, b)])
+        rest = np.concatenate([x[labels == label] - x[labels == label].mean() for label in (a, b)])
         if MOST_APART * _size(rest) < 1:
             return f"{a} and {b} hardly vary beside their values: variances are rounding there"
     return ""
@@ -173,7 +173,7 @@ def extreme_ratio(values: Floats, fixed: Floats, groups: Sequence[Sequence[str]]
     if freedom < 1 or rest <= (np.finfo(float).eps * float(np.abs(values).max())) ** 2 * len(values):
         return "there is no residual"
     for place in range(len(groups)):
-        others = np.column_stack([fixed, *(each for i, each in enumerate(dummies) if i != place)])
+        others = np.column_stack([fixed, *(dummy for i, dummy in enumerate(dummies) if i != place)])
         more, fewer = _left_over(values, others)
         if rank == fewer:  # the other factors lie within this one
             continue
@@ -186,8 +186,8 @@ def extreme_ratio(values: Floats, fixed: Floats, groups: Sequence[Sequence[str]]
 
 
 def _dummies(labels: Sequence[str]) -> Floats:
-    found: Floats = pd.get_dummies(pd.Series(list(labels)), dtype=float).to_numpy()
-    return found
+    columns: Floats = pd.get_dummies(pd.Series(list(labels)), dtype=float).to_numpy()
+    return columns
 
 
 def _left_over(values: Floats, columns: Floats) -> tuple[float, int]:

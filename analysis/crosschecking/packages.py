@@ -44,9 +44,9 @@ def quietly(call: Callable[P, T]) -> Callable[P, T]:
 
 def _module(name: str) -> Any:
     """Import a package's module; statsmodels turns its warnings on at import, so they are turned off again."""
-    found = import_module(name)
+    module = import_module(name)
     warnings.simplefilter("ignore")
-    return found
+    return module
 
 
 def read_table(table: pd.DataFrame, rows: Iterable[Any], columns: Mapping[str, str]) -> Numbers:
@@ -60,8 +60,8 @@ def pingouin_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject
     """Run an ANOVA of one or two repeated factors with Greenhouse-Geisser's correction, one value per cell."""
     pingouin = _module("pingouin")
     factors = list(within) if len(within) > 1 else within[0]
-    found: pd.DataFrame = pingouin.rm_anova(table, dv=dv, within=factors, subject=subject, correction=True)
-    return found
+    result: pd.DataFrame = pingouin.rm_anova(table, dv=dv, within=factors, subject=subject, correction=True)
+    return result
 
 
 def read_pingouin_anova(table: pd.DataFrame) -> Numbers:
@@ -74,10 +74,10 @@ def read_pingouin_anova(table: pd.DataFrame) -> Numbers:
 @quietly
 def statsmodels_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject: str) -> pd.DataFrame:
     """Run AnovaRM with any number of factors, not corrected; memory grows with the square of the rows."""
-    found: pd.DataFrame = (
+    result: pd.DataFrame = (
         _module("statsmodels.stats.anova").AnovaRM(table, dv, subject, within=list(within)).fit().anova_table
     )
-    return found
+    return result
 
 
 def read_statsmodels_within(table: pd.DataFrame) -> Numbers:
@@ -90,26 +90,26 @@ def pingouin_between(table: pd.DataFrame, dv: str, between: Sequence[str], sum_o
     """Run an ANOVA between groups, one value per participant."""
     pingouin = _module("pingouin")
     factors = list(between) if len(between) > 1 else between[0]
-    found: pd.DataFrame = pingouin.anova(table, dv=dv, between=factors, ss_type=len(sum_of_squares))
-    return found
+    result: pd.DataFrame = pingouin.anova(table, dv=dv, between=factors, ss_type=len(sum_of_squares))
+    return result
 
 
 @quietly
 def pingouin_mixed(table: pd.DataFrame, dv: str, within: str, between: str, subject: str) -> pd.DataFrame:
     """Run a mixed ANOVA of one factor within and one between participants, sums of squares of type II."""
     pingouin = _module("pingouin")
-    found: pd.DataFrame = pingouin.mixed_anova(
+    result: pd.DataFrame = pingouin.mixed_anova(
         table, dv=dv, within=within, between=between, subject=subject, correction=True, effsize="ng2"
     )
-    return found.replace({"Source": {"Interaction": f"{between}:{within}"}})
+    return result.replace({"Source": {"Interaction": f"{between}:{within}"}})
 
 
 @quietly
 def statsmodels_t(a: Any, b: Any, paired: bool) -> dict[str, float]:
     """Run the t test of the mean of a minus b: paired, or between groups (Welch's where their sizes differ)."""
     stats = _module("statsmodels.stats.weightstats")
-    found = stats.DescrStatsW(a - b).ttest_mean(0) if paired else stats.ttest_ind(a, b, usevar=_variance(a, b))
-    return dict(zip(("T", "p_unc", "dof"), map(float, found), strict=True))
+    result = stats.DescrStatsW(a - b).ttest_mean(0) if paired else stats.ttest_ind(a, b, usevar=_variance(a, b))
+    return dict(zip(("T", "p_unc", "dof"), map(float, result), strict=True))
 
 
 def _variance(a: Any, b: Any) -> str:
@@ -121,7 +121,7 @@ def statsmodels_adjusted(p: Sequence[float], correction: str) -> list[float]:
     """Return p values adjusted for their family: "bonferroni", "holm" or "none"."""
     if correction == "none":
         return list(p)
-    return [float(each) for each in _module("statsmodels.stats.multitest").multipletests(p, method=correction)[1]]
+    return [float(value) for value in _module("statsmodels.stats.multitest").multipletests(p, method=correction)[1]]
 
 
 @quietly
@@ -129,16 +129,16 @@ def statsmodels_equivalence(a: Any, b: Any, low: float, high: float, paired: boo
     """Return p of the two one-sided tests that the mean of a minus b is above `low` and below `high`."""
     stats = _module("statsmodels.stats.weightstats")
     limits = (a, b, low, high)
-    found = stats.ttost_paired(*limits) if paired else stats.ttost_ind(*limits, usevar=_variance(a, b))
-    return float(found[1][1]), float(found[2][1])
+    result = stats.ttost_paired(*limits) if paired else stats.ttost_ind(*limits, usevar=_variance(a, b))
+    return float(result[1][1]), float(result[2][1])
 
 
 @quietly
 def pingouin_friedman(table: pd.DataFrame, dv: str, within: str, subject: str) -> pd.DataFrame:
     """Run Friedman's test, corrected for ties, with Kendall's W."""
     pingouin = _module("pingouin")
-    found: pd.DataFrame = pingouin.friedman(table, dv=dv, within=within, subject=subject)
-    return found
+    result: pd.DataFrame = pingouin.friedman(table, dv=dv, within=within, subject=subject)
+    return result
 
 
 def read_pingouin_friedman(table: pd.DataFrame) -> dict[str, float]:
@@ -165,17 +165,17 @@ def pingouin_signed_ranks(a: Any, b: Any, zeros: str) -> dict[str, float]:
         return pingouin.wilcoxon(x, y, zero_method=rule, method=method, alternative=alternative).iloc[0]
 
     w, other = (float(run(x, y, alternative="greater")["W_val"]) for x, y in ((a, b), (b, a)))
-    found = {"W": w}
+    numbers = {"W": w}
     if len(sizes) == len(a) or zeros == "wilcoxon":
-        found["RBC"] = float(run(a, b)["RBC"])
+        numbers["RBC"] = float(run(a, b)["RBC"])
     if abs(w - other) >= 1:
-        found["p_normal"] = float(run(a, b)["p_val"])
+        numbers["p_normal"] = float(run(a, b)["p_val"])
     if len(set(sizes.tolist())) == len(a) <= MOST_EXACT:
-        found["p_exact"] = float(run(a, b, "exact")["p_val"])
+        numbers["p_exact"] = float(run(a, b, "exact")["p_val"])
     elif len(a) <= MOST_TURNED:
         turning = _module("scipy.stats").PermutationMethod(n_resamples=2 ** len(a))
-        found["p_exact"] = float(run(a, b, turning)["p_val"])
-    return found
+        numbers["p_exact"] = float(run(a, b, turning)["p_val"])
+    return numbers
 
 
 @quietly
@@ -183,10 +183,10 @@ def pingouin_rank_sums(a: Any, b: Any) -> dict[str, float]:
     """Run Mann & Whitney's test: U of a as W, RBC, p of the normal approximation, exact where nothing is tied."""
     pingouin = _module("pingouin")
     normal = pingouin.mwu(a, b, method="asymptotic").iloc[0]
-    found = {"W": float(normal["U_val"]), "RBC": float(normal["RBC"]), "p_normal": float(normal["p_val"])}
+    numbers = {"W": float(normal["U_val"]), "RBC": float(normal["RBC"]), "p_normal": float(normal["p_val"])}
     if len({*a.tolist(), *b.tolist()}) == len(a) + len(b) <= MOST_EXACT:
-        found["p_exact"] = float(pingouin.mwu(a, b, method="exact").iloc[0]["p_val"])
-    return found
+        numbers["p_exact"] = float(pingouin.mwu(a, b, method="exact").iloc[0]["p_val"])
+    return numbers
 
 
 @quietly
@@ -199,8 +199,8 @@ def scipy_studentized_range(q: float, k: int) -> float:
 def pingouin_icc(table: pd.DataFrame, dv: str, targets: str, raters: str) -> pd.DataFrame:
     """Return the six intraclass correlations; its 95 % intervals are rounded."""
     pingouin = _module("pingouin")
-    found: pd.DataFrame = pingouin.intraclass_corr(table, targets=targets, raters=raters, ratings=dv)
-    return found
+    result: pd.DataFrame = pingouin.intraclass_corr(table, targets=targets, raters=raters, ratings=dv)
+    return result
 
 
 def read_pingouin_icc(table: pd.DataFrame) -> Numbers:
@@ -274,18 +274,18 @@ def statsmodels_mixed_model(
 
 def read_statsmodels_mixed_model(fitted: Any, groups: Sequence[str]) -> Numbers:
     """Read estimates and standard errors by column, log likelihood, and variances by group and "Residual"."""
-    found = {(str(name), "estimate"): float(value) for name, value in fitted.fe_params.items()}
+    numbers = {(str(name), "estimate"): float(value) for name, value in fitted.fe_params.items()}
     errors = fixed_covariance(fitted).diagonal() ** 0.5
-    found |= {(str(name), "se"): float(value) for name, value in zip(fitted.fe_params.index, errors, strict=True)}
+    numbers |= {(str(name), "se"): float(value) for name, value in zip(fitted.fe_params.index, errors, strict=True)}
     covariance = fitted.cov_re
     if covariance.size:
         effects = ["(Intercept)", *map(str, covariance.index[1:])]
-        found |= {(f"{groups[0]} {e}", "variance"): float(covariance.iloc[i, i]) for i, e in enumerate(effects)}
+        numbers |= {(f"{groups[0]} {e}", "variance"): float(covariance.iloc[i, i]) for i, e in enumerate(effects)}
     components = zip(fitted.model.exog_vc.names, fitted.vcomp, strict=True)
-    found |= {(f"{name} (Intercept)", "variance"): float(value) for name, value in components}
-    found["Residual", "variance"] = float(fitted.scale)
-    found["fit", "log_likelihood"] = float(fitted.llf)
-    return found
+    numbers |= {(f"{name} (Intercept)", "variance"): float(value) for name, value in components}
+    numbers["Residual", "variance"] = float(fitted.scale)
+    numbers["fit", "log_likelihood"] = float(fitted.llf)
+    return numbers
 
 
 def fixed_covariance(fitted: Any) -> Any:

@@ -30,17 +30,17 @@ from palpate.analysis.regenerating.plan_tests import Answered
 ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
 
 
-def check_anova(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_anova(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check an analysis of variance of complete data."""
-    asked: Any = each.asked
-    cells, named, own, groups = crossed(asked, rows)
-    package, run = anova_of(cells, own, groups, asked.sum_of_squares)
+    settings: Any = answered.asked
+    cells, named, own, groups = crossed(settings, rows)
+    package, run = anova_of(cells, own, groups, settings.sum_of_squares)
     return package, _anova_pairs(answer, named, run)
 
 
-def crossed(asked: Any, rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str], list[str], list[str]]:
+def crossed(settings: Any, rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str], list[str], list[str]]:
     """Return the means of a design's cells, the plain names of its factors, and which are within and between."""
-    within, between = list(asked.within), list(asked.between)
+    within, between = list(settings.within), list(settings.between)
     cells = cells_of(rows, ["participant", *within, *between])
     named = dict(zip((*within, *between), cells.columns[1:], strict=False))
     return cells, named, [named[name] for name in within], [named[name] for name in between]
@@ -77,9 +77,9 @@ def anova_of(
     return PINGOUIN, lambda: packages.read_pingouin_anova(packages.pingouin_mixed(cells, "y", own[0], groups[0], "f0"))
 
 
-def by_effect(found: packages.Numbers) -> dict[tuple[frozenset[str], str], float]:
+def by_effect(numbers: packages.Numbers) -> dict[tuple[frozenset[str], str], float]:
     """Return the numbers by an effect's factors, in whatever order they are named, and the column."""
-    return {(frozenset(source.split(":")), column): value for (source, column), value in found.items()}
+    return {(frozenset(source.split(":")), column): value for (source, column), value in numbers.items()}
 
 
 def _anova_pairs(answer: Answer, named: Mapping[str, str], run: Callable[[], packages.Numbers]) -> Iterator[Pair]:
@@ -109,18 +109,18 @@ def _anova_pairs(answer: Answer, named: Mapping[str, str], run: Callable[[], pac
 def parts_of(effect: str, named: Mapping[str, str]) -> list[str]:
     """Return the plain names of an effect's factors, whose own names may hold a colon."""
     names = sorted(named, key=len, reverse=True)
-    found = []
+    plain = []
     for name in names:
         if name == effect or effect.startswith(f"{name}:") or effect.endswith(f":{name}") or f":{name}:" in effect:
-            found.append(named[name])
+            plain.append(named[name])
             effect = f":{effect}:".replace(f":{name}:", ":", 1).strip(":")
-    return found
+    return plain
 
 
-def check_pairs(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    values, paired = _levels(rows, asked.factor)
-    return STATSMODELS, _pairs_of(answer, values, paired, asked.correction, asked.family)
+def check_pairs(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+    settings: Any = answered.asked
+    values, paired = _levels(rows, settings.factor)
+    return STATSMODELS, _pairs_of(answer, values, paired, settings.correction, settings.family)
 
 
 def _levels(rows: pd.DataFrame, factor: str) -> tuple[dict[str, Any], bool]:
@@ -141,9 +141,9 @@ def _levels(rows: pd.DataFrame, factor: str) -> tuple[dict[str, Any], bool]:
 def _pairs_of(
     answer: Answer, values: Mapping[str, Any], paired: bool, correction: str, family: int | None
 ) -> Iterator[Pair]:
-    found = [packages.statsmodels_t(values[str(row["a"])], values[str(row["b"])], paired) for row in answer.rows]
-    adjusted = packages.statsmodels_adjusted([theirs["p_unc"] for theirs in found], correction)
-    for row, theirs, p in zip(answer.rows, found, adjusted, strict=True):
+    results = [packages.statsmodels_t(values[str(row["a"])], values[str(row["b"])], paired) for row in answer.rows]
+    adjusted = packages.statsmodels_adjusted([theirs["p_unc"] for theirs in results], correction)
+    for row, theirs, p in zip(answer.rows, results, adjusted, strict=True):
         pair = f"{row['a']} and {row['b']}"
         yield Pair(f"t of {pair}", row["t"], theirs["T"], NEAR_ZERO)
         yield Pair(f"df of {pair}", row["df"], theirs["dof"])
@@ -152,9 +152,9 @@ def _pairs_of(
             yield Pair(f"p of {pair}", row["p"], p)
 
 
-def check_equivalence(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    values, paired = _levels(rows, asked.factor)
+def check_equivalence(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+    settings: Any = answered.asked
+    values, paired = _levels(rows, settings.factor)
     return STATSMODELS, _equivalence_pairs(answer, values, paired)
 
 
@@ -162,8 +162,8 @@ def _equivalence_pairs(answer: Answer, values: Mapping[str, Any], paired: bool) 
     for row in answer.rows:
         a, b = str(row["a"]), str(row["b"])
         low, high = (float(row[name] or 0.0) for name in ("bound_low", "bound_high"))
-        found = packages.statsmodels_equivalence(values[a], values[b], low, high, paired)
-        for name, value in zip(("p_low", "p_high"), found, strict=True):
+        p_values = packages.statsmodels_equivalence(values[a], values[b], low, high, paired)
+        for name, value in zip(("p_low", "p_high"), p_values, strict=True):
             yield Pair(f"{name} of {a} and {b}", row[name], value)
 
 
@@ -172,17 +172,17 @@ LEAST_TAIL = 1e-9
 ALIGNED_DECIMALS = 9
 
 
-def check_friedman(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    cells = cells_of(rows, ["participant", asked.factor])
+def check_friedman(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+    settings: Any = answered.asked
+    cells = cells_of(rows, ["participant", settings.factor])
     _demand_ranks(cells, "f0", "f1")
     columns = {"chi2": "chi2", "ddof1": "ddof1", "p_unc": "p_unc", "W": "W"}
     return PINGOUIN, _friedman_pairs(answer, cells, "f1", "f0", columns)
 
 
-def check_kendall_w(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    cells = cells_of(rows, [asked.raters, asked.targets], asked.value)
+def check_kendall_w(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+    settings: Any = answered.asked
+    cells = cells_of(rows, [settings.raters, settings.targets], settings.value)
     _demand_ranks(cells, "f0", "f1")
     columns = {"chi2": "chi2", "df": "ddof1", "p_chi2": "p_unc", "W": "W"}
     return PINGOUIN, _friedman_pairs(answer, cells, "f1", "f0", columns)
@@ -197,19 +197,19 @@ def _demand_ranks(cells: pd.DataFrame, people: str, factor: str) -> None:
 def _friedman_pairs(
     answer: Answer, cells: pd.DataFrame, within: str, subject: str, columns: Mapping[str, str]
 ) -> Iterator[Pair]:
-    found = packages.read_pingouin_friedman(packages.pingouin_friedman(cells, "y", within, subject))
+    numbers = packages.read_pingouin_friedman(packages.pingouin_friedman(cells, "y", within, subject))
     for row in answer.rows:
         for ours, theirs in columns.items():
             if ours in row:
-                yield Pair(ours, row[ours], found[theirs], 0.0 if ours.startswith("p") else NEAR_ZERO)
+                yield Pair(ours, row[ours], numbers[theirs], 0.0 if ours.startswith("p") else NEAR_ZERO)
 
 
-def check_nemenyi(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_nemenyi(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check mean ranks by pandas, and p by SciPy's studentized range, where that has digits."""
-    asked: Any = each.asked
-    cells = cells_of(rows, ["participant", asked.factor])
+    settings: Any = answered.asked
+    cells = cells_of(rows, ["participant", settings.factor])
     _demand_ranks(cells, "f0", "f1")
-    return SCIPY, _nemenyi_pairs(answer, wide_table(cells, "f0", ["f1"]).rank(axis=1), asked.ties)
+    return SCIPY, _nemenyi_pairs(answer, wide_table(cells, "f0", ["f1"]).rank(axis=1), settings.ties)
 
 
 def _nemenyi_pairs(answer: Answer, ranks: pd.DataFrame, ties: bool) -> Iterator[Pair]:
@@ -227,10 +227,10 @@ def _nemenyi_pairs(answer: Answer, ranks: pd.DataFrame, ties: bool) -> Iterator[
             yield Pair(f"p of {a} and {b}", row["p"], p)
 
 
-def check_wilcoxon(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_wilcoxon(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check signed ranks or rank sums of every pair of levels."""
-    asked: Any = each.asked
-    cells = cells_of(rows, ["participant", asked.factor])
+    settings: Any = answered.asked
+    cells = cells_of(rows, ["participant", settings.factor])
     demand_size(len(cells))
     refuse(conditions.out_of_range(cells["y"].to_numpy()))
     paired = bool(cells.groupby("f0")["f1"].nunique().max() > 1)
@@ -243,40 +243,40 @@ def check_wilcoxon(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checke
         levels = {str(level): own["y"].to_numpy() for level, own in cells.groupby("f1")}
         together = [pd.DataFrame([np.concatenate(pair)]) for pair in combinations(levels.values(), 2)]
         refuse(*map(conditions.nearly_tied, together), *map(conditions.all_tied, together))
-    return PINGOUIN, _wilcoxon_pairs(answer, levels, asked, paired)
+    return PINGOUIN, _wilcoxon_pairs(answer, levels, settings, paired)
 
 
-def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], asked: Any, paired: bool) -> Iterator[Pair]:
+def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], settings: Any, paired: bool) -> Iterator[Pair]:
     """Yield W, rank-biserial correlation and p of each pair, and p adjusted where the packages have every p."""
     known: list[float | None] = []
     for row in answer.rows:
         a, b = levels[str(row["A"])], levels[str(row["B"])]
-        found = packages.pingouin_signed_ranks(a, b, asked.zeros) if paired else packages.pingouin_rank_sums(a, b)
+        numbers = packages.pingouin_signed_ranks(a, b, settings.zeros) if paired else packages.pingouin_rank_sums(a, b)
         pair = f"{row['A']} and {row['B']}"
-        yield Pair(f"W of {pair}", row["W"], found["W"], NEAR_ZERO)
-        if "RBC" in found:
-            yield Pair(f"rank-biserial correlation of {pair}", row["rank_biserial"], found["RBC"], NEAR_ZERO)
+        yield Pair(f"W of {pair}", row["W"], numbers["W"], NEAR_ZERO)
+        if "RBC" in numbers:
+            yield Pair(f"rank-biserial correlation of {pair}", row["rank_biserial"], numbers["RBC"], NEAR_ZERO)
         for name in ("p_normal", "p_exact"):
-            if name in found:
-                yield Pair(f"{name} of {pair}", row[name], found[name])
-        known.append(found.get("p_normal" if row["p_exact"] is None else "p_exact"))
+            if name in numbers:
+                yield Pair(f"{name} of {pair}", row[name], numbers[name])
+        known.append(numbers.get("p_normal" if row["p_exact"] is None else "p_exact"))
     whole = [p for p in known if p is not None]
-    if asked.family is None and len(whole) == len(known):
-        for row, p in zip(answer.rows, packages.statsmodels_adjusted(whole, asked.correction), strict=True):
+    if settings.family is None and len(whole) == len(known):
+        for row, p in zip(answer.rows, packages.statsmodels_adjusted(whole, settings.correction), strict=True):
             yield Pair(f"p of {row['A']} and {row['B']}", row["p_corr"], p)
 
 
-def check_aligned_ranks(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_aligned_ranks(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check each effect: aligned by means of pandas, ranked, and its analysis of variance by another package."""
-    asked: Any = each.asked
-    cells, named, own, groups = crossed(asked, rows)
+    settings: Any = answered.asked
+    cells, named, own, groups = crossed(settings, rows)
     values = cells["y"].to_numpy()
     refuse(conditions.out_of_range(values), conditions.far_from_zero(values))
     runs = []
     for row in answer.rows:
         effect = parts_of(str(row["Source"]), named)
         ranks = cells.assign(y=_aligned(cells, [*own, *groups], effect))
-        runs.append((row, frozenset(effect), *anova_of(ranks, own, groups, asked.sum_of_squares)))
+        runs.append((row, frozenset(effect), *anova_of(ranks, own, groups, settings.sum_of_squares)))
     return runs[0][2], _aligned_pairs([(row, key, run) for row, key, _, run in runs])
 
 
@@ -301,8 +301,8 @@ def _aligned_pairs(
     runs: Sequence[tuple[Mapping[str, Any], frozenset[str], Callable[[], packages.Numbers]]],
 ) -> Iterator[Pair]:
     for row, key, run in runs:
-        found = by_effect(run())
+        numbers = by_effect(run())
         for name in ("F", "p_unc", "p_GG_corr", "eps", "np2", "ng2"):
-            if (key, name) in found and not (name in ("p_GG_corr", "eps") and row["d"] in (None, 0, 1)):
+            if (key, name) in numbers and not (name in ("p_GG_corr", "eps") and row["d"] in (None, 0, 1)):
                 floor = 0.0 if name.startswith("p_") else NEAR_ZERO
-                yield Pair(f"{name} of {row['Source']}", row[name], found[key, name], floor)
+                yield Pair(f"{name} of {row['Source']}", row[name], numbers[key, name], floor)

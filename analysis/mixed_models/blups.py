@@ -21,10 +21,10 @@ def random_effects(model: MixedModel) -> pd.DataFrame:
     fit = model.fit
     factors = fit.best.parameters.factors(fit.best.free)
     late = _outside(fit, factors)
-    found = {**late, **_inside(fit, factors, late)}
+    inner = {**late, **_inside(fit, factors, late)}
     tables = []
     for i, term in enumerate(fit.problem.random):
-        reported = np.ldexp(found[i] @ term.back.T, fit.y_exponent)
+        reported = np.ldexp(inner[i] @ term.back.T, fit.y_exponent)
         levels = np.repeat(np.array(term.levels, dtype=object), term.size)
         effects = term.effects * len(term.levels)
         tables.append(pd.DataFrame({"group": term.name, "level": levels, "effect": effects, "value": reported.ravel()}))
@@ -36,11 +36,11 @@ def _outside(fit: Fit, factors: Sequence[Floats]) -> dict[int, Floats]:
     width, triangle = fit.at.width, fit.at.triangle
     known = triangle[:width, -1] - triangle[:width, width:-1] @ fit.at.coefficients
     spherical = np.linalg.solve(triangle[:width, :width], known) if width else known
-    found = {}
+    effects = {}
     for i, (term, start) in zip(fit.problem.layout.outside, outside(fit.problem), strict=True):
         stop = start + len(term.levels) * term.size
-        found[i] = spherical[start:stop].reshape(-1, term.size) @ factors[i].T
-    return found
+        effects[i] = spherical[start:stop].reshape(-1, term.size) @ factors[i].T
+    return effects
 
 
 def _inside(fit: Fit, factors: Sequence[Floats], late: dict[int, Floats]) -> dict[int, Floats]:
@@ -54,14 +54,14 @@ def _inside(fit: Fit, factors: Sequence[Floats], late: dict[int, Floats]) -> dic
         weights = np.linalg.solve(lower.transpose(0, 2, 1), whitened(lower, rest))
         spherical = (batch.through[batch.which] @ inside).transpose(0, 2, 1) @ weights
         blocks[batch.members] = (inside @ spherical)[:, :, 0]
-    found = {}
+    effects = {}
     for block in problem.layout.inside:
         term = problem.random[block.term]
         home = np.zeros(len(term.levels), dtype=np.intp)
         home[term.codes] = problem.layout.codes
         first = block.start + block.slots * term.size if block.count > 1 else np.full(len(home), block.start)
-        found[block.term] = blocks[home[:, None], first[:, None] + np.arange(term.size)]
-    return found
+        effects[block.term] = blocks[home[:, None], first[:, None] + np.arange(term.size)]
+    return effects
 
 
 def _rests(fit: Fit, other: Floats) -> Iterator[tuple[Batch, Floats]]:

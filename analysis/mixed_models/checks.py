@@ -71,10 +71,10 @@ def refuse_rank_deficient(problem: Problem, parts: Reduced, names: Sequence[str]
     triangle = without_random(problem, parts).fixed_triangle
     norms = np.sqrt((triangle**2).sum(axis=0))
     dependent = np.abs(np.diag(triangle)) < DEPENDENT * norms
-    found = [names[i] for i in np.flatnonzero(dependent).tolist()]
-    if found:
+    alias = [names[i] for i in np.flatnonzero(dependent).tolist()]
+    if alias:
         raise RankDeficient(
-            f"the fixed effects {listed(map(repr, found), len(found))} are combinations of those before them, so their "
+            f"the fixed effects {listed(map(repr, alias), len(alias))} are combinations of those before them, so their "
             "coefficients have no value; is a cell of the design empty, or one column a function of others? "
             "Take the interaction or the column out"
         )

@@ -51,7 +51,7 @@ class Design:
     def names(self) -> list[str]:
         """The names of the reported columns, such as "car[K8]:damping"."""
         labels = [product(*(self.variables[name].labels for name in effect)) for effect in self.effects]
-        return [":".join(parts) or INTERCEPT for each in labels for parts in each]
+        return [":".join(parts) or INTERCEPT for of_effect in labels for parts in of_effect]
 
     def columns(self, rows: Rows, count: int) -> Floats:
         """Return the internal columns of these rows, (rows, columns)."""
@@ -69,9 +69,9 @@ class Design:
                 whole[places[part], places[effect]] = kronecker(blocks)
         return whole
 
-    def _block(self, name: str, kept: bool) -> Floats:
+    def _block(self, name: str, stays: bool) -> Floats:
         back = self.variables[name].back
-        return back[1:, 1:] if kept else back[:1, 1:]
+        return back[1:, 1:] if stays else back[:1, 1:]
 
 
 def _times(a: Floats, b: Floats) -> Floats:
@@ -96,10 +96,10 @@ def effects_of(mains: Sequence[str], interactions: Sequence[str]) -> tuple[Effec
     if len(set(effects)) < len(effects):
         raise UnknownColumn(f"an interaction is named twice: {', '.join(interactions)}")
     for effect in crossed:
-        lacking = [":".join(part) for part in _parts(effect) if part not in effects]
-        if lacking or len(set(effect)) < len(effect):
+        missing = [":".join(part) for part in _parts(effect) if part not in effects]
+        if missing or len(set(effect)) < len(effect):
             raise BadOption(
-                f"the interaction {':'.join(effect)!r} needs {', '.join(lacking) or 'two different columns'} "
+                f"the interaction {':'.join(effect)!r} needs {', '.join(missing) or 'two different columns'} "
                 "among the effects; an interaction without its parts has no meaning of its own"
             )
     return tuple(effects)
@@ -107,8 +107,8 @@ def effects_of(mains: Sequence[str], interactions: Sequence[str]) -> tuple[Effec
 
 def triangle_of(rows: Floats) -> Floats:
     """Return R of rows = Q R, of one matrix or of a stack: the same sums of squares in fewer rows."""
-    found: Any = np.linalg.qr(rows, mode="r")
-    triangle: Floats = found
+    r: Any = np.linalg.qr(rows, mode="r")
+    triangle: Floats = r
     return triangle
 
 
@@ -162,19 +162,19 @@ def factor_of(column: pd.Series[Any], name: Hashable, order: Sequence[Any] | Non
 
     Raises BadValue (no label, labels that read the same), BadOption (a level that the order lacks), TooFew (one level).
     """
-    found = coded(column, name)
-    texts = [str(label) for label in found.labels]
+    groups = coded(column, name)
+    texts = [str(label) for label in groups.labels]
     if len(texts) < 2:
         raise TooFew(f"factor {name!r} has one level, {texts[0]!r}; a comparison needs two or more")
     if order is None:
-        return Factor(str(name), found.codes, tuple(texts))
+        return Factor(str(name), groups.codes, tuple(texts))
     place = {str(level): i for i, level in enumerate(order)}
     unknown = [text for text in texts if text not in place]
     if unknown:
         raise BadOption(f"levels of {name!r} lack {listed(map(repr, unknown), len(unknown))}; name every level")
-    kept = sorted(texts, key=place.__getitem__)
-    rank = np.array([kept.index(text) for text in texts], dtype=np.intp)
-    return Factor(str(name), rank[found.codes], tuple(kept))
+    sorted_texts = sorted(texts, key=place.__getitem__)
+    rank = np.array([sorted_texts.index(text) for text in texts], dtype=np.intp)
+    return Factor(str(name), rank[groups.codes], tuple(sorted_texts))
 
 
 def sum_table(levels: int) -> Floats:
@@ -186,10 +186,10 @@ def factor_variable(factor: Factor, coding: Coding, internal: Coding = "sum") ->
     """Return a factor in `internal` columns that is reported in `coding`."""
     k = len(factor.levels)
     tables = {"sum": sum_table(k), "treatment": np.eye(k)[:, 1:]}
-    inner, outer = (np.column_stack([np.ones(k), tables[each]]) for each in (internal, coding))
-    shown = factor.levels[1:] if coding == "treatment" else factor.levels[:-1]
+    inner, outer = (np.column_stack([np.ones(k), tables[kind]]) for kind in (internal, coding))
+    reported = factor.levels[1:] if coding == "treatment" else factor.levels[:-1]
     back = np.eye(k) if internal == coding else np.linalg.solve(outer, inner)
-    labels = tuple(f"{factor.name}[{level}]" for level in shown)
+    labels = tuple(f"{factor.name}[{level}]" for level in reported)
     return Variable(factor.name, labels, back, codes=factor.codes, table=tables[internal])
 
 
@@ -285,16 +285,16 @@ def grouping(frame: pd.DataFrame, name: str) -> Coded:
     flat = np.zeros(len(frame), dtype=np.intp)
     for axis in axes:
         flat = flat * len(axis.labels) + axis.codes
-    found, codes = np.unique(flat, return_inverse=True)
-    places = np.unravel_index(found, [len(axis.labels) for axis in axes])
+    cells, codes = np.unique(flat, return_inverse=True)
+    places = np.unravel_index(cells, [len(axis.labels) for axis in axes])
     labels = zip(*([axis.labels[i] for i in place] for axis, place in zip(axes, places, strict=True)), strict=True)
-    return Coded(codes.reshape(-1), [":".join(map(str, each)) for each in labels])
+    return Coded(codes.reshape(-1), [":".join(map(str, parts_of_one)) for parts_of_one in labels])
 
 
 def group_columns(names: Sequence[str], columns: Sequence[object]) -> list[str]:
     """Return the columns that grouping factors are made of."""
     parts = [[name] if name in columns else name.split(":") for name in names]
-    return list(dict.fromkeys(part for each in parts for part in each))
+    return list(dict.fromkeys(part for columns_of_one in parts for part in columns_of_one))
 
 
 def random_effects_of(

@@ -70,7 +70,7 @@ from palpate.analysis.statistics.refusals import (
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Formula:
     """A question put in full: the table, its columns' roles, and how it is to be answered."""
 
     dv: Hashable
@@ -143,62 +143,62 @@ def mixed_model(
     if not factors_used:
         refuse_idle("coding", coding, "treatment", "without a factor")
     factors = {name: factor_of(table.frame[name], name, order.get(name)) for name in used if name not in numeric}
-    asked = _Asked(
+    formula = _Formula(
         *(dv, table, tuple(fixed), tuple(interactions), random, tuple(numeric), factors, tuple(uncorrelated), coding)
     )
     with one_thread():
-        return _fitted(asked, reml, confidence)
+        return _fitted(formula, reml, confidence)
 
 
 def _columns(slope: str, data: pd.DataFrame) -> list[str]:
     return [slope] if slope in data.columns else slope.split(":")
 
 
-def _fitted(asked: _Asked, reml: bool, confidence: float) -> MixedModel:
-    y, random = asked.table.y, asked.terms()
+def _fitted(formula: _Formula, reml: bool, confidence: float) -> MixedModel:
+    y, random = formula.table.y, formula.terms()
     pivot = float(np.sort(y)[len(y) // 2])
     high, low = difference(y, np.full_like(y, pivot))
     high, exponent = scaled(high)
-    refuse_unit(exponent, asked.dv)
-    design = asked.design("sum")
+    refuse_unit(exponent, formula.dv)
+    design = formula.design("sum")
     problem = Problem(high, np.ldexp(low, -exponent), design, random, best_layout(random, sum(design.widths)))
     parts = reduced(problem)
     unit = (exponent, pivot)
     parameters = natural(problem)
-    refuse_rank_deficient(problem, parts, asked.design(asked.coding).names)
+    refuse_rank_deficient(problem, parts, formula.design(formula.coding).names)
     refuse_indistinguishable(problem)
-    refuse_no_residual(problem, parts, parameters, asked.table.y, unit[0])
+    refuse_no_residual(problem, parts, parameters, formula.table.y, unit[0])
     counted = Counted(lambda factors: deviance(problem, solved(problem, parts, factors), reml))
     best = optimum(counted, parameters)
     at = solved(problem, parts, best.parameters.factors(best.free))
     refuse_beyond_doubles(problem, parts, best, at)
     fit = Fit(problem, parts, best, at, *unit)
-    return _described(asked, fit, reml, confidence)
+    return _described(formula, fit, reml, confidence)
 
 
-def _described(asked: _Asked, fit: Fit, reml: bool, confidence: float) -> MixedModel:
+def _described(formula: _Formula, fit: Fit, reml: bool, confidence: float) -> MixedModel:
     problem, factors = fit.problem, fit.best.parameters.factors(fit.best.free)
     degrees = degrees_of_freedom(problem, reml)
-    sigma2, shown = fit.at.rss / degrees, asked.design(asked.coding)
-    found = uncertainty(problem, fit.parts, fit.best, fit.at, reml)
+    sigma2, reported = fit.at.rss / degrees, formula.design(formula.coding)
+    estimates = uncertainty(problem, fit.parts, fit.best, fit.at, reml)
     criterion = fit.best.deviance + degrees * 2 * fit.y_exponent * math.log(2)
     if reml:
-        criterion -= 2 * float(np.linalg.slogdet(shown.back())[1])
+        criterion -= 2 * float(np.linalg.slogdet(reported.back())[1])
     count = problem.columns + fit.best.parameters.free + 1
     covariance, means = covariances(problem.random, factors, sigma2), mean_variances(problem, factors, sigma2)
     explained = fixed_variance(problem, fit.at.coefficients)
     total = math.fsum([explained, *means, sigma2])
     notes = singular_notes(problem.random, fit.best)
     return MixedModel(
-        fixed=fixed_table(found, shown, fit.y_exponent, fit.y_pivot, confidence),
-        effects=effects_table(found, type_three(problem.fixed, without_random(problem, fit.parts).fixed_triangle)),
+        fixed=fixed_table(estimates, reported, fit.y_exponent, fit.y_pivot, confidence),
+        effects=effects_table(estimates, type_three(problem.fixed, without_random(problem, fit.parts).fixed_triangle)),
         variances=variances_table(problem.random, covariance, means, sigma2, fit.y_exponent),
         correlations=correlations_table(problem.random, covariance, fit.y_exponent),
         groups={term.name: len(term.levels) for term in problem.random},
         values=len(problem.y),
-        dropped=asked.table.dropped,
+        dropped=formula.table.dropped,
         reml=reml,
-        coding=asked.coding,
+        coding=formula.coding,
         criterion=criterion,
         log_likelihood=-criterion / 2,
         aic=criterion + 2 * count,
@@ -277,15 +277,15 @@ def fixed_variance(problem: Problem, coefficients: Floats) -> float:
 
 def mean_variances(problem: Problem, factors: Sequence[Floats], sigma2: float) -> list[float]:
     """Return each random term's variance, averaged over the values: the mean of z' Sigma z."""
-    n, found = len(problem.y), []
+    n, variances = len(problem.y), []
     for term, factor in zip(problem.random, factors, strict=True):
         total = 0.0
         for start in range(0, n, STEP):
             rows = slice(start, min(start + STEP, n))
             spread = term.design.columns(rows, rows.stop - start) @ factor
             total += float((spread * spread).sum())
-        found.append(sigma2 * total / n)
-    return found
+        variances.append(sigma2 * total / n)
+    return variances
 
 
 @dataclass(frozen=True)
@@ -317,19 +317,19 @@ def read_table(
                 f"column {dv!r} has no value in {where}; a mixed model needs no value for every cell: "
                 "pass missing='listwise' to leave these rows out"
             )
-    kept = data.loc[~empty, [*factors, *numbers]] if empty.any() else data[[*factors, *numbers]]
+    complete = data.loc[~empty, [*factors, *numbers]] if empty.any() else data[[*factors, *numbers]]
     y = y[~empty]
     if len(y) < 3:
         raise TooFew(f"{len(y)} rows have a value in column {dv!r}; a mixed model needs many more")
-    order = np.lexsort(list(_keys(kept, y, factors, numbers)))
-    return Table(kept.iloc[order].reset_index(drop=True), y[order], int(empty.sum()))
+    order = np.lexsort(list(_keys(complete, y, factors, numbers)))
+    return Table(complete.iloc[order].reset_index(drop=True), y[order], int(empty.sum()))
 
 
-def _keys(kept: pd.DataFrame, y: Floats, factors: Sequence[str], numbers: Sequence[str]) -> Iterable[Any]:
+def _keys(complete: pd.DataFrame, y: Floats, factors: Sequence[str], numbers: Sequence[str]) -> Iterable[Any]:
     """Yield what rows are sorted by, the last key first; rows that share all of them are the same in everything."""
     yield y
-    yield from (numbers_of(kept[name], name) for name in numbers)
-    yield from (coded(kept[name], name).codes for name in sorted(factors))
+    yield from (numbers_of(complete[name], name) for name in numbers)
+    yield from (coded(complete[name], name).codes for name in sorted(factors))
 
 
 def refuse_constant(y: Floats, dv: Hashable) -> None:

@@ -73,8 +73,8 @@ def optimum(counted: Counted, parameters: Parameters) -> Optimum:
     """Return the smallest deviance. Raises NotConverged where no start leads to a point that is proved to be one."""
     sizes = _scanned(counted, parameters)
     starts = (np.maximum(sizes, 0.1), np.maximum(0.4 * sizes, 0.4))
-    found = [_descended(counted, parameters, parameters.diagonal(start)) for start in starts]
-    best = found[0] if found[0][0] <= found[1][0] + 1e-6 else found[1]
+    results = [_descended(counted, parameters, parameters.diagonal(start)) for start in starts]
+    best = results[0] if results[0][0] <= results[1][0] + 1e-6 else results[1]
     return _proved(counted, parameters.around(best[1]), best[1])
 
 
@@ -84,7 +84,7 @@ def _scanned(counted: Counted, parameters: Parameters) -> Floats:
     for _ in range(2):
         for i in range(len(sizes)):
             tried = [np.where(np.arange(len(sizes)) == i, size, sizes) for size in SIZES]
-            sizes = min(tried, key=lambda each: counted.at(parameters.diagonal(each)))
+            sizes = min(tried, key=lambda candidate: counted.at(parameters.diagonal(candidate)))
     return sizes
 
 
@@ -95,12 +95,12 @@ def _descended(counted: Counted, parameters: Parameters, factors: list[Floats]) 
         units = parameters.around(factors)
         value = counted.of(units)
         start, options = units.free_of(factors), {"gtol": 1e-5}
-        found = minimize(value, start, jac=lambda x, f=value: rough_gradient(f, x), method="BFGS", options=options)
-        factors = units.factors(np.asarray(found.x))
-        if last - found.fun < NO_FURTHER:
+        result = minimize(value, start, jac=lambda x, f=value: rough_gradient(f, x), method="BFGS", options=options)
+        factors = units.factors(np.asarray(result.x))
+        if last - result.fun < NO_FURTHER:
             break
-        last = float(found.fun)
-    return float(found.fun), factors
+        last = float(result.fun)
+    return float(result.fun), factors
 
 
 def _proved(counted: Counted, parameters: Parameters, factors: list[Floats]) -> Optimum:
@@ -174,8 +174,10 @@ def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) ->
     for i, (term, unit) in enumerate(zip(parameters.random, parameters.natural, strict=True)):
         u, s, _ = np.linalg.svd(factors[i] / unit[:, None])
         for place in np.flatnonzero(s < NEAR_ZERO).tolist():
-            kept = np.where(np.arange(term.size) < place, s, 0.0)
-            rebuilt = unit[:, None] * triangular(u * kept) if term.correlated else _without(factors[i], unit, s[place])
+            remaining = np.where(np.arange(term.size) < place, s, 0.0)
+            rebuilt = (
+                unit[:, None] * triangular(u * remaining) if term.correlated else _without(factors[i], unit, s[place])
+            )
             tried = [rebuilt if j == i else factor for j, factor in enumerate(factors)]
             if counted.at(tried) <= counted.at(factors) + SAME:
                 factors = tried
@@ -203,13 +205,13 @@ class Parameters:
 
     def factors(self, free: Floats) -> list[Floats]:
         """Return Lambda of each term."""
-        made, start = [], 0
+        factors, start = [], 0
         for term, unit in zip(self.random, self.units, strict=True):
             factor = np.zeros((term.size, term.size))
             factor[_places(term)] = free[start : start + term.free]
-            made.append(unit @ factor)
+            factors.append(unit @ factor)
             start += term.free
-        return made
+        return factors
 
     def free_of(self, factors: Sequence[Floats]) -> Floats:
         """Return the free numbers that make these lower triangles."""

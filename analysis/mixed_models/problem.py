@@ -142,7 +142,7 @@ class Reduced:
 def reduced(problem: Problem) -> Reduced:
     """Rotate a problem; columns are those outside, the fixed ones and y."""
     corner = np.zeros((0, _late(problem)))
-    found: dict[int, list[tuple[Floats, Floats, Codes]]] = {}
+    batches: dict[int, list[tuple[Floats, Floats, Codes]]] = {}
     for rows, members in _chunks(problem):
         # The blocks' random-effect columns, (blocks, rows, width).
         flat = rows.ravel()
@@ -154,9 +154,9 @@ def reduced(problem: Problem) -> Reduced:
                 flat, len(flat)
             )
         through, seen, rest = _rotated(z.reshape(*rows.shape, -1), _others(problem, rows), problem.y_low[rows])
-        found.setdefault(through.shape[1], []).append((through, seen, members))
+        batches.setdefault(through.shape[1], []).append((through, seen, members))
         corner = triangle_of(np.concatenate([corner, rest]))
-    whole = tuple(_batch(*map(np.concatenate, zip(*found[rank], strict=True))) for rank in sorted(found))
+    whole = tuple(_batch(*map(np.concatenate, zip(*batches[rank], strict=True))) for rank in sorted(batches))
     return Reduced(whole, tuple(map(_compressed, whole)), corner)
 
 
@@ -349,11 +349,11 @@ def _penalised(problem: Problem, whole: Floats, factors: Sequence[Floats]) -> Fl
     return scaled
 
 
-def deviance(problem: Problem, found: Solved, reml: bool) -> float:
+def deviance(problem: Problem, at: Solved, reml: bool) -> float:
     """Return minus twice the log likelihood (restricted, if asked) at its best sigma, in internal coordinates."""
     degrees = degrees_of_freedom(problem, reml)
-    extra = found.log_det_fixed if reml else 0.0
-    return found.log_det + extra + degrees * (1 + math.log(2 * math.pi * found.rss / degrees))
+    extra = at.log_det_fixed if reml else 0.0
+    return at.log_det + extra + degrees * (1 + math.log(2 * math.pi * at.rss / degrees))
 
 
 def degrees_of_freedom(problem: Problem, reml: bool) -> int:

@@ -67,8 +67,8 @@ class _Profile:
 
         start = self.best.parameters.free_of(self._start(sd))
         options = {"gtol": 1e-6}
-        found = minimize(value, start, jac=lambda x: rough_gradient(value, x), method="BFGS", options=options)
-        return float(found.fun) - self.best.deviance
+        result = minimize(value, start, jac=lambda x: rough_gradient(value, x), method="BFGS", options=options)
+        return float(result.fun) - self.best.deviance
 
     def _start(self, sd: float) -> list[Floats]:
         """Return the factors at the optimum, its own term's (or all, for sigma) scaled to reach this value."""
@@ -82,7 +82,7 @@ class _Profile:
 
     def ratio_of(self, factor: Floats) -> float:
         """Return the ratio that this factor alone would give."""
-        others = [factor if i == self.term else each for i, each in enumerate(self.factors)]
+        others = [factor if i == self.term else other for i, other in enumerate(self.factors)]
         return self.ratio(others)
 
 

@@ -70,12 +70,12 @@ def uncertainty(problem: Problem, parts: Reduced, best: Optimum, at: Solved, rem
     return Uncertainty(at.coefficients, covariance, moves, 2 * inverse, 2 / (4 * degrees))
 
 
-def f_test(found: Uncertainty, contrasts: Floats) -> FTest:
+def f_test(estimates: Uncertainty, contrasts: Floats) -> FTest:
     """Return the F test that all contrasts (rows, internal coordinates) are zero; df2 as lmerTest pools it."""
-    values, vectors = np.linalg.eigh(contrasts @ found.covariance @ contrasts.T)
+    values, vectors = np.linalg.eigh(contrasts @ estimates.covariance @ contrasts.T)
     turned = vectors.T @ contrasts
-    t2 = (turned @ found.coefficients) ** 2 / values
-    df2 = pooled([found.degrees(each) for each in turned])
+    t2 = (turned @ estimates.coefficients) ** 2 / values
+    df2 = pooled([estimates.degrees(contrast) for contrast in turned])
     f = float(t2.mean())
     return FTest(f, len(contrasts), df2, f_tail(f, len(contrasts), df2))
 
@@ -86,7 +86,7 @@ def pooled(degrees: Sequence[float]) -> float:
         return math.fsum(degrees) / len(degrees)
     if min(degrees) <= 2:
         return 2.0
-    expected = math.fsum(each / (each - 2) for each in degrees)
+    expected = math.fsum(df / (df - 2) for df in degrees)
     return 2 * expected / (expected - len(degrees))
 
 
@@ -97,23 +97,23 @@ CORRELATIONS = ["group", "effect_1", "effect_2", "covariance", "correlation", "n
 NO_CORRELATION = "undefined: a variance is zero"
 
 
-def fixed_table(found: Uncertainty, design: Design, exponent: int, pivot: float, confidence: float) -> pd.DataFrame:
+def fixed_table(estimates: Uncertainty, design: Design, exponent: int, pivot: float, confidence: float) -> pd.DataFrame:
     """Return one row per reported coefficient, in the outcome's unit."""
     rows = []
     for i, (name, contrast) in enumerate(zip(design.names, design.back(), strict=True)):
-        estimate = rescaled(float(contrast @ found.coefficients), exponent) + (pivot if i == 0 else 0.0)
-        se = rescaled(math.sqrt(float(contrast @ found.covariance @ contrast)), exponent)
-        df = found.degrees(contrast)
+        estimate = rescaled(float(contrast @ estimates.coefficients), exponent) + (pivot if i == 0 else 0.0)
+        se = rescaled(math.sqrt(float(contrast @ estimates.covariance @ contrast)), exponent)
+        df = estimates.degrees(contrast)
         p, half = t_two_sided(estimate / se, df), t_critical(df, confidence) * se
         rows.append((name, estimate, se, df, estimate / se, p, estimate - half, estimate + half, p_note([p])))
     return pd.DataFrame(rows, columns=FIXED)
 
 
-def effects_table(found: Uncertainty, contrasts: Mapping[Effect, Floats]) -> pd.DataFrame:
+def effects_table(estimates: Uncertainty, contrasts: Mapping[Effect, Floats]) -> pd.DataFrame:
     """Return one F test per effect, that all of its contrasts are zero."""
     rows = []
-    for effect, each in contrasts.items():
-        test = f_test(found, each)
+    for effect, rows_of_contrast in contrasts.items():
+        test = f_test(estimates, rows_of_contrast)
         rows.append((":".join(effect), test.f, test.df1, test.df2, test.p, p_note([test.p])))
     return pd.DataFrame(rows, columns=EFFECTS)
 
@@ -129,8 +129,8 @@ def variances_table(
 ) -> pd.DataFrame:
     """Return one row per random effect and the residual; `means` are the terms' mean variances over the values."""
     total, rows = math.fsum([*means, sigma2]), []
-    for term, each, mean in zip(random, covariance, means, strict=True):
-        for i, (effect, variance) in enumerate(zip(term.effects, np.diag(each).tolist(), strict=True)):
+    for term, matrix, mean in zip(random, covariance, means, strict=True):
+        for i, (effect, variance) in enumerate(zip(term.effects, np.diag(matrix).tolist(), strict=True)):
             rows.append((term.name, effect, *_sizes(variance, exponent), mean / total if i == 0 else math.nan))
     rows.append(("Residual", "", *_sizes(sigma2, exponent), math.nan))
     return pd.DataFrame(rows, columns=VARIANCES)
@@ -142,7 +142,7 @@ def _sizes(variance: float, exponent: int) -> tuple[float, float]:
 
 def correlations_table(random: Sequence[Random], covariance: Sequence[Floats], exponent: int) -> pd.DataFrame:
     """Return one row per pair of correlated random effects of a grouping factor."""
-    rows = [row for term, each in zip(random, covariance, strict=True) for row in _pairs(term, each, exponent)]
+    rows = [row for term, matrix in zip(random, covariance, strict=True) for row in _pairs(term, matrix, exponent)]
     return pd.DataFrame(rows, columns=CORRELATIONS)
 
 

@@ -57,7 +57,7 @@ def aligned_ranks(
     refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
     refuse_huge(design.cells.values)
-    table = pd.DataFrame([_row(design, each, sum_of_squares) for each in alignments(design)])
+    table = pd.DataFrame([_row(design, alignment, sum_of_squares) for alignment in alignments(design)])
     sizes = dict(zip(design.groups.names(), design.groups.sizes, strict=True))
     table.attrs.update(design.cells.attrs() | {"sum_of_squares": sum_of_squares, "group_sizes": sizes})
     return table
@@ -86,9 +86,9 @@ def aligned_table(
     columns: dict[Any, Any] = {
         name: [own[i] for i in axis] for name, own, axis in zip([subject, *cells.factors], labels, where, strict=True)
     }
-    for each in alignments(design):
-        columns[f"aligned {each.source}"] = each.values.ravel()
-        columns[f"rank {each.source}"] = each.ranks.ravel()
+    for alignment in alignments(design):
+        columns[f"aligned {alignment.source}"] = alignment.values.ravel()
+        columns[f"rank {alignment.source}"] = alignment.ranks.ravel()
     return pd.DataFrame(columns)
 
 
@@ -144,8 +144,8 @@ def _means(y: Floats, codes: Sequence[Counts], sizes: Sequence[int], part: Term)
     for place in part:
         flat = flat * sizes[place] + codes[place]
     count = np.bincount(flat, minlength=math.prod(sizes[place] for place in part))
-    found: Floats = cell_means(y, flat, count)[flat]
-    return found
+    means: Floats = cell_means(y, flat, count)[flat]
+    return means
 
 
 def _parts(term: Term) -> Iterator[Term]:
@@ -159,26 +159,26 @@ def _signed(term: Term) -> Iterator[tuple[int, Term]]:
         yield (-1) ** (len(term) - len(part)), part
 
 
-def _row(design: Design, each: Aligned, kind: SumOfSquares) -> dict[str, Any]:
-    found = mixed_effects(replace(design, cells=replace(design.cells, values=each.ranks)), kind)
-    contrasts, effect = next((contrasts, effect) for contrasts, effect in found if effect.source == each.source)
-    left = _other_f(design, each, kind)
-    size = float(np.abs(each.values).sum())
+def _row(design: Design, alignment: Aligned, kind: SumOfSquares) -> dict[str, Any]:
+    effects = mixed_effects(replace(design, cells=replace(design.cells, values=alignment.ranks)), kind)
+    contrasts, effect = next((contrasts, effect) for contrasts, effect in effects if effect.source == alignment.source)
+    left = _other_f(design, alignment, kind)
+    size = float(np.abs(alignment.values).sum())
     notes = [effect.note]
     if left > CLEAN:
         notes.append(f"groups of unequal size: alignment leaves F = {left:.2g} of another effect")
     return {
-        **{"Source": each.source, "ddof1": effect.df1, "ddof2": effect.df2, "F": effect.f, "p_unc": effect.p},
+        **{"Source": alignment.source, "ddof1": effect.df1, "ddof2": effect.df2, "F": effect.f, "p_unc": effect.p},
         **{"p_GG_corr": effect.p_gg, "p_HF_corr": effect.p_hf, "eps": effect.eps, "eps_HF": effect.eps_hf},
         **{"np2": effect.np2, "ng2": effect.ng2, "d": contrasts},
-        "aligned_sum": abs(math.fsum(each.values.ravel().tolist())) / size if size else 0.0,
+        "aligned_sum": abs(math.fsum(alignment.values.ravel().tolist())) / size if size else 0.0,
         "other_F": left,
         "note": "; ".join(filter(None, notes)),
     }
 
 
-def _other_f(design: Design, each: Aligned, kind: SumOfSquares) -> float:
+def _other_f(design: Design, alignment: Aligned, kind: SumOfSquares) -> float:
     """Return the largest F of an effect that was aligned away; 0 where nothing was, or where nothing varies."""
-    found = mixed_effects(replace(design, cells=replace(design.cells, values=each.values)), kind)
-    others = [effect.f for _, effect in found if effect.source != each.source and not math.isnan(effect.f)]
+    effects = mixed_effects(replace(design, cells=replace(design.cells, values=alignment.values)), kind)
+    others = [effect.f for _, effect in effects if effect.source != alignment.source and not math.isnan(effect.f)]
     return max(others, default=0.0)

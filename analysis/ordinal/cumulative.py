@@ -96,15 +96,15 @@ def log_likelihood(rows: Rows, g: Floats, link: Link) -> float:
 
 def derivatives(rows: Rows, g: Floats, link: Link) -> tuple[float, Floats, Floats]:
     """Return log likelihood, gradient and negative second derivatives."""
-    found = interval(*rows.bounds(g), link)
-    score = found.f_high[:, None] * rows.upper - found.f_low[:, None] * rows.lower
+    intervals = interval(*rows.bounds(g), link)
+    score = intervals.f_high[:, None] * rows.upper - intervals.f_low[:, None] * rows.lower
     weighted = rows.weights[:, None]
     information = (
         score.T @ (weighted * score)
-        - rows.upper.T @ (weighted * found.s_high[:, None] * rows.upper)
-        + rows.lower.T @ (weighted * found.s_low[:, None] * rows.lower)
+        - rows.upper.T @ (weighted * intervals.s_high[:, None] * rows.upper)
+        + rows.lower.T @ (weighted * intervals.s_low[:, None] * rows.lower)
     )
-    return float(np.dot(rows.weights, found.log_p)), rows.weights @ score, information
+    return float(np.dot(rows.weights, intervals.log_p)), rows.weights @ score, information
 
 
 def fitted(rows: Rows, start: Floats, link: Link) -> Fit:
@@ -127,8 +127,8 @@ def fitted(rows: Rows, start: Floats, link: Link) -> Fit:
 def solved(information: Floats, gradient: Floats) -> Floats:
     """Return the Newton step, without the directions that no answer informs."""
     values, vectors = np.linalg.eigh(information)
-    told = values > FLAT * values[-1]
-    step: Floats = vectors[:, told] @ ((vectors.T @ gradient)[told] / values[told])
+    informed = values > FLAT * values[-1]
+    step: Floats = vectors[:, informed] @ ((vectors.T @ gradient)[informed] / values[informed])
     return step
 
 
@@ -171,14 +171,14 @@ def interval(high: Floats, low: Floats, link: Link) -> Interval:
 
 def latent_quantile(share: Floats, link: Link) -> Floats:
     """Return where the latent scale is cut so that this share lies below."""
-    found: Floats = np.log(share) - np.log1p(-share) if link == "logit" else ndtri(share)
-    return found
+    quantile: Floats = np.log(share) - np.log1p(-share) if link == "logit" else ndtri(share)
+    return quantile
 
 
 def _log_p(high: Floats, low: Floats, link: Link) -> Floats:
     if link == "logit":
-        found: Floats = log_expit(high) + log_expit(-low) + np.log(-np.expm1(low - high))
-        return found
+        log_p: Floats = log_expit(high) + log_expit(-low) + np.log(-np.expm1(low - high))
+        return log_p
     flip = low > 0  # where both ends are above 0 the upper tail holds the digits
     top, bottom = log_ndtr(np.where(flip, -low, high)), log_ndtr(np.where(flip, -high, low))
     below: Floats = np.minimum(bottom - top, -math.ulp(0.0))
@@ -186,11 +186,11 @@ def _log_p(high: Floats, low: Floats, link: Link) -> Floats:
 
 
 def _log_density(x: Floats, link: Link) -> Floats:
-    found: Floats = log_expit(x) + log_expit(-x) if link == "logit" else -x * x / 2 - HALF_LOG_TAU
-    return found
+    log_density: Floats = log_expit(x) + log_expit(-x) if link == "logit" else -x * x / 2 - HALF_LOG_TAU
+    return log_density
 
 
 def _relative_slope(x: Floats, link: Link) -> Floats:
     """Return F''(x) / F'(x)."""
-    found: Floats = -np.tanh(x / 2) if link == "logit" else np.where(np.abs(x) < END, -x, 0.0)
-    return found
+    slope: Floats = -np.tanh(x / 2) if link == "logit" else np.where(np.abs(x) < END, -x, 0.0)
+    return slope

@@ -154,10 +154,12 @@ def exact_tail(ranks: Ints) -> float:
     """
     n, k = ranks.shape
     centred = ranks - (k + 1)
-    rows = min(_in_order(centred), _in_order(-centred), key=lambda each: each.tolist())  # a turned scale costs as much
+    rows = min(
+        _in_order(centred), _in_order(-centred), key=lambda ordered: ordered.tolist()
+    )  # a turned scale costs as much
     if not _affordable(rows, n, k):
         return math.nan
-    found = int((centred.sum(axis=0) ** 2).sum())
+    observed = int((centred.sum(axis=0) ** 2).sum())
     sums, weights, done = rows[:1], np.ones(1), 0
     for row in rows[1:]:
         orders = _orders(row)
@@ -165,7 +167,7 @@ def exact_tail(ranks: Ints) -> float:
         if done > MOST_SUMS:
             return math.nan
         sums, weights = _step(sums, weights, orders)
-    reached = (sums * sums).sum(axis=1) >= found
+    reached = (sums * sums).sum(axis=1) >= observed
     return min(1.0, max(float(weights[reached].sum()), SMALLEST))
 
 
@@ -214,8 +216,8 @@ def _step(sums: Ints, weights: Floats, orders: Ints) -> tuple[Ints, Floats]:
         key = key * base + (added[:, column] - added.min())
     _, first, place = np.unique(key, return_index=True, return_inverse=True)
     shares = np.repeat(weights / len(orders), len(orders))
-    joined: Floats = np.bincount(place, weights=shares).astype(np.float64)
-    return added[first].astype(np.int64), joined
+    summed: Floats = np.bincount(place, weights=shares).astype(np.float64)
+    return added[first].astype(np.int64), summed
 
 
 NO_DIFFERENCE = "every participant answered alike in all conditions: Q is undefined"

@@ -35,18 +35,20 @@ def likert(data: pd.DataFrame, dv: Hashable, item: Hashable, points: Sequence[fl
     rows = []
     for code, label in enumerate(items.labels):
         own = values[items.codes == code]
-        given = own[~np.isnan(own)]
-        rows.append({"item": label, "n": len(given), "missing": len(own) - len(given)} | _summary(given, scale, label))
+        answers = own[~np.isnan(own)]
+        rows.append(
+            {"item": label, "n": len(answers), "missing": len(own) - len(answers)} | _summary(answers, scale, label)
+        )
     return pd.DataFrame(rows)
 
 
 def _scale(points: Sequence[float]) -> Floats:
-    found = [] if isinstance(points, str) else list(points)
-    if not 2 <= len(found) <= MOST_POINTS or not all(map(_is_number, found)):
+    values = [] if isinstance(points, str) else list(points)
+    if not 2 <= len(values) <= MOST_POINTS or not all(map(_is_number, values)):
         raise BadOption(f"points={shown(points)}: 2 to {MOST_POINTS} numbers are expected, such as range(1, 8)")
-    scale = np.array(found, dtype=np.float64)
+    scale = np.array(values, dtype=np.float64)
     if not np.all(np.diff(scale) > 0):
-        raise BadOption(f"points={found}: each point must be above the one before it")
+        raise BadOption(f"points={values}: each point must be above the one before it")
     refuse_huge(scale)
     return scale
 
@@ -55,21 +57,21 @@ def _is_number(point: object) -> bool:
     return isinstance(point, int | float) and not isinstance(point, bool) and math.isfinite(point)
 
 
-def _summary(given: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
+def _summary(answers: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
     # The point that each answer is, rounding allowed for.
-    refuse_huge(np.append(given, 0.0))
-    place = np.abs(given[:, None] - scale[None, :]).argmin(axis=1)
-    room = np.maximum(rounding(given), rounding(scale[place]))
-    on: Truths = same_value(given, scale[place], room)
+    refuse_huge(np.append(answers, 0.0))
+    place = np.abs(answers[:, None] - scale[None, :]).argmin(axis=1)
+    room = np.maximum(rounding(answers), rounding(scale[place]))
+    on: Truths = same_value(answers, scale[place], room)
     if not on.all():
-        off = sorted(set(given[~on].tolist()))
+        off = sorted(set(answers[~on].tolist()))
         points = ", ".join(f"{point:g}" for point in scale.tolist())
         raise BadValue(
             f"item {label!r} has answers that are no point of the scale {points}: "
             f"{listed(map(repr, off), len(off))}; correct them or give the scale's own points"
         )
     counts = np.bincount(place, minlength=len(scale)).tolist()
-    n, names = len(given), [f"{point:g}" for point in scale.tolist()]
+    n, names = len(answers), [f"{point:g}" for point in scale.tolist()]
     per_point: dict[str, Any] = {f"n_{name}": count for name, count in zip(names, counts, strict=True)}
     per_point |= {f"share_{name}": count / n if n else math.nan for name, count in zip(names, counts, strict=True)}
     if not n:
@@ -83,11 +85,11 @@ def _note(n: int) -> str:
     return "sd is undefined: one answer" if n == 1 else ""
 
 
-def _numbers(given: Floats, scale: Floats) -> dict[str, float]:
-    n, middle = len(given), (scale[0] + scale[-1]) / 2
-    q1, median, q3 = np.quantile(given, [0.25, 0.5, 0.75]).tolist()
-    first = float(given[0])
-    mean = float(Fraction(first) + exact_sum(given, first) / n)
-    sd = math.sqrt(deviation_ss(given) / (n - 1)) if n > 1 else math.nan
-    above, below = int(np.count_nonzero(given > middle)), int(np.count_nonzero(given < middle))
+def _numbers(answers: Floats, scale: Floats) -> dict[str, float]:
+    n, middle = len(answers), (scale[0] + scale[-1]) / 2
+    q1, median, q3 = np.quantile(answers, [0.25, 0.5, 0.75]).tolist()
+    first = float(answers[0])
+    mean = float(Fraction(first) + exact_sum(answers, first) / n)
+    sd = math.sqrt(deviation_ss(answers) / (n - 1)) if n > 1 else math.nan
+    above, below = int(np.count_nonzero(answers > middle)), int(np.count_nonzero(answers < middle))
     return {"median": median, "q1": q1, "q3": q3, "mean": mean, "sd": sd, "agree": above / n, "disagree": below / n}

@@ -45,7 +45,7 @@ class OrdinalData:
 def ordinal_data(
     data: pd.DataFrame,
     dv: Hashable,
-    asked: Asked,
+    predictors: Predictors,
     subject: Hashable | None,
     levels: Sequence[Hashable] | None,
     orders: Orders,
@@ -54,9 +54,9 @@ def ordinal_data(
 
     Raises UnknownColumn, BadValue, IncompleteCells, BadOption or TooFew.
     """
-    check_columns(data, [dv, *asked.names, *([] if subject is None else [subject])])
+    check_columns(data, [dv, *predictors.names, *([] if subject is None else [subject])])
     answers, names = _answers(data, dv, levels)
-    terms = terms_of(data, asked, orders)
+    terms = terms_of(data, predictors, orders)
     people = np.zeros(len(answers), dtype=np.intp)
     count = None
     if subject is not None:
@@ -69,11 +69,11 @@ def ordinal_data(
     order = np.lexsort(rows.T[::-1]).astype(np.int64)
     new = np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))
     first = np.flatnonzero(new)
-    kept, weights = order[first], np.diff(np.append(first, len(order))).astype(np.float64)
-    shared = tuple(Term(term.name, term.parts, term.columns, term.values[kept]) for term in terms)
+    distinct, weights = order[first], np.diff(np.append(first, len(order))).astype(np.float64)
+    shared = tuple(Term(term.name, term.parts, term.columns, term.values[distinct]) for term in terms)
     refuse_aliased(shared)
-    starts = np.flatnonzero(np.diff(people[kept], prepend=-1)).astype(np.int64)
-    return OrdinalData(answers[kept], names, shared, weights, starts, count)
+    starts = np.flatnonzero(np.diff(people[distinct], prepend=-1)).astype(np.int64)
+    return OrdinalData(answers[distinct], names, shared, weights, starts, count)
 
 
 def _answers(data: pd.DataFrame, dv: Hashable, levels: Sequence[Hashable] | None) -> tuple[Ints, tuple[str, ...]]:
@@ -82,9 +82,9 @@ def _answers(data: pd.DataFrame, dv: Hashable, levels: Sequence[Hashable] | None
     else:
         codes, names = _numbered(numbers_of(data[dv], dv), dv)
     if len(names) < 3:
-        given = ", ".join(names)
+        listing = ", ".join(names)
         raise TooFew(
-            f"column {dv!r} holds {count(len(names), 'different answer')} ({given}); an ordinal model needs three"
+            f"column {dv!r} holds {count(len(names), 'different answer')} ({listing}); an ordinal model needs three"
         )
     if len(names) > MOST_POINTS:
         raise BadOption(f"column {dv!r} holds {len(names):,} different answers, more than {MOST_POINTS}: not ordinal")
@@ -110,9 +110,9 @@ def _labelled(data: pd.DataFrame, dv: Hashable, levels: list[Hashable]) -> tuple
     if unknown or len(set(levels)) < len(levels):
         what = listed(unknown, len(unknown)) or "an answer twice"
         raise BadValue(f"column {dv!r} and its levels do not agree: {what}; give every answer once, lowest first")
-    kept = [label for label in levels if label in labels]
-    place = np.array([kept.index(label) for label in labels], dtype=np.int64)
-    return place[codes], tuple(map(str, kept))
+    ordered_levels = [label for label in levels if label in labels]
+    place = np.array([ordered_levels.index(label) for label in labels], dtype=np.int64)
+    return place[codes], tuple(map(str, ordered_levels))
 
 
 def refuse_aliased(terms: Sequence[Term]) -> None:
@@ -150,7 +150,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Asked:
+class Predictors:
     """The predictors of a model by column: factors, numbers, and interactions written "a:b"."""
 
     fixed: tuple[str, ...]
@@ -164,18 +164,18 @@ class Asked:
         return [*self.fixed, *self.numeric]
 
 
-def terms_of(data: pd.DataFrame, asked: Asked, orders: Orders) -> list[Term]:
+def terms_of(data: pd.DataFrame, predictors: Predictors, orders: Orders) -> list[Term]:
     """Return the model's terms, in the order asked for, interactions last.
 
     `orders` gives a factor's levels in an order of one's own; the first is what "treatment" compares with. Raises
     UnknownColumn, BadValue, BadOption or TooFew.
     """
-    made = {name: _factor(data, name, asked.coding, orders.get(name)) for name in asked.fixed}
-    made |= {name: [(name, _numbers(data, name))] for name in asked.numeric}
-    terms = [_term(name, frozenset((name,)), named) for name, named in made.items()]
-    for name in asked.interactions:
-        parts = _parts(name, made)
-        terms.append(_term(name, frozenset(parts), _products([made[part] for part in parts])))
+    built = {name: _factor(data, name, predictors.coding, orders.get(name)) for name in predictors.fixed}
+    built |= {name: [(name, _numbers(data, name))] for name in predictors.numeric}
+    terms = [_term(name, frozenset((name,)), named) for name, named in built.items()]
+    for name in predictors.interactions:
+        parts = _parts(name, built)
+        terms.append(_term(name, frozenset(parts), _products([built[part] for part in parts])))
     _refuse_twice([term.name for term in terms], [term.parts for term in terms])
     return terms
 
@@ -202,9 +202,9 @@ def _reordered(
     lost = [repr(label) for label in labels if label not in order]
     if lost:
         raise BadOption(f"the order of {name!r} lacks {listed(lost, len(lost))}; give every level that has rows")
-    kept = [label for label in dict.fromkeys(order) if label in labels]
-    place = np.array([kept.index(label) for label in labels], dtype=np.intp)
-    return place[codes], kept
+    ordered_labels = [label for label in dict.fromkeys(order) if label in labels]
+    place = np.array([ordered_labels.index(label) for label in labels], dtype=np.intp)
+    return place[codes], ordered_labels
 
 
 def _numbers(data: pd.DataFrame, name: str) -> Floats:
@@ -217,8 +217,8 @@ def _numbers(data: pd.DataFrame, name: str) -> Floats:
     return values
 
 
-def _parts(name: str, made: Iterable[str]) -> list[str]:
-    known, parts = list(made), name.split(":")
+def _parts(name: str, columns: Iterable[str]) -> list[str]:
+    known, parts = list(columns), name.split(":")
     for part in parts:
         if part not in known:
             raise UnknownColumn(f"the interaction {name!r} names {part!r}, which is no predictor: {', '.join(known)}")
@@ -228,11 +228,11 @@ def _parts(name: str, made: Iterable[str]) -> list[str]:
 
 
 def _products(parts: list[Named]) -> Named:
-    found = []
+    products = []
     for combination in product(*parts):
         label = ":".join(name for name, _ in combination)
-        found.append((label, np.prod([values for _, values in combination], axis=0)))
-    return found
+        products.append((label, np.prod([values for _, values in combination], axis=0)))
+    return products
 
 
 def _refuse_twice(names: list[str], parts: list[frozenset[str]]) -> None:

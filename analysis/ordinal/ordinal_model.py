@@ -19,7 +19,7 @@ from scipy.optimize import linprog
 from scipy.special import chdtrc, ndtr, ndtri
 
 from palpate.analysis.ordinal.cumulative import LINKS, Fit, Link, Rows, fitted, rows_of, start_of
-from palpate.analysis.ordinal.ordinal_data import Asked, Coding, Orders, OrdinalData, Term, ordinal_data
+from palpate.analysis.ordinal.ordinal_data import Coding, Orders, OrdinalData, Predictors, Term, ordinal_data
 from palpate.analysis.ordinal.random_intercept import fit_intercepts
 from palpate.analysis.ordinal.resampling import check_interval
 from palpate.analysis.statistics.doubles import Floats
@@ -91,79 +91,79 @@ def ordinal_model(
         raise BadOption("predictors are named by text; rename the columns")
     if coding not in ("treatment", "sum"):
         raise BadOption(f"coding={shown(coding)} is unknown: 'treatment' or 'sum'")
-    asked = Asked(lists[0], lists[1], lists[2], coding)
-    if not asked.fixed:
+    predictors = Predictors(lists[0], lists[1], lists[2], coding)
+    if not predictors.fixed:
         refuse_idle("coding", coding, "treatment", "without a factor in `fixed`")
-    refuse_idle_levels(orders or {}, asked.fixed, "orders")
+    refuse_idle_levels(orders or {}, predictors.fixed, "orders")
     if link not in LINKS:
         raise BadOption(f"link={shown(link)} is unknown: 'logit' or 'probit'")
-    given = ordinal_data(data, dv, asked, random, levels, orders or {})
-    return _model(given, fit(given, given.terms, link), link, confidence)
+    answers = ordinal_data(data, dv, predictors, random, levels, orders or {})
+    return _model(answers, fit(answers, answers.terms, link), link, confidence)
 
 
-def _model(given: OrdinalData, found: Fitted, link: Link, confidence: float) -> OrdinalModel:
+def _model(data: OrdinalData, fitted_model: Fitted, link: Link, confidence: float) -> OrdinalModel:
     return OrdinalModel(
-        coefficients(given, found, confidence),
-        pd.DataFrame(list(term_tests(given, found, link))),
-        pd.DataFrame([_proportional(given, term, found, link) for term in given.terms]),
-        found.log_likelihood,
-        2 * found.parameters - 2 * found.log_likelihood,
-        int(given.weights.sum()),
-        given.people,
-        found.sigma,
-        found.sigma_error,
+        coefficients(data, fitted_model, confidence),
+        pd.DataFrame(list(term_tests(data, fitted_model, link))),
+        pd.DataFrame([_proportional(data, term, fitted_model, link) for term in data.terms]),
+        fitted_model.log_likelihood,
+        2 * fitted_model.parameters - 2 * fitted_model.log_likelihood,
+        int(data.weights.sum()),
+        data.people,
+        fitted_model.sigma,
+        fitted_model.sigma_error,
         link,
-        given.names,
-        NO_SPREAD if found.sigma == 0 else "",
+        data.names,
+        NO_SPREAD if fitted_model.sigma == 0 else "",
     )
 
 
-def coefficients(given: OrdinalData, found: Fitted, confidence: float) -> pd.DataFrame:
+def coefficients(data: OrdinalData, model: Fitted, confidence: float) -> pd.DataFrame:
     """Return the thresholds and slopes with their Wald statistics."""
-    names = [f"{low}|{high}" for low, high in zip(given.names, given.names[1:], strict=False)]
-    slopes = [name for term in given.terms for name in term.columns]
-    errors = np.sqrt(np.diag(found.covariance))
-    z = found.estimates / errors
+    names = [f"{low}|{high}" for low, high in zip(data.names, data.names[1:], strict=False)]
+    slopes = [name for term in data.terms for name in term.columns]
+    errors = np.sqrt(np.diag(model.covariance))
+    z = model.estimates / errors
     half = float(ndtri((1 + confidence) / 2)) * errors
     return pd.DataFrame(
         {
             "kind": ["threshold"] * len(names) + ["slope"] * len(slopes),
             "term": names + slopes,
-            "estimate": found.estimates,
+            "estimate": model.estimates,
             "se": errors,
             "z": z,
             "p": np.clip(2 * ndtr(-np.abs(z)), SMALLEST, 1.0),
-            "ci_low": found.estimates - half,
-            "ci_high": found.estimates + half,
+            "ci_low": model.estimates - half,
+            "ci_high": model.estimates + half,
         }
     )
 
 
-def term_tests(given: OrdinalData, found: Fitted, link: Link) -> Iterator[dict[str, Any]]:
+def term_tests(data: OrdinalData, model: Fitted, link: Link) -> Iterator[dict[str, Any]]:
     """Yield likelihood ratio tests of every term, type II, and of the random intercept."""
-    for term in given.terms:
-        others = [other for other in given.terms if not term.parts <= other.parts]
-        larger = found
-        if len(others) < len(given.terms) - 1:
-            larger = fit(given, [*others, term], link)
-        smaller = fit(given, others, link)
+    for term in data.terms:
+        others = [other for other in data.terms if not term.parts <= other.parts]
+        larger = model
+        if len(others) < len(data.terms) - 1:
+            larger = fit(data, [*others, term], link)
+        smaller = fit(data, others, link)
         yield _ratio(term.name, larger.log_likelihood, smaller.log_likelihood, len(term.columns), "")
-    if given.people is not None:
+    if data.people is not None:
         plain = fit(
-            OrdinalData(given.answers, given.names, given.terms, given.weights, given.starts, None), given.terms, link
+            OrdinalData(data.answers, data.names, data.terms, data.weights, data.starts, None), data.terms, link
         )
-        row = _ratio("random intercept", found.log_likelihood, plain.log_likelihood, 1, NO_SPREAD * (found.sigma == 0))
+        row = _ratio("random intercept", model.log_likelihood, plain.log_likelihood, 1, NO_SPREAD * (model.sigma == 0))
         yield row | {"p_unc": row["p_unc"] / 2 if row["LR"] > 0 else 1.0}
 
 
-def _proportional(given: OrdinalData, term: Term, found: Fitted, link: Link) -> dict[str, Any]:
+def _proportional(data: OrdinalData, term: Term, model: Fitted, link: Link) -> dict[str, Any]:
     """Compare one slope of this term for all thresholds with one at each."""
-    df = len(term.columns) * (given.points - 2)
+    df = len(term.columns) * (data.points - 2)
     try:
-        reached, note = limit(given, given.terms, term, link)
+        reached, note = limit(data, data.terms, term, link)
     except NotConverged as reason:
-        return _ratio(term.name, math.nan, found.log_likelihood, df, f"undefined: {reason}")
-    return _ratio(term.name, reached, found.log_likelihood, df, note)
+        return _ratio(term.name, math.nan, model.log_likelihood, df, f"undefined: {reason}")
+    return _ratio(term.name, reached, model.log_likelihood, df, note)
 
 
 def _ratio(source: str, larger: float, smaller: float, df: int, note: str) -> dict[str, Any]:
@@ -255,20 +255,20 @@ def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> t
     unbounded = _flat(plain) and escape(rows) is not None
     if unbounded and data.people is not None:
         return math.nan, f"undefined: {INFINITE}"
-    found = plain
+    best = plain
     if data.people is not None:
         mixed, _ = fit_intercepts(rows, plain.g, FIRST_SD, link)
-        found = max(plain, mixed, key=lambda each: each.log_likelihood)
-    if not _in_order(data, free, _thresholds(found.g, own, data.points - 1), unbounded):
+        best = max(plain, mixed, key=lambda candidate: candidate.log_likelihood)
+    if not _in_order(data, free, _thresholds(best.g, own, data.points - 1), unbounded):
         return math.nan, DISORDER
-    return found.log_likelihood, f"{INFINITE}; its likelihood is the limit" if unbounded else ""
+    return best.log_likelihood, f"{INFINITE}; its likelihood is the limit" if unbounded else ""
 
 
 def _thresholds(g: Floats, free: Floats, count: int) -> Floats:
     """Return the thresholds of each row, moved by the slopes of `free` at each: (rows, thresholds)."""
     slopes = g[: count * (1 + free.shape[1])].reshape(count, -1)
-    found: Floats = slopes[:, 0] - free @ slopes[:, 1:].T
-    return found
+    thresholds: Floats = slopes[:, 0] - free @ slopes[:, 1:].T
+    return thresholds
 
 
 def _in_order(data: OrdinalData, free: Term, thresholds: Floats, unbounded: bool) -> bool:
@@ -280,8 +280,8 @@ def _in_order(data: OrdinalData, free: Term, thresholds: Floats, unbounded: bool
     _, rows, kind = np.unique(free.values, axis=0, return_index=True, return_inverse=True)
     for i, rises in enumerate(np.diff(thresholds[rows], axis=1)):
         answers = data.answers[kind.ravel() == i]
-        told = rises[int(answers.min()) : max(int(answers.max()) - 1, 0)] if unbounded else rises
-        if (told < -ORDERED).any():
+        informed = rises[int(answers.min()) : max(int(answers.max()) - 1, 0)] if unbounded else rises
+        if (informed < -ORDERED).any():
             return False
     return True
 
@@ -294,8 +294,8 @@ def _start(data: OrdinalData, columns: int, free: int, link: Link) -> Floats:
     return start_of(data.answers, data.points, data.weights, columns, free, link)
 
 
-def _flat(found: Fit) -> bool:
-    return float(np.linalg.eigvalsh(found.information)[0]) < FLAT
+def _flat(maximum: Fit) -> bool:
+    return float(np.linalg.eigvalsh(maximum.information)[0]) < FLAT
 
 
 def _refuse_separated(rows: Rows, names: list[str]) -> None:
@@ -306,15 +306,15 @@ def _refuse_separated(rows: Rows, names: list[str]) -> None:
         )
 
 
-def _in_units(found: Fit, to_units: Floats, sigma: float | None) -> Fitted:
+def _in_units(maximum: Fit, to_units: Floats, sigma: float | None) -> Fitted:
     size = len(to_units)
-    covariance = np.linalg.inv(found.information)
-    estimates: Floats = to_units @ found.g[:size]
+    covariance = np.linalg.inv(maximum.information)
+    estimates: Floats = to_units @ maximum.g[:size]
     spread: Floats = to_units @ covariance[:size, :size] @ to_units.T
-    mixed = len(found.g) > size
+    mixed = len(maximum.g) > size
     error = math.sqrt(float(covariance[-1, -1])) if mixed else math.nan
     count = size if sigma is None else size + 1
-    return Fitted(estimates, spread, found.log_likelihood, sigma, error, count, found.steps)
+    return Fitted(estimates, spread, maximum.log_likelihood, sigma, error, count, maximum.steps)
 
 
 MOVED = 1e-7
@@ -324,8 +324,8 @@ def escape(rows: Rows) -> Floats | None:
     """Return a direction along which the likelihood rises for ever, each part at most 1; None where there is none."""
     bounds = np.concatenate((rows.upper[~rows.last], -rows.lower[~rows.first]))
     bounds = np.unique(bounds, axis=0)
-    found = linprog(-bounds.sum(axis=0), A_ub=-bounds, b_ub=np.zeros(len(bounds)), bounds=(-1, 1), method="highs")
-    if found.x is None or float((bounds @ found.x).max()) <= MOVED:
+    programme = linprog(-bounds.sum(axis=0), A_ub=-bounds, b_ub=np.zeros(len(bounds)), bounds=(-1, 1), method="highs")
+    if programme.x is None or float((bounds @ programme.x).max()) <= MOVED:
         return None
-    direction: Floats = found.x
+    direction: Floats = programme.x
     return direction

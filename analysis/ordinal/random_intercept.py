@@ -37,11 +37,11 @@ def fit_intercepts(rows: Rows, g: Floats, sigma: float, link: Link) -> tuple[Fit
     """
     at = np.append(g, sigma)
     for count, more in zip(NODES, (*NODES[1:], 2 * NODES[-1]), strict=True):
-        found = _maximum(Marginal(rows, link, count), at)
-        at = found.g
-        change = abs(marginal_likelihood(Marginal(rows, link, more), at) - found.log_likelihood)
-        if change <= CLOSE * abs(found.log_likelihood) or (count == NODES[-1] and change <= FAR):
-            return found, abs(float(at[-1]))
+        maximum = _maximum(Marginal(rows, link, count), at)
+        at = maximum.g
+        change = abs(marginal_likelihood(Marginal(rows, link, more), at) - maximum.log_likelihood)
+        if change <= CLOSE * abs(maximum.log_likelihood) or (count == NODES[-1] and change <= FAR):
+            return maximum, abs(float(at[-1]))
     raise NotConverged("the participants' intercepts cannot be integrated out: some answers hardly ever change")
 
 
@@ -99,18 +99,18 @@ class Marginal:
     @property
     def lengths(self) -> Ints:
         """How many rows each participant has."""
-        found: Ints = np.diff(np.append(self.rows.starts, len(self.rows.weights)))
-        return found
+        lengths: Ints = np.diff(np.append(self.rows.starts, len(self.rows.weights)))
+        return lengths
 
     def per_person(self, values: Floats) -> Floats:
         """Return the sum of each participant's rows."""
-        found: Floats = np.add.reduceat(values, self.rows.starts, axis=0)
-        return found
+        sums: Floats = np.add.reduceat(values, self.rows.starts, axis=0)
+        return sums
 
     def per_row(self, values: Floats) -> Floats:
         """Repeat participants' values, one for each of their rows."""
-        found: Floats = np.repeat(values, self.lengths, axis=0)
-        return found
+        repeated: Floats = np.repeat(values, self.lengths, axis=0)
+        return repeated
 
 
 @dataclass(frozen=True)
@@ -173,9 +173,9 @@ def _nodes(model: Marginal, bounds: Bounds) -> Nodes:
     z = np.zeros(len(model.rows.starts))
     bend = np.ones_like(z)
     for _ in range(MODE_STEPS):
-        found = bounds.at(model, z)
-        slope = found.f_high - found.f_low
-        curve = found.s_high - found.s_low - slope * slope
+        intervals = bounds.at(model, z)
+        slope = intervals.f_high - intervals.f_low
+        curve = intervals.s_high - intervals.s_low - slope * slope
         down = bounds.sigma * model.per_person(model.rows.weights * slope) + z
         bend = 1 - bounds.sigma**2 * model.per_person(model.rows.weights * curve)
         step = down / bend
@@ -194,17 +194,19 @@ def _logs(model: Marginal, bounds: Bounds, nodes: Nodes) -> Floats:
     """Return the log of each participant's integrand times weight, at its nodes."""
     weights = model.rows.weights[:, None]
     parts = [model.per_person(weights * bounds.at(model, nodes.z[:, some]).log_p) for some in _batches(model, 1)]
-    found: Floats = np.concatenate(parts, axis=1) - nodes.z**2 / 2 + nodes.log_weights
-    return found
+    logs: Floats = np.concatenate(parts, axis=1) - nodes.z**2 / 2 + nodes.log_weights
+    return logs
 
 
 def _complete(model: Marginal, bounds: Bounds, z: Floats, shares: Floats) -> tuple[Floats, Floats]:
     """Return each participant's score at some nodes (participants, nodes, parameters), and all information there."""
-    found, rows = bounds.at(model, z), model.rows
+    intervals, rows = bounds.at(model, z), model.rows
     upper, lower = (_widened(side, model.per_row(-z)) for side in (rows.upper, rows.lower))
-    score = found.f_high[..., None] * upper - found.f_low[..., None] * lower
+    score = intervals.f_high[..., None] * upper - intervals.f_low[..., None] * lower
     weight = rows.weights[:, None] * model.per_row(shares)
-    bend = _product(weight, score) - _product(weight * found.s_high, upper) + _product(weight * found.s_low, lower)
+    bend = (
+        _product(weight, score) - _product(weight * intervals.s_high, upper) + _product(weight * intervals.s_low, lower)
+    )
     return model.per_person(rows.weights[:, None, None] * score), bend
 
 
@@ -217,5 +219,5 @@ def _widened(side: Floats, moved: Floats) -> Floats:
 def _product(weight: Floats, columns: Floats) -> Floats:
     """Return the sum of weight x column x column over rows and nodes."""
     flat = columns.reshape(-1, columns.shape[2])
-    found: Floats = flat.T @ (weight.reshape(-1, 1) * flat)
-    return found
+    product: Floats = flat.T @ (weight.reshape(-1, 1) * flat)
+    return product

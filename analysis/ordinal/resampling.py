@@ -73,5 +73,5 @@ def _agreement(counts: Floats, centred: Floats, squares: Floats) -> Floats:
     together, total = ((counts @ centred) ** 2).sum(axis=1) - twice @ squares, counts @ squares
     pairs = n * n - twice.sum(axis=1)
     r = np.divide(together * n, pairs * total, out=np.full(len(counts), np.nan), where=(pairs > 0) & (total > 0))
-    found: Floats = np.clip((1 + (n - 1) * r) / n, 0.0, 1.0)
-    return found
+    w: Floats = np.clip((1 + (n - 1) * r) / n, 0.0, 1.0)
+    return w

@@ -111,13 +111,13 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
     lost, pairs = int(np.count_nonzero(zero)), (len(a), len(b))
     if lost == len(a):
         return RankComparison(pairs, lost, *(math.nan,) * 5, shift, "V is undefined: every difference is zero")
-    kept = np.ones_like(zero) if zeros == "pratt" else ~zero
-    if _is_doubtful(size[kept], allowed[kept]):
+    ranked = np.ones_like(zero) if zeros == "pratt" else ~zero
+    if _is_doubtful(size[ranked], allowed[ranked]):
         exact = written(a) & written(b)
         size = np.where(zero, 0.0, np.abs(_decimal_differences(a, b, exact)))
     else:
         exact = np.ones_like(zero)
-    ranks: Ints = doubled_ranks(size[None, kept], allowed[None, kept], ~exact[None, kept])[0, ~zero[kept]]
+    ranks: Ints = doubled_ranks(size[None, ranked], allowed[None, ranked], ~exact[None, ranked])[0, ~zero[ranked]]
     positive, total = int(ranks[change[~zero] > 0].sum()), int(ranks.sum())
     z, p_normal = _normal(positive, ranks)
     p_exact = math.nan
@@ -141,10 +141,10 @@ def _is_doubtful(size: Floats, allowed: Floats) -> bool:
 
 def _decimal_differences(a: Floats, b: Floats, exact: Truths) -> Floats:
     """Return a - b, of short decimals without the rounding that subtracting doubles has: 0.3 - 0.2 is 0.2 - 0.1."""
-    found = a - b
+    differences = a - b
     for place in np.flatnonzero(exact):
-        found[place] = float(Decimal(repr(float(a[place]))) - Decimal(repr(float(b[place]))))
-    return found
+        differences[place] = float(Decimal(repr(float(a[place]))) - Decimal(repr(float(b[place]))))
+    return differences
 
 
 def _normal(positive: int, ranks: Ints) -> tuple[float, float]:
@@ -202,8 +202,8 @@ def wilcoxon_tests(
         raise BadOption("within needs `subject`, the column that says who gave each value")
     if within is not None:
         factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
-        found = _pairs(cells.levels[0], list(cells.values.T))
-        pairs, attrs = [(a, b, signed_ranks(x, y, zeros, confidence)) for a, b, x, y in found], cells.attrs()
+        compared_pairs = _pairs(cells.levels[0], list(cells.values.T))
+        pairs, attrs = [(a, b, signed_ranks(x, y, zeros, confidence)) for a, b, x, y in compared_pairs], cells.attrs()
     else:
         groups = gather_groups(data, dv, between, subject, missing, aggregate)
         refuse_huge(np.concatenate(groups.values))
@@ -228,22 +228,29 @@ def in_family(p: list[float], method: str, family: int | None) -> list[float]:
 
 
 def _table(factor: Hashable, paired: bool, pairs: list[Found], method: str, family: int | None) -> pd.DataFrame:
-    adjusted_p = in_family([found.p for _, _, found in pairs], method, family)
+    adjusted_p = in_family([comparison.p for _, _, comparison in pairs], method, family)
     size = len(pairs) if family is None else family
     rows = [
         {"Contrast": str(factor), "A": a, "B": b, "Paired": paired}
-        | _numbers(found)
-        | {"p_corr": p, "p_adjust": method, "family": size, "note": found.note}
-        for (a, b, found), p in zip(pairs, adjusted_p, strict=True)
+        | _numbers(comparison)
+        | {"p_corr": p, "p_adjust": method, "family": size, "note": comparison.note}
+        for (a, b, comparison), p in zip(pairs, adjusted_p, strict=True)
     ]
     return pd.DataFrame(rows)
 
 
-def _numbers(found: RankComparison) -> dict[str, float | int]:
-    sizes = {"n_A": found.n[0], "n_B": found.n[1], "zeros": found.zeros}
-    tests = {"W": found.statistic, "z": found.z, "rank_biserial": found.size}
-    shift = {"shift": found.shift.estimate, "ci_low": found.shift.low, "ci_high": found.shift.high}
-    return {**sizes, **tests, **shift, "p_normal": found.p_normal, "p_exact": found.p_exact, "p_unc": found.p}
+def _numbers(comparison: RankComparison) -> dict[str, float | int]:
+    sizes = {"n_A": comparison.n[0], "n_B": comparison.n[1], "zeros": comparison.zeros}
+    tests = {"W": comparison.statistic, "z": comparison.z, "rank_biserial": comparison.size}
+    shift = {"shift": comparison.shift.estimate, "ci_low": comparison.shift.low, "ci_high": comparison.shift.high}
+    return {
+        **sizes,
+        **tests,
+        **shift,
+        "p_normal": comparison.p_normal,
+        "p_exact": comparison.p_exact,
+        "p_unc": comparison.p,
+    }
 
 
 MOST_MEANS = 5_000_000  # pairwise means or differences held at once
@@ -345,15 +352,15 @@ def rank_sum_chances(ranks: Ints, size: int) -> Floats | None:
     for done, rank in enumerate(np.sort(ranks).tolist()):
         most = min(done + 1, size)
         counts[1 : most + 1, rank:] += counts[:most, : total + 1 - rank].copy()
-    found: Floats = counts[size]
-    found /= found.sum()
-    return found
+    chances: Floats = counts[size]
+    chances /= chances.sum()
+    return chances
 
 
-def two_sided(chances: Floats, found: int, doubled_mean: int) -> float:
+def two_sided(chances: Floats, observed: int, doubled_mean: int) -> float:
     """Return P(|statistic - mean| >= |observed - mean|); `doubled_mean` is twice the mean."""
     apart = np.abs(2 * np.arange(len(chances)) - doubled_mean)
-    return min(1.0, float(chances[apart >= abs(2 * found - doubled_mean)].sum()))
+    return min(1.0, float(chances[apart >= abs(2 * observed - doubled_mean)].sum()))
 
 
 def lower_quantile(chances: Floats, share: float) -> int:

@@ -57,9 +57,9 @@ def kendall_w(
         raise BadOption(f"missing={shown(missing)} is unknown: one of {', '.join(map(repr, GAPS))}")
     table = crossed(data, dv, targets, raters, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
     refuse_few(table, f"targets ({targets})", f"raters ({raters})")
-    found = pd.DataFrame([concordance(table.values, p, draws, seed)])
-    found.attrs.update(table.attrs("targets", "raters") | {"draws": draws, "seed": seed})
-    return found
+    table_of_w = pd.DataFrame([concordance(table.values, p, draws, seed)])
+    table_of_w.attrs.update(table.attrs("targets", "raters") | {"draws": draws, "seed": seed})
+    return table_of_w
 
 
 def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: int = 0) -> dict[str, object]:
@@ -77,10 +77,10 @@ def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: in
     w = spread / largest if largest else math.nan
     chi2 = m * (n - 1) * w
     asymptotic = chi2_tail(chi2, n - 1)
-    found, kind, why = _p(ranks, spread, asymptotic, p, draws, seed) if largest else (math.nan, "none", "")
+    p_value, kind, why = _p(ranks, spread, asymptotic, p, draws, seed) if largest else (math.nan, "none", "")
     return {
         **{"W": w, "mean_rank_r": (m * w - 1) / (m - 1), "chi2": chi2, "df": n - 1, "p_chi2": asymptotic},
-        **{"p": found, "p_kind": kind, "raters": m, "targets": n, "raters_with_ties": _with_ties(ranks)},
+        **{"p": p_value, "p_kind": kind, "raters": m, "targets": n, "raters_with_ties": _with_ties(ranks)},
         "note": "; ".join(filter(None, (_still_note(still, m), why))),
     }
 
@@ -95,15 +95,15 @@ def _still_note(still: int, raters: int) -> str:
     return f"{still} of {raters} raters put all targets level and say nothing of their order" if still else ""
 
 
-def _p(ranks: Ints, spread: int, asymptotic: float, asked: PKind, draws: int, seed: int) -> tuple[float, str, str]:
+def _p(ranks: Ints, spread: int, asymptotic: float, kind: PKind, draws: int, seed: int) -> tuple[float, str, str]:
     """Return p, its kind, and why it is not of the kind requested."""
     why = ""
-    if asked in ("auto", "exact"):
-        found = exact_tail(ranks)
-        if not math.isnan(found):
-            return found, "exact", ""
-        why = "too many orders for an exact p" if asked == "exact" else ""
-    if asked == "chi2" or (asked == "auto" and draws * ranks.size > AFFORDABLE):
+    if kind in ("auto", "exact"):
+        exact = exact_tail(ranks)
+        if not math.isnan(exact):
+            return exact, "exact", ""
+        why = "too many orders for an exact p" if kind == "exact" else ""
+    if kind == "chi2" or (kind == "auto" and draws * ranks.size > AFFORDABLE):
         return asymptotic, "chi2", why
     return permutation_p(ranks, spread, draws, seed), "permutation", why
 

@@ -27,20 +27,20 @@ def deviations(values: Floats) -> Floats:
     """Return a sample's deviations from its mean times its size, scaled by a power of two; 0 for rounding alone."""
     x, _ = scaled(values)
     high, low = differences((x, None), 0)
-    found = centred(high if low is None else high + low, 0)
-    if sum_of_squares(found) / len(found) ** 2 <= len(found) * ROUNDING**2:
-        return np.zeros_like(found)
-    return scaled(found)[0]
+    scaled_deviations = centred(high if low is None else high + low, 0)
+    if sum_of_squares(scaled_deviations) / len(scaled_deviations) ** 2 <= len(scaled_deviations) * ROUNDING**2:
+        return np.zeros_like(scaled_deviations)
+    return scaled(scaled_deviations)[0]
 
 
 def deviations_of_sum(columns: Floats) -> Floats:
     """Return the same for the sums of the rows of a matrix, as if added without rounding."""
     x, _ = scaled(columns)
     sums = row_sums(differences((x, None), 0))
-    found = centred(sums, 0)
-    if sum_of_squares(found) / len(found) ** 2 <= columns.size * ROUNDING**2:
-        return np.zeros_like(found)
-    return scaled(found)[0]
+    scaled_deviations = centred(sums, 0)
+    if sum_of_squares(scaled_deviations) / len(scaled_deviations) ** 2 <= columns.size * ROUNDING**2:
+        return np.zeros_like(scaled_deviations)
+    return scaled(scaled_deviations)[0]
 
 
 def product_moment(x: Floats, y: Floats) -> float:

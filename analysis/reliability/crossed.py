@@ -37,8 +37,8 @@ class Crossed:
 
     def attrs(self, rows: str, columns: str) -> dict[str, Any]:
         """Return the facts about the table that a result rests on."""
-        made: dict[str, Any] = {rows: len(self.rows), columns: len(self.columns), "dropped": self.dropped}
-        return made if self.values_per_cell == (1, 1) else made | {"values_per_cell": self.values_per_cell}
+        facts: dict[str, Any] = {rows: len(self.rows), columns: len(self.columns), "dropped": self.dropped}
+        return facts if self.values_per_cell == (1, 1) else facts | {"values_per_cell": self.values_per_cell}
 
 
 def crossed(
@@ -106,8 +106,8 @@ def _filled(
     count = np.bincount(flat, minlength=math.prod(shape))
     if count.max(initial=0) > 1 and aggregate is None:
         several = np.flatnonzero(count > 1)
-        found = listed((_place(int(at), down.labels, across.labels, where) for at in several), len(several))
-        raise DuplicatedCells(f"several values at {found}; pass aggregate='mean' to average them")
+        listing = listed((_place(int(at), down.labels, across.labels, where) for at in several), len(several))
+        raise DuplicatedCells(f"several values at {listing}; pass aggregate='mean' to average them")
     return cell_means(y, flat, count).reshape(shape), count.reshape(shape)
 
 
@@ -122,18 +122,18 @@ def _without_gaps(
     lost = np.isnan(values)
     if gaps == "raise":
         places = np.flatnonzero(lost)
-        found = listed((_place(int(at), *labels, where) for at in places), len(places))
+        listing = listed((_place(int(at), *labels, where) for at in places), len(places))
         raise IncompleteCells(
-            f"no value at {found}; {len(places)} of {values.size} cells are missing; leave out what has gaps, or "
+            f"no value at {listing}; {len(places)} of {values.size} cells are missing; leave out what has gaps, or "
             "compare only those who share all"
         )
     axis = 0 if gaps == "drop_rows" else 1
     whole: NDArray[np.bool_] = np.logical_not(np.logical_or.reduce(lost, axis=1 - axis))
     if not whole.any():
         raise IncompleteCells(f"no {where[axis]} has a value in every cell; nothing is left")
-    kept = [label for label, keep in zip(labels[axis], whole, strict=True) if keep]
+    complete = [label for label, keep in zip(labels[axis], whole, strict=True) if keep]
     dropped = [label for label, keep in zip(labels[axis], whole, strict=True) if not keep]
-    rows, columns = (kept, labels[1]) if axis == 0 else (labels[0], kept)
+    rows, columns = (complete, labels[1]) if axis == 0 else (labels[0], complete)
     return Crossed(np.compress(whole, values, axis), rows, columns, dropped, _range(np.compress(whole, count, axis)))
 
 

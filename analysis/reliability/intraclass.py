@@ -83,9 +83,9 @@ def icc(
         raise BadOption(f"missing={shown(missing)} is unknown: one of {', '.join(map(repr, GAPS))}")
     table = crossed(data, dv, targets, raters, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
     refuse_few(table, f"targets ({targets})", f"raters ({raters})")
-    found = pd.DataFrame(iccs(table.values, confidence)).rename(columns={"icc": "ICC", "f": "F"})
-    found.attrs.update(table.attrs("targets", "raters") | {"confidence": confidence})
-    return found
+    coefficients = pd.DataFrame(iccs(table.values, confidence)).rename(columns={"icc": "ICC", "f": "F"})
+    coefficients.attrs.update(table.attrs("targets", "raters") | {"confidence": confidence})
+    return coefficients
 
 
 def demand_confidence(confidence: object) -> None:

@@ -78,8 +78,8 @@ def krippendorff_alpha(
     refuse_without_draws(draws, seed=(seed, 0), confidence=(confidence, 0.95))
     check_columns(data, [dv])
     table = crossed(_numbered(data, dv, level), dv, units, raters, gaps="keep", aggregate=aggregate)
-    found = krippendorff(table.values, level, draws=draws, seed=seed, confidence=confidence)
-    return replace(found, values_per_cell=table.values_per_cell)
+    alpha = krippendorff(table.values, level, draws=draws, seed=seed, confidence=confidence)
+    return replace(alpha, values_per_cell=table.values_per_cell)
 
 
 def krippendorff(
@@ -90,21 +90,21 @@ def krippendorff(
     demand_draws(draws)
     if values.ndim != 2 or values.shape[1] < 2:
         raise TooFew("one rater; agreement needs two or more")
-    given = ~np.isnan(values)
-    paired = given.sum(axis=1) >= 2
-    kept = values[paired]
+    present = ~np.isnan(values)
+    paired = present.sum(axis=1) >= 2
+    pairable = values[paired]
     alpha, drawn = math.nan, np.empty(0)
-    if len(kept):
-        of = disagreement_of(kept, level)
-        alpha = float(of(np.ones((1, len(kept))))[0])
-        if draws and len(kept) > 1 and not math.isnan(alpha):
-            blocks = weights(generator(seed, "krippendorff"), len(kept), draws)
+    if len(pairable):
+        of = disagreement_of(pairable, level)
+        alpha = float(of(np.ones((1, len(pairable))))[0])
+        if draws and len(pairable) > 1 and not math.isnan(alpha):
+            blocks = weights(generator(seed, "krippendorff"), len(pairable), draws)
             drawn = np.concatenate([of(block) for block in blocks])
     low, high = percentile(drawn, confidence)
     return Krippendorff(
-        *(alpha, low, high, level, len(kept), values.shape[1], int(given[paired].sum())),
-        *(int((~given).sum()), int((~paired & given.any(axis=1)).sum()), draws, seed, confidence),
-        note="; ".join(_notes(alpha, drawn, len(kept), draws)),
+        *(alpha, low, high, level, len(pairable), values.shape[1], int(present[paired].sum())),
+        *(int((~present).sum()), int((~paired & present.any(axis=1)).sum()), draws, seed, confidence),
+        note="; ".join(_notes(alpha, drawn, len(pairable), draws)),
     )
 
 
@@ -116,9 +116,9 @@ def _numbered(data: pd.DataFrame, dv: Hashable, level: Level) -> pd.DataFrame:
     values = np.full(len(data), np.nan)
     if there.any():
         values[there] = coded(data[dv][there], dv).codes
-    found = data.copy()
-    found[dv] = values
-    return found
+    numbered = data.copy()
+    numbered[dv] = values
+    return numbered
 
 
 def _notes(alpha: float, drawn: Floats, units: int, draws: int) -> list[str]:
@@ -159,13 +159,13 @@ def disagreement_of(values: Floats, level: str) -> Weighted:
 def _counts(values: Floats) -> tuple[Floats, Floats]:
     """Return how often each different value occurs in each unit, and the values; those only rounding apart are one."""
     units, _ = np.nonzero(~np.isnan(values))
-    found, places = np.unique(values[~np.isnan(values)], return_inverse=True)
-    refuse_huge(found)
-    room = rounding(found)
-    starts = np.append(True, ~same_value(found[1:], found[:-1], np.maximum(room[1:], room[:-1])))
+    distinct, places = np.unique(values[~np.isnan(values)], return_inverse=True)
+    refuse_huge(distinct)
+    room = rounding(distinct)
+    starts = np.append(True, ~same_value(distinct[1:], distinct[:-1], np.maximum(room[1:], room[:-1])))
     counts = np.zeros((len(values), int(starts.sum())))
     np.add.at(counts, (units, (np.cumsum(starts) - 1)[places]), 1.0)
-    return counts, found[starts]
+    return counts, distinct[starts]
 
 
 def _alpha(observed: Floats, expected: Floats, n: Floats) -> Floats:
@@ -187,11 +187,11 @@ def _nominal(counts: Floats) -> Weighted:
 def _interval(values: Floats) -> Weighted:
     """Return sums of squares about means: a unit's own before any addition, so that an offset costs no digit."""
     x, _ = scaled(np.where(np.isnan(values), np.nanmax(values), values))
-    given = ~np.isnan(values)
+    present = ~np.isnan(values)
     x = x - x.flat[0]
-    m = given.sum(axis=1).astype(np.float64)
-    middle = np.where(given, x, 0).sum(axis=1) / m
-    within = (np.where(given, x - middle[:, None], 0) ** 2).sum(axis=1)
+    m = present.sum(axis=1).astype(np.float64)
+    middle = np.where(present, x, 0).sum(axis=1) / m
+    within = (np.where(present, x - middle[:, None], 0) ** 2).sum(axis=1)
     noise = values.size * ROUNDING**2
 
     def alpha(w: Floats) -> Floats:

@@ -44,19 +44,19 @@ def rater_signs(
     """
     table = crossed(data, dv, targets, raters, gaps="keep", aggregate=aggregate)
     refuse_few(table, "targets", f"raters ({raters})", (1, 2))
-    found = pd.DataFrame(_signs(table.values, table.columns))
-    found.attrs.update(table.attrs("targets", "raters"))
-    return found
+    signs = pd.DataFrame(_signs(table.values, table.columns))
+    signs.attrs.update(table.attrs("targets", "raters"))
+    return signs
 
 
 def _signs(values: Floats, raters: list[Hashable]) -> Iterator[RaterSign]:
     x, exponent = scaled(np.where(np.isnan(values), 0, values))
-    given = ~np.isnan(values)
-    x = np.where(given, x - x.flat[int(np.argmax(given))], 0)
-    others, count = _without_own(x), _without_own(given.astype(np.float64))
-    spreads = [_variance(x[given[:, i], i]) for i in range(len(raters))]
+    present = ~np.isnan(values)
+    x = np.where(present, x - x.flat[int(np.argmax(present))], 0)
+    others, count = _without_own(x), _without_own(present.astype(np.float64))
+    spreads = [_variance(x[present[:, i], i]) for i in range(len(raters))]
     for i, name in enumerate(raters):
-        shared = given[:, i] & (count[:, i] > 0)
+        shared = present[:, i] & (count[:, i] > 0)
         own, rest = x[shared, i], others[shared, i] / count[shared, i]
         notes = []
         shift = math.nan
@@ -67,7 +67,7 @@ def _signs(values: Floats, raters: list[Hashable]) -> Iterator[RaterSign]:
         r = pearson(own, rest) if len(own) else None
         notes += [r.note.replace("first", "rater's").replace("second", "others'")] if r and math.isnan(r.r) else []
         spread, why = _spread(spreads, i)
-        there = int(given[:, i].sum())
+        there = int(present[:, i].sum())
         yield RaterSign(
             *(name, there, len(x) - there, len(own), r.r if r else math.nan, shift, spread),
             note="; ".join([*notes, *filter(None, [why])]),

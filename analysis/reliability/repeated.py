@@ -70,10 +70,10 @@ def retest(
     names, places = name_list(targets), name_list(order)
     check_columns(data, [dv, subject, *names, *places])
     y = numbers_of(data[dv], dv)
-    met, turn = combined(data, [subject, *names]), combined(data, places)
-    first, second, further = _meetings(met, turn)
+    meetings, turn = combined(data, [subject, *names]), combined(data, places)
+    first, second, further = _meetings(meetings, turn)
     whole = ~(np.isnan(y[first]) | np.isnan(y[second]))
-    pairs = _pairs(met, y, first[whole], second[whole], [str(subject), *map(str, names)])
+    pairs = _pairs(meetings, y, first[whole], second[whole], [str(subject), *map(str, names)])
     if len(pairs) < 2:
         raise TooFew(
             f"{count(len(pairs), 'pair')} of answers to the same {' and '.join(map(str, names))} by one {subject}; "
@@ -84,22 +84,24 @@ def retest(
     return Retest(measures, people, pairs, further, int((~whole).sum()), confidence)
 
 
-def _meetings(met: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
+def _meetings(meetings: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
     """Return the rows of each first and second meeting, and how many meetings came later."""
-    rows = np.lexsort((turn.codes, met.codes))
-    same = met.codes[rows][1:] == met.codes[rows][:-1]
+    rows = np.lexsort((turn.codes, meetings.codes))
+    same = meetings.codes[rows][1:] == meetings.codes[rows][:-1]
     at_once = same & (turn.codes[rows][1:] == turn.codes[rows][:-1])
     if at_once.any():
-        found = [str(met.labels[int(met.codes[row])]) for row in rows[1:][at_once]]
-        raise DuplicatedCells(f"several answers at the same moment: {listed(found, len(found))}; take repeats out")
+        repeated = [str(meetings.labels[int(meetings.codes[row])]) for row in rows[1:][at_once]]
+        raise DuplicatedCells(
+            f"several answers at the same moment: {listed(repeated, len(repeated))}; take repeats out"
+        )
     starts = np.concatenate(([True], ~same))
     place = np.arange(len(rows)) - np.maximum.accumulate(np.where(starts, np.arange(len(rows)), 0))
     second = np.flatnonzero(place == 1)
     return rows[second - 1], rows[second], int((place > 1).sum())
 
 
-def _pairs(met: Coded, y: Floats, first: Codes, second: Codes, names: Sequence[str]) -> pd.DataFrame:
-    labels = [met.labels[int(code)] for code in met.codes[first]]
+def _pairs(meetings: Coded, y: Floats, first: Codes, second: Codes, names: Sequence[str]) -> pd.DataFrame:
+    labels = [meetings.labels[int(code)] for code in meetings.codes[first]]
     columns = {name: [label[i] for label in labels] for i, name in enumerate(names)}  # type: ignore[index]
     return pd.DataFrame({**columns, "first": y[first], "second": y[second], "difference": y[second] - y[first]})
 
@@ -107,9 +109,9 @@ def _pairs(met: Coded, y: Floats, first: Codes, second: Codes, names: Sequence[s
 def _measures(first: Floats, second: Floats, confidence: float) -> Iterator[Measure]:
     r = pearson(first, second, confidence)
     yield Measure("Pearson r", r.r, r.ci_low, r.ci_high, r.note)
-    for each in iccs(np.stack((first, second), axis=1), confidence):
-        if each.type in ("ICC2", "ICC3"):
-            yield Measure(each.name, each.icc, each.ci_low, each.ci_high, each.note)
+    for coefficient in iccs(np.stack((first, second), axis=1), confidence):
+        if coefficient.type in ("ICC2", "ICC3"):
+            yield Measure(coefficient.name, coefficient.icc, coefficient.ci_low, coefficient.ci_high, coefficient.note)
     yield from _agreement(first, second, confidence)
 
 
@@ -122,7 +124,7 @@ def _agreement(first: Floats, second: Floats, confidence: float) -> Iterator[Mea
     same = "the differences do not vary: a constant shift" if sd == 0 else ""
     error, both = sd / math.sqrt(2), math.sqrt(square / 2)
     half = t * sd / math.sqrt(n)
-    found = (
+    rows = (
         Measure("bias, second - first", bias, bias - half, bias + half, same),
         Measure("SD of the differences", sd, sd * low, sd * high, same),
         Measure("lower limit of agreement", bias - z * sd, bias - z * sd - wide, bias - z * sd + wide, same),
@@ -132,8 +134,8 @@ def _agreement(first: Floats, second: Floats, confidence: float) -> Iterator[Mea
         Measure("smallest detectable change, consistency", z * sd, z * sd * low, z * sd * high, same),
         Measure("smallest detectable change, agreement", z * math.sqrt(square), math.nan, math.nan, NO_INTERVAL),
     )
-    for name, value, lower, upper, note in found:
-        own, least, most = (rescaled(each, exponent) for each in (value, lower, upper))
+    for name, value, lower, upper, note in rows:
+        own, least, most = (rescaled(limit, exponent) for limit in (value, lower, upper))
         yield Measure(name, own, least, most, note)
 
 
@@ -151,9 +153,9 @@ def _differences(first: Floats, second: Floats) -> tuple[float, float, float, in
 def _people(pairs: pd.DataFrame, subject: str) -> Iterator[dict[str, object]]:
     for who, own in pairs.groupby(subject, sort=False, observed=True):
         first, second = own["first"].to_numpy(), own["second"].to_numpy()
-        found = pearson(first, second)
+        correlation = pearson(first, second)
         away = own["difference"].tolist()
         yield {
-            **{subject: who, "pairs": len(own), "r": found.r, "bias": math.fsum(away) / len(away)},
-            **{"mean_absolute_difference": math.fsum(map(abs, away)) / len(away), "note": found.note},
+            **{subject: who, "pairs": len(own), "r": correlation.r, "bias": math.fsum(away) / len(away)},
+            **{"mean_absolute_difference": math.fsum(map(abs, away)) / len(away), "note": correlation.note},
         }

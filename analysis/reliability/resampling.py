@@ -59,11 +59,11 @@ def left_out(units: int) -> Floats:
 
 def percentile(drawn: Floats, confidence: float) -> tuple[float, float]:
     """Return the interval between two quantiles of the draws; NaN draws are left out, NaN if fewer than half remain."""
-    kept = drawn[~np.isnan(drawn)]
-    if not len(drawn) or 2 * len(kept) < len(drawn):
+    defined = drawn[~np.isnan(drawn)]
+    if not len(drawn) or 2 * len(defined) < len(drawn):
         return math.nan, math.nan
     tail = (1 - confidence) / 2
-    low, high = np.quantile(kept, [tail, 1 - tail])
+    low, high = np.quantile(defined, [tail, 1 - tail])
     return float(low), float(high)
 
 
@@ -72,12 +72,12 @@ def bca(estimate: float, drawn: Floats, jackknife: Floats, confidence: float) ->
 
     Draws equal to the estimate count half on either side, as shares of few people are often equal.
     """
-    kept = drawn[~np.isnan(drawn)]
-    if not len(drawn) or 2 * len(kept) < len(drawn) or math.isnan(estimate) or np.isnan(jackknife).any():
+    defined = drawn[~np.isnan(drawn)]
+    if not len(drawn) or 2 * len(defined) < len(drawn) or math.isnan(estimate) or np.isnan(jackknife).any():
         return math.nan, math.nan
-    if kept.min() == kept.max() == estimate:
+    if defined.min() == defined.max() == estimate:
         return estimate, estimate
-    below = (np.count_nonzero(kept < estimate) + np.count_nonzero(kept == estimate) / 2) / len(kept)
+    below = (np.count_nonzero(defined < estimate) + np.count_nonzero(defined == estimate) / 2) / len(defined)
     if not 0 < below < 1:
         return math.nan, math.nan
     bias, tail = float(ndtri(below)), (1 - confidence) / 2
@@ -88,5 +88,5 @@ def bca(estimate: float, drawn: Floats, jackknife: Floats, confidence: float) ->
     for z in (float(ndtri(tail)), -float(ndtri(tail))):
         shifted = bias + z
         ends.append(float(ndtr(bias + shifted / (1 - faster * shifted))))
-    low, high = np.quantile(kept, sorted(ends))
+    low, high = np.quantile(defined, sorted(ends))
     return float(low), float(high)

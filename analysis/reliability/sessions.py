@@ -27,11 +27,15 @@ def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> p
     sessions: dict[Any, pd.DataFrame] = dict(iter(ratings.groupby("session", sort=False)))
     for session in ordered(sorted(sessions)):
         own = sessions[session]
-        for each in diagnose(answered_trials(own), *scale):
-            sign = {"sign": each.name, "value": math.nan if each.value is None else each.value, "unit": each.unit}
-            threshold = math.nan if each.threshold is None else each.threshold
-            told = {"n": each.n, "threshold": threshold, "flagged": each.flagged, "note": each.sentence}
-            rows.append({"participant": own["participant"].iloc[0], "session": session, **sign, **told})
+        for reading in diagnose(answered_trials(own), *scale):
+            sign = {
+                "sign": reading.name,
+                "value": math.nan if reading.value is None else reading.value,
+                "unit": reading.unit,
+            }
+            threshold = math.nan if reading.threshold is None else reading.threshold
+            facts = {"n": reading.n, "threshold": threshold, "flagged": reading.flagged, "note": reading.sentence}
+            rows.append({"participant": own["participant"].iloc[0], "session": session, **sign, **facts})
     return pd.DataFrame(rows, columns=list(HEAD))
 
 
@@ -59,9 +63,9 @@ def answered_trials(own: pd.DataFrame) -> list[Answered]:
     for trial, stimulus, attribute, value, took in zip(*columns, seconds, strict=True):
         number = int(str(trial))
         stimuli.setdefault(number, str(stimulus))
-        given = values.setdefault(number, {})
+        answers = values.setdefault(number, {})
         if not math.isnan(value):
-            given[attribute] = value
+            answers[attribute] = value
         if not math.isnan(took):
             longest[number] = max(took, longest.get(number, 0.0))
     return [Answered(n, stimuli[n], values[n], longest.get(n)) for n in sorted(stimuli)]

@@ -43,7 +43,7 @@ def classical_mds(between: Dissimilarities, dimensions: int = 2) -> Classical:
     if dimensions > positive:
         raise BadOption(f"dimensions={dimensions}, but the dissimilarities span {positive}; ask for at most {positive}")
     unit = float(np.ldexp(1.0, exponent))
-    kept = float(values[:dimensions].sum())
+    represented = float(values[:dimensions].sum())
     names = [f"Dim{i + 1}" for i in range(dimensions)]
     notes = []
     negative = -values[values < 0]
@@ -60,8 +60,8 @@ def classical_mds(between: Dissimilarities, dimensions: int = 2) -> Classical:
     return Classical(
         frame_of(principal(points[:, :dimensions]) * unit, between.labels, names),
         tuple(in_units(values, exponent).tolist()),
-        kept / float(np.abs(values).sum()),
-        kept / float(values[values > 0].sum()),
+        represented / float(np.abs(values).sum()),
+        represented / float(values[values > 0].sum()),
         (*between.notes, *notes),
     )
 

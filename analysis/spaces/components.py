@@ -138,7 +138,7 @@ def parallel_analysis(
     random = np.concatenate([_variances(_unrelated(small, size, reference, rng), kind) for size in parts])
     level = np.quantile(random, quantile, axis=0)
     exceeding = observed > level * (1 + 1e-12)
-    kept = len(observed) if exceeding.all() else int(np.argmin(exceeding))
+    retained = len(observed) if exceeding.all() else int(np.argmin(exceeding))
     rows = pd.DataFrame(
         {
             "component": [f"PC{i + 1}" for i in range(len(observed))],
@@ -146,10 +146,10 @@ def parallel_analysis(
             "reference_mean": in_units(random.mean(axis=0), exponent),
             "reference_quantile": in_units(level, exponent),
             "p": [p_of_draws(int(n), draws) for n in (random >= observed * (1 - 1e-12)).sum(axis=0)],
-            "kept": np.arange(len(observed)) < kept,
+            "kept": np.arange(len(observed)) < retained,
         }
     )
-    return Parallel(rows, kept)
+    return Parallel(rows, retained)
 
 
 def _unrelated(small: Floats, size: int, reference: Reference, rng: Generator) -> Floats:
@@ -186,11 +186,11 @@ def share_intervals(
     check_share(confidence, "confidence")
     means = Matrix(profiles.small_means(), profiles.stimuli, profiles.attributes)
     observed = _shares(_variances(prepared(means, kind)[0][None], kind))[0]
-    counts = resampled(profiles.given, draws, stream(seed, "bootstrap of shares"))
+    counts = resampled(profiles.ratings, draws, stream(seed, "bootstrap of shares"))
     shape = (-1, len(profiles.stimuli), len(profiles.attributes))
     shares = np.concatenate(
         [
-            _shares(_variances(profiles.given.means(counts[start : start + BATCH]).reshape(shape), kind))
+            _shares(_variances(profiles.ratings.means(counts[start : start + BATCH]).reshape(shape), kind))
             for start in range(0, draws, BATCH)
         ]
     )

@@ -12,7 +12,7 @@ from scipy.spatial.distance import pdist, squareform
 
 from palpate.analysis.spaces.matrices import Matrix, matrix_of, varies
 from palpate.analysis.spaces.profiles import Profiles
-from palpate.analysis.spaces.resampling import Given
+from palpate.analysis.spaces.resampling import Ratings
 from palpate.analysis.statistics.cells import Counts, cell_means, check_columns
 from palpate.analysis.statistics.columns import Coded, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
@@ -34,14 +34,14 @@ LEAST = 3
 class Dissimilarities:
     """A symmetric table without negative values, 0 on the diagonal, in label order; `source` says what it is made of.
 
-    `given` and `remade` hold what each participant contributed and how a mean of it becomes such a table, for
+    `ratings` and `remade` hold what each participant contributed and how a mean of it becomes such a table, for
     resampling; None where nothing is known of participants.
     """
 
     values: Floats
     labels: tuple[Hashable, ...]
     source: str
-    given: Given | None = None
+    ratings: Ratings | None = None
     remade: Callable[[Floats], Floats] | None = None
     notes: tuple[str, ...] = ()
 
@@ -58,8 +58,10 @@ def dissimilarities_of(frame: pd.DataFrame) -> Dissimilarities:
     size = float(np.abs(matrix.values).max())
     uneven = np.argwhere(np.abs(matrix.values - matrix.values.T) > 1e-9 * size).tolist()
     if uneven:
-        found = listed((f"{matrix.rows[i]!r}, {matrix.rows[j]!r}" for i, j in uneven if i < j), len(uneven) // 2)
-        raise BadValue(f"the table is not symmetric at {found}; average the two halves first if both are measurements")
+        listing = listed((f"{matrix.rows[i]!r}, {matrix.rows[j]!r}" for i, j in uneven if i < j), len(uneven) // 2)
+        raise BadValue(
+            f"the table is not symmetric at {listing}; average the two halves first if both are measurements"
+        )
     if (matrix.values < 0).any():
         i, j = np.argwhere(matrix.values < 0)[0].tolist()
         raise BadValue(f"negative dissimilarity of {matrix.rows[i]!r} and {matrix.rows[j]!r}; expected 0 or more")
@@ -82,21 +84,21 @@ def distances(table: pd.DataFrame, scaled: bool = False) -> Dissimilarities:
 def profile_distances(profiles: Profiles, scaled: bool = False) -> Dissimilarities:
     """Return Euclidean distances between the stimuli's mean ratings, ready to be resampled over participants."""
     stimuli, attributes = profiles.stimuli, profiles.attributes
-    found = _from_matrix(Matrix(profiles.small_means(), stimuli, attributes), scaled)
+    result = _from_matrix(Matrix(profiles.small_means(), stimuli, attributes), scaled)
     shape = (len(stimuli), len(attributes))
 
     def remade(means: Floats) -> Floats:
         return _euclidean(means.reshape(shape), scaled)
 
-    return _checked(Dissimilarities(found.values, stimuli, found.source, profiles.given, remade))
+    return _checked(Dissimilarities(result.values, stimuli, result.source, profiles.ratings, remade))
 
 
 def _from_matrix(matrix: Matrix, scaled: bool) -> Dissimilarities:
     if scaled:
         constant = [repr(matrix.columns[i]) for i in np.flatnonzero(~varies(matrix.values).astype(bool)).tolist()]
         if constant:
-            found = listed(constant, len(constant))
-            raise BadValue(f"the same value for every object: {found}; it cannot be scaled: leave it out")
+            listing = listed(constant, len(constant))
+            raise BadValue(f"the same value for every object: {listing}; it cannot be scaled: leave it out")
     how = "each attribute over its standard deviation" if scaled else "attributes in their own units"
     source = f"Euclidean distances between means, {how}"
     return Dissimilarities(_euclidean(matrix.values, scaled), matrix.rows, source)
@@ -137,14 +139,16 @@ def pair_dissimilarities(
     half = len(data)
     one, two, labels = objects.codes[:half], objects.codes[half:], tuple(objects.labels)
     people = Coded(np.zeros(len(data), np.intp), ["all"]) if participant is None else coded(data[participant], "people")
-    kept = (one != two) & ~np.isnan(values)
-    given = _own_pairs(values[kept], one[kept], two[kept], people.codes[kept], len(labels), len(people.labels))
-    empty = np.isnan(given.values).all(axis=0)
+    between = (one != two) & ~np.isnan(values)
+    ratings = _own_pairs(
+        values[between], one[between], two[between], people.codes[between], len(labels), len(people.labels)
+    )
+    empty = np.isnan(ratings.values).all(axis=0)
     if empty.any():
-        found = np.argwhere(np.triu(squareform(empty))).tolist()
-        names = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in found), len(found))
+        unrated = np.argwhere(np.triu(squareform(empty))).tolist()
+        names = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in unrated), len(unrated))
         raise IncompleteCells(f"nobody compared {names}; every pair needs a value")
-    means = given.means()[0]
+    means = ratings.means()[0]
     highest = float(means.max()) if top is None else top
 
     def remade(cells: Floats) -> Floats:
@@ -154,11 +158,11 @@ def pair_dissimilarities(
 
     how = f"{highest:.15g} - mean similarity" if meaning == "similarity" else "mean dissimilarity"
     _refuse_negative(highest - means if meaning == "similarity" else means, labels, how)
-    known = given if participant is not None else None
+    known = ratings if participant is not None else None
     return _checked(Dissimilarities(remade(means), labels, f"{how} of each pair", known, remade))
 
 
-def _own_pairs(values: Floats, one: Counts, two: Counts, people: Counts, size: int, persons: int) -> Given:
+def _own_pairs(values: Floats, one: Counts, two: Counts, people: Counts, size: int, persons: int) -> Ratings:
     if size < LEAST:
         raise TooFew(f"{size} objects; a space needs {LEAST} or more")
     low, high = np.minimum(one, two), np.maximum(one, two)
@@ -166,27 +170,29 @@ def _own_pairs(values: Floats, one: Counts, two: Counts, people: Counts, size: i
     pairs = size * (size - 1) // 2
     flat = people.astype(np.intp) * pairs + pair
     count = np.bincount(flat, minlength=persons * pairs)
-    return Given(cell_means(values, flat, count).reshape(persons, pairs))
+    return Ratings(cell_means(values, flat, count).reshape(persons, pairs))
 
 
 def _refuse_negative(cells: Floats, labels: tuple[Hashable, ...], how: str) -> None:
     size = float(np.abs(cells).max())
-    found = np.argwhere(np.triu(squareform(cells < -1e-9 * size))).tolist()
-    if found:
-        names = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in found), len(found))
+    negative = np.argwhere(np.triu(squareform(cells < -1e-9 * size))).tolist()
+    if negative:
+        names = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in negative), len(negative))
         raise BadValue(f"{how} is negative for {names}; name the scale's right end (top=) or its meaning")
 
 
-def _checked(found: Dissimilarities) -> Dissimilarities:
-    if len(found.labels) < LEAST:
-        raise TooFew(f"{len(found.labels)} objects; a space needs {LEAST} or more")
-    if len(set(found.labels)) != len(found.labels):
+def _checked(result: Dissimilarities) -> Dissimilarities:
+    if len(result.labels) < LEAST:
+        raise TooFew(f"{len(result.labels)} objects; a space needs {LEAST} or more")
+    if len(set(result.labels)) != len(result.labels):
         raise DuplicatedCells("an object's label stands twice")
-    if not found.values.any():
+    if not result.values.any():
         raise BadValue("all objects are the same: every dissimilarity is 0, there is no space")
-    same = np.argwhere(np.triu(found.values == 0, 1)).tolist()
+    same = np.argwhere(np.triu(result.values == 0, 1)).tolist()
     if not same:
-        return found
-    names = listed((f"{found.labels[i]!r} and {found.labels[j]!r}" for i, j in same), len(same))
+        return result
+    names = listed((f"{result.labels[i]!r} and {result.labels[j]!r}" for i, j in same), len(same))
     note = f"no difference between {names}: their points coincide"
-    return Dissimilarities(found.values, found.labels, found.source, found.given, found.remade, (*found.notes, note))
+    return Dissimilarities(
+        result.values, result.labels, result.source, result.ratings, result.remade, (*result.notes, note)
+    )

@@ -47,12 +47,12 @@ def matrix_of(frame: pd.DataFrame) -> Matrix:
 
 
 def _sorted_labels(index: pd.Index[Any], what: str) -> tuple[tuple[Hashable, ...], Any]:
-    found = coded(pd.Series(index.tolist(), dtype=object), f"{what} labels")
-    twice = np.flatnonzero(np.bincount(found.codes) > 1).tolist()
+    labels = coded(pd.Series(index.tolist(), dtype=object), f"{what} labels")
+    twice = np.flatnonzero(np.bincount(labels.codes) > 1).tolist()
     if twice:
-        names = listed((repr(found.labels[i]) for i in twice), len(twice))
+        names = listed((repr(labels.labels[i]) for i in twice), len(twice))
         raise DuplicatedCells(f"{what} label {names} stands more than once; every {what} needs a label of its own")
-    return tuple(found.labels), np.argsort(found.codes)
+    return tuple(labels.labels), np.argsort(labels.codes)
 
 
 def pivoted(values: Floats) -> Floats:

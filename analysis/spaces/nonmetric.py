@@ -61,27 +61,27 @@ def nonmetric_mds(
     if not starts:
         refuse_idle("seed", seed, 0, "with starts=0: the classical start is not random")
     rng = stream(seed, f"starts in {dimensions} dimensions")
-    found = searched(between.values, dimensions, order, starts, HOPS_PER_START * starts, rng)
-    points = unit_size(principal(found.points))
+    best = searched(between.values, dimensions, order, starts, HOPS_PER_START * starts, rng)
+    points = unit_size(principal(best.points))
     fitted = disparities(pdist(points), order)
-    flaws = degeneracies(points, fitted, order, found.stress, between.labels)
+    flaws = degeneracies(points, fitted, order, best.stress, between.labels)
     return NonMetric(
         frame_of(points, between.labels, [f"Dim{i + 1}" for i in range(dimensions)]),
-        found.stress,
-        found.starts,
-        sum(stress <= found.stress + ALIKE for stress in found.starts),
+        best.stress,
+        best.starts,
+        sum(stress <= best.stress + ALIKE for stress in best.starts),
         _shepard(between, pdist(points), fitted),
         ties,
         bool(flaws),
-        (*between.notes, *_rare(found), *too_few_points(len(points), dimensions), *flaws),
+        (*between.notes, *_rare(best), *too_few_points(len(points), dimensions), *flaws),
     )
 
 
-def _rare(found: Searched) -> list[str]:
+def _rare(best: Searched) -> list[str]:
     """Return a word of caution: places that can move, or a best map that only a hop, no start by itself, found."""
-    if found.stress < EXACT:
+    if best.stress < EXACT:
         return ["stress is 0: the order of the pairs is met exactly, so places can move without cost"]
-    if not found.hopped or min(found.starts) <= found.stress + ALIKE:
+    if not best.hopped or min(best.starts) <= best.stress + ALIKE:
         return []
     return ["the best map was reached from none of the starts, only by hops from the best of them: ask for more starts"]
 
@@ -130,20 +130,20 @@ def degeneracies(
     points: Floats, fitted: Floats, order: Order, stress: float, labels: tuple[Hashable, ...]
 ) -> list[str]:
     """Return what is degenerate about a map of unit size, in words; empty where nothing is."""
-    found = []
+    messages = []
     # Pairs of coinciding points whose dissimilarity is not the smallest one.
     near = (pdist(points) < COLLAPSED) & (order.rank > 0)
     first, second = np.triu_indices(len(points), 1)
     together = list(zip(first[near].tolist(), second[near].tolist(), strict=True))
     if together:
         pairs = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in together), len(together))
-        found.append(f"degenerate: different objects share a place ({pairs}): the map shows clusters only")
+        messages.append(f"degenerate: different objects share a place ({pairs}): the map shows clusters only")
     steps = 1 + int((np.diff(np.sort(fitted)) > STEP * fitted.max()).sum())
     if steps <= FEW_STEPS < len(order.sizes):
-        found.append(f"degenerate: {len(order.sizes)} ranks of dissimilarity became {steps} steps of distance")
+        messages.append(f"degenerate: {len(order.sizes)} ranks of dissimilarity became {steps} steps of distance")
     if stress < ZERO and too_few_points(*points.shape):
-        found.append("degenerate: stress is nearly 0, so the order of the pairs does not determine the places")
-    return found
+        messages.append("degenerate: stress is nearly 0, so the order of the pairs does not determine the places")
+    return messages
 
 
 REFINED, SETTLING = 3000, 500
@@ -162,9 +162,9 @@ class Searched:
 
 def searched(between: Floats, dimensions: int, order: Order, starts: int, hops: int, rng: Generator) -> Searched:
     """Return the lowest of the classical start, `starts` random ones and `hops` displacements from the best."""
-    begun = [classical_start(between, dimensions)]
-    begun += [_from_above(len(between), dimensions, order, rng) for _ in range(starts)]
-    tried = [improved(each, order, 40 if i == 0 else 10, 50) for i, each in enumerate(begun)]
+    starting = [classical_start(between, dimensions)]
+    starting += [_from_above(len(between), dimensions, order, rng) for _ in range(starts)]
+    tried = [improved(start, order, 40 if i == 0 else 10, 50) for i, start in enumerate(starting)]
     stresses = [stress for _, stress in tried]
     points, stress = tried[int(np.argmin(stresses))]
     for _ in range(hops):
@@ -182,8 +182,8 @@ def _from_above(objects: int, dimensions: int, order: Order, rng: Generator) -> 
     Objects can pass each other there.
     Borg & Groenen 2005, 13.3, on local minima in few dimensions.
     """
-    found, _ = improved(rng.standard_normal((objects, dimensions + 1)), order, 15, 20)
-    return principal(found)[:, :dimensions]
+    higher, _ = improved(rng.standard_normal((objects, dimensions + 1)), order, 15, 20)
+    return principal(higher)[:, :dimensions]
 
 
 def _displaced(points: Floats, rng: Generator) -> Floats:
@@ -225,13 +225,13 @@ def stress_scree(
     """
     last = max(1, min(most, len(between.labels) - 2))
     held = {} if known is None else {known.points.shape[1]: known}
-    found = [held.get(k) or nonmetric_mds(between, k, ties, starts, seed if starts else 0) for k in range(1, last + 1)]
+    maps = [held.get(k) or nonmetric_mds(between, k, ties, starts, seed if starts else 0) for k in range(1, last + 1)]
     return pd.DataFrame(
         {
             "dimensions": range(1, last + 1),
-            "stress": [each.stress for each in found],
-            "reached": [each.reached for each in found],
-            "starts": [len(each.starts) for each in found],
+            "stress": [result.stress for result in maps],
+            "reached": [result.reached for result in maps],
+            "starts": [len(result.starts) for result in maps],
         }
     )
 

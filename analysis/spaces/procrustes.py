@@ -62,26 +62,26 @@ def procrustes(
     if draws is None:
         refuse_idle("seed", seed, 0, "without `draws`: nothing is shuffled")
     first, second = _matched(matrix_of(target), matrix_of(other))
-    found = aligned(first.values, second.values, scale, reflection)
+    fit = aligned(first.values, second.values, scale, reflection)
     one, two = normed(centred(first.values)), normed(centred(second.values))
     r = min(1.0, float(correlations(one, two, reflection)))
     p, done, exact = math.nan, 0, False
     if draws is not None:
         check_draws(draws)
         p, done, exact = _permuted(one, two, r, reflection, draws, stream(seed, "procrustes"))
-    stretch = float(found.scale)
-    shift = first.values.mean(axis=0) - stretch * (second.values.mean(axis=0) @ found.turn)
-    apart = first.values - found.points
+    stretch = float(fit.scale)
+    shift = first.values.mean(axis=0) - stretch * (second.values.mean(axis=0) @ fit.turn)
+    apart = first.values - fit.points
     return Procrustes(
-        frame_of(found.points, first.rows, first.columns),
-        found.turn,
+        frame_of(fit.points, first.rows, first.columns),
+        fit.turn,
         stretch,
         tuple(shift.tolist()),
         r,
         1 - r * r,
         float((apart * apart).sum()),
         pd.Series(np.sqrt((apart * apart).sum(axis=1)), index=pd.Index(list(first.rows))),
-        bool(np.linalg.det(found.turn) < 0),
+        bool(np.linalg.det(fit.turn) < 0),
         p,
         done,
         exact,
@@ -104,8 +104,8 @@ def _matched(first: Matrix, second: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def _widened(matrix: Matrix, width: int, named: Matrix) -> Matrix:
-    lacking = width - matrix.values.shape[1]
-    return Matrix(np.pad(matrix.values, ((0, 0), (0, lacking))), matrix.rows, named.columns)
+    missing = width - matrix.values.shape[1]
+    return Matrix(np.pad(matrix.values, ((0, 0), (0, missing))), matrix.rows, named.columns)
 
 
 def _permuted(

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.spaces.matrices import frame_of
-from palpate.analysis.spaces.resampling import Given
+from palpate.analysis.spaces.resampling import Ratings
 from palpate.analysis.statistics.cells import Aggregate, Cells, cell_means, check_columns, check_options, gather
 from palpate.analysis.statistics.columns import coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
@@ -35,9 +35,9 @@ class Profiles:
     dropped: tuple[Hashable, ...] = field(default=())
 
     @property
-    def given(self) -> Given:
+    def ratings(self) -> Ratings:
         """The same as (participants, cells)."""
-        return Given(self.own.reshape(len(self.participants), -1))
+        return Ratings(self.own.reshape(len(self.participants), -1))
 
     @property
     def raters(self) -> tuple[int, int]:
@@ -55,7 +55,7 @@ class Profiles:
 
     def small_means(self) -> Floats:
         """Return the means minus `offset`: what components and distances are computed from."""
-        result: Floats = self.given.means()[0].reshape(len(self.stimuli), len(self.attributes))
+        result: Floats = self.ratings.means()[0].reshape(len(self.stimuli), len(self.attributes))
         return result
 
 
@@ -98,8 +98,8 @@ def _sparse(rated: pd.DataFrame, values: Floats, names: list[Hashable], aggregat
     cells = cell_means(values, flat, count).reshape(shape)
     empty = np.argwhere(np.isnan(cells).all(axis=0)).tolist()
     if empty:
-        found = listed((f"{axes[1].labels[i]!r} on {axes[2].labels[j]!r}" for i, j in empty), len(empty))
-        raise IncompleteCells(f"nobody rated {found}; leave these stimuli or attributes out")
+        listing = listed((f"{axes[1].labels[i]!r} on {axes[2].labels[j]!r}" for i, j in empty), len(empty))
+        raise IncompleteCells(f"nobody rated {listing}; leave these stimuli or attributes out")
     return Cells(cells, axes[0].labels, names[1:], [axis.labels for axis in axes[1:]])
 
 
@@ -113,9 +113,9 @@ def _shifted(cells: Cells) -> Profiles:
 def of_people(profiles: Profiles, chosen: list[int]) -> Profiles:
     """Return the profiles of some participants, of the stimuli that they rated on every attribute."""
     own = profiles.own[chosen]
-    kept = np.flatnonzero(np.all(np.any(~np.isnan(own), axis=0), axis=1))
-    if not len(kept):
+    rated = np.flatnonzero(np.all(np.any(~np.isnan(own), axis=0), axis=1))
+    if not len(rated):
         raise BadOption("a part of the participants rated no stimulus on every attribute; there is nothing to compare")
     people = tuple(profiles.participants[i] for i in chosen)
-    stimuli = tuple(profiles.stimuli[i] for i in kept.tolist())
-    return Profiles(own[:, kept], profiles.offset, people, stimuli, profiles.attributes)
+    stimuli = tuple(profiles.stimuli[i] for i in rated.tolist())
+    return Profiles(own[:, rated], profiles.offset, people, stimuli, profiles.attributes)

@@ -57,11 +57,11 @@ def confidence_ellipses(
 
 def replications(between: Dissimilarities, points: Floats, method: Method, ties: Ties, draws: int, seed: int) -> Floats:
     """Return the maps of resampled participants, (draws, objects, dimensions), on `points`."""
-    if between.given is None or between.remade is None:
+    if between.ratings is None or between.remade is None:
         raise BadOption("nothing is known of participants in these dissimilarities; name the column of participants")
-    counts = resampled(between.given, draws, stream(seed, "replications"))
-    made = [between.remade(means) for means in between.given.means(counts)]
-    maps = np.array([_mapped(each, points, method, ties) for each in made])
+    counts = resampled(between.ratings, draws, stream(seed, "replications"))
+    tables = [between.remade(means) for means in between.ratings.means(counts)]
+    maps = np.array([_mapped(table, points, method, ties) for table in tables])
     return on_their_mean(maps, points)
 
 
@@ -69,10 +69,10 @@ def _mapped(between: Floats, points: Floats, method: Method, ties: Ties) -> Floa
     if method == "nonmetric":
         order = order_of(squareform(between, checks=False), ties)
         return at_rest(improved(points, order, MAJORISED, POLISHED)[0], order, SETTLING)
-    found, _, exponent = torgerson(between)
+    points_of_map, _, exponent = torgerson(between)
     width = points.shape[1]
-    kept = found[:, :width] * float(np.ldexp(1.0, exponent))
-    return np.pad(kept, ((0, 0), (0, width - kept.shape[1])))
+    flat = points_of_map[:, :width] * float(np.ldexp(1.0, exponent))
+    return np.pad(flat, ((0, 0), (0, width - flat.shape[1])))
 
 
 def on_their_mean(maps: Floats, points: Floats) -> Floats:

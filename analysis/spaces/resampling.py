@@ -14,7 +14,7 @@ TRIES = 50
 
 
 @dataclass(frozen=True)
-class Given:
+class Ratings:
     """`values` (participants, cells), NaN where a participant gave none."""
 
     values: Floats
@@ -35,7 +35,7 @@ class Given:
         return result
 
 
-def resampled(given: Given, draws: int, rng: Generator) -> Floats:
+def resampled(ratings: Ratings, draws: int, rng: Generator) -> Floats:
     """Return how often each participant is drawn, (draws, participants).
 
     Participants are drawn by pattern of filled cells where each pattern has two people.
@@ -43,15 +43,15 @@ def resampled(given: Given, draws: int, rng: Generator) -> Floats:
     draw that leaves a cell without anyone is drawn again.
     Raises TooFew for one participant, IncompleteCells where a cell is too rarely filled to be drawn.
     """
-    if given.people < 2:
+    if ratings.people < 2:
         raise TooFew("one participant: nothing can be resampled; expected two or more")
-    present = ~np.isnan(given.values)
+    present = ~np.isnan(ratings.values)
     _, pattern = np.unique(present, axis=0, return_inverse=True)
     sizes = np.bincount(pattern.ravel())
     groups = [np.flatnonzero(pattern.ravel() == i) for i in range(len(sizes))]
     if sizes.min() < 2:
         return _from_one_urn(present.astype(np.float64), draws, rng)
-    counts = np.zeros((draws, given.people))
+    counts = np.zeros((draws, ratings.people))
     for members in groups:
         counts[:, members] = rng.multinomial(len(members), np.full(len(members), 1 / len(members)), size=draws)
     return counts
@@ -59,12 +59,12 @@ def resampled(given: Given, draws: int, rng: Generator) -> Floats:
 
 def _from_one_urn(present: Floats, draws: int, rng: Generator) -> Floats:
     people = len(present)
-    kept = np.zeros((0, people))
+    accepted = np.zeros((0, people))
     for _ in range(TRIES):
         counts = rng.multinomial(people, np.full(people, 1 / people), size=draws).astype(np.float64)
-        kept = np.concatenate((kept, counts[((counts @ present) > 0).all(axis=1)]))
-        if len(kept) >= draws:
-            return kept[:draws]
+        accepted = np.concatenate((accepted, counts[((counts @ present) > 0).all(axis=1)]))
+        if len(accepted) >= draws:
+            return accepted[:draws]
     raise IncompleteCells(
         f"fewer than 1 in {TRIES} resamples of the participants fill every cell: too few rated some of the stimuli "
         "for an interval; ask for none, or leave these stimuli out"

@@ -27,10 +27,10 @@ MAJORISED, POLISHED = 40, 300
 def classical_start(between: Floats, dimensions: int) -> Floats:
     """Return Torgerson's map; a dimension that the dissimilarities lack is filled with small alternating steps."""
     points, _, _ = torgerson(between)
-    kept = points[:, :dimensions]
-    lacking = dimensions - kept.shape[1]
-    places = np.arange(len(between))[:, None] + np.arange(lacking)
-    return np.hstack([kept, 1e-3 * (-1.0) ** places * (1 + places)])
+    flat = points[:, :dimensions]
+    missing = dimensions - flat.shape[1]
+    places = np.arange(len(between))[:, None] + np.arange(missing)
+    return np.hstack([flat, 1e-3 * (-1.0) ** places * (1 + places)])
 
 
 def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: int = POLISHED) -> tuple[Floats, float]:
@@ -155,13 +155,13 @@ def descended(objective: Objective, start: Floats, steps: int) -> tuple[Floats, 
     still = 0
     for _ in range(steps):
         direction = -_turned(slope, past) if past else -slope / (float(np.sqrt(slope @ slope)) or 1.0)
-        found = _along(objective, place, value, slope, direction)
-        if found is None:
+        lower_point = _along(objective, place, value, slope, direction)
+        if lower_point is None:
             if not past:
                 break
             past.clear()  # a stale memory: try the steepest descent once
             continue
-        moved, lower, tilt = found
+        moved, lower, tilt = lower_point
         step, change = moved - place, tilt - slope
         if step @ change > 1e-12 * float(change @ change):
             past.append((step, change))

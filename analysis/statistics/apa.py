@@ -35,8 +35,8 @@ def apa_p(p: float) -> str:
     """Return a p value as a phrase: "p = .075", "p < .001", "p > .999"; "p undefined" for NaN."""
     if math.isnan(p):
         return "p undefined"
-    shown = p_value(p)
-    return f"p {shown}" if shown[0] in "<>" else f"p = {shown}"
+    text = p_value(p)
+    return f"p {text}" if text[0] in "<>" else f"p = {text}"
 
 
 def p_value(p: float) -> str:
@@ -131,12 +131,12 @@ def _share(value: float, digits: int) -> str:
         return "< " + f"{least:.{digits}f}"[1:]
     if value > 1 - least and (digits == 3 or 1 - least / 2 < value < 1):
         return "> " + f"{1 - least:.{digits}f}"[1:]
-    shown = f"{value:.{digits}f}"
-    return shown[1:] if shown[0] == "0" else shown
+    text = f"{value:.{digits}f}"
+    return text[1:] if text[0] == "0" else text
 
 
-def _is(shown: str) -> str:
-    return shown if shown[0] in "<>" else f"= {shown}"
+def _is(text: str) -> str:
+    return text if text[0] in "<>" else f"= {text}"
 
 
 def _eta(row: Row, eta: Eta) -> str:

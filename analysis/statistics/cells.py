@@ -50,8 +50,8 @@ class Cells:
 
     def attrs(self) -> dict[str, Any]:
         """Return the facts about the table that a result rests on: values per group, rows or participants left out."""
-        made = {"participants": len(self.participants), "dropped": self.dropped}
-        return made if self.ratings_per_cell == (1, 1) else made | {"ratings_per_cell": self.ratings_per_cell}
+        facts = {"participants": len(self.participants), "dropped": self.dropped}
+        return facts if self.ratings_per_cell == (1, 1) else facts | {"ratings_per_cell": self.ratings_per_cell}
 
 
 @dataclass(frozen=True)
@@ -162,8 +162,10 @@ def _refuse_sparse(sizes: list[int], names: list[Hashable], rows: int) -> None:
     """Refuse a table that would need far more cells than it has rows: a wrong column, not a design with gaps."""
     if math.prod(sizes) <= max(1_000_000, 16 * rows):
         return
-    found = " x ".join(f"{size:,} {name!r}" for size, name in zip(sizes, names, strict=True))
-    raise IncompleteCells(f"{found} make {math.prod(sizes):,} cells, the table has {rows:,} rows; check the columns")
+    sizes_by_name = " x ".join(f"{size:,} {name!r}" for size, name in zip(sizes, names, strict=True))
+    raise IncompleteCells(
+        f"{sizes_by_name} make {math.prod(sizes):,} cells, the table has {rows:,} rows; check the columns"
+    )
 
 
 def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) -> Cells:
@@ -172,17 +174,17 @@ def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) ->
     count = np.bincount(grid.flat, minlength=size)
     if count.max(initial=0) > 1 and aggregate is None:
         cells = np.flatnonzero(count > 1)
-        found = listed((grid.described(int(cell)) for cell in cells), len(cells))
+        repeated = listed((grid.described(int(cell)) for cell in cells), len(cells))
         raise DuplicatedCells(
-            f"several values in one cell: {found}; name every repeated factor in `within`, "
+            f"several values in one cell: {repeated}; name every repeated factor in `within`, "
             "or pass aggregate='mean' to average them"
         )
     values = cell_means(y, grid.flat, count).reshape(grid.shape)
     complete = np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1))
     if not complete.all() and missing == "raise":
         _refuse_gaps(grid, np.flatnonzero(np.isnan(values.ravel())))
-    kept = count.reshape(len(values), -1)[complete]
-    if not kept.size:
+    counts = count.reshape(len(values), -1)[complete]
+    if not counts.size:
         raise IncompleteCells("no participant has a value in every cell; nothing is left after listwise deletion")
     people = [(label, bool(whole)) for label, whole in zip(grid.axes[0].labels, complete, strict=True)]
     return Cells(
@@ -191,7 +193,7 @@ def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) ->
         grid.names[1:],
         [axis.labels for axis in grid.axes[1:]],
         [label for label, whole in people if not whole],
-        (int(kept.min()), int(kept.max())),
+        (int(counts.min()), int(counts.max())),
     )
 
 
@@ -215,9 +217,9 @@ def _runs(values: list[float], ends: list[int]) -> Iterator[list[float]]:
 
 
 def _refuse_gaps(grid: _Grid, cells: Counts) -> None:
-    found = listed((grid.described(int(cell), " has no value") for cell in cells), len(cells))
+    gaps = listed((grid.described(int(cell), " has no value") for cell in cells), len(cells))
     raise IncompleteCells(
-        f"{found}; {len(cells)} {'cell' if len(cells) == 1 else 'cells'} missing in all; "
+        f"{gaps}; {len(cells)} {'cell' if len(cells) == 1 else 'cells'} missing in all; "
         "pass missing='listwise' to leave such participants out"
     )
 
@@ -235,8 +237,8 @@ class Groups:
     def attrs(self) -> dict[str, Any]:
         """Return the facts about the table that a result rests on: values per group, rows or participants left out."""
         sizes = [len(values) for values in self.values]
-        made = {"group_sizes": dict(zip(self.labels, sizes, strict=True)), "dropped": self.dropped}
-        return made if self.ratings_per_value == (1, 1) else made | {"ratings_per_cell": self.ratings_per_value}
+        facts = {"group_sizes": dict(zip(self.labels, sizes, strict=True)), "dropped": self.dropped}
+        return facts if self.ratings_per_value == (1, 1) else facts | {"ratings_per_cell": self.ratings_per_value}
 
 
 def gather_groups(
@@ -291,14 +293,14 @@ def _per_participant(
     own[people.codes] = group.codes
     moved = np.unique(people.codes[own[people.codes] != group.codes]).tolist()
     if moved:
-        found = listed((repr(people.labels[i]) for i in moved), len(moved))
-        raise DuplicatedCells(f"participants in more than one group: {found}; use `within` for a factor within them")
+        listing = listed((repr(people.labels[i]) for i in moved), len(moved))
+        raise DuplicatedCells(f"participants in more than one group: {listing}; use `within` for a factor within them")
     count: Counts = np.bincount(people.codes, minlength=n)
     if count.max() > 1 and aggregate is None:
         several = np.flatnonzero(count > 1).tolist()
-        found = listed((f"{people.labels[i]!r} ({count[i]} values)" for i in several), len(several))
+        listing = listed((f"{people.labels[i]!r} ({count[i]} values)" for i in several), len(several))
         raise DuplicatedCells(
-            f"participants with several values: {found}; pass aggregate='mean' to average each participant's values"
+            f"participants with several values: {listing}; pass aggregate='mean' to average each participant's values"
         )
     return cell_means(y, people.codes, count), Coded(own, group.labels), (int(count.min()), int(count.max()))
 
@@ -306,9 +308,9 @@ def _per_participant(
 def _split(factor: Hashable, y: Floats, group: Coded) -> list[Floats]:
     """Return the values of each group, sorted, without the missing ones."""
     order = np.lexsort((y, group.codes))
-    kept = order[~np.isnan(y[order])]
-    ends = np.searchsorted(group.codes[kept], np.arange(1, len(group.labels)))
-    values = np.split(y[kept], ends)
+    present = order[~np.isnan(y[order])]
+    ends = np.searchsorted(group.codes[present], np.arange(1, len(group.labels)))
+    values = np.split(y[present], ends)
     empty = [label for label, found in zip(group.labels, values, strict=True) if not len(found)]
     if empty:
         found = listed(map(repr, empty), len(empty))
@@ -352,24 +354,24 @@ def membership(data: pd.DataFrame, cells: Cells, factors: Sequence[Hashable], su
         levels.append(labels)
         codes = codes * len(labels) + own
     count = math.prod(map(len, levels))
-    found = Membership(list(factors), levels, [np.flatnonzero(codes == group) for group in range(count)])
-    empty = [name for name, size in zip(found.names(), found.sizes, strict=True) if not size]
+    result = Membership(list(factors), levels, [np.flatnonzero(codes == group) for group in range(count)])
+    empty = [name for name, size in zip(result.names(), result.sizes, strict=True) if not size]
     if empty:
         raise TooFew(
             f"no participant has {listed(empty, len(empty))}; every combination of the between factors needs one: "
             "take a level out, or join the factors into one column"
         )
-    if found.factors and max(found.sizes) < 2:
+    if result.factors and max(result.sizes) < 2:
         raise TooFew("every group has one participant; at least one group needs two or more")
-    return found
+    return result
 
 
 def _own_levels(data: pd.DataFrame, factor: Hashable, rows: Counts, cells: Cells) -> tuple[list[Hashable], Counts]:
     group = coded(data[factor], factor)
-    kept = rows >= 0
+    used_rows = rows >= 0
     own = np.zeros(len(cells.participants), dtype=np.intp)
-    own[rows[kept]] = group.codes[kept]
-    moved = np.unique(rows[kept][own[rows[kept]] != group.codes[kept]]).tolist()
+    own[rows[used_rows]] = group.codes[used_rows]
+    moved = np.unique(rows[used_rows][own[rows[used_rows]] != group.codes[used_rows]]).tolist()
     if moved:
         found = listed((repr(cells.participants[i]) for i in moved), len(moved))
         raise DuplicatedCells(

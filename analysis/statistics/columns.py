@@ -46,13 +46,13 @@ def numbers_of(column: pd.Series[Any], name: Hashable) -> Floats:
 
 
 def _one_by_one(values: list[Any], name: Hashable) -> Floats:
-    found = [_double(value) for value in values]
-    complaints = [complaint for complaint in found if isinstance(complaint, str)]
+    doubles = [_double(value) for value in values]
+    complaints = [complaint for complaint in doubles if isinstance(complaint, str)]
     if complaints:
-        rows = [row for row, complaint in enumerate(found) if complaint == complaints[0]]
+        rows = [row for row, complaint in enumerate(doubles) if complaint == complaints[0]]
         where = listed((f"{_brief(values[row])} in row {row + 1}" for row in rows), len(rows))
         raise BadValue(f"column {name!r} " + complaints[0].format(found=where))
-    return np.array(found, dtype=np.float64)
+    return np.array(doubles, dtype=np.float64)
 
 
 def _double(value: Any) -> float | str:
@@ -117,10 +117,10 @@ def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
         return set(values)
     _refuse_missing([i for i, value in enumerate(values) if _missing(value)], name)
     try:
-        found = {(type(value), value) for value in values}
+        typed_labels = {(type(value), value) for value in values}
     except TypeError:
         raise BadValue(f"column {name!r} holds labels that cannot be compared (such as lists); use text") from None
-    labels = [label for _, label in sorted(found, key=lambda typed: typed[0].__name__)]
+    labels = [label for _, label in sorted(typed_labels, key=lambda typed: typed[0].__name__)]
     # Refuse different labels that a reader, or the next program to read the table, takes for the same.
     seen: dict[str, Any] = {}
     for label in labels:
@@ -166,10 +166,10 @@ def _natural(label: Hashable) -> tuple[Any, ...]:
 def _coded_by_pandas(column: pd.Series[Any], name: Hashable) -> Coded:
     codes, uniques = pd.factorize(column)
     _refuse_missing(np.flatnonzero(codes < 0).tolist(), name)
-    found = uniques.tolist()
-    labels = ordered(_distinct(found, name))
+    distinct = uniques.tolist()
+    labels = ordered(_distinct(distinct, name))
     rank = {label: i for i, label in enumerate(labels)}
-    order = np.array([rank[label] for label in found], dtype=np.intp)
+    order = np.array([rank[label] for label in distinct], dtype=np.intp)
     return Coded(order[codes], labels)
 
 

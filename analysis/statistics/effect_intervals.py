@@ -63,10 +63,10 @@ def eta_squared_intervals(
     level = checked_confidence(confidence)
     if not isinstance(correction, str) or correction not in ("none", *EPSILONS):
         raise BadOption(f"correction={shown(correction)} is unknown: 'GG', 'HF' or 'none'")
-    lacking = {"Source", "F", "ddof1", "ddof2", "np2", "note"} - set(table.columns)
-    if lacking:
+    missing = {"Source", "F", "ddof1", "ddof2", "np2", "note"} - set(table.columns)
+    if missing:
         raise UnknownColumn(
-            f"the table has no column {min(lacking)!r}; pass a result of rm_anova, mixed_anova or anova"
+            f"the table has no column {min(missing)!r}; pass a result of rm_anova, mixed_anova or anova"
         )
     if correction in EPSILONS and EPSILONS[correction] not in table:
         refuse_idle("correction", correction, "none", "on a table without epsilon, such as one of `anova`")
@@ -80,8 +80,8 @@ def _row(row: Mapping[Hashable, Any], confidence: float, correction: Corrected) 
         partial = eta_squared_interval(row["F"], row["ddof1"] * eps, row["ddof2"] * eps, confidence=confidence)
     generalized = tuple(_carried(limit, row) for limit in partial)
     name = "ng2" if "ng2" in row else "eta2"
-    found = {"Source": row["Source"], **_named("np2", row["np2"], partial), **_named(name, row[name], generalized)}
-    return found | {"note": "; ".join(filter(None, (row["note"], _note(row, partial))))}
+    columns = {"Source": row["Source"], **_named("np2", row["np2"], partial), **_named(name, row[name], generalized)}
+    return columns | {"note": "; ".join(filter(None, (row["note"], _note(row, partial))))}
 
 
 def _note(row: Mapping[Hashable, Any], limits: tuple[float, float]) -> str:
@@ -154,8 +154,8 @@ def f_noncentrality(f: float, df1: float, df2: float, confidence: float) -> Limi
         return NONE
     tail = (1 - confidence) / 2
     start = df1 * f + df1 + 1.0
-    found = [_largest(lambda nc: f_chance(f, df1, df2, nc), level, start) for level in (1 - tail, tail)]
-    return found[0], found[1]
+    limits = [_largest(lambda nc: f_chance(f, df1, df2, nc), level, start) for level in (1 - tail, tail)]
+    return limits[0], limits[1]
 
 
 def f_chance(f: float, df1: float, df2: float, nc: float) -> float:
@@ -163,9 +163,9 @@ def f_chance(f: float, df1: float, df2: float, nc: float) -> float:
 
     Where SciPy's has no value: the sum over Poisson's chances (A & S 26.6.18).
     """
-    found = float(ncfdtr(df1, df2, nc, f))
-    if not math.isnan(found) or not 0 <= nc <= FARTHEST:
-        return found
+    chance = float(ncfdtr(df1, df2, nc, f))
+    if not math.isnan(chance) or not 0 <= nc <= FARTHEST:
+        return chance
     half = nc / 2
     reach = 12 * math.sqrt(half) + 40
     j = np.arange(max(0.0, math.floor(half - reach)), half + reach)

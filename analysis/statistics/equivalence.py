@@ -63,22 +63,22 @@ def equivalence_tests(
     """
     if (bounds is None) == (bounds_dz is None):
         raise BadOption("give either `bounds`, a lower and an upper one, or `bounds_dz`, one number")
-    given = (-bounds_dz, bounds_dz) if _is_number(bounds_dz) and bounds_dz is not None else bounds
-    if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
+    ends = (-bounds_dz, bounds_dz) if _is_number(bounds_dz) and bounds_dz is not None else bounds
+    if not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 2:
         raise BadOption(f"bounds={shown(bounds if bounds_dz is None else bounds_dz)} are no two numbers")
-    low, high = given
+    low, high = ends
     if not all(_is_number(end) and math.isfinite(end) for end in (low, high)) or not low < high:
         raise BadOption(f"bounds ({low}, {high}) cannot be: the lower one must be a finite number below the upper")
     limits = float(low), float(high)
     if isinstance(alpha, bool) or not isinstance(alpha, int | float) or not 0 < alpha < 0.5:
         raise BadOption(f"alpha={shown(alpha)} is unknown: a number above 0 and below 0.5, such as 0.05")
-    found = compared(data, dv, within, subject, between, missing, aggregate)
+    comparisons = compared(data, dv, within, subject, between, missing, aggregate)
     rows = []
-    for pair in found.pairs:
+    for pair in comparisons.pairs:
         own = limits if bounds_dz is None else (limits[0] * pair.spread, limits[1] * pair.spread)
-        rows.append(asdict(_tested(found, pair, own, alpha)))
+        rows.append(asdict(_tested(comparisons, pair, own, alpha)))
     table = pd.DataFrame(rows).astype({"equivalent": object})
-    table.attrs.update(found.attrs | {"alpha": alpha})
+    table.attrs.update(comparisons.attrs | {"alpha": alpha})
     return table
 
 
@@ -86,7 +86,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _tested(found: Compared, pair: Comparison, bounds: tuple[float, float], alpha: float) -> Equivalence:
+def _tested(comparisons: Compared, pair: Comparison, bounds: tuple[float, float], alpha: float) -> Equivalence:
     low, high = bounds
     undefined = bool(pair.note)
     t_low, t_high = ((math.nan if undefined else (pair.mean - end) / pair.error) for end in bounds)
@@ -94,7 +94,18 @@ def _tested(found: Compared, pair: Comparison, bounds: tuple[float, float], alph
     p = math.nan if undefined else max(p_low, p_high)
     half = t_critical(pair.df, 1 - 2 * alpha) * pair.error
     return Equivalence(
-        *(str(found.factor), pair.a, pair.b, found.within, pair.mean, low, high, t_low, t_high, float(pair.df)),
+        *(
+            str(comparisons.factor),
+            pair.a,
+            pair.b,
+            comparisons.within,
+            pair.mean,
+            low,
+            high,
+            t_low,
+            t_high,
+            float(pair.df),
+        ),
         *(p_low, p_high, p, pair.mean - half, pair.mean + half, None if undefined else p < alpha),
         pair.note or p_note([p_low, p_high]),
     )

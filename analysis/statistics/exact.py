@@ -50,11 +50,11 @@ def exact_within(
     whole, unit = integers(values)
     table = dict(zip(product(*map(range, shape)), whole, strict=True))
     subject_ss = part_ss(summed_part(table, shape, (0,)), shape, (0,)) * unit
-    found = [_parts(table, shape, axes, unit, epsilon) for axes in _subsets(len(names))]
-    rest = subject_ss + sum((error for _, error, _ in found), Fraction(0))
+    sums = [_parts(table, shape, axes, unit, epsilon) for axes in _subsets(len(names))]
+    rest = subject_ss + sum((error for _, error, _ in sums), Fraction(0))
     return [
         _effect(":".join(names[axis - 1] for axis in axes), shape, axes, *parts, rest)
-        for axes, parts in zip(_subsets(len(names)), found, strict=True)
+        for axes, parts in zip(_subsets(len(names)), sums, strict=True)
     ]
 
 
@@ -104,8 +104,8 @@ def _centred(part: Cells, place: int, size: int) -> Cells:
 
 def part_ss(part: Cells, shape: Sequence[int], axes: Sequence[int]) -> Fraction:
     """Return the sum of squares of a `summed_part`."""
-    kept = math.prod(shape[axis] for axis in axes)
-    return Fraction(sum(value * value for value in part.values()) * kept, math.prod(shape) * kept**2)
+    size = math.prod(shape[axis] for axis in axes)
+    return Fraction(sum(value * value for value in part.values()) * size, math.prod(shape) * size**2)
 
 
 def _parts(
@@ -220,11 +220,11 @@ def self_check(
     """
     refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
-    found = [effect for _, effect in mixed_effects(design, sum_of_squares)]
+    effects = [effect for _, effect in mixed_effects(design, sum_of_squares)]
     if note := _beyond(design, sum_of_squares, most):
-        return pd.DataFrame([_row(effect, math.nan, "", None, note) for effect in found])
+        return pd.DataFrame([_row(effect, math.nan, "", None, note) for effect in effects])
     exact = exact_mixed(design, sum_of_squares)
-    return pd.DataFrame([_checked(*pair) for pair in zip(found, exact, strict=True)])
+    return pd.DataFrame([_checked(*pair) for pair in zip(effects, exact, strict=True)])
 
 
 def _beyond(design: Design, kind: SumOfSquares, most: int) -> str:
@@ -246,11 +246,11 @@ def _checked(effect: Effect, exact: ExactEffect) -> dict[str, Any]:
     return _row(effect, apart[worst], worst, exact.f, effect.note)
 
 
-def _apart(found: float, expected: Fraction) -> float:
+def _apart(value: float, expected: Fraction) -> float:
     """Return the relative difference, without rounding; absolute where 0 is expected, infinite for no number."""
-    if not math.isfinite(found):
+    if not math.isfinite(value):
         return math.inf
-    return float(abs(Fraction(found) - expected) / (abs(expected) or 1))
+    return float(abs(Fraction(value) - expected) / (abs(expected) or 1))
 
 
 def _row(effect: Effect, difference: float, number: str, exact: Fraction | None, note: str) -> dict[str, Any]:

@@ -173,10 +173,10 @@ class GroupSums:
 
     def effect(self, between: Effect, axes: tuple[int, ...]) -> tuple[int, Fraction]:
         """Return rank between groups and sum of squares of an effect."""
-        found = self.forms[between]
-        kept = math.prod(self.sums.shape[axis] for axis in axes)
-        scale = math.prod(self.sums.shape[1:]) * kept * self.unit**2
-        return found.df, found.of(within_part(self.sums, axes)) / scale
+        form = self.forms[between]
+        size = math.prod(self.sums.shape[axis] for axis in axes)
+        scale = math.prod(self.sums.shape[1:]) * size * self.unit**2
+        return form.df, form.of(within_part(self.sums, axes)) / scale
 
 
 def group_sums(x: Floats, groups: Membership, kind: SumOfSquares) -> GroupSums:
@@ -185,9 +185,9 @@ def group_sums(x: Floats, groups: Membership, kind: SumOfSquares) -> GroupSums:
     They are sums of deviations from one value of the data, which no effect depends on.
     """
     pivot, rows = float(x.flat[0]), x.reshape(len(x), -1)
-    found = [[exact_sum(column, pivot) for column in rows[group].T] for group in groups.groups]
-    unit = max(value.denominator for row in found for value in row)
-    whole = np.array([[value.numerator * (unit // value.denominator) for value in row] for row in found], dtype=object)
+    sums = [[exact_sum(column, pivot) for column in rows[group].T] for group in groups.groups]
+    unit = max(value.denominator for row in sums for value in row)
+    whole = np.array([[value.numerator * (unit // value.denominator) for value in row] for row in sums], dtype=object)
     return GroupSums(whole.reshape(len(groups.groups), *x.shape[1:]), unit, forms_of(groups, kind))
 
 

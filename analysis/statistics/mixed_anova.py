@@ -74,9 +74,9 @@ def mixed_anova(
     """
     refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
-    found = list(mixed_effects(design, sum_of_squares))
-    table = effects_table([effect for _, effect in found])
-    table.insert(len(table.columns) - 1, "d", [contrasts for contrasts, _ in found])
+    effects = list(mixed_effects(design, sum_of_squares))
+    table = effects_table([effect for _, effect in effects])
+    table.insert(len(table.columns) - 1, "d", [contrasts for contrasts, _ in effects])
     sizes = dict(zip(design.groups.names(), design.groups.sizes, strict=True))
     table.attrs.update(design.cells.attrs() | {"sum_of_squares": sum_of_squares, "group_sizes": sizes})
     return table
@@ -196,10 +196,10 @@ def strata(design: Design, x: Floats) -> Iterator[Stratum]:
     """
     parts = [differences((x[group], None), 0) for group in design.groups.groups]
     for axes in subsets(x.ndim - 1, first=1):
-        found = [component(part, (0, *axes), 0) for part in parts]
-        rows = [residual.reshape(len(residual), -1) / len(residual) for residual, _ in found]
+        components = [component(part, (0, *axes), 0) for part in parts]
+        rows = [residual.reshape(len(residual), -1) / len(residual) for residual, _ in components]
         d = math.prod(x.shape[axis] - 1 for axis in axes)
-        ss, residual = math.fsum(ss for _, ss in found), np.concatenate(rows)
+        ss, residual = math.fsum(ss for _, ss in components), np.concatenate(rows)
         eps = greenhouse_geisser(residual, d) if ss > x.size * ROUNDING**2 else math.nan
         yield Stratum(axes, d, ss, residual, eps, huynh_feldt(eps, design.error_df + 1, d))
 
@@ -276,7 +276,7 @@ def mauchly_tests(
     Raises a StatisticsError as `mixed_anova` does.
     """
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
-    return pd.DataFrame([asdict(found) for found in sphericities(design)], columns=list(COLUMNS))
+    return pd.DataFrame([asdict(test) for test in sphericities(design)], columns=list(COLUMNS))
 
 
 def sphericities(design: Design) -> Iterator[Sphericity]:

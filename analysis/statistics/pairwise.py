@@ -62,22 +62,22 @@ def pairwise_tests(
     if ADJUSTMENTS[padjust] == "none":
         refuse_idle("family", family, None, "with padjust='none': no p is adjusted")
     level = None if effect_interval is None else checked_confidence(effect_interval)
-    found = compared(data, dv, within, subject, between, missing, aggregate)
-    size = _family(family, len(found.pairs))
-    table = _table(found, ADJUSTMENTS[padjust], size)
+    comparisons = compared(data, dv, within, subject, between, missing, aggregate)
+    size = _family(family, len(comparisons.pairs))
+    table = _table(comparisons, ADJUSTMENTS[padjust], size)
     if level is not None:
         # Put the limits of the effect size beside it.
-        sizes = found.attrs.get("group_sizes", {})
+        sizes = comparisons.attrs.get("group_sizes", {})
         limits = [
             dz_interval(pair.size, int(pair.df) + 1, confidence=level)
-            if found.within
+            if comparisons.within
             else hedges_interval(pair.size, sizes[pair.a], sizes[pair.b], confidence=level)
-            for pair in found.pairs
+            for pair in comparisons.pairs
         ]
-        name = "dz" if found.within else "hedges"
+        name = "dz" if comparisons.within else "hedges"
         for place, end in enumerate(("low", "high")):
             table.insert(len(table.columns) - 1, f"{name}_{end}", [limit[place] for limit in limits])
-    table.attrs.update(found.attrs | ({} if family is None else {"family": size}))
+    table.attrs.update(comparisons.attrs | ({} if family is None else {"family": size}))
     return table
 
 
@@ -137,8 +137,8 @@ def _within(
     return factors[0], cells
 
 
-def _table(found: Compared, method: str, family: int) -> pd.DataFrame:
-    pairs, within = found.pairs, found.within
+def _table(comparisons: Compared, method: str, family: int) -> pd.DataFrame:
+    pairs, within = comparisons.pairs, comparisons.within
     p = [t_two_sided(pair.t, pair.df) for pair in pairs]
     half = [t_critical(pair.df) * pair.error for pair in pairs]
     columns: dict[str, list[Any]] = {
@@ -158,7 +158,7 @@ def _table(found: Compared, method: str, family: int) -> pd.DataFrame:
         "note": [pair.note or p_note([value]) for pair, value in zip(pairs, p, strict=True)],
     }
     table = pd.DataFrame(columns)
-    table.insert(0, "Contrast", str(found.factor))
+    table.insert(0, "Contrast", str(comparisons.factor))
     return table
 
 
@@ -187,8 +187,8 @@ def paired(labels: Sequence[Hashable], values: Floats) -> Iterator[Comparison]:
     for i in range(len(labels) - 1):
         means, spreads = _differences_to(x, i)
         floors = np.maximum(limits[i], limits[i + 1 :])
-        found = zip(labels[i + 1 :], means.tolist(), spreads.tolist(), floors.tolist(), strict=True)
-        for label, mean, spread, floor in found:
+        later = zip(labels[i + 1 :], means.tolist(), spreads.tolist(), floors.tolist(), strict=True)
+        for label, mean, spread, floor in later:
             yield _paired(labels[i], label, (mean, spread, floor), len(x), exponent)
 
 

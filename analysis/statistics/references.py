@@ -24,14 +24,14 @@ def reference_path(name: str) -> Path:
     """Return the path of a reference file by its name, such as "csv/sk2011.1.csv". Raises NoSuchReference."""
     path = FOLDER / name
     if not path.is_file():
-        known = ", ".join(sorted(found.name for found in path.parent.glob("*")) or sorted(folders()))
+        known = ", ".join(sorted(file.name for file in path.parent.glob("*")) or sorted(folders()))
         raise NoSuchReference(f"no reference {name!r}; there is {known}")
     return path
 
 
 def folders() -> list[str]:
     """Return what the reference folder holds."""
-    return [found.name for found in FOLDER.iterdir()]
+    return [path.name for path in FOLDER.iterdir()]
 
 
 def reference_values(name: str) -> dict[str, Any]:
@@ -75,6 +75,6 @@ def nist_table(name: str) -> pd.DataFrame:
 def _data_lines(lines: list[str], name: str) -> tuple[int, int]:
     """Return the first and last line of the data, which the file names."""
     for line in lines[:20]:
-        if found := re.search(r"Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", line):
-            return int(found[1]), int(found[2])
+        if match := re.search(r"Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", line):
+            return int(match[1]), int(match[2])
     raise NoSuchReference(f"{name}.dat does not say on which lines its data stand")

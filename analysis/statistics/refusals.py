@@ -55,9 +55,9 @@ def refuse_idle_levels(levels: Iterable[object], factors: Collection[object], na
 
 def listed(items: Iterable[str], total: int) -> str:
     """Return the first few of `total` items as one phrase; the rest as a count."""
-    shown = [item for item, _ in zip(items, range(SHOWN), strict=False)]
-    rest = total - len(shown)
-    return "; ".join(shown) + (f"; and {rest} more" if rest else "")
+    first = [item for item, _ in zip(items, range(SHOWN), strict=False)]
+    rest = total - len(first)
+    return "; ".join(first) + (f"; and {rest} more" if rest else "")
 
 
 def shown(option: object) -> str:

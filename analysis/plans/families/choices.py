@@ -13,7 +13,7 @@ from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Text, Whole
 
 if TYPE_CHECKING:
-    from palpate.analysis.choices.specification import Asked as Model
+    from palpate.analysis.choices.specification import FunctionSpec as Model
 
 _ANSWERS = "palpate.analysis.plans.families.choices_answers"
 
@@ -116,11 +116,11 @@ class PsychometricFunction(Asked):
     def model(self) -> Model:
         """Return the function that is fitted. Raises BadOption for rates that the task decides, or that it needs."""
         from palpate.analysis.choices.posterior import UP_TO_HALF
-        from palpate.analysis.choices.specification import ESTIMATED, asked_of, rates_of
+        from palpate.analysis.choices.specification import ESTIMATED, function_spec, rates_of
 
         estimated = UP_TO_HALF if self.interval_kind == "posterior" else ESTIMATED
         rates = rates_of(self.task, self.alternatives, self.guess, self.lapse, estimated)
-        return asked_of(self.function, rates, self.threshold, self.jnd, self.falling)
+        return function_spec(self.function, rates, self.threshold, self.jnd, self.falling)
 
 
 KINDS: Mapping[str, Kind] = {
