@@ -18,7 +18,7 @@ from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from palpate.analysis.first_look.analysis import Analysed
+    from palpate.analysis.first_look.analysis import Analysis
     from palpate.analysis.first_look.compare_reference import Compared
     from palpate.analysis.ratings.sources import Missing, Wanted
 
@@ -223,7 +223,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     click.echo(f"Next: {shell_command('analyse', ratings.name, '--lab', lab)}")
 
 
-def _analysed(wanted: Wanted, missing: Missing, progress: Progress) -> Analysed:
+def _analysed(wanted: Wanted, missing: Missing, progress: Progress) -> Analysis:
     from palpate.analysis.first_look.analysis import analyse_ratings
     from palpate.analysis.ratings.sources import read_source
 
@@ -235,21 +235,21 @@ def _folder(wanted: Wanted) -> Path:
     return wanted.lab / "analysis" / wanted.name
 
 
-def _compared(found: Analysed, choice: str) -> list[Compared]:
+def _compared(analysis: Analysis, choice: str) -> list[Compared]:
     if choice == "none":
         return []
     from palpate.analysis.first_look.compare_reference import compare_with_reference, fitting_test, read_reference
 
-    reference = read_reference(choice, found.ratings.name)
-    return compare_with_reference(fitting_test(found.statistics.tests, reference).rows, reference)
+    reference = read_reference(choice, analysis.ratings.name)
+    return compare_with_reference(fitting_test(analysis.statistics.tests, reference).rows, reference)
 
 
-def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
+def _show(analysis: Analysis, files: list[Path], compared: list[Compared]) -> None:
     from rich.console import Console
 
     console = Console(highlight=False)
-    _show_data(console, found)
-    _show_headlines(console, found)
+    _show_data(console, analysis)
+    _show_headlines(console, analysis)
     if compared:
         from palpate.analysis.first_look.compare_reference import comparison_table
 
@@ -259,16 +259,16 @@ def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
         click.echo(f"Written to {folder}: {names}")
 
 
-def _show_data(console: Console, found: Analysed) -> None:
+def _show_data(console: Console, analysis: Analysis) -> None:
     from rich.markup import escape
 
     from palpate.analysis.first_look.page_data import inclusions
     from palpate.analysis.ratings.notes import data_notes
     from palpate.protocols.wording import count
 
-    ratings, design = found.ratings, found.design
+    ratings, design = analysis.ratings, analysis.design
     people = f"{count(len(ratings.participants), 'participant')}, {count(len(ratings.table), 'rating')}"
-    console.print(f"[bold]{escape(found.title)}[/bold]: {people}", soft_wrap=True)
+    console.print(f"[bold]{escape(analysis.title)}[/bold]: {people}", soft_wrap=True)
     if ratings.simulated:
         console.print("[yellow]Simulated participants: no person gave these answers.[/yellow]")
     if ratings.exclusions:
@@ -282,7 +282,7 @@ def _show_data(console: Console, found: Analysed) -> None:
         console.print(f"[yellow]{escape(line)}[/yellow]", soft_wrap=True)
 
 
-def _show_headlines(console: Console, found: Analysed) -> None:
+def _show_headlines(console: Console, analysis: Analysis) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -291,31 +291,31 @@ def _show_headlines(console: Console, found: Analysed) -> None:
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
-    for attribute, sentence in headlines(found):
+    for attribute, sentence in headlines(analysis):
         table.add_row(escape(attribute), escape(sentence))
     console.print(table)
-    for line in refusals(found):
+    for line in refusals(analysis):
         console.print(f"[yellow]not tested: {escape(line)}[/yellow]", soft_wrap=True)
 
 
-def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
+def _summary(analysis: Analysis, files: list[Path]) -> dict[str, Any]:
     from palpate.analysis.first_look.page_tests import headlines, refusals
     from palpate.analysis.ratings.notes import data_notes
 
     return {
-        "name": found.ratings.name,
-        "participants": len(found.ratings.participants),
-        "ratings": len(found.ratings.table),
-        "simulated": found.ratings.simulated,
-        "complete": found.design.ok,
-        "notes": list(data_notes(found.design.notes, found.ratings.exclusions, found.ratings.sessions)),
-        "left_out": len(found.ratings.exclusions),
-        "interrupted_included": len(found.ratings.interrupted),
-        "headlines": dict(headlines(found)),
-        "not_tested": list(refusals(found)),
+        "name": analysis.ratings.name,
+        "participants": len(analysis.ratings.participants),
+        "ratings": len(analysis.ratings.table),
+        "simulated": analysis.ratings.simulated,
+        "complete": analysis.design.ok,
+        "notes": list(data_notes(analysis.design.notes, analysis.ratings.exclusions, analysis.ratings.sessions)),
+        "left_out": len(analysis.ratings.exclusions),
+        "interrupted_included": len(analysis.ratings.interrupted),
+        "headlines": dict(headlines(analysis)),
+        "not_tested": list(refusals(analysis)),
         "files": [str(path) for path in files],
     }
 
 
-def _compared_row(each: Compared) -> dict[str, Any]:
-    return {**vars(each), "agrees": each.agrees}
+def _compared_row(comparison: Compared) -> dict[str, Any]:
+    return {**vars(comparison), "agrees": comparison.agrees}

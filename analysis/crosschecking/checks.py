@@ -38,7 +38,7 @@ from palpate.analysis.crosschecking.variance_checks import (
     check_wilcoxon,
 )
 from palpate.analysis.plans.answers import Answer, Row, Value
-from palpate.analysis.regenerating.plan_tests import Answered
+from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.protocols.canonical import json_text
 from palpate.protocols.extras import installed_version
@@ -92,7 +92,7 @@ def difference_text(check: CrossCheck) -> str:
     return f"{check.difference:.0e}" if check.difference else "0"
 
 
-def cross_check(answered: Sequence[Answered], progress: Progress = lambda *_: None) -> tuple[CrossCheck, ...]:
+def cross_check(answered: Sequence[QuestionResult], progress: Progress = lambda *_: None) -> tuple[CrossCheck, ...]:
     """Check every answer of a kind that another package has, in the plan's order."""
     comparable = [
         answered_test
@@ -108,7 +108,7 @@ def cross_check(answered: Sequence[Answered], progress: Progress = lambda *_: No
     return tuple(checks)
 
 
-def _checked(answered: Answered) -> CrossCheck:
+def _checked(answered: QuestionResult) -> CrossCheck:
     name, outcome = answered.asked.name, answered.outcome
     package = used = ""
     try:
@@ -140,7 +140,7 @@ def difference(pair: Pair) -> float:
     return abs(ours - theirs) / size if size > 1e-290 else 0.0
 
 
-def _check_anova(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def _check_anova(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     settings: Any = answered.asked
     if settings.within and answered.missing.cells and not answered.missing.left_out:
         # An analysis of variance that a mixed model of the cells answered (`gaps_answer`).
@@ -155,7 +155,7 @@ def _check_anova(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Chec
     return check_anova(answered, answer, rows)
 
 
-def _check_icc(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def _check_icc(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     settings: Any = answered.asked
     cells = cells_of(rows, [settings.targets, settings.raters], settings.value)
     demand_size(len(cells))
@@ -180,7 +180,7 @@ def _icc_pairs(rows: Sequence[Mapping[str, Value]], cells: pd.DataFrame, confide
             yield Pair(f"{name} of {kind}", row[name], numbers[kind, name], decimals=packages.ICC_INTERVAL_DECIMALS)
 
 
-def _check_alpha(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def _check_alpha(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     settings: Any = answered.asked
     cases = list(settings.cases or [name for name in ("participant", "stimulus") if name in rows.columns])
     cells = cells_of(rows, [*cases, settings.items], settings.value)
@@ -203,7 +203,7 @@ def _alpha_pairs(answer: Answer, wide: pd.DataFrame, confidence: float) -> Itera
             yield Pair(name, row[name], numbers[name], decimals=packages.ALPHA_INTERVAL_DECIMALS)
 
 
-def _check_retest(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
+def _check_retest(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
     settings: Any = answered.asked
     pairs = pd.DataFrame([dict(row) for row in answer.more.get("pairs", ())])
     if not len(pairs):
@@ -233,7 +233,7 @@ class Model:
     reml: bool
 
 
-def _check_mixed_model(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def _check_mixed_model(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     settings: Any = answered.asked
     model = Model(
         settings.fixed, settings.numeric, settings.interactions, settings.random, settings.coding, settings.reml
@@ -342,11 +342,11 @@ def _effect_of(coefficient: str) -> set[str]:
     return set(re.sub(r"\[.*?\](?=:|$)", "", coefficient).split(":"))
 
 
-def _no_counterpart(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
+def _no_counterpart(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
     raise NotChecked("neither pingouin nor statsmodels has it")
 
 
-CHECKS: Mapping[str, Callable[[Answered, Answer, pd.DataFrame], Checked]] = {
+CHECKS: Mapping[str, Callable[[QuestionResult, Answer, pd.DataFrame], Checked]] = {
     "anova": _check_anova,
     "pairs": check_pairs,
     "equivalence": check_equivalence,

@@ -25,12 +25,12 @@ from palpate.analysis.crosschecking.conditions import (
     wide_table,
 )
 from palpate.analysis.plans.answers import Answer
-from palpate.analysis.regenerating.plan_tests import Answered
+from palpate.analysis.regenerating.plan_tests import QuestionResult
 
 ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
 
 
-def check_anova(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_anova(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check an analysis of variance of complete data."""
     settings: Any = answered.asked
     cells, named, own, groups = crossed(settings, rows)
@@ -117,7 +117,7 @@ def parts_of(effect: str, named: Mapping[str, str]) -> list[str]:
     return plain
 
 
-def check_pairs(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_pairs(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     settings: Any = answered.asked
     values, paired = _levels(rows, settings.factor)
     return STATSMODELS, _pairs_of(answer, values, paired, settings.correction, settings.family)
@@ -152,7 +152,7 @@ def _pairs_of(
             yield Pair(f"p of {pair}", row["p"], p)
 
 
-def check_equivalence(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_equivalence(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     settings: Any = answered.asked
     values, paired = _levels(rows, settings.factor)
     return STATSMODELS, _equivalence_pairs(answer, values, paired)
@@ -172,7 +172,7 @@ LEAST_TAIL = 1e-9
 ALIGNED_DECIMALS = 9
 
 
-def check_friedman(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_friedman(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     settings: Any = answered.asked
     cells = cells_of(rows, ["participant", settings.factor])
     _demand_ranks(cells, "f0", "f1")
@@ -180,7 +180,7 @@ def check_friedman(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Ch
     return PINGOUIN, _friedman_pairs(answer, cells, "f1", "f0", columns)
 
 
-def check_kendall_w(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_kendall_w(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     settings: Any = answered.asked
     cells = cells_of(rows, [settings.raters, settings.targets], settings.value)
     _demand_ranks(cells, "f0", "f1")
@@ -204,7 +204,7 @@ def _friedman_pairs(
                 yield Pair(ours, row[ours], numbers[theirs], 0.0 if ours.startswith("p") else NEAR_ZERO)
 
 
-def check_nemenyi(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_nemenyi(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check mean ranks by pandas, and p by SciPy's studentized range, where that has digits."""
     settings: Any = answered.asked
     cells = cells_of(rows, ["participant", settings.factor])
@@ -227,7 +227,7 @@ def _nemenyi_pairs(answer: Answer, ranks: pd.DataFrame, ties: bool) -> Iterator[
             yield Pair(f"p of {a} and {b}", row["p"], p)
 
 
-def check_wilcoxon(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_wilcoxon(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check signed ranks or rank sums of every pair of levels."""
     settings: Any = answered.asked
     cells = cells_of(rows, ["participant", settings.factor])
@@ -266,7 +266,7 @@ def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], settings: Any, pa
             yield Pair(f"p of {row['A']} and {row['B']}", row["p_corr"], p)
 
 
-def check_aligned_ranks(answered: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
+def check_aligned_ranks(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check each effect: aligned by means of pandas, ranked, and its analysis of variance by another package."""
     settings: Any = answered.asked
     cells, named, own, groups = crossed(settings, rows)

@@ -23,7 +23,7 @@ GREENHOUSE_GEISSER = "Greenhouse-Geisser"
 
 
 @dataclass(frozen=True)
-class Analysed:
+class Analysis:
     """A data set with all that was computed from it.
 
     `levels` holds the means that the figures show, `stimuli` those of every stimulus (every cell of the design),
@@ -46,9 +46,9 @@ class Analysed:
         return None
 
 
-def analyse_ratings(ratings: Ratings, title: str = "", progress: Progress = lambda *_: None) -> Analysed:
+def analyse_ratings(ratings: Ratings, title: str = "", progress: Progress = lambda *_: None) -> Analysis:
     """Check the design, describe and test. Raises DataRefused where the ratings cannot be described at all."""
-    return Analysed(
+    return Analysis(
         title=title or ratings.name,
         ratings=ratings,
         design=check_ratings(ratings),

@@ -109,11 +109,11 @@ def comparison_table(compared: Iterable[Compared], title: str) -> Table:
     table.add_column("number", no_wrap=True)
     for heading in ("palpate", "reference", "relative error"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for effect, numbers in groupby(compared, key=lambda each: each.effect):
+    for effect, numbers in groupby(compared, key=lambda comparison: comparison.effect):
         table.add_row(f"[bold]{escape(effect.replace(':', ' × '))}[/bold]")
-        for each in numbers:
-            name = SHOWN.get(each.number, each.number)
-            table.add_row(f"  {name}", _text(each.ours), _text(each.reference), _error_text(each))
+        for comparison in numbers:
+            name = SHOWN.get(comparison.number, comparison.number)
+            table.add_row(f"  {name}", _text(comparison.ours), _text(comparison.reference), _error_text(comparison))
         table.add_section()
     return table
 
@@ -147,8 +147,8 @@ def _text(value: float | None) -> str:
     return "undefined" if value is None else f"{value:.10g}"
 
 
-def _error_text(each: Compared) -> str:
-    if each.relative_error is None:
+def _error_text(comparison: Compared) -> str:
+    if comparison.relative_error is None:
         return "[red]undefined[/red]"
-    text = "0" if each.relative_error == 0 else f"{each.relative_error:.1e}"
-    return text if each.agrees else f"[red]{text}[/red]"
+    text = "0" if comparison.relative_error == 0 else f"{comparison.relative_error:.1e}"
+    return text if comparison.agrees else f"[red]{text}[/red]"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
 from palpate.analysis.first_look import page_data
-from palpate.analysis.first_look.analysis import Analysed, software
+from palpate.analysis.first_look.analysis import Analysis, software
 from palpate.analysis.first_look.figures import pictures, shown_factors
 from palpate.analysis.first_look.page_data import averaged
 from palpate.analysis.first_look.page_tests import (
@@ -43,60 +43,60 @@ from palpate.protocols.files import staged_files, write_text
 from palpate.protocols.wording import phrase
 
 
-def write_report(found: Analysed, path: Path) -> Path:
+def write_report(analysis: Analysis, path: Path) -> Path:
     """Write the report to `path`, its folder made where missing."""
-    return write_text(path, report_html(found))
+    return write_text(path, report_html(analysis))
 
 
-def report_html(found: Analysed) -> str:
+def report_html(analysis: Analysis) -> str:
     """Return the whole report as one HTML text, every name in it escaped, every figure inline."""
-    return page_html(page_of(found), STILL)
+    return page_html(page_of(analysis), STILL)
 
 
-def page_of(found: Analysed) -> Page:
+def page_of(analysis: Analysis) -> Page:
     """Return the page of an analysed data set: equal analyses give equal pages."""
-    tested = [Section("pairwise", "Pairwise tests", pairs)] if (pairs := tuple(_pairs(found))) else []
+    tested = [Section("pairwise", "Pairwise tests", pairs)] if (pairs := tuple(_pairs(analysis))) else []
     return Page(
-        title=found.title,
-        lead=page_data.lead(found.ratings),
-        banners=(SIMULATED,) if found.ratings.simulated else (),
-        facts=tuple(page_data.facts(found.ratings)),
+        title=analysis.title,
+        lead=page_data.lead(analysis.ratings),
+        banners=(SIMULATED,) if analysis.ratings.simulated else (),
+        facts=tuple(page_data.facts(analysis.ratings)),
         sections=(
-            Section("results", "Results", tuple(_results(found))),
-            Section("figures", "Figures", tuple(_figures(found))),
-            Section("data", "Data and exclusions", tuple(_data(found))),
-            Section("anova", "Analyses of variance", tuple(_variance(found))),
+            Section("results", "Results", tuple(_results(analysis))),
+            Section("figures", "Figures", tuple(_figures(analysis))),
+            Section("data", "Data and exclusions", tuple(_data(analysis))),
+            Section("anova", "Analyses of variance", tuple(_variance(analysis))),
             *tested,
-            Section("methods", "Methods", tuple(map(Words, methods(found)))),
-            Section("provenance", "Provenance", tuple(_provenance(found))),
+            Section("methods", "Methods", tuple(map(Words, methods(analysis)))),
+            Section("provenance", "Provenance", tuple(_provenance(analysis))),
         ),
     )
 
 
-def save_figures(found: Analysed, folder: Path) -> list[Path]:
+def save_figures(analysis: Analysis, folder: Path) -> list[Path]:
     """Write every figure as SVG and PNG to `folder` and give the paths; none where no factor has levels to show."""
     paths: list[Path] = []
     with staged_files(folder) as draft:
-        for picture in pictures(found.ratings):
+        for picture in pictures(analysis.ratings):
             with drawing(picture.name):
                 paths += save(picture.draw(picture.data).figure, draft, picture.name)
     return [folder / path.name for path in paths]
 
 
-def _results(found: Analysed) -> Iterator[Block]:
-    yield Words(_results_intro(found))
-    yield Points(tuple(headlines(found)))
-    if refused := tuple(refusals(found)):
+def _results(analysis: Analysis) -> Iterator[Block]:
+    yield Words(_results_intro(analysis))
+    yield Points(tuple(headlines(analysis)))
+    if refused := tuple(refusals(analysis)):
         yield Heading("Not tested")
         yield Sentences(refused)
 
 
-def _figures(found: Analysed) -> Iterator[Block]:
+def _figures(analysis: Analysis) -> Iterator[Block]:
     from markupsafe import Markup
 
-    numbers = Folded("The numbers behind this figure", (TableBlock(level_table(found)),))
+    numbers = Folded("The numbers behind this figure", (TableBlock(level_table(analysis)),))
     place = 0
-    for place, picture in enumerate(pictures(found.ratings), start=1):
+    for place, picture in enumerate(pictures(analysis.ratings), start=1):
         with drawing(picture.name):
             svg = inline_svg(svg_text(picture.draw(picture.data).figure), f"f{place}")
         title, anchor = picture.data.title, f"figure-{place}"
@@ -107,17 +107,17 @@ def _figures(found: Analysed) -> Iterator[Block]:
     yield Heading("Means of every stimulus")
     means = "Mean rating and, in brackets, standard deviation over n participants"
     yield Words(fill_in(f"{means}; unrounded in stimulus_means.csv, which {{}} writes.", italic("palpate analyse")))
-    table = stimulus_table(found)
+    table = stimulus_table(analysis)
     yield from long_table(table, f"All {len(table.rows)} stimuli")
 
 
-def _data(found: Analysed) -> Iterator[Block]:
-    ratings = found.ratings
+def _data(analysis: Analysis) -> Iterator[Block]:
+    ratings = analysis.ratings
     yield Heading("Check of the design")
-    yield Words(page_data.check_words(found))
+    yield Words(page_data.check_words(analysis))
     yield from map(Words, page_data.inclusions(ratings))
-    yield from (Preformatted(problem.text()) for problem in found.design.problems)
-    yield from map(Preformatted, data_notes(found.design.notes, ratings.exclusions, ratings.sessions))
+    yield from (Preformatted(problem.text()) for problem in analysis.design.problems)
+    yield from map(Preformatted, data_notes(analysis.design.notes, ratings.exclusions, ratings.sessions))
     yield Heading("Exclusion ledger")
     ledger = page_data.exclusions(ratings)
     yield TableBlock(ledger) if ledger.rows else Words("Nothing was left out.")
@@ -126,7 +126,7 @@ def _data(found: Analysed) -> Iterator[Block]:
     yield from long_table(people, f"All {len(people.rows)} participants")
 
 
-def _variance(found: Analysed) -> Iterator[Block]:
+def _variance(found: Analysis) -> Iterator[Block]:
     tables = list(variance_tables(found))
     if not tables:
         yield Words("None was made.")
@@ -140,26 +140,26 @@ def _variance(found: Analysed) -> Iterator[Block]:
         yield Folded("As sentences", (Sentences(analysis.sentences),))
 
 
-def _pairs(found: Analysed) -> Iterator[Block]:
-    for question in found.statistics.questions:
-        tests = [test for test in found.statistics.of(question) if test.rows]
+def _pairs(analysis: Analysis) -> Iterator[Block]:
+    for question in analysis.statistics.questions:
+        tests = [test for test in analysis.statistics.of(question) if test.rows]
         if question.kind == "pairs" and tests:
-            yield Words(pairs_words(question, tests, grouped=bool(found.ratings.between)))
-    for pairs in comparisons(found):
+            yield Words(pairs_words(question, tests, grouped=bool(analysis.ratings.between)))
+    for pairs in comparisons(analysis):
         yield Folded(f"{pairs.title}: {pairs.summary}", (TableBlock(pairs.table), Sentences(pairs.sentences)))
 
 
-def _provenance(found: Analysed) -> Iterator[Block]:
+def _provenance(analysis: Analysis) -> Iterator[Block]:
     yield Words("Every number on this page comes from these inputs. The same inputs give the same page, byte for byte.")
-    inputs = page_data.inputs(found.ratings)
+    inputs = page_data.inputs(analysis.ratings)
     yield from long_table(inputs, f"All {len(inputs.rows)} inputs and their SHA-256")
     yield Heading("Software")
     yield TableBlock(text_table(("package", "version"), software().items()))
 
 
-def level_table(found: Analysed) -> Table:
+def level_table(analysis: Analysis) -> Table:
     """The numbers that both figures show."""
-    factors = shown_factors(found.ratings)
+    factors = shown_factors(analysis.ratings)
     rows = [
         (
             str(row["attribute"]),
@@ -168,22 +168,27 @@ def level_table(found: Analysed) -> Table:
             fixed(row["sd"]),
             str(row["n"]),
         )
-        for row in found.levels.to_dict("records")
+        for row in analysis.levels.to_dict("records")
     ]
     return text_table(("attribute", *factors, number("mean"), number("SD"), number("participants")), rows)
 
 
-def stimulus_table(found: Analysed) -> Table:
+def stimulus_table(analysis: Analysis) -> Table:
     """Mean and, in brackets, SD over the n participants of every stimulus: a row for each, a column an attribute."""
-    attributes = found.ratings.attributes
-    labels = [name for name in found.stimuli.columns[: found.stimuli.columns.get_loc("kind")] if name != "attribute"]
+    attributes = analysis.ratings.attributes
+    labels = [
+        name for name in analysis.stimuli.columns[: analysis.stimuli.columns.get_loc("kind")] if name != "attribute"
+    ]
     cells: dict[tuple[str, ...], dict[str, str]] = {}
     people: dict[tuple[str, ...], set[int]] = {}
-    for row in found.stimuli.to_dict("records"):
+    for row in analysis.stimuli.to_dict("records"):
         key = tuple(str(row[name]) for name in labels)
         cells.setdefault(key, {})[row["attribute"]] = f"{fixed(row['mean'])} ({fixed(row['sd'])})"
         people.setdefault(key, set()).add(int(row["n"]))
-    rows = [(*key, *(own.get(each, NONE) for each in attributes), _range(people[key])) for key, own in cells.items()]
+    rows = [
+        (*key, *(own.get(attribute, NONE) for attribute in attributes), _range(people[key]))
+        for key, own in cells.items()
+    ]
     heads: list[str | Head] = [*labels, *map(number, attributes), number("n")]
     return text_table(heads, rows)
 
@@ -192,8 +197,8 @@ def _range(numbers: set[int]) -> str:
     return f"{min(numbers)}" if len(numbers) == 1 else f"{min(numbers)} to {max(numbers)}"
 
 
-def _results_intro(found: Analysed) -> str:
-    first = next((found.headline(attribute) for attribute in found.ratings.attributes), None)
+def _results_intro(analysis: Analysis) -> str:
+    first = next((analysis.headline(attribute) for attribute in analysis.ratings.attributes), None)
     if first is None:
         return "No test was made: the data set has no factor to compare."
     over = phrase(first.question.averaged_over)
@@ -201,23 +206,23 @@ def _results_intro(found: Analysed) -> str:
     return f"The effect of {phrase(first.question.factors)} on each attribute, {first.question.scope}.{means}"
 
 
-def methods(found: Analysed) -> Iterator[str]:
+def methods(analysis: Analysis) -> Iterator[str]:
     """The paragraphs that the tests of this data set need, and no other."""
-    kinds = {question.kind for question in found.statistics.questions}
-    yield _means(found)
+    kinds = {question.kind for question in analysis.statistics.questions}
+    yield _means(analysis)
     if kinds & {"crossed", "pooled"}:
         yield from _REPEATED_MEASURES
-    if found.ratings.between and (shared := _shared_kinds(found)):
+    if analysis.ratings.between and (shared := _shared_kinds(analysis)):
         yield f"{GROUPS_APART} These are {shared}: there everyone is one sample, whatever the group."
     if "between" in kinds:
-        yield f"{_BETWEEN} {groups_met(found)}".rstrip()
+        yield f"{_BETWEEN} {groups_met(analysis)}".rstrip()
     if "pairs" in kinds:
         yield from _PAIRS
-    yield _families(found)
+    yield _families(analysis)
 
 
-def _means(found: Analysed) -> str:
-    factors = found.ratings.within
+def _means(analysis: Analysis) -> str:
+    factors = analysis.ratings.within
     within = f" {'The factor' if len(factors) == 1 else 'Factors'} within participants: {phrase(factors)}."
     return (
         "Means and standard deviations are taken over participants: each participant's ratings of a level are "
@@ -226,11 +231,11 @@ def _means(found: Analysed) -> str:
     )
 
 
-def _shared_kinds(found: Analysed) -> str:
+def _shared_kinds(analysis: Analysis) -> str:
     """The tests of everyone together, in words."""
-    shared = [question for question in found.statistics.questions if question.group is None]
-    effects = [" × ".join(each.factors) for each in shared if each.kind in ("crossed", "pooled")]
-    pairs = [f"the pairs of {each.factors[0]}" for each in shared if each.kind == "pairs"]
+    shared = [question for question in analysis.statistics.questions if question.group is None]
+    effects = [" × ".join(question.factors) for question in shared if question.kind in ("crossed", "pooled")]
+    pairs = [f"the pairs of {question.factors[0]}" for question in shared if question.kind == "pairs"]
     return phrase([*(f"the analysis of {name}" for name in effects), *pairs])
 
 
@@ -257,11 +262,11 @@ _PAIRS = (
 )
 
 
-def _families(found: Analysed) -> str:
+def _families(analysis: Analysis) -> str:
     """What was not done: adjusting across attributes, rounding p to zero, imputing."""
-    own = len(found.ratings.attributes)
+    own = len(analysis.ratings.attributes)
     apart = f"The {own} attributes are tested one by one and p values are not adjusted across them. " if own > 1 else ""
-    ratings, values = averaged(found.ratings)
+    ratings, values = averaged(analysis.ratings)
     if ratings:
         made = f"No value is imputed, but {ratings:,} ratings that shared cells are replaced by {values:,} means."
     else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from palpate.analysis.first_look.analysis import Analysed
+from palpate.analysis.first_look.analysis import Analysis
 from palpate.analysis.ratings.dataset import Exclusion, Ratings
 from palpate.analysis.ratings.sample import sample_facts
 from palpate.analysis.reports.numbers import fixed
@@ -45,25 +45,25 @@ def left_out(exclusions: tuple[Exclusion, ...]) -> str:
     """How much was left out, each kind by itself; what was averaged or never was a rating is not among it."""
     told = []
     for what in ("session", "participant"):
-        lines = [each for each in exclusions if each.what == what]
+        lines = [line for line in exclusions if line.what == what]
         if lines:
             told.append(f"{count(len(lines), what)} ({count(_rows(lines), 'rating')})")
-    single = {what: _rows([each for each in exclusions if each.what == what]) for what in ("practice", "repeated")}
+    single = {what: _rows([line for line in exclusions if line.what == what]) for what in ("practice", "repeated")}
     told += [count(rows, f"{what} rating") for what, rows in single.items() if rows]
     return ", ".join(told) or "nothing"
 
 
 def averaged(ratings: Ratings) -> tuple[int, int]:
     """How many ratings were averaged when the table was read, and into how many values: (0, 0) where none were."""
-    lines = [each for each in ratings.exclusions if each.what == "averaged"]
-    return _rows(lines), sum(each.into for each in lines)
+    lines = [line for line in ratings.exclusions if line.what == "averaged"]
+    return _rows(lines), sum(line.into for line in lines)
 
 
-def check_words(found: Analysed) -> str:
+def check_words(analysis: Analysis) -> str:
     """What the check of the design found, in a sentence that holds for these data."""
-    ratings, merged = found.ratings, averaged(found.ratings)[0] > 0
-    if not found.design.ok:
-        kinds = {problem.kind for problem in found.design.problems}
+    ratings, merged = analysis.ratings, averaged(analysis.ratings)[0] > 0
+    if not analysis.design.ok:
+        kinds = {problem.kind for problem in analysis.design.problems}
         if kinds & {"missing", "duplicate", "undeclared"}:
             return "The ratings do not fill the design; tests that need the cells named here were not made."
         return "The ratings have the problems that are named here; the tests were made with these ratings."
@@ -84,7 +84,7 @@ def inclusions(ratings: Ratings) -> Iterator[str]:
 
 def exclusions(ratings: Ratings) -> Table:
     """The exclusion ledger."""
-    rows = [(each.what, each.who, each.why, f"{each.rows:,}") for each in ratings.exclusions]
+    rows = [(line.what, line.who, line.why, f"{line.rows:,}") for line in ratings.exclusions]
     return text_table(("what", words("who"), words("why"), number("how many")), rows)
 
 
@@ -108,12 +108,12 @@ def participants(ratings: Ratings) -> Table:
 
 def inputs(ratings: Ratings) -> Table:
     """Every input with its hash."""
-    rows = [(each.name, each.note, each.sha256) for each in ratings.inputs]
+    rows = [(entry.name, entry.note, entry.sha256) for entry in ratings.inputs]
     return text_table((words("input"), words("what"), Head("SHA-256", "hash")), rows)
 
 
 def _rows(lines: list[Exclusion]) -> int:
-    return sum(each.rows for each in lines)
+    return sum(line.rows for line in lines)
 
 
 def _origins(ratings: Ratings) -> Iterator[tuple[str, str]]:
@@ -128,10 +128,10 @@ def _origins(ratings: Ratings) -> Iterator[tuple[str, str]]:
 
 
 def _not_left_out(exclusions: tuple[Exclusion, ...]) -> Iterator[tuple[str, str]]:
-    merged = [each for each in exclusions if each.what == "averaged"]
+    merged = [line for line in exclusions if line.what == "averaged"]
     if merged:
-        yield "Averaged", f"{_rows(merged):,} into {sum(each.into for each in merged):,}"
-    if rows := _rows([each for each in exclusions if each.what == "rows"]):
+        yield "Averaged", f"{_rows(merged):,} into {sum(line.into for line in merged):,}"
+    if rows := _rows([line for line in exclusions if line.what == "rows"]):
         yield "Rows without a rating", f"{rows:,}"
 
 

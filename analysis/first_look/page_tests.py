@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from palpate.analysis.first_look.analysis import Analysed, correction, reported_p, with_nan
+from palpate.analysis.first_look.analysis import Analysis, correction, reported_p, with_nan
 from palpate.analysis.first_look.study_statistics import Question, Row, Test, differing_factors, levels_by_group
 from palpate.analysis.reports.numbers import NONE, degrees, fixed, p_cell, share
 from palpate.analysis.reports.tables import Footnotes, Table, grouped_table, number, text_table
@@ -39,53 +39,53 @@ class PairsTable:
     sentences: tuple[str, ...]
 
 
-def variance_tables(found: Analysed) -> Iterator[VarianceTable]:
+def variance_tables(analysis: Analysis) -> Iterator[VarianceTable]:
     """The analyses of variance, in the order in which they were asked for."""
-    for question in found.statistics.questions:
+    for question in analysis.statistics.questions:
         if question.kind != "pairs":
-            tests = [test for test in found.statistics.of(question) if test.rows]
+            tests = [test for test in analysis.statistics.of(question) if test.rows]
             between = question.kind == "between"
             shown = _between_table(tests) if between else _within_table(tests)
             if tests:
-                told = question_words(question, tests, grouped=bool(found.ratings.between))
-                told = f"{told} {groups_met(found)}".rstrip() if between else told
+                told = question_words(question, tests, grouped=bool(analysis.ratings.between))
+                told = f"{told} {groups_met(analysis)}".rstrip() if between else told
                 yield VarianceTable(_title(question), told, shown, tuple(all_sentences(tests)))
 
 
-def comparisons(found: Analysed) -> Iterator[PairsTable]:
+def comparisons(analysis: Analysis) -> Iterator[PairsTable]:
     """The pairwise tests of every attribute."""
-    for question in found.statistics.questions:
+    for question in analysis.statistics.questions:
         if question.kind == "pairs":
-            for test in found.statistics.of(question):
+            for test in analysis.statistics.of(question):
                 if test.rows:
                     title = f"{test.attribute}, {question.factors[0]}"
                     yield PairsTable(title, _summary(test), _pairs_table(test), tuple(map(pair_sentence, test.rows)))
 
 
-def refusals(found: Analysed) -> Iterator[str]:
+def refusals(analysis: Analysis) -> Iterator[str]:
     """The tests that could not be made, those that one reason stopped in one line, and the reason."""
     stopped: dict[str, dict[str, list[str]]] = {}
-    for test in found.statistics.tests:
+    for test in analysis.statistics.tests:
         if test.refused:
             stopped.setdefault(test.refused, {}).setdefault(_title(test.question), []).append(test.attribute)
     for reason, titles in stopped.items():
-        named = (f"{title}{_of_attributes(found, attributes)}" for title, attributes in titles.items())
+        named = (f"{title}{_of_attributes(analysis, attributes)}" for title, attributes in titles.items())
         yield f"{'; '.join(named)}: {reason}"
 
 
-def _of_attributes(found: Analysed, attributes: list[str]) -> str:
-    every = found.ratings.attributes
+def _of_attributes(analysis: Analysis, attributes: list[str]) -> str:
+    every = analysis.ratings.attributes
     if len(every) == 1:
         return ""
     return f" (all {len(every)} attributes)" if len(attributes) == len(every) else f" ({phrase(attributes)})"
 
 
-def groups_met(found: Analysed) -> str:
+def groups_met(analysis: Analysis) -> str:
     """Whether the groups differ in what they met as well as in the people: "" where there is nothing to meet."""
-    factors, differing = found.ratings.cells, differing_factors(found.ratings)
+    factors, differing = analysis.ratings.cells, differing_factors(analysis.ratings)
     if not differing:
         return f"The groups met the same levels of {phrase(factors)}." if factors else ""
-    groups = levels_by_group(found.ratings, differing[0])
+    groups = levels_by_group(analysis.ratings, differing[0])
     met = "; ".join(f"{group}: {phrase(levels)}" for group, levels in groups.items())
     shown = f" ({met})" if max(map(len, groups.values())) <= MOST_LEVELS else ""
     return (
@@ -232,18 +232,18 @@ def _below(p: float | None) -> bool:
     return p is not None and p < ALPHA
 
 
-def headlines(found: Analysed) -> Iterator[tuple[str, str]]:
+def headlines(analysis: Analysis) -> Iterator[tuple[str, str]]:
     """Each attribute with its first result in a sentence, or with a word that it was not tested."""
-    for attribute in found.ratings.attributes:
-        test = found.headline(attribute)
+    for attribute in analysis.ratings.attributes:
+        test = analysis.headline(attribute)
         if test is not None:
             told = "; ".join(sentence(row) for row in test.rows)
-            yield attribute_title(found, attribute), told or NOT_TESTED
+            yield attribute_title(analysis, attribute), told or NOT_TESTED
 
 
-def attribute_title(found: Analysed, attribute: str) -> str:
+def attribute_title(analysis: Analysis, attribute: str) -> str:
     """An attribute with both of its words: `Easy-to-pull – Hard-to-pull`."""
-    antonym = found.ratings.antonyms.get(attribute)
+    antonym = analysis.ratings.antonyms.get(attribute)
     return f"{attribute} – {antonym}" if antonym else attribute
 
 

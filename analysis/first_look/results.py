@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.first_look.analysis import Analysed, correction, reported_p, software
+from palpate.analysis.first_look.analysis import Analysis, correction, reported_p, software
 from palpate.analysis.first_look.figures import shown_factors
 from palpate.analysis.first_look.study_statistics import Row, Test
 from palpate.analysis.ratings.notes import data_notes
@@ -57,27 +57,27 @@ PAIR = {
 }
 
 
-def write_results(found: Analysed, folder: Path) -> list[Path]:
+def write_results(analysis: Analysis, folder: Path) -> list[Path]:
     """Write statistics.json and the CSV tables to `folder`: equal inputs give equal bytes. The paths, in order."""
-    tables = {name: csv_text(rows) for name, rows in result_tables(found).items()}
-    return write_texts(folder, {"statistics.json": statistics_json(found), **tables})
+    tables = {name: csv_text(rows) for name, rows in result_tables(analysis).items()}
+    return write_texts(folder, {"statistics.json": statistics_json(analysis), **tables})
 
 
-def statistics_json(found: Analysed) -> str:
+def statistics_json(analysis: Analysis) -> str:
     """Every number of the analysis, with its method, n, exclusions and the hash of every input.
 
     Keys are sorted and no value is NaN: an undefined number is null, and the `note` beside it says why.
     `ratings_per_cell` are the fewest and the most ratings that one participant's value is the mean of.
     """
-    return json_text(statistics_data(found), indent=1, sort_keys=True)
+    return json_text(statistics_data(analysis), indent=1, sort_keys=True)
 
 
-def statistics_data(found: Analysed) -> dict[str, Any]:
+def statistics_data(analysis: Analysis) -> dict[str, Any]:
     """What statistics.json holds, as JSON data."""
-    ratings, design = found.ratings, found.design
+    ratings, design = analysis.ratings, analysis.design
     return {
         "name": ratings.name,
-        "title": found.title,
+        "title": analysis.title,
         "simulated": ratings.simulated,
         "participants": len(ratings.participants),
         "ratings": len(ratings.table),
@@ -90,22 +90,22 @@ def statistics_data(found: Analysed) -> dict[str, Any]:
         "interrupted_sessions_included": list(ratings.interrupted),
         "simulation_seeds": list(ratings.seeds),
         "stimulus_sources": dict(ratings.stimulus_sources),
-        "exclusions": [asdict(each) for each in ratings.exclusions],
-        "inputs": [asdict(each) for each in ratings.inputs],
-        "means": {"levels": records(found.levels), "stimuli": records(found.stimuli)},
-        "tests": [_test(test) for test in found.statistics.tests],
+        "exclusions": [asdict(line) for line in ratings.exclusions],
+        "inputs": [asdict(entry) for entry in ratings.inputs],
+        "means": {"levels": records(analysis.levels), "stimuli": records(analysis.stimuli)},
+        "tests": [_test(test) for test in analysis.statistics.tests],
         "software": dict(software()),
     }
 
 
-def result_tables(found: Analysed) -> dict[str, list[dict[str, Any]]]:
+def result_tables(analysis: Analysis) -> dict[str, list[dict[str, Any]]]:
     """The rows of each CSV by file name; the level means are named for their factor: variant_means.csv."""
-    levels = re.sub(r"\W+", "_", "_".join(shown_factors(found.ratings))).strip("_") or "level"
-    tests = found.statistics.tests
+    levels = re.sub(r"\W+", "_", "_".join(shown_factors(analysis.ratings))).strip("_") or "level"
+    tests = analysis.statistics.tests
     return {
-        "ratings.csv": records(found.ratings.table),
-        "stimulus_means.csv": records(found.stimuli),
-        f"{levels}_means.csv": records(found.levels),
+        "ratings.csv": records(analysis.ratings.table),
+        "stimulus_means.csv": records(analysis.stimuli),
+        f"{levels}_means.csv": records(analysis.levels),
         "anova.csv": [row for test in tests if test.question.kind != "pairs" for row in _flat(test)],
         "pairwise.csv": [row for test in tests if test.question.kind == "pairs" for row in _flat(test)],
     }

@@ -20,7 +20,7 @@ FORBIDDEN: tuple[Kind, ...] = ("duplicate", "undeclared")
 
 
 @dataclass(frozen=True)
-class MissingTold:
+class MissingSummary:
     """What was missing for one question and what was done: participants with gaps, cells missing in all, who left."""
 
     policy: Missing
@@ -46,7 +46,7 @@ class MissingTold:
 
 def handled(
     selected: Selected, faults: Faults, where: Where, policy: Missing, trials: pd.DataFrame
-) -> tuple[Selected, MissingTold]:
+) -> tuple[Selected, MissingSummary]:
     """The selection without incomplete participants (listwise) or as it is (mixed model), and what was missing.
 
     A cell counts where it lies in the test's `where`, also for somebody who has none of them; `trials` are those of
@@ -68,12 +68,12 @@ def handled(
         gaps[who] = max(gaps.get(who, 0), lost)
     cells = sum(gaps.values())
     if not gaps or policy == "mixed_model":
-        return selected, MissingTold(policy, len(gaps), cells)
+        return selected, MissingSummary(policy, len(gaps), cells)
     kept = selected.table[~selected.table["participant"].isin(list(gaps))]
     if not len(kept):
         raise CellsRefused(f"each of {count(len(gaps), 'participant')} lacks a cell; nobody is left listwise")
     rest = replace(selected, table=kept.reset_index(drop=True))
-    return rest, MissingTold(policy, len(gaps), cells, tuple(sorted(gaps)))
+    return rest, MissingSummary(policy, len(gaps), cells, tuple(sorted(gaps)))
 
 
 def _asked_about(trials: pd.DataFrame, where: Where) -> set[str]:

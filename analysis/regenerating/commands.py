@@ -16,7 +16,7 @@ from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from palpate.analysis.ratings.sources import Wanted
-    from palpate.analysis.regenerating.regeneration import Regenerated
+    from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 
 
 @click.command()
@@ -86,95 +86,99 @@ def _plan_told(name: str, tests: int, figures: int, path: Path, as_json: bool) -
 
 
 def _written(
-    found: Regenerated, wanted: Wanted, folder: Path, figures: bool, as_json: bool, progress: Progress
+    study: RegeneratedStudy, wanted: Wanted, folder: Path, figures: bool, as_json: bool, progress: Progress
 ) -> bool:
     from palpate.analysis.regenerating.outputs import times_of, write_all
 
-    paths = write_all(found, folder, times_of(found, wanted.lab), figures, progress)
+    paths = write_all(study, folder, times_of(study, wanted.lab), figures, progress)
     if as_json:
-        echo_json({**_summary(found), "folder": str(folder), "files": [str(path) for path in paths]})
+        echo_json({**_summary(study), "folder": str(folder), "files": [str(path) for path in paths]})
         return False
-    click.echo(f"{found.title}: {_people(found)}")
-    for line in _told(found):
+    click.echo(f"{study.title}: {_people(study)}")
+    for line in _told(study):
         click.echo(line)
     click.echo(f"Written to {folder}: {count(len(paths), 'file')}; look at {folder / 'report.html'}" if figures
                else f"Written to {folder}: {count(len(paths), 'file')}")  # fmt: skip
     return False
 
 
-def _checked(found: Regenerated, folder: Path, as_json: bool) -> bool:
+def _checked(study: RegeneratedStudy, folder: Path, as_json: bool) -> bool:
     from palpate.analysis.regenerating.comparison import differences, told
     from palpate.analysis.regenerating.files import file_texts
 
-    different = differences(file_texts(found, {}), folder)
+    different = differences(file_texts(study, {}), folder)
     if as_json:
-        echo_json({**_summary(found), "folder": str(folder), "differences": [vars(each) for each in different]})
+        echo_json(
+            {**_summary(study), "folder": str(folder), "differences": [vars(difference) for difference in different]}
+        )
         return bool(different)
     for line in told(different):
         click.echo(line)
     said = "differs from" if different else "equals"
-    click.echo(f"{found.title}: what is regenerated {said} what lies in {folder}")
+    click.echo(f"{study.title}: what is regenerated {said} what lies in {folder}")
     return bool(different)
 
 
-def _exact(found: Regenerated, as_json: bool) -> bool:
+def _exact(study: RegeneratedStudy, as_json: bool) -> bool:
     from palpate.analysis.regenerating.exact_check import RELATIVE, exact_checks
 
-    checks = exact_checks(found.answered)
-    wrong = [each for each in checks if each.difference is not None and each.difference > RELATIVE]
-    for each in checks:
-        click.echo(each.text(), err=as_json)
+    checks = exact_checks(study.answered)
+    wrong = [check for check in checks if check.difference is not None and check.difference > RELATIVE]
+    for check in checks:
+        click.echo(check.text(), err=as_json)
     return bool(wrong)
 
 
-def _summary(found: Regenerated) -> dict[str, Any]:
+def _summary(study: RegeneratedStudy) -> dict[str, Any]:
     return {
-        "study": found.material.name,
-        "simulated": found.material.simulated,
-        "participants": len(found.material.participants),
-        "exclusions": len(found.exclusions),
-        "notes": list(found.notes),
-        "versions": [vars(version) for version in found.material.versions],
-        "answered": sum(each.answer is not None for each in found.answered),
-        "refused": [f"{each.asked.name} {each.outcome}".strip() for each in found.answered if each.answer is None],
-        "not_drawn": [each.asked.name for each in found.pictured if each.data is None],
-        **_second_opinion(found),
+        "study": study.material.name,
+        "simulated": study.material.simulated,
+        "participants": len(study.material.participants),
+        "exclusions": len(study.exclusions),
+        "notes": list(study.notes),
+        "versions": [vars(version) for version in study.material.versions],
+        "answered": sum(result.answer is not None for result in study.answered),
+        "refused": [
+            f"{result.asked.name} {result.outcome}".strip() for result in study.answered if result.answer is None
+        ],
+        "not_drawn": [figure.settings.name for figure in study.figures if figure.data is None],
+        **_second_opinion(study),
     }
 
 
-def _second_opinion(found: Regenerated) -> dict[str, Any]:
+def _second_opinion(study: RegeneratedStudy) -> dict[str, Any]:
     from palpate.analysis.crosschecking.checks import disagreements, sentence
 
-    if found.checks is None:
+    if study.checks is None:
         return {}
-    wrong = [each.text() for each in disagreements(found.checks)]
-    return {"crosscheck": {"summary": sentence(found.checks), "disagreements": wrong}}
+    wrong = [check.text() for check in disagreements(study.checks)]
+    return {"crosscheck": {"summary": sentence(study.checks), "disagreements": wrong}}
 
 
-def _people(found: Regenerated) -> str:
-    people = count(len(found.material.participants), "participant")
-    made_up = ", all simulated" if found.material.simulated else ""
-    return f"{people}{made_up}; {count(len(found.exclusions), 'line')} in the exclusion ledger"
+def _people(study: RegeneratedStudy) -> str:
+    people = count(len(study.material.participants), "participant")
+    made_up = ", all simulated" if study.material.simulated else ""
+    return f"{people}{made_up}; {count(len(study.exclusions), 'line')} in the exclusion ledger"
 
 
-def _told(found: Regenerated) -> Iterator[str]:
+def _told(study: RegeneratedStudy) -> Iterator[str]:
     """What was answered, what another package says of it, and everything that was not answered, with its reason."""
     from palpate.analysis.crosschecking.checks import disagreements, sentence
 
-    for check in disagreements(found.checks):
+    for check in disagreements(study.checks):
         yield f"DISAGREEMENT: {check.text()}"
-    if found.checks is not None:
-        yield f"Second opinion: {sentence(found.checks)}"
-    if found.material.versions:
+    if study.checks is not None:
+        yield f"Second opinion: {sentence(study.checks)}"
+    if study.material.versions:
         yield "MIXED VERSIONS: the sessions were not all recorded with the same version of the study and its models"
-    for version in found.material.versions:
+    for version in study.material.versions:
         yield f"  {version.name} {version.sha256[:12]}: {version.note}"
-    yield from found.notes
-    answered = [each for each in found.answered if each.answer is not None]
-    yield f"{count(len(answered), 'question')} answered, {len(found.answered) - len(answered)} not"
-    refused = [(each.refused, each.asked.name) for each in found.answered if each.answer is None]
+    yield from study.notes
+    answered = [result for result in study.answered if result.answer is not None]
+    yield f"{count(len(answered), 'question')} answered, {len(study.answered) - len(answered)} not"
+    refused = [(result.refused, result.asked.name) for result in study.answered if result.answer is None]
     yield from (f"  not answered: {line}" for line in _by_reason(refused))
-    not_drawn = [(each.refused, each.asked.name) for each in found.pictured if each.data is None]
+    not_drawn = [(figure.refused, figure.settings.name) for figure in study.figures if figure.data is None]
     yield from (f"  not drawn: {line}" for line in _by_reason(not_drawn))
 
 

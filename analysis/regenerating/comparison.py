@@ -101,7 +101,7 @@ def _results(statistics: Any) -> Any:
     rest = {key: value for key, value in statistics.items() if key != "software"}
     if isinstance(tests := rest.get("tests"), list):
         rest["tests"] = [
-            {k: v for k, v in each.items() if k != "seconds"} if isinstance(each, dict) else each for each in tests
+            {k: v for k, v in test.items() if k != "seconds"} if isinstance(test, dict) else test for test in tests
         ]
     return rest
 
@@ -157,7 +157,7 @@ def _short(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def told(found: list[Difference]) -> list[str]:
+def told(differences: list[Difference]) -> list[str]:
     """The first differences as lines, and how many more there are."""
-    lines = [each.text() for each in found[: 4 * SHOWN]]
-    return lines + [f"... and {len(found) - len(lines)} more"] * (len(found) > len(lines))
+    lines = [difference.text() for difference in differences[: 4 * SHOWN]]
+    return lines + [f"... and {len(differences) - len(lines)} more"] * (len(differences) > len(lines))

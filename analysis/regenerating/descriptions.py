@@ -9,8 +9,8 @@ from itertools import groupby
 
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.regenerating.plan_tests import Answered
-from palpate.analysis.regenerating.regeneration import Regenerated
+from palpate.analysis.regenerating.plan_tests import QuestionResult
+from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.tables import NumberedTable, Table, value_table
 
 MOST_ROWS = 2000
@@ -18,69 +18,71 @@ MOST_ROWS = 2000
 OUTCOME = "outcome"
 
 
-def test_table(answered: Sequence[Answered], known: Collection[str] = ()) -> Table:
+def test_table(results: Sequence[QuestionResult], known: Collection[str] = ()) -> Table:
     """One test's rows, its outcomes below each other; notes as footnotes, a refused outcome with its reason.
 
     An outcome of one row stands in a column, outcomes of several rows each have a heading.
     """
-    kinds = {name: told for each in answered if each.answer is not None for name, told in each.answer.kinds.items()}
-    table = partial(value_table, meanings=kinds, known=known, headings=TESTS[answered[0].asked.test].headings)
-    several = any(each.outcome for each in answered)
-    if several and all(each.answer is None or len(each.answer.rows) == 1 for each in answered):
-        return table([{OUTCOME: each.outcome, **row} for each in answered for row in _rows(each)])
+    kinds = {
+        name: told for result in results if result.answer is not None for name, told in result.answer.kinds.items()
+    }
+    table = partial(value_table, meanings=kinds, known=known, headings=TESTS[results[0].asked.test].headings)
+    several = any(result.outcome for result in results)
+    if several and all(result.answer is None or len(result.answer.rows) == 1 for result in results):
+        return table([{OUTCOME: result.outcome, **row} for result in results for row in _rows(result)])
     rows: list[Row] = []
     groups: dict[int, str] = {}
-    for each in answered:
-        if each.outcome:
-            groups[len(rows)] = each.outcome
-        rows += _rows(each)[:MOST_ROWS]
+    for result in results:
+        if result.outcome:
+            groups[len(rows)] = result.outcome
+        rows += _rows(result)[:MOST_ROWS]
     found = table(rows)
-    return replace(found, notes=(*found.notes, *_cut(answered)), groups=groups)
+    return replace(found, notes=(*found.notes, *_cut(results)), groups=groups)
 
 
-def _rows(each: Answered) -> Sequence[Row]:
+def _rows(result: QuestionResult) -> Sequence[Row]:
     """An outcome's rows; one that has no answer has one row of nothing, and the reason as its note."""
-    return ({"note": f"Not answered: {each.refused}"},) if each.answer is None else each.answer.rows
+    return ({"note": f"Not answered: {result.refused}"},) if result.answer is None else result.answer.rows
 
 
-def _cut(answered: Sequence[Answered]) -> list[str]:
-    most = max((len(each.answer.rows) for each in answered if each.answer is not None), default=0)
+def _cut(results: Sequence[QuestionResult]) -> list[str]:
+    most = max((len(result.answer.rows) for result in results if result.answer is not None), default=0)
     return [f"The first {MOST_ROWS:,} of {most:,} rows; all of them are in the test's CSV."] if most > MOST_ROWS else []
 
 
-def by_test(answered: Sequence[Answered]) -> list[tuple[Answered, ...]]:
+def by_test(results: Sequence[QuestionResult]) -> list[tuple[QuestionResult, ...]]:
     """The answers of each test, in the plan's order."""
-    return [tuple(own) for _, own in groupby(answered, key=lambda each: each.asked.name)]
+    return [tuple(own) for _, own in groupby(results, key=lambda result: result.asked.name)]
 
 
-def test_name(answered: Sequence[Answered]) -> str:
+def test_name(results: Sequence[QuestionResult]) -> str:
     """A test's name in words."""
-    name = answered[0].asked.name.replace("_", " ").replace("-", " ")
+    name = results[0].asked.name.replace("_", " ").replace("-", " ")
     return name[:1].upper() + name[1:]
 
 
-def test_kind(answered: Sequence[Answered]) -> str:
+def test_kind(results: Sequence[QuestionResult]) -> str:
     """The kind of a test in words, "" where its name already says so."""
-    told = TESTS[answered[0].asked.test].title
-    return "" if told.lower() == test_name(answered).lower() else told
+    told = TESTS[results[0].asked.test].title
+    return "" if told.lower() == test_name(results).lower() else told
 
 
-def test_title(answered: Sequence[Answered]) -> str:
+def test_title(results: Sequence[QuestionResult]) -> str:
     """A test's name in words, and its kind where the name does not say it."""
-    name, kind = test_name(answered), test_kind(answered)
+    name, kind = test_name(results), test_kind(results)
     return f"{name}: {kind}" if kind else name
 
 
-def method_of(answered: Sequence[Answered]) -> str:
+def method_of(results: Sequence[QuestionResult]) -> str:
     """The method of the first outcome that has an answer, "" where none has."""
-    found = next((each.answer.method for each in answered if each.answer is not None), "")
+    found = next((result.answer.method for result in results if result.answer is not None), "")
     return found if not found or found.endswith(".") else f"{found}."
 
 
-def notes_of(answered: Sequence[Answered]) -> tuple[str, ...]:
+def notes_of(results: Sequence[QuestionResult]) -> tuple[str, ...]:
     """What the answers say beside their numbers, each once; what holds for some outcomes only names them."""
     told: dict[str, list[str]] = {}
-    answers = [(each.outcome, each.answer) for each in answered if each.answer is not None]
+    answers = [(result.outcome, result.answer) for result in results if result.answer is not None]
     for outcome, answer in answers:
         for note in dict.fromkeys(answer.notes):
             told.setdefault(note, []).append(outcome)
@@ -89,15 +91,15 @@ def notes_of(answered: Sequence[Answered]) -> tuple[str, ...]:
     )
 
 
-def rests_on(answered: Sequence[Answered]) -> str:
+def rests_on(results: Sequence[QuestionResult]) -> str:
     """How many participants and values the answers rest on, in words, and what was missing."""
-    answers = [each.answer for each in answered if each.answer is not None]
+    answers = [result.answer for result in results if result.answer is not None]
     if not answers:
         return ""
     people, values = ({getattr(a, name) for a in answers} for name in ("participants", "values"))
-    told = dict.fromkeys(each.missing.text() for each in answered if each.missing.text())
+    told = dict.fromkeys(result.missing.text() for result in results if result.missing.text())
     first = f"{_range(people)} participants, {_range(values)} values{' for each outcome' * (len(answers) > 1)}."
-    return " ".join([first, *(f"Missing: {each}." for each in told)])
+    return " ".join([first, *(f"Missing: {text}." for text in told)])
 
 
 def _range(numbers: set[int]) -> str:
@@ -105,10 +107,10 @@ def _range(numbers: set[int]) -> str:
     return f"{low:,}" if low == high else f"{low:,} to {high:,}"
 
 
-def numbered_tables(found: Regenerated) -> Iterator[NumberedTable]:
+def numbered_tables(study: RegeneratedStudy) -> Iterator[NumberedTable]:
     """Yield each test as a table of a manuscript, in the plan's order, with what qualifies its numbers below."""
-    qualified = tuple(" ".join(note.split()) for note in found.notes)
-    for number, answered in enumerate(by_test(found.answered), start=1):
+    qualified = tuple(" ".join(note.split()) for note in study.notes)
+    for number, answered in enumerate(by_test(study.answered), start=1):
         table = test_table(answered)
         about = " ".join(filter(None, (method_of(answered), rests_on(answered))))
         notes = (*table.notes, *([about] if about else []), *qualified)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from palpate.analysis.plans.idle import effective
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.regenerating.plan_tests import Answered
+from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.statistics.exact import self_check
 from palpate.protocols.undefined import nan_to_none
 
@@ -29,26 +29,26 @@ class ExactCheck:
         return f"exact: {self.test}: {self.effect}: {told}"
 
 
-def exact_checks(answered: Sequence[Answered]) -> list[ExactCheck]:
+def exact_checks(results: Sequence[QuestionResult]) -> list[ExactCheck]:
     """A line for every effect of every analysis of variance that was answered from complete data."""
-    return [check for each in answered if each.asked.test == "anova" for check in _of(each)]
+    return [check for result in results if result.asked.test == "anova" for check in _of(result)]
 
 
-def _of(each: Answered) -> list[ExactCheck]:
-    name = " ".join(filter(None, (each.asked.name, each.outcome)))
-    if each.rows is None or each.answer is None:
+def _of(result: QuestionResult) -> list[ExactCheck]:
+    name = " ".join(filter(None, (result.asked.name, result.outcome)))
+    if result.rows is None or result.answer is None:
         return []
-    if each.missing.cells and not each.missing.left_out:
+    if result.missing.cells and not result.missing.left_out:
         return [ExactCheck(name, "all", None, "not checked: answered by a mixed model")]
-    asked = effective(each.asked, TESTS[each.asked.test]).model_dump()
+    asked = effective(result.asked, TESTS[result.asked.test]).model_dump()
     found = self_check(
-        each.rows,
+        result.rows,
         "value",
         within=list(asked["within"]) or None,
         between=list(asked["between"]) or None,
         subject="participant",
         sum_of_squares=asked["sum_of_squares"],
-        missing="listwise" if each.missing.policy == "listwise" else "raise",
+        missing="listwise" if result.missing.policy == "listwise" else "raise",
         aggregate="mean",
     )
     return [

@@ -10,8 +10,8 @@ from typing import Any
 import pandas as pd
 
 from palpate.analysis.plans.answers import Answer
-from palpate.analysis.regenerating.plan_tests import Answered
-from palpate.analysis.regenerating.regeneration import Regenerated
+from palpate.analysis.regenerating.plan_tests import QuestionResult
+from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.csv_files import csv_text, json_row, table_csv
 from palpate.analysis.reports.headings import heading
 
@@ -21,17 +21,17 @@ OUTCOMES = "outcomes"
 Seconds = Mapping[int, float]
 
 
-def file_texts(found: Regenerated, seconds: Seconds) -> dict[str, str]:
+def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
     """The text of every table and of statistics.json by its path in the output folder; the same for equal inputs."""
-    texts = {STATISTICS: statistics_json(found, seconds)}
-    for name, table in material_tables(found).items():
+    texts = {STATISTICS: statistics_json(study, seconds)}
+    for name, table in material_tables(study).items():
         texts[f"tables/{name}.csv"] = table_csv(table)
-    texts["tables/exclusions.csv"] = _table(("what", "who", "why", "rows", "into"), map(asdict, found.exclusions))
-    for name, rows in test_rows(found.answered).items():
+    texts["tables/exclusions.csv"] = _table(("what", "who", "why", "rows", "into"), map(asdict, study.exclusions))
+    for name, rows in test_rows(study.answered).items():
         texts[f"tests/{name}.csv"] = csv_text(rows)
-    for each in found.pictured:
-        if each.data is not None:
-            texts[f"figures/{each.asked.name}.csv"] = csv_text(each.data.rows)
+    for figure in study.figures:
+        if figure.data is not None:
+            texts[f"figures/{figure.settings.name}.csv"] = csv_text(figure.data.rows)
     return texts
 
 
@@ -41,41 +41,41 @@ def _table(columns: Sequence[str], rows: Iterable[dict[str, Any]]) -> str:
     return csv_text(found) if found else ",".join(columns) + "\n"
 
 
-def material_tables(found: Regenerated) -> dict[str, pd.DataFrame]:
+def material_tables(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:
     """The tidy tables that the answers rest on, after exclusions; those that the study does not have are left out."""
-    material = found.material
+    material = study.material
     tables = {"trials": material.trials, "words": material.words, "forms": material.forms}
     if material.ratings is not None:
         tables = {"ratings": material.ratings.table, **tables}
     return {name: table for name, table in tables.items() if len(table)}
 
 
-def test_rows(answered: Sequence[Answered]) -> dict[str, list[dict[str, Any]]]:
+def test_rows(results: Sequence[QuestionResult]) -> dict[str, list[dict[str, Any]]]:
     """The rows of each test's CSV: its outcomes one after another, a refused one with its reason; `more` beside it."""
     tables: dict[str, list[dict[str, Any]]] = {}
-    for each in answered:
-        about = {"outcome": each.outcome} if each.outcome else {}
-        rows = tables.setdefault(each.asked.name, [])
-        if each.answer is None:
-            rows.append({**about, "refused": each.refused})
+    for result in results:
+        about = {"outcome": result.outcome} if result.outcome else {}
+        rows = tables.setdefault(result.asked.name, [])
+        if result.answer is None:
+            rows.append({**about, "refused": result.refused})
             continue
-        rows += [{**about, **row} for row in each.answer.rows]
-        for name, more in each.answer.more.items():
-            tables.setdefault(f"{each.asked.name}.{name}", []).extend({**about, **row} for row in more)
+        rows += [{**about, **row} for row in result.answer.rows]
+        for name, more in result.answer.more.items():
+            tables.setdefault(f"{result.asked.name}.{name}", []).extend({**about, **row} for row in more)
     return {name: rows for name, rows in tables.items() if rows}
 
 
-def statistics_json(found: Regenerated, seconds: Seconds) -> str:
+def statistics_json(study: RegeneratedStudy, seconds: Seconds) -> str:
     """Every number with the hash of its inputs, the method, what each column is, n, exclusions and seconds."""
-    return readable_json(_statistics(found, seconds)) + "\n"
+    return readable_json(_statistics(study, seconds)) + "\n"
 
 
 def readable_json(value: Any, indent: int = 0) -> str:
     """JSON in which a row of plain values stands on one line: half as long, and a difference shows the whole row."""
     inner = list(value.values()) if isinstance(value, dict) else value
-    if not isinstance(value, dict | list) or not any(isinstance(each, dict | list) and each for each in inner):
+    if not isinstance(value, dict | list) or not any(isinstance(item, dict | list) and item for item in inner):
         return json.dumps(value, ensure_ascii=False, allow_nan=False)
-    pad, texts = " " * (indent + 1), [readable_json(each, indent + 1) for each in inner]
+    pad, texts = " " * (indent + 1), [readable_json(item, indent + 1) for item in inner]
     if isinstance(value, dict):
         names = (json.dumps(name, ensure_ascii=False) for name in value)
         texts = [f"{name}: {text}" for name, text in zip(names, texts, strict=True)]
@@ -83,53 +83,55 @@ def readable_json(value: Any, indent: int = 0) -> str:
     return f"{opened}\n{pad}" + f",\n{pad}".join(texts) + f"\n{' ' * indent}{closed}"
 
 
-def _statistics(found: Regenerated, seconds: Seconds) -> dict[str, Any]:
-    material, plan = found.material, found.plan
+def _statistics(study: RegeneratedStudy, seconds: Seconds) -> dict[str, Any]:
+    material, plan = study.material, study.plan
     return {
         "study": material.name,
-        "title": found.title,
-        "plan": {"file": plan.path.name, "sha256": plan.sha256, **_declared(found)},
+        "title": study.title,
+        "plan": {"file": plan.path.name, "sha256": plan.sha256, **_declared(study)},
         "simulated": material.simulated,
         "simulation_seeds": list(material.seeds),
         "participants": len(material.participants),
-        **({"sample": found.sample} if found.sample else {}),
-        **({OUTCOMES: outcomes} if (outcomes := _outcomes(found)) else {}),
+        **({"sample": study.sample} if study.sample else {}),
+        **({OUTCOMES: outcomes} if (outcomes := _outcomes(study)) else {}),
         "trials": len(material.trials),
-        "exclusions": [asdict(each) for each in found.exclusions],
-        **({"notes": list(found.notes)} if found.notes else {}),
-        "inputs": [asdict(each) for each in found.inputs],
+        "exclusions": [asdict(line) for line in study.exclusions],
+        **({"notes": list(study.notes)} if study.notes else {}),
+        "inputs": [asdict(entry) for entry in study.inputs],
         **({"versions": [asdict(version) for version in material.versions]} if material.versions else {}),
-        "software": dict(found.software),
-        "tests": [_test(each, seconds.get(place)) for place, each in enumerate(found.answered)],
+        "software": dict(study.software),
+        "tests": [_test(result, seconds.get(place)) for place, result in enumerate(study.answered)],
         "figures": [
-            {"name": each.asked.name, "figure": each.asked.figure, "refused": each.refused or None}
-            for each in found.pictured
+            {"name": figure.settings.name, "figure": figure.settings.figure, "refused": figure.refused or None}
+            for figure in study.figures
         ],
     }
 
 
-def _outcomes(found: Regenerated) -> list[dict[str, Any]]:
+def _outcomes(found: RegeneratedStudy) -> list[dict[str, Any]]:
     """What each rated outcome is called, and what the ends of its scale mean: a name may be that of the low end."""
     study = found.material.study
     if study is None or study.scale is None:
         return []
     ends = {"from": study.scale.low, "to": study.scale.high}
-    return [{"name": each.name, "low": each.low, "high": each.high, **ends} for each in study.attributes]
+    return [
+        {"name": attribute.name, "low": attribute.low, "high": attribute.high, **ends} for attribute in study.attributes
+    ]
 
 
-def _declared(found: Regenerated) -> dict[str, Any]:
-    declared = found.plan.declared
+def _declared(study: RegeneratedStudy) -> dict[str, Any]:
+    declared = study.plan.declared
     return {name: getattr(declared, name) for name in ("alpha", "seed", "draws", "sessions", "missing", "normalise")}
 
 
-def _test(each: Answered, seconds: float | None) -> dict[str, Any]:
-    answer, told = each.answer, each.missing
+def _test(result: QuestionResult, seconds: float | None) -> dict[str, Any]:
+    answer, told = result.answer, result.missing
     about: dict[str, Any] = {
-        "name": each.asked.name,
-        "test": each.asked.test,
-        "outcome": each.outcome or None,
-        "asked": each.asked.model_dump(mode="json", exclude={"name", "test", "outcomes"}, exclude_defaults=True),
-        "inputs_sha256": each.inputs or None,
+        "name": result.asked.name,
+        "test": result.asked.test,
+        "outcome": result.outcome or None,
+        "asked": result.asked.model_dump(mode="json", exclude={"name", "test", "outcomes"}, exclude_defaults=True),
+        "inputs_sha256": result.inputs or None,
         "missing": {
             "policy": told.policy,
             "cells": told.cells,
@@ -137,7 +139,7 @@ def _test(each: Answered, seconds: float | None) -> dict[str, Any]:
             "left_out": list(told.left_out),
         },
         "seconds": seconds,
-        "refused": each.refused or None,
+        "refused": result.refused or None,
     }
     if answer is None:
         return about

@@ -15,8 +15,8 @@ from palpate.analysis.regenerating.files import file_texts
 from palpate.analysis.regenerating.output_folder import written_whole
 from palpate.analysis.regenerating.page import report_html
 from palpate.analysis.regenerating.plan_figures import draw_all
-from palpate.analysis.regenerating.plan_tests import Answered
-from palpate.analysis.regenerating.regeneration import Regenerated
+from palpate.analysis.regenerating.plan_tests import QuestionResult
+from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.latex import latex_text
 from palpate.analysis.reports.word import word_bytes
 from palpate.protocols.canonical import json_text
@@ -31,7 +31,11 @@ TIMES = "seconds.json"
 
 
 def write_all(
-    found: Regenerated, folder: Path, seconds: dict[int, float], figures: bool, progress: Progress = lambda *_: None
+    study: RegeneratedStudy,
+    folder: Path,
+    seconds: dict[int, float],
+    figures: bool,
+    progress: Progress = lambda *_: None,
 ) -> list[Path]:
     """Write every output to `folder` and give the paths: equal inputs give equal bytes.
 
@@ -40,36 +44,36 @@ def write_all(
     """
     with written_whole(folder) as (draft, names):
         # The pictures first: of all that is written they take the most memory.
-        pictures = list(draw_all(found.pictured, draft / "figures", progress)) if figures else []
-        write_texts(draft, file_texts(found, seconds))
-        if found.checks is not None:
-            write_texts(draft, {CROSSCHECK: crosscheck_json(found.checks)})
-        write_documents(found, draft)
+        pictures = list(draw_all(study.figures, draft / "figures", progress)) if figures else []
+        write_texts(draft, file_texts(study, seconds))
+        if study.checks is not None:
+            write_texts(draft, {CROSSCHECK: crosscheck_json(study.checks)})
+        write_documents(study, draft)
         if figures:
-            page = report_html(found, pictures, sum(seconds.values()))
+            page = report_html(study, pictures, sum(seconds.values()))
             write_text(draft / "report.html", page)
     return [folder / name for name in names]
 
 
-def write_documents(found: Regenerated, folder: Path) -> list[Path]:
+def write_documents(study: RegeneratedStudy, folder: Path) -> list[Path]:
     """Write tables.docx and tables.tex."""
-    simulated = SIMULATED if found.material.simulated else ""
-    tables = list(numbered_tables(found))
+    simulated = SIMULATED if study.material.simulated else ""
+    tables = list(numbered_tables(study))
     word, latex = folder / "tables.docx", folder / "tables.tex"
-    write_bytes(word, word_bytes(found.title, simulated, tables))
-    write_text(latex, latex_text(found.title, simulated, tables))
+    write_bytes(word, word_bytes(study.title, simulated, tables))
+    write_text(latex, latex_text(study.title, simulated, tables))
     return [word, latex]
 
 
-def times_of(found: Regenerated, lab: Path) -> dict[int, float]:
+def times_of(study: RegeneratedStudy, lab: Path) -> dict[int, float]:
     """Return the seconds of each answer by its place: as first measured in this lab, else as measured now and saved."""
     file = lab / FOLDER / TIMES
     known = _read(file)
     seconds, fresh = {}, False
-    for place, each in enumerate(found.answered):
-        key = _key(each, found)
+    for place, result in enumerate(study.answered):
+        key = _key(result, study)
         if key not in known:
-            known[key], fresh = float(f"{each.seconds:.2g}"), True
+            known[key], fresh = float(f"{result.seconds:.2g}"), True
         seconds[place] = known[key]
     if fresh:
         write_text(file, json_text(known, indent=0, sort_keys=True))
@@ -87,10 +91,10 @@ def _read(file: Path) -> dict[str, float]:
     return {key: value for key, value in found.items() if isinstance(value, float) and 0 <= value < math.inf}
 
 
-def _key(each: Answered, found: Regenerated) -> str:
+def _key(result: QuestionResult, study: RegeneratedStudy) -> str:
     """What the time is the time of: the question with all that the plan says about it, its inputs and the software."""
-    declared = found.plan.declared
-    asked = {"asked": each.asked.model_dump(mode="json"), "outcome": each.outcome, "inputs": each.inputs}
-    plans = {"alpha": declared.alpha, "seed": declared.seed, "draws": declared.draws, "missing": each.missing.policy}
-    text = json.dumps(asked | plans | {"software": dict(found.software)}, sort_keys=True)
+    declared = study.plan.declared
+    asked = {"asked": result.asked.model_dump(mode="json"), "outcome": result.outcome, "inputs": result.inputs}
+    plans = {"alpha": declared.alpha, "seed": declared.seed, "draws": declared.draws, "missing": result.missing.policy}
+    text = json.dumps(asked | plans | {"software": dict(study.software)}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:24]

@@ -20,9 +20,8 @@ from palpate.analysis.regenerating.descriptions import (
     test_name,
     test_table,
 )
-from palpate.analysis.regenerating.plan_figures import Picture
-from palpate.analysis.regenerating.plan_tests import Answered
-from palpate.analysis.regenerating.regeneration import Regenerated
+from palpate.analysis.regenerating.plan_tests import QuestionResult
+from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.blocks import (
     Block,
     FigureBlock,
@@ -39,6 +38,7 @@ from palpate.analysis.reports.blocks import (
     italic,
     long_table,
 )
+from palpate.analysis.reports.figures import DrawnFigure
 from palpate.analysis.reports.page import REGENERATED, SIMULATED, Page, page_html
 from palpate.analysis.reports.tables import Head, Table, text_table, value_table
 from palpate.protocols.wording import count
@@ -57,64 +57,61 @@ NOTHING = "nothing"
 Point = tuple[str, tuple[str, ...]]
 
 
-def report_html(found: Regenerated, pictures: Sequence[Picture | None], seconds: float) -> str:
+def report_html(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], seconds: float) -> str:
     """Return the whole page as one text; the same for equal inputs. Every name in it is escaped."""
-    return page_html(page_of(found, pictures, seconds), REGENERATED)
+    return page_html(page_of(study, drawings, seconds), REGENERATED)
 
 
-def page_of(found: Regenerated, pictures: Sequence[Picture | None], seconds: float) -> Page:
+def page_of(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], seconds: float) -> Page:
     """Return the page of a regenerated study; `seconds` is the time that its answers took."""
-    figures = tuple(_figures(found, pictures))
-    disagree = [f"Another package disagrees. {check.text()}" for check in disagreements(found.checks)]
+    figures = tuple(_figures(study, drawings))
+    disagree = [f"Another package disagrees. {check.text()}" for check in disagreements(study.checks)]
     lead = "Regenerated from the recorded sessions of {} by its analysis plan."
     return Page(
-        title=found.title,
-        lead=fill_in(lead, italic(found.material.name)),
-        banners=(*([SIMULATED] if found.material.simulated else []), *disagree),
-        facts=facts(found),
+        title=study.title,
+        lead=fill_in(lead, italic(study.material.name)),
+        banners=(*([SIMULATED] if study.material.simulated else []), *disagree),
+        facts=facts(study),
         sections=(
             *([Section("figures", "Figures", figures)] if figures else []),
-            Section("results", "Results", tuple(_results(found))),
-            Section("tests", "Tests", tuple(_tests(found, mark_keys(pictures)))),
-            Section("data", "Data and exclusions", tuple(_data(found))),
-            Section("provenance", "Provenance", tuple(_provenance(found, seconds))),
+            Section("results", "Results", tuple(_results(study))),
+            Section("tests", "Tests", tuple(_tests(study, mark_keys(drawings)))),
+            Section("data", "Data and exclusions", tuple(_data(study))),
+            Section("provenance", "Provenance", tuple(_provenance(study, seconds))),
         ),
     )
 
 
-def mark_keys(pictures: Sequence[Picture | None]) -> frozenset[str]:
+def mark_keys(drawings: Sequence[DrawnFigure | None]) -> frozenset[str]:
     """Return what can be chosen in the figures."""
-    return frozenset(mark.key for picture in pictures if picture is not None for mark in picture.marks if mark.key)
+    return frozenset(mark.key for drawing in drawings if drawing is not None for mark in drawing.marks if mark.key)
 
 
-def _figures(found: Regenerated, pictures: Sequence[Picture | None]) -> Iterator[Block]:
+def _figures(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None]) -> Iterator[Block]:
     """Yield every figure that could be drawn, with its numbers, and why the others could not."""
-    drawn = [(place, *pair) for place, pair in enumerate(zip(found.pictured, pictures, strict=True), start=1)]
-    if any(each.data is not None and picture is not None for _, each, picture in drawn):
+    drawn = [(place, figure.data, drawing) for place, (figure, drawing)
+             in enumerate(zip(study.figures, drawings, strict=True), start=1)
+             if figure.data is not None and drawing is not None]  # fmt: skip
+    if drawn:
         yield Words(HOW_TO_USE, "note how")
-    number = 0
-    for place, each, picture in drawn:
-        if each.data is None or picture is None:
-            continue
-        number += 1
-        title, prefix = (each.asked.title or each.data.title).rstrip("."), f"f{place}"
-        markup = figure_markup(inline_svg(picture.svg, prefix), picture.marks, prefix, title)
-        numbers = TableBlock(value_table(each.data.rows, known=mark_keys([picture]), without=""))
+    for number, (place, data, drawing) in enumerate(drawn, start=1):
+        name, title, prefix = drawing.name, drawing.title, f"f{place}"
+        markup = figure_markup(inline_svg(drawing.svg, prefix), drawing.marks, prefix, title)
+        numbers = TableBlock(value_table(data.rows, known=mark_keys([drawing]), without=""))
         below = (
             Folded("The numbers behind this figure", (numbers,), "long"),
-            Words(f"Its numbers stand in figures/{each.asked.name}.csv.", "on-paper note"),
+            Words(f"Its numbers stand in figures/{name}.csv.", "on-paper note"),
         )
-        anchor, words = f"figure-{each.asked.name}", caption(each.data.caption)
-        yield FigureBlock(anchor, f"Figure {number}. {title}.", words, markup, blocks=below)
-    for each in found.pictured:
-        if each.data is None:
-            yield Words(fill_in("{} is not drawn: {}", bold(each.asked.name), each.refused))
+        yield FigureBlock(f"figure-{name}", f"Figure {number}. {title}.", caption(data.caption), markup, blocks=below)
+    for figure in study.figures:
+        if figure.data is None:
+            yield Words(fill_in("{} is not drawn: {}", bold(figure.settings.name), figure.refused))
 
 
-def _results(found: Regenerated) -> Iterator[Block]:
+def _results(study: RegeneratedStudy) -> Iterator[Block]:
     """Yield the sentences of every test that states its result in one."""
-    ratings = found.material.ratings
-    stated = [(test, points) for test in by_test(found.answered)
+    ratings = study.material.ratings
+    stated = [(test, points) for test in by_test(study.answered)
               if (points := tuple(headlines(test, {} if ratings is None else ratings.antonyms)))]  # fmt: skip
     if not stated:
         yield Words("No test of the plan states a result in one sentence; their tables stand below.")
@@ -127,7 +124,7 @@ def _results(found: Regenerated) -> Iterator[Block]:
             yield Folded(f"{len(rest)} more outcomes", (Points(rest),))
 
 
-def headlines(test: Sequence[Answered], antonyms: Mapping[str, str]) -> Iterator[Point]:
+def headlines(test: Sequence[QuestionResult], antonyms: Mapping[str, str]) -> Iterator[Point]:
     """Yield each outcome and its sentence in parts; it has both poles, as its name alone may be that of the low one."""
     for answered in test:
         outcome = answered.outcome
@@ -150,15 +147,15 @@ def parts_of(headline: str) -> tuple[str, ...]:
     return (*(f"{part};" for part in parts[:-1]), parts[-1])
 
 
-def _tests(found: Regenerated, known: Collection[str]) -> Iterator[Block]:
+def _tests(study: RegeneratedStudy, known: Collection[str]) -> Iterator[Block]:
     """Yield every test: its method, what it rests on, its table; `known` are the keys of the figures' marks."""
     yield Words(
         "Every number stands unrounded in statistics.json, each test in a table of its own in the folder tests."
     )
-    for test in by_test(found.answered):
+    for test in by_test(study.answered):
         name = test[0].asked.name
         yield Heading(test_name(test), f"test-{name}", test_kind(test))
-        checked = line_of([check for check in found.checks or () if check.test == name])
+        checked = line_of([check for check in study.checks or () if check.test == name])
         words = ((method_of(test), ""), (rests_on(test), "lead"), (checked, "note"))
         yield from (Words(text, look) for text, look in words if text)
         yield from (Words(note, "lead") for note in notes_of(test))
@@ -167,68 +164,68 @@ def _tests(found: Regenerated, known: Collection[str]) -> Iterator[Block]:
         if table.legend:
             yield Folded("What the columns are", (Legend(table),), "legend")
     yield Heading("A second opinion", "second-opinion")
-    yield Words(sentence(found.checks))
-    if found.checks:
-        yield Folded("Every answer: what it was checked with", (TableBlock(_checks(found)),))
+    yield Words(sentence(study.checks))
+    if study.checks:
+        yield Folded("Every answer: what it was checked with", (TableBlock(_checks(study)),))
 
 
-def _checks(found: Regenerated) -> Table:
+def _checks(study: RegeneratedStudy) -> Table:
     heads = ("test", "outcome", Head("checked with", "words"), Head("numbers", "number"), "largest relative difference")
     rows = [
         (check.test, check.outcome, check.checked_with(), str(check.numbers or ""), difference_text(check))
-        for check in found.checks or ()
+        for check in study.checks or ()
     ]
     return text_table(heads, rows)
 
 
-def _data(found: Regenerated) -> Iterator[Block]:
-    yield from map(Words, declared(found))
-    if found.material.versions:
+def _data(study: RegeneratedStudy) -> Iterator[Block]:
+    yield from map(Words, declared(study))
+    if study.material.versions:
         yield Words("The sessions were not all recorded with the same version of the study and its models.", "banner")
-        yield TableBlock(_inputs(found.material.versions))
-    yield from (Words(note, "lines") for note in found.notes)
+        yield TableBlock(_inputs(study.material.versions))
+    yield from (Words(note, "lines") for note in study.notes)
     yield Heading("Exclusion ledger")
-    ledger = left_out(found.exclusions)
+    ledger = left_out(study.exclusions)
     yield TableBlock(ledger.reasons) if ledger.reasons.rows else Words("Nothing was left out.")
     if ledger.lines.rows:
         yield Folded("Line by line: whose, and how many", (TableBlock(ledger.lines),))
 
 
-def _provenance(found: Regenerated, seconds: float) -> Iterator[Block]:
+def _provenance(study: RegeneratedStudy, seconds: float) -> Iterator[Block]:
     yield Words(
         "Every number on this page comes from these inputs. The same inputs give the same page, byte for byte. "
         f"The answers took {seconds_told(seconds)} when they were first computed here."
     )
-    inputs = _inputs(found.inputs)
+    inputs = _inputs(study.inputs)
     yield from long_table(inputs, f"All {len(inputs.rows):,} inputs and their SHA-256", "statistics.json")
     yield Heading("Software")
-    yield TableBlock(text_table(("package", "version"), found.software.items()))
+    yield TableBlock(text_table(("package", "version"), study.software.items()))
 
 
 def _inputs(inputs: Iterable[Input]) -> Table:
     heads = ("input", Head("SHA-256", "hash"), Head("note", "words"))
-    return text_table(heads, [(each.name, each.sha256, each.note) for each in inputs])
+    return text_table(heads, [(entry.name, entry.sha256, entry.note) for entry in inputs])
 
 
-def facts(found: Regenerated) -> list[tuple[str, str]]:
+def facts(study: RegeneratedStudy) -> list[tuple[str, str]]:
     """What stands at the head of the page."""
-    material = found.material
+    material = study.material
     values = len(material.ratings.table) if material.ratings is not None else len(material.words)
     what = "Ratings" if material.ratings is not None else "Words"
-    lines = [each for each in found.exclusions if each.what != NOTHING]
+    lines = [line for line in study.exclusions if line.what != NOTHING]
     return [
         ("Participants", f"{len(material.participants):,}"),
-        *sample_facts(found.sample),
+        *sample_facts(study.sample),
         ("Trials", f"{len(material.trials):,}"),
         *([(what, f"{values:,}")] if values else []),
         ("Exclusion ledger", count(len(lines), "line") if lines else "nothing left out"),
-        ("Plan, SHA-256", found.plan.sha256[:12]),
+        ("Plan, SHA-256", study.plan.sha256[:12]),
     ]
 
 
-def declared(found: Regenerated) -> list[str]:
+def declared(study: RegeneratedStudy) -> list[str]:
     """What the plan fixes for all tests, in sentences."""
-    plan: AnalysisPlan = found.plan.declared
+    plan: AnalysisPlan = study.plan.declared
     told = {
         "refuse": "A test that needs a missing cell is refused.",
         "listwise": "A participant who lacks a cell is left out of the tests that need it (listwise).",
@@ -255,10 +252,10 @@ class LeftOut:
 
 def left_out(exclusions: Sequence[Exclusion]) -> LeftOut:
     """The ledger by reason, with its counts; a rule that met nothing says so."""
-    lines = [(each.what, each.who, each.why, f"{each.rows:,}") for each in exclusions if each.what != NOTHING]
+    lines = [(line.what, line.who, line.why, f"{line.rows:,}") for line in exclusions if line.what != NOTHING]
     together: dict[tuple[str, str], list[Exclusion]] = {}
-    for each in exclusions:
-        together.setdefault((each.why, each.what), []).append(each)
+    for line in exclusions:
+        together.setdefault((line.why, line.what), []).append(line)
     reasons = [_reason(why, what, own) for (why, what), own in together.items()]
     return LeftOut(
         text_table((Head("why", "words"), "what", Head("lines", "number"), Head("rows", "number")), reasons),
@@ -269,4 +266,4 @@ def left_out(exclusions: Sequence[Exclusion]) -> LeftOut:
 def _reason(why: str, what: str, own: Sequence[Exclusion]) -> tuple[str, str, str, str]:
     if what == NOTHING:
         return why, "met nothing", "0", "0"
-    return why, what, f"{len(own):,}", f"{sum(each.rows for each in own):,}"
+    return why, what, f"{len(own):,}", f"{sum(line.rows for line in own):,}"

@@ -46,9 +46,9 @@ def check_against_study(wanted: Wanted, plan: Plan) -> None:
     problems = [
         Problem((section, place, *problem.path), problem.message)
         for section, asked in both
-        for place, each in enumerate(asked)
-        if each.table is None
-        for problem in _problems(each, _takes(each), columns, outcomes, design)
+        for place, test in enumerate(asked)
+        if test.table is None
+        for problem in _problems(test, _takes(test), columns, outcomes, design)
     ]
     problems += _rule_problems(plan.declared.exclusions, columns)
     if problems:
@@ -64,8 +64,8 @@ def refuse_idle_settings(plan: Plan) -> None:
     problems = [
         Problem((section, place, idle.name), f"{idle.name} has no effect {idle.where}; leave it out")
         for section, asked in both
-        for place, each in enumerate(asked)
-        for idle in idle_settings(each, _kind_of(each))
+        for place, test in enumerate(asked)
+        for idle in idle_settings(test, _kind_of(test))
     ]
     if problems:
         raise plan.complaint(problems)
@@ -93,14 +93,14 @@ def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes
     columns |= {name: levels for name, (_, levels) in design.people.items()}
     if study.participants is not None and study.participants.sessions is not None:
         columns["session"] = [str(number) for number in range(1, study.sessions + 1)]
-    columns["stimulus"] = [each.id for each in study.stimuli]
+    columns["stimulus"] = [stimulus.id for stimulus in study.stimuli]
     columns["group"] = list(study.groups)
     for name in study.stimuli[0].columns if study.stimuli else ():
-        columns[column_name(name)] = {each.columns.get(name, "") for each in study.stimuli}
+        columns[column_name(name)] = {stimulus.columns.get(name, "") for stimulus in study.stimuli}
     items = study.questionnaire.items if study.questionnaire is not None else ()
     return columns, {
-        "ratings": [each.name for each in study.attributes],
-        "forms": [each.name for each in items],
+        "ratings": [attribute.name for attribute in study.attributes],
+        "forms": [item.name for item in items],
     }
 
 

@@ -2,69 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from palpate.analysis.figures.figure_kind import FigureData, FigureInput, FigureSettings, Mark
+from palpate.analysis.figures.figure_kind import FigureData, FigureInput, FigureSettings
 from palpate.analysis.figures.style import drawing, save, svg_text
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.reports.figures import DrawnFigure
 from palpate.protocols.progress import Progress
 
 
 @dataclass(frozen=True)
-class Pictured:
+class PlannedFigure:
     """A figure of the plan with its data, or with the reason why there is none."""
 
-    asked: FigureSettings
+    settings: FigureSettings
     data: FigureData | None
     refused: str = ""
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A drawn figure: the text of its SVG and the marks in it."""
-
-    svg: str
-    marks: tuple[Mark, ...]
+def figure_data(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]]) -> tuple[PlannedFigure, ...]:
+    """Return the data of every figure of the plan; a figure that has nothing to show says why."""
+    return tuple(_planned(selecting, answers, settings) for settings in selecting.plan.figures)
 
 
-def picture_data(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]]) -> tuple[Pictured, ...]:
-    """The data of every figure of the plan; a figure that has nothing to show says why."""
-    return tuple(_pictured(selecting, answers, asked) for asked in selecting.plan.figures)
-
-
-def _pictured(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]], asked: FigureSettings) -> Pictured:
-    kind = FIGURES[asked.figure]
-    settings = effective(asked, kind)
+def _planned(
+    selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]], settings: FigureSettings
+) -> PlannedFigure:
+    kind = FIGURES[settings.figure]
+    used = effective(settings, kind)
     try:
-        lacking = [name for name in settings.tests if name not in answers]
-        if lacking:
-            return Pictured(asked, None, f"it shows the test {lacking[0]!r}, which has no answer")
-        shown = FigureInput(selecting.of(settings, kind.takes), {name: answers[name] for name in settings.tests})
-        data = kind.data(shown, settings)
-        data = replace(data, caption=" ".join((data.caption, *idle_notes(asked, kind))))
+        missing = [name for name in used.tests if name not in answers]
+        if missing:
+            return PlannedFigure(settings, None, f"it shows the test {missing[0]!r}, which has no answer")
+        given = FigureInput(selecting.of(used, kind.takes), {name: answers[name] for name in used.tests})
+        data = kind.data(given, used)
+        data = replace(data, caption=" ".join((data.caption, *idle_notes(settings, kind))))
     except ValueError as refusal:
-        return Pictured(asked, None, str(refusal))
-    return Pictured(asked, data)
+        return PlannedFigure(settings, None, str(refusal))
+    return PlannedFigure(settings, data)
 
 
 def draw_all(
-    pictured: tuple[Pictured, ...], folder: Path | None, progress: Progress = lambda *_: None
-) -> Iterator[Picture | None]:
+    figures: Sequence[PlannedFigure], folder: Path | None, progress: Progress = lambda *_: None
+) -> Iterator[DrawnFigure | None]:
     """Draw each figure (None where there is none), and write NAME.svg and NAME.png where a folder is given."""
-    for done, each in enumerate(pictured):
-        progress(done, len(pictured), f"drawing {each.asked.name}")
-        yield None if each.data is None else _drawn(each.asked, each.data, folder)
-    progress(len(pictured), len(pictured), "")
+    for done, figure in enumerate(figures):
+        progress(done, len(figures), f"drawing {figure.settings.name}")
+        yield None if figure.data is None else _drawn(figure.settings, figure.data, folder)
+    progress(len(figures), len(figures), "")
 
 
-def _drawn(asked: FigureSettings, data: FigureData, folder: Path | None) -> Picture:
-    with drawing(asked.name):
-        drawn = FIGURES[asked.figure].draw(data)
-        files = save(drawn.figure, folder, asked.name) if folder is not None else []
+def _drawn(settings: FigureSettings, data: FigureData, folder: Path | None) -> DrawnFigure:
+    with drawing(settings.name):
+        drawn = FIGURES[settings.figure].draw(data)
+        files = save(drawn.figure, folder, settings.name) if folder is not None else []
         svg = svg_text(drawn.figure) if folder is None else files[0].read_text(encoding="utf-8")
-    return Picture(svg, drawn.marks)
+    title = (settings.title or data.title).rstrip(".")
+    return DrawnFigure(settings.name, title, data.caption, svg, drawn.marks)

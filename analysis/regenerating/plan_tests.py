@@ -12,7 +12,7 @@ import pandas as pd
 from palpate.analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected, columns_named
 from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.missing import MissingTold, handled
+from palpate.analysis.plans.missing import MissingSummary, handled
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.protocols.progress import Clock, Progress
@@ -35,7 +35,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Answered:
+class QuestionResult:
     """A question with its answer, or with the reason why there is none.
 
     `inputs` is the SHA-256 of the rows that were used, whatever their order. `seconds` is the wall time of the answer,
@@ -47,14 +47,14 @@ class Answered:
     answer: Answer | None
     refused: str
     inputs: str
-    missing: MissingTold
+    missing: MissingSummary
     seconds: float
     rows: pd.DataFrame | None = None
 
 
 def run_tests(
     selecting: Selecting, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
-) -> tuple[Answered, ...]:
+) -> tuple[QuestionResult, ...]:
     """Every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
     tests, found, digests = selecting.plan.tests, [], _Digests()
     with one_thread():
@@ -76,8 +76,8 @@ def _questions(selecting: Selecting, asked: Asked) -> Iterator[Question]:
     if kind.each == "all" or asked.table is not None or _compares_outcomes(asked):
         yield Question(asked, kind, ALL, selected)
         return
-    for each in selecting.by_outcome(selected):
-        yield Question(asked, kind, each.outcome, each)
+    for selection in selecting.by_outcome(selected):
+        yield Question(asked, kind, selection.outcome, selection)
 
 
 def _compares_outcomes(asked: Asked) -> bool:
@@ -97,15 +97,15 @@ class _Digests:
         return self.known[id(table)][1]
 
 
-def _answered(selecting: Selecting, question: Question, clock: Clock, digests: _Digests) -> Answered:
+def _answered(selecting: Selecting, question: Question, clock: Clock, digests: _Digests) -> QuestionResult:
     policy = question.asked.missing or selecting.plan.declared.missing
     selected, kind = question.selected, question.kind
-    told = MissingTold(policy, unanswered=() if selected is None else selected.unanswered)
+    told = MissingSummary(policy, unanswered=() if selected is None else selected.unanswered)
     own = question.asked.table is not None
     start = clock()
     try:
         if selected is None:
-            return Answered(question.asked, question.outcome, None, question.refused, "", told, 0.0)
+            return QuestionResult(question.asked, question.outcome, None, question.refused, "", told, 0.0)
         if kind.complete is not None and not own and _rates(question):
             trials = selecting.trials(question.asked.where)
             selected, found = handled(selected, selecting.faults(question.asked), question.asked.where, policy, trials)
@@ -122,9 +122,9 @@ def _answered(selecting: Selecting, question: Question, clock: Clock, digests: _
         answer = replace(answer, notes=(*answer.notes, *idle_notes(question.asked, kind)))
     except ValueError as refusal:
         inputs = "" if selected is None else digests.of(selected.table, own)
-        return Answered(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)
+        return QuestionResult(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)
     seconds = clock() - start
-    return Answered(
+    return QuestionResult(
         question.asked, question.outcome, answer, "", digests.of(selected.table, own), told, seconds, selected.table
     )
 
@@ -150,10 +150,10 @@ def digest(table: pd.DataFrame, own: bool = False) -> str:
     return hashlib.sha256("\n".join((",".join(columns), *sorted(lines))).encode()).hexdigest()
 
 
-def by_name(found: Sequence[Answered]) -> Mapping[str, Mapping[str, Answer]]:
+def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answer]]:
     """The answers of each test by outcome, as figures look for them."""
     answers: dict[str, dict[str, Answer]] = {}
-    for each in found:
+    for each in results:
         if each.answer is not None:
             answers.setdefault(each.asked.name, {})[each.outcome] = each.answer
     return answers

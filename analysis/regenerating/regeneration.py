@@ -21,8 +21,8 @@ from palpate.analysis.ratings.notes import data_notes
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.sample import collected_sample
 from palpate.analysis.ratings.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
-from palpate.analysis.regenerating.plan_figures import Pictured, picture_data
-from palpate.analysis.regenerating.plan_tests import Answered, by_name, run_tests
+from palpate.analysis.regenerating.plan_figures import PlannedFigure, figure_data
+from palpate.analysis.regenerating.plan_tests import QuestionResult, by_name, run_tests
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.progress import Progress
@@ -35,7 +35,7 @@ MOST_LETTERS = 300
 
 
 @dataclass(frozen=True)
-class Regenerated:
+class RegeneratedStudy:
     """Everything that a plan's outputs are written from.
 
     `material` is what was left after the plan's exclusions; `exclusions` are their lines, after those of reading.
@@ -47,8 +47,8 @@ class Regenerated:
     material: Material
     exclusions: tuple[Exclusion, ...]
     inputs: tuple[Input, ...]
-    answered: tuple[Answered, ...]
-    pictured: tuple[Pictured, ...]
+    answered: tuple[QuestionResult, ...]
+    figures: tuple[PlannedFigure, ...]
     tables: Mapping[str, pd.DataFrame]
     software: Mapping[str, str]
     checks: tuple[CrossCheck, ...] | None = None
@@ -66,7 +66,7 @@ class Regenerated:
         return self.plan.declared.title or self.material.title
 
 
-def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress = lambda *_: None) -> Regenerated:
+def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress = lambda *_: None) -> RegeneratedStudy:
     """Read the plan, gather the sessions, leave out what the plan leaves out, and answer all its questions.
 
     Raises PlanError (or YamlError) on a plan that cannot be used, DataRefused on data that cannot be read.
@@ -76,7 +76,7 @@ def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress
 
 def regenerate_by(
     wanted: Wanted, name: str, plan: Plan, progress: Progress = lambda *_: None, crosscheck: bool = False
-) -> Regenerated:
+) -> RegeneratedStudy:
     """As `regenerate`, by a plan that was found before; with `crosscheck` also held against other packages."""
     whole = whole_material(wanted, name, plan, progress)
     left = apply_exclusions(whole, plan.declared)
@@ -86,14 +86,14 @@ def regenerate_by(
     ratings = left.material.ratings
     sessions = None if ratings is None else ratings.sessions
     notes = data_notes(selecting.faults().notes, exclusions, sessions)
-    answered = tuple(_qualified(each, notes) for each in run_tests(selecting, progress))
-    return Regenerated(
+    answered = tuple(_qualified(result, notes) for result in run_tests(selecting, progress))
+    return RegeneratedStudy(
         plan=plan,
         material=left.material,
         exclusions=exclusions,
         inputs=(*whole.inputs, *_plan_inputs(plan)),
         answered=answered,
-        pictured=picture_data(selecting, by_name(answered)),
+        figures=figure_data(selecting, by_name(answered)),
         tables=tables,
         software=software(),
         checks=cross_check(answered, progress) if crosscheck else None,
@@ -101,11 +101,11 @@ def regenerate_by(
     )
 
 
-def _qualified(each: Answered, notes: Sequence[str]) -> Answered:
+def _qualified(result: QuestionResult, notes: Sequence[str]) -> QuestionResult:
     """The answer; a refusal with what qualifies the data, which may be its reason."""
-    if each.answer is not None or not notes:
-        return each
-    return replace(each, refused=f"{each.refused} (of the data: {shorten('; '.join(notes), MOST_LETTERS)})")
+    if result.answer is not None or not notes:
+        return result
+    return replace(result, refused=f"{result.refused} (of the data: {shorten('; '.join(notes), MOST_LETTERS)})")
 
 
 def find_plan(wanted: Wanted, plan_file: Path | None) -> tuple[str, Plan]:

@@ -32,17 +32,19 @@ TURNED = ((150, r"\footnotesize", 3), (185, r"\scriptsize", 2), (10**6, r"\tiny"
 def latex_text(title: str, lead: str, tables: Sequence[NumberedTable]) -> str:
     """Every table as a longtable with its caption and label, to be read into a document in the encoding T1."""
     head = [f"% {one_line(title)}", f"% Needs \\usepackage[T1]{{fontenc}} and \\usepackage{{{PACKAGES}}}"]
-    letters = sorted({letter for each in tables for letter in _letters(each) if letter not in LETTERS and letter > "ſ"})
+    letters = sorted(
+        {letter for table in tables for letter in _letters(table) if letter not in LETTERS and letter > "ſ"}
+    )
     if letters:
         head.append(f"% Holds letters that pdflatex does not know (lualatex does): {' '.join(letters)}")
     said = [escaped(lead)] if lead else []
     return "\n\n".join(["\n".join(head), *said, *map(_table, tables)]) + "\n"
 
 
-def _letters(each: NumberedTable) -> str:
-    heads = "".join(head.name for head in each.table.heads)
-    cells = "".join(cell for row in each.table.rows for cell in row)
-    return "".join((each.title, heads, cells, *each.notes, *each.table.groups.values()))
+def _letters(numbered: NumberedTable) -> str:
+    heads = "".join(head.name for head in numbered.table.heads)
+    cells = "".join(cell for row in numbered.table.rows for cell in row)
+    return "".join((numbered.title, heads, cells, *numbered.notes, *numbered.table.groups.values()))
 
 
 def one_line(text: str) -> str:
@@ -55,20 +57,20 @@ def escaped(text: str) -> str:
     return "".join(LETTERS.get(letter, letter) for letter in one_line(text))
 
 
-def _table(each: NumberedTable) -> str:
-    width = table_letters(each.table)
+def _table(numbered: NumberedTable) -> str:
+    width = table_letters(numbered.table)
     turned = width > SIZES[-1][0]
     size, gap = next((size, gap) for most, size, gap in (TURNED if turned else SIZES) if width <= most)
-    lines = ["{", size, rf"\setlength{{\tabcolsep}}{{{gap}pt}}", *_longtable(each), "}"]
-    lines += [rf"{{\noindent\footnotesize {escaped(note)}\par}}" for note in each.notes]
+    lines = ["{", size, rf"\setlength{{\tabcolsep}}{{{gap}pt}}", *_longtable(numbered), "}"]
+    lines += [rf"{{\noindent\footnotesize {escaped(note)}\par}}" for note in numbered.notes]
     return "\n".join([r"\begin{landscape}", *lines, r"\end{landscape}"] if turned else lines)
 
 
-def _longtable(each: NumberedTable) -> list[str]:
-    table = each.table
+def _longtable(numbered: NumberedTable) -> list[str]:
+    table = numbered.table
     head = [r"\toprule", " & ".join(map(_head, table.heads)) + r" \\", r"\midrule"]
-    name = "".join(letter if letter.isascii() and letter.isalnum() else "-" for letter in each.name)
-    lines = [rf"\begin{{longtable}}{{@{{}}{_sides(table)}@{{}}}}", rf"\caption{{{escaped(each.title)}}}"]
+    name = "".join(letter if letter.isascii() and letter.isalnum() else "-" for letter in numbered.name)
+    lines = [rf"\begin{{longtable}}{{@{{}}{_sides(table)}@{{}}}}", rf"\caption{{{escaped(numbered.title)}}}"]
     lines += [rf"\label{{tab:{name}}}\\", *head, r"\endfirsthead", *head, r"\endhead", r"\bottomrule", r"\endfoot"]
     for place, row in enumerate(table.rows):
         if place in table.groups:

@@ -32,11 +32,11 @@ def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
     if lead:
         document.add_paragraph(lead)
     turned = False
-    for each in tables:
-        if (table_letters(each.table) > UPRIGHT) != turned:
+    for table in tables:
+        if (table_letters(table.table) > UPRIGHT) != turned:
             turned = not turned
             _turn(document, turned)
-        _add(document, each)
+        _add(document, table)
     return _timeless(document)
 
 
@@ -56,14 +56,14 @@ def _turn(document: Document, turned: bool) -> None:
     section.left_margin = section.right_margin = Cm(2)
 
 
-def _add(document: Document, each: NumberedTable) -> None:
+def _add(document: Document, numbered: NumberedTable) -> None:
     from docx.oxml import parse_xml
     from docx.oxml.ns import nsdecls
 
     end = document.add_paragraph()
-    for xml in (_label(each.number), _line(each.title, "<w:i/>", kept=True), _grid(each.table)):
+    for xml in (_label(numbered.number), _line(numbered.title, "<w:i/>", kept=True), _grid(numbered.table)):
         end._p.addprevious(parse_xml(xml.replace(">", f" {nsdecls('w')}>", 1)))
-    for note in each.notes:
+    for note in numbered.notes:
         end._p.addprevious(parse_xml(_line(note, '<w:sz w:val="17"/>').replace(">", f" {nsdecls('w')}>", 1)))
 
 

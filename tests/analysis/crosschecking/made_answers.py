@@ -9,8 +9,8 @@ import pandas as pd
 
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.missing import MissingTold
-from palpate.analysis.regenerating.plan_tests import Answered
+from palpate.analysis.plans.missing import MissingSummary
+from palpate.analysis.regenerating.plan_tests import QuestionResult
 
 
 def rated(shape: tuple[int, ...] = (12, 4), *, seed: int = 3, groups: int = 1, apart: float = 8.0) -> pd.DataFrame:
@@ -40,10 +40,10 @@ def long(cells: np.ndarray, groups: int = 1) -> pd.DataFrame:
     )
 
 
-def answered(table: pd.DataFrame, test: str, missing: str = "refuse", gaps: int = 0, **settings: Any) -> Answered:
+def answered(table: pd.DataFrame, test: str, missing: str = "refuse", gaps: int = 0, **settings: Any) -> QuestionResult:
     """The answer of one test on these rows; `gaps` cells of them are missing, `missing` says what is done about it."""
     kind = TESTS[test]
     asked = kind.settings(name=test, test=test, missing=missing, **settings)
     selected = Selected(table=table, trials=table, outcomes=("Soft",), levels={}, draws=100)
     answer = (kind.with_gaps if gaps and kind.with_gaps else kind.answer)(selected, asked)
-    return Answered(asked, "Soft", answer, "", "", MissingTold(missing, gaps, gaps), 0.0, table)
+    return QuestionResult(asked, "Soft", answer, "", "", MissingSummary(missing, gaps, gaps), 0.0, table)

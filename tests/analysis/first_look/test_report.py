@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.analysis.first_look.analysis import Analysed, analyse_ratings
+from palpate.analysis.first_look.analysis import Analysis, analyse_ratings
 from palpate.analysis.first_look.page import report_html, save_figures, write_report
 from palpate.analysis.first_look.results import statistics_json, write_results
 from palpate.analysis.ratings.dataset import Exclusion, Input
@@ -46,12 +46,12 @@ class Reader(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def doors() -> Analysed:
+def doors() -> Analysis:
     return analyse_ratings(door_ratings(people=3, attributes=3), "Opening a door")
 
 
 @pytest.fixture(scope="module")
-def html(doors: Analysed) -> str:
+def html(doors: Analysis) -> str:
     return report_html(doors)
 
 
@@ -108,34 +108,34 @@ def test_constant_ratings_are_told_not_computed(value: float) -> None:
 
 
 @pytest.mark.long
-def test_exclusions_are_listed_and_their_absence_is_said(doors: Analysed, html: str) -> None:
+def test_exclusions_are_listed_and_their_absence_is_said(doors: Analysis, html: str) -> None:
     assert "P199, session s9 interrupted after 3 of 45 trials 21" in words(html)
     without = replace(doors, ratings=replace(doors.ratings, exclusions=()))
     assert "Nothing was left out." in words(report_html(without))
     assert "Nothing was left out." not in words(html)
 
 
-def test_every_input_stands_with_its_hash(doors: Analysed, html: str) -> None:
+def test_every_input_stands_with_its_hash(doors: Analysis, html: str) -> None:
     text = words(html)
     for each in doors.ratings.inputs:
         assert f"{each.name} {each.note}".strip() in text and each.sha256 in text
 
 
 @pytest.mark.long
-def test_simulated_answers_carry_a_banner_and_real_ones_do_not(doors: Analysed, html: str) -> None:
+def test_simulated_answers_carry_a_banner_and_real_ones_do_not(doors: Analysis, html: str) -> None:
     assert "no person gave these answers" in words(html)
     real = replace(doors, ratings=replace(doors.ratings, simulated=False))
     assert "no person gave these answers" not in words(report_html(real))
 
 
-def test_the_table_behind_the_figure_is_describes(doors: Analysed, html: str) -> None:
+def test_the_table_behind_the_figure_is_describes(doors: Analysis, html: str) -> None:
     text = words(html)
     for row in describe(doors.ratings, ("attribute", "variant"), kind="over participants").to_dict("records"):
         shown = f"{row['attribute']} {row['variant']} {fixed(row['mean'])} {fixed(row['sd'])} {row['n']}"
         assert text.count(shown) == 2  # behind each of the two figures
 
 
-def test_the_headline_is_the_pooled_tests_sentence(doors: Analysed, html: str) -> None:
+def test_the_headline_is_the_pooled_tests_sentence(doors: Analysis, html: str) -> None:
     row = doors.statistics.tests[6].rows[0]
     df = f"{row['ddof1'] * row['eps']:.2f}, {row['ddof2'] * row['eps']:.2f}"
     assert f"Easy-to-pull – Hard-to-pull variant: F({df}) = {row['F']:.2f}" in words(html)
@@ -175,7 +175,7 @@ def test_everything_is_the_same_twice(tmp_path: Path) -> None:
     assert set(first) == {"report.html", "statistics.json", *tables, *pictures}
 
 
-def test_the_json_holds_every_number_under_a_name_that_says_what_it_is(doors: Analysed) -> None:
+def test_the_json_holds_every_number_under_a_name_that_says_what_it_is(doors: Analysis) -> None:
     data = json.loads(statistics_json(doors))
     test = next(t for t in data["tests"] if t["kind"] == "pooled" and t["attribute"] == "Damped")
     row = doors.statistics.tests[7].rows[0]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from palpate.analysis.first_look import page_data
-from palpate.analysis.first_look.analysis import Analysed, analyse_ratings
+from palpate.analysis.first_look.analysis import Analysis, analyse_ratings
 from palpate.analysis.first_look.page import page_of, stimulus_table
 from palpate.analysis.first_look.page_tests import comparisons, question_words, variance_tables
 from palpate.analysis.first_look.study_statistics import Question, Row, StudyStatistics, study_statistics
@@ -35,7 +35,7 @@ GROUPS: Row = {
 }  # fmt: skip
 
 
-def page_with(question: Question, *rows: Row, per_cell: tuple[int, int] = (1, 1), people: int = 12) -> Analysed:
+def page_with(question: Question, *rows: Row, per_cell: tuple[int, int] = (1, 1), people: int = 12) -> Analysis:
     """The analysis of real ratings with hand-made tests in the place of the computed ones."""
     found = analyse_ratings(reasoning(people=4))
     test = Answer(question, "rating", people, rows, per_cell)

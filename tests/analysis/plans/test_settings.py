@@ -27,7 +27,7 @@ from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.power.simulating import people, simulated_material
-from palpate.analysis.regenerating.plan_figures import picture_data
+from palpate.analysis.regenerating.plan_figures import figure_data
 from palpate.analysis.regenerating.plan_tests import by_name, run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load
@@ -421,7 +421,7 @@ def pictures(material: Any, asked: list[Any], shown: Mapping[str, Any]) -> list[
         Outcome(each.refused, "")
         if (data := each.data) is None
         else Outcome(repr((data.rows, data.words, data.title)), data.caption)
-        for each in picture_data(selecting(material, [], asked), shown)
+        for each in figure_data(selecting(material, [], asked), shown)
     ]
 
 

@@ -8,16 +8,16 @@ from hypothesis import strategies as st
 
 from palpate.analysis.plans.answers import Answer, Asked
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.missing import MissingTold
+from palpate.analysis.plans.missing import MissingSummary
 from palpate.analysis.regenerating import descriptions as shown
-from palpate.analysis.regenerating.plan_tests import Answered
+from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.reports.headings import HEADINGS, heading, is_p
 from palpate.analysis.reports.tables import NO_NUMBER, column_texts, value_table
 
 
 def answered(outcome, rows, name="levels", test="anova", refused="", **more):
     answer = None if refused else Answer(tuple(rows), "A method", {"F": "F of the effect"}, 8, 32, **more)
-    return Answered(Asked(name=name, test=test), outcome, answer, refused, "", MissingTold("refuse"), 0.0)
+    return QuestionResult(Asked(name=name, test=test), outcome, answer, refused, "", MissingSummary("refuse"), 0.0)
 
 
 @pytest.mark.parametrize(

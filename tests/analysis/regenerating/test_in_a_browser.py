@@ -68,7 +68,7 @@ def press(browser, key):
 
 
 def mean_of(small, figure, level):
-    data = next(each.data for each in small.pictured if each.asked.name == figure)
+    data = next(each.data for each in small.figures if each.settings.name == figure)
     return next(row["mean"] for row in data.rows if row["level"] == level and row["attribute"] == "Soft")
 
 

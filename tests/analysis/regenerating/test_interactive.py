@@ -32,7 +32,7 @@ def test_fewer_bytes_and_the_same_picture():
 
 
 def test_every_length_stays_within_a_hundredth_of_a_point(small):
-    (picture, *_) = [each for each in draw_all(small.pictured[:1], None) if each is not None]
+    (picture, *_) = [each for each in draw_all(small.figures[:1], None) if each is not None]
     whole = inline_svg(picture.svg, "f1")
     less = compact_svg(whole, "f1", {f"f1-{mark.gid}" for mark in picture.marks})
     assert len(less) < 0.8 * len(whole)
