@@ -19,8 +19,7 @@ from palpate.analysis.exporting.description import json_for_people
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.tabular import NOT_AVAILABLE, ExportRefused, cell_text
-from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in
-from palpate.analysis.streams.recorded import Gap, Stream
+from palpate.analysis.streams.recorded_streams import Gap, RecordedAttempt, Stream, attempts_of, counting, streams_in
 from palpate.protocols.files import open_bytes, write_text
 from palpate.protocols.wording import count
 from palpate.signals.arrays import Array

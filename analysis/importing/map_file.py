@@ -18,6 +18,7 @@ from palpate.protocols.yaml_text import Document, YamlError, load
 
 SHIPPED = Path(__file__).resolve().parent / "maps"
 MOST_SHOWN = 8
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 
 
 class MapRefused(DataRefused):
@@ -57,7 +58,6 @@ def _relative(value: str) -> str:
 
 Text = Annotated[str, Field(strict=True), BeforeValidator(_as_text)]
 Filled = Annotated[str, Field(strict=True, min_length=1), BeforeValidator(_as_text)]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 
 
 class _Strict(BaseModel):

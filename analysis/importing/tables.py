@@ -9,8 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.analysis.importing.dialects import Sheet, TableRefused, read_sheet
-from palpate.analysis.importing.foreign_duplicates import settle_duplicates
-from palpate.analysis.importing.foreign_rows import ForeignRating, ratings_of
+from palpate.analysis.importing.foreign_ratings import ForeignRating, ratings_of, settle_duplicates
 from palpate.analysis.importing.map_file import ColumnMap, MapRefused, read_map
 from palpate.analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
 from palpate.protocols.did_you_mean import nearest

@@ -80,8 +80,7 @@ def power(
     Example: palpate power texture_similarity --test methods --effect 0.3 --participants 4..24
     """
     from palpate.analysis.monitoring.words import rough
-    from palpate.analysis.power.curve import Asking, estimate_s, needed, power_curve, suffices
-    from palpate.analysis.power.picture import write_curve
+    from palpate.analysis.power.curve import Asking, estimate_s, needed, power_curve, suffices, write_curve
     from palpate.analysis.ratings.sources import Wanted
     from palpate.analysis.regenerating.regeneration import find_plan
     from palpate.protocols.sample import planned_people

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.plans.answers import Asked
 from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selecting
-from palpate.analysis.power.deciding import Decided, p_of
-from palpate.analysis.power.refusals import PowerError
-from palpate.analysis.power.simulating import people, simulated_material, with_effect
+from palpate.analysis.power.p_values import Decided, PowerError, p_of
+from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
 from palpate.analysis.regenerating.plan_tests import run_tests
 from palpate.analysis.regenerating.regeneration import read_table
+from palpate.analysis.reports.csv_files import csv_text
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import staged_files, write_text
 from palpate.protocols.progress import Clock, Progress
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import read_study
@@ -29,6 +32,7 @@ from palpate.studies.workers import map_in_order
 
 MOST_RUNS = 100_000
 """So many studies have seeds of their own before those of the next --seed begin."""
+__all__ = ["Asking", "PlanError", "Point", "PowerError", "needed", "power_curve"]
 
 
 @dataclass(frozen=True)
@@ -203,10 +207,43 @@ def needed(points: Sequence[Point], power: float) -> Point | None:
     return reached
 
 
-__all__ = ["Asking", "PlanError", "Point", "PowerError", "needed", "power_curve"]
-
-
 def suffices(points: Sequence[Point], planned: int | None, power: float) -> bool | None:
     """Return whether the planned number has the power; None where it was not simulated, or no run gave a p value."""
     tested = (point for point in points if point.undefined < point.runs)
     return next((point.power >= power for point in tested if point.participants == planned), None)
+
+
+def write_curve(points: Sequence[Point], asking: Asking, wanted: float, folder: Path) -> list[Path]:
+    """Write power_TEST_xEFFECT.csv, .svg and .png to `folder` and give the paths; other questions have other names."""
+    what = re.sub(r"[^\w.]+", "-", "_".join(filter(None, (asking.test, asking.outcome, asking.row, asking.column))))
+    name = f"power_{what}_x{asking.effect:g}"
+    asked = ("test", "outcome", "row", "column", "effect", "alpha", "seed")
+    rows = [{**asdict(point), **{key: getattr(asking, key) for key in asked}} for point in points]
+    with staged_files(folder) as draft:
+        paths = [write_text(draft / f"{name}.csv", csv_text(rows)), *_drawn(points, asking, wanted, draft, name)]
+    return [folder / path.name for path in paths]
+
+
+def _drawn(points: Sequence[Point], asking: Asking, wanted: float, folder: Path, name: str) -> list[Path]:
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    with drawing(name):
+        figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+        axes = figure.subplots()
+        sizes = [point.participants for point in points]
+        low, high = [point.low for point in points], [point.high for point in points]
+        axes.fill_between(sizes, low, high, color=OKABE_ITO[0], alpha=0.18, linewidth=0)
+        axes.plot(
+            sizes, [point.power for point in points], color=OKABE_ITO[0], marker="o", markersize=4.5, linewidth=1.6
+        )
+        axes.axhline(wanted, color=SOFT, linewidth=0.8, linestyle=(0, (4, 3)))
+        axes.text(sizes[-1], wanted, f"wanted: {wanted:g}", ha="right", va="bottom", fontsize=8, color=SOFT)
+        axes.set_ylim(0, 1.02)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_xlabel("participants", color=INK)
+        axes.set_ylabel(f"share of {points[0].runs} runs with p ≤ {asking.alpha:g}")
+        asked = " ".join(filter(None, (asking.test, asking.outcome)))
+        axes.set_title(f"{asked} ({points[-1].by or 'no p'}), effect × {asking.effect:g}")
+        quiet_axes(axes)
+        return save(figure, folder, name)

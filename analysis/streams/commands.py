@@ -99,7 +99,7 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
       palpate doors normalise door.csv --zero --out K8_g0.csv \\
         --angle-column door_angle_angle --force-column door_force_force
     """
-    from palpate.analysis.streams.exporter import Chosen, export
+    from palpate.analysis.streams.export import Chosen, export
     from palpate.studies.record import read
 
     chosen = Chosen(trial, how["attempt"], how["act"], how["hinge"], how["by_stamps"])
@@ -120,8 +120,7 @@ def _demand_speed_told_apart(how: dict[str, Any], raw: bool) -> None:
 
 
 def _wanted(how: dict[str, Any]) -> Wanted:
-    from palpate.analysis.streams.alignment import Wanted
-    from palpate.analysis.streams.speeds import WINDOW, SpeedWanted
+    from palpate.analysis.streams.alignment import WINDOW, SpeedWanted, Wanted
     from palpate.signals.aligning.aligned import LONGEST_GAP_S
     from palpate.signals.aligning.methods import method_named
 

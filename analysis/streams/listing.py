@@ -6,8 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from palpate.analysis.streams.alignment import described
-from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in
-from palpate.analysis.streams.recorded import StreamError
+from palpate.analysis.streams.recorded_streams import RecordedAttempt, StreamError, attempts_of, counting, streams_in
 from palpate.studies.record import Record
 from palpate.studies.tables import session_name
 

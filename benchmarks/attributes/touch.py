@@ -11,8 +11,8 @@ from functools import partial
 
 import numpy as np
 
-from palpate.analysis.features.tactile import touch_features
 from palpate.analysis.features.touch import RATE_HZ, TRIM_S, Touch
+from palpate.analysis.features.touch_features import touch_features
 from palpate.modeling.attributes.tones import SENSORS_HZ, felt_at, tones
 from palpate.modeling.attributes.touching import filtering, touch_of
 from palpate.modeling.textures.preparing import Touched

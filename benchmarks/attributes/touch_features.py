@@ -6,13 +6,18 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from palpate.analysis.features.hand import hand
-from palpate.analysis.features.mfcc import COEFFICIENTS, FRAME, frames, mfcc
-from palpate.analysis.features.segments import SEGMENT, segments
-from palpate.analysis.features.spectra import FLOOR, spectrum
-from palpate.analysis.features.tactile import touch_features
-from palpate.analysis.features.touch import RATE_HZ, Stretch, Touch
-from palpate.analysis.features.wavelets import wavelets
+from palpate.analysis.features.touch import RATE_HZ, SEGMENT, Stretch, Touch, segments
+from palpate.analysis.features.touch_features import (
+    COEFFICIENTS,
+    FLOOR,
+    FRAME,
+    frames,
+    hand,
+    mfcc,
+    spectrum,
+    touch_features,
+    wavelets,
+)
 from palpate.protocols.bench import Case
 from palpate.signals.arrays import Array
 from palpate.signals.one_axis import dft321, one_axis

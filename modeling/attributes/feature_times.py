@@ -44,11 +44,8 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
 
 def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
     """A step, what does it, and how often that is needed for one texture."""
-    from palpate.analysis.features.hand import hand
-    from palpate.analysis.features.mfcc import mfcc
-    from palpate.analysis.features.segments import segments
-    from palpate.analysis.features.spectra import spectrum
-    from palpate.analysis.features.wavelets import wavelets
+    from palpate.analysis.features.touch import segments
+    from palpate.analysis.features.touch_features import hand, mfcc, spectrum, wavelets
     from palpate.modeling.attributes.tones import tones
     from palpate.modeling.attributes.touching import touch_of
 

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.analysis.features.tactile import touch_features
 from palpate.analysis.features.touch import Touch
+from palpate.analysis.features.touch_features import touch_features
 from palpate.modeling.attributes.touching import filtering, touch_of
 from palpate.modeling.textures.preparing import UP, Filtering, Touched
 from palpate.modeling.textures.reading_ledgers import SIMULATED, STUDY, Capture, captures_by_texture, touched_in

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from palpate.analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact, segments
-from palpate.analysis.features.touch import RATE_HZ, Touch
+from palpate.analysis.features.touch import CONTACT_N, RATE_HZ, SEGMENT, SEGMENT_S, Touch, contact, segments
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.reports.csv_files import csv_text
 from palpate.modeling.attributes.reading_touch import recorded

@@ -6,8 +6,18 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from palpate.analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact
-from palpate.analysis.features.touch import BAND_HZ, RATE_HZ, TRIM_S, FeatureError, Stretch, Touch
+from palpate.analysis.features.touch import (
+    BAND_HZ,
+    CONTACT_N,
+    RATE_HZ,
+    SEGMENT,
+    SEGMENT_S,
+    TRIM_S,
+    FeatureError,
+    Stretch,
+    Touch,
+    contact,
+)
 from palpate.modeling.textures.plausible import demand_level, steady
 from palpate.modeling.textures.preparing import Filtering, Touched, filtered
 from palpate.modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ, Sampled

@@ -22,8 +22,8 @@ def simulated_data(people: int = 40, seed: int = 1, study: Path | None = None) -
 
 def simulated_ratings(people: int = 40, seed: int = 1, study: Path | None = None) -> Rated:
     """As `simulated_data`, with each person's own ratings beside the means."""
-    from palpate.analysis.power.simulating import people as pseudonyms
-    from palpate.analysis.power.simulating import simulated_material
+    from palpate.analysis.power.simulated_studies import people as pseudonyms
+    from palpate.analysis.power.simulated_studies import simulated_material
     from palpate.modeling.doors.reading import rated_material
     from palpate.studies.catalogue import SHIPPED, STUDY_FILE, read_study
 

@@ -8,8 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.analysis.streams.reading import RecordedAttempt, attempts_of, counting, streams_in
-from palpate.analysis.streams.recorded import Stream, StreamError
+from palpate.analysis.streams.recorded_streams import (
+    RecordedAttempt,
+    Stream,
+    StreamError,
+    attempts_of,
+    counting,
+    streams_in,
+)
 from palpate.modeling.textures.preparing import UP, Touched, prepared
 from palpate.modeling.textures.rates import Sampled
 from palpate.modeling.textures.recording import Recording, TextureDataError

@@ -158,8 +158,8 @@ def test_a_partial_is_of_the_module_of_its_function():
         (
             {"modules": ("palpate.modeling.attributes.feeling", "palpate.modeling.attributes.reading_touch")},
             {
-                "palpate.analysis.features.mfcc",
-                "palpate.analysis.streams.reading",
+                "palpate.analysis.features.touch_features",
+                "palpate.analysis.streams.recorded_streams",
                 "palpate.studies.stored_samples",
                 "palpate.studies.record",
             },

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 from palpate import command_line
 from palpate.analysis.monitoring.following import follow
-from palpate.analysis.streams.reading import attempts_of, counting, streams_in
-from palpate.analysis.streams.recorded import StreamError
+from palpate.analysis.streams.recorded_streams import StreamError, attempts_of, counting, streams_in
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.worlds import Divergence

@@ -94,7 +94,7 @@ def test_the_hand_meets_the_changed_force_without_a_step(session):
 
 
 def test_the_session_replays_byte_for_byte_and_its_streams_are_read(session):
-    from palpate.analysis.streams.reading import streams_of
+    from palpate.analysis.streams.recorded_streams import streams_of
 
     replay(session)
     record = read(session)

@@ -7,9 +7,8 @@ import signal
 import pytest
 from PIL import Image
 
-from palpate.analysis.features.segments import SEGMENT_S
-from palpate.analysis.features.tactile import touch_features
-from palpate.analysis.features.touch import TRIM_S
+from palpate.analysis.features.touch import SEGMENT_S, TRIM_S
+from palpate.analysis.features.touch_features import touch_features
 from palpate.devices.surfaces.photo import light, photograph, photographs
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.table import read_surfaces

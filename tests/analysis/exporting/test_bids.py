@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.analysis.streams.reading import streams_of
+from palpate.analysis.streams.recorded_streams import streams_of
 from palpate.studies.record import read
 from tests.analysis.exporting.labs import AT, RECORDED, exported, lab_of, rewritten
 from tests.analysis.streams.ledgers import Written, block, told

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from scipy.signal.windows import hann
 
-from palpate.analysis.features.mfcc import COEFFICIENTS, FRAME, FRAMES, frames, mfcc, starts
-from palpate.analysis.features.spectra import FLOOR
+from palpate.analysis.features.touch_features import COEFFICIENTS, FLOOR, FRAME, FRAMES, frames, mfcc, starts
 from tests.analysis.features.made_touch import noise
 
 pytestmark = pytest.mark.needs("librosa")

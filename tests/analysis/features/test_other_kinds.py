@@ -5,9 +5,7 @@ import pytest
 import pywt
 from scipy.stats import entropy
 
-from palpate.analysis.features.hand import hand
-from palpate.analysis.features.spectra import spectrum
-from palpate.analysis.features.wavelets import wavelets
+from palpate.analysis.features.touch_features import hand, spectrum, wavelets
 from tests.analysis.features.made_touch import noise
 
 pytestmark = pytest.mark.needs("pywt")

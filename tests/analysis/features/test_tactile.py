@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.analysis.features.mfcc import mfcc
-from palpate.analysis.features.segments import contact, segments
-from palpate.analysis.features.tactile import SIZES, touch_features
-from palpate.analysis.features.touch import FeatureError, Stretch, Touch
+from palpate.analysis.features.touch import FeatureError, Stretch, Touch, contact, segments
+from palpate.analysis.features.touch_features import SIZES, mfcc, touch_features
 from tests.analysis.features.made_touch import noise, touch
 
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.analysis.features.segments import SEGMENT, segments
-from palpate.analysis.features.touch import FeatureError, Stretch, Touch
+from palpate.analysis.features.touch import SEGMENT, FeatureError, Stretch, Touch, segments
 from tests.analysis.features.made_touch import noise, stretch, touch
 
 

@@ -11,7 +11,7 @@ from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.plans.study_columns import study_columns
-from palpate.analysis.power.simulating import people, simulated_material
+from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.regenerating.plan_check import problems_of_test
 from palpate.analysis.regenerating.plan_tests import run_tests

@@ -26,7 +26,7 @@ from palpate.analysis.plans.people import People
 from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.analysis.plans.selecting import Selecting
-from palpate.analysis.power.simulating import people, simulated_material
+from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.regenerating.plan_figures import figure_data
 from palpate.analysis.regenerating.plan_tests import by_name, run_tests
 from palpate.protocols.study import Study

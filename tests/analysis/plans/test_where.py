@@ -9,7 +9,7 @@ from palpate.analysis.plans.people import people_of
 from palpate.analysis.plans.schema import Rule
 from palpate.analysis.plans.study_columns import study_columns
 from palpate.analysis.plans.where import Range, keeps, kept_rows
-from palpate.analysis.power.simulating import people, simulated_material
+from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.regenerating.plan_check import problems_of_test
 from palpate.protocols.study import Study
 from palpate.studies.lab_forms import lab_forms

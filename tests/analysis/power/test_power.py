@@ -20,9 +20,8 @@ from palpate.analysis.power.curve import (
     suffices,
     wilson,
 )
-from palpate.analysis.power.deciding import p_of
-from palpate.analysis.power.refusals import PowerError
-from palpate.analysis.power.simulating import people, simulated_material, with_effect
+from palpate.analysis.power.p_values import PowerError, p_of
+from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
 from palpate.analysis.ratings.sources import gathered
 from palpate.protocols.plan import compile_plan
 from palpate.studies.allocation import allocate

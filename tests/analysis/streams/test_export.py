@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.analysis.streams.commands import streams
-from palpate.analysis.streams.recorded import StreamError
+from palpate.analysis.streams.recorded_streams import StreamError
 from palpate.devices.door.commands import doors
 from palpate.devices.door.recording import read_columns
 from palpate.signals.aligning.refusals import AlignError

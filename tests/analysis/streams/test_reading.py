@@ -8,8 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from palpate.analysis.streams.reading import attempts_of, counting, streams_of
-from palpate.analysis.streams.recorded import Gap, StreamError
+from palpate.analysis.streams.recorded_streams import Gap, StreamError, attempts_of, counting, streams_of
 from palpate.studies.record import read
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks, told
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from palpate.analysis.streams.reading import streams_of
+from palpate.analysis.streams.recorded_streams import streams_of
 from palpate.devices.device import Block, Signal
 from palpate.devices.streams.recording import Recording
 from palpate.protocols.events import NS

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.analysis.streams.commands import streams
-from palpate.analysis.streams.recorded import StreamError
+from palpate.analysis.streams.recorded_streams import StreamError
 from palpate.signals.aligning.speed import slope
 from tests.analysis.streams.ledgers import Written, block, chunks, told
 

@@ -10,8 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.analysis.streams.commands import streams
-from palpate.analysis.streams.reading import streams_of
-from palpate.analysis.streams.recorded import StreamError
+from palpate.analysis.streams.recorded_streams import StreamError, streams_of
 from palpate.protocols.clocks import fit_clock
 from palpate.signals.aligning.stamps import stamps_of
 from tests.analysis.streams.ledgers import Written, block, told

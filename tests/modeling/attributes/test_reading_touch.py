@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from palpate.analysis.features.tactile import touch_features
+from palpate.analysis.features.touch_features import touch_features
 from palpate.modeling.attributes.reading_touch import felt, recorded, rows_of, touches
 from palpate.modeling.attributes.touching import filtering
 from palpate.modeling.textures.reading_ledgers import NoCapture, read_lab

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from palpate.analysis.features.segments import SEGMENT
-from palpate.analysis.features.touch import RATE_HZ, Stretch, Touch
+from palpate.analysis.features.touch import RATE_HZ, SEGMENT, Stretch, Touch
 from palpate.modeling.attributes.signal_figures import COLUMNS, Explored, explored_texture, segment_rows, vibration_rows
 from palpate.modeling.commands_library import textures
 from palpate.modeling.textures.preparing import Touched

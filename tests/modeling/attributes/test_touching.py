@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.analysis.features.segments import segments
-from palpate.analysis.features.tactile import touch_features
+from palpate.analysis.features.touch import segments
+from palpate.analysis.features.touch_features import touch_features
 from palpate.modeling.attributes.reading_touch import felt_of
 from palpate.modeling.attributes.touching import filtering, touch_of
 from palpate.modeling.textures.preparing import Touched, prepared

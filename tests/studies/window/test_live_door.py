@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from palpate.analysis.streams.reading import attempts_of, streams_of
+from palpate.analysis.streams.recorded_streams import attempts_of, streams_of
 from palpate.devices.door.live import RATE_HZ
 from palpate.devices.rig.file import rig_path
 from palpate.protocols.events import NS

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from palpate.analysis.plans.answers import Answer, Row
-from palpate.analysis.power.refusals import PowerError
 from palpate.protocols.did_you_mean import nearest
 
 P_COLUMNS = ("p_corr", "p_corrected", "p", "p_GG_corr", "p_unc", "p_F")
@@ -74,3 +73,7 @@ def _holds(row: Row, wanted: str) -> bool:
 
 def _texts(row: Row) -> Sequence[str]:
     return [value for name, value in row.items() if isinstance(value, str) and value and name != "note"]
+
+
+class PowerError(ValueError):
+    """The power of this test cannot be simulated as asked."""

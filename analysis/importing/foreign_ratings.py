@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import statistics
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from palpate.analysis.importing.dialects import SHOWN, Sheet, TableRefused
-from palpate.analysis.importing.foreign_lines import Line, choose_lines, either, lines_of, one_file_each
-from palpate.analysis.importing.map_file import ColumnMap, Source
+from palpate.analysis.importing.dialects import SHOWN, Row, Sheet, TableRefused
+from palpate.analysis.importing.map_file import ColumnMap, Condition, Source
 from palpate.analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
 from palpate.analysis.ratings.dataset import Exclusion
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count, some, some_lines
 from palpate.protocols.wording import count as counted
-from palpate.protocols.wording import some, some_lines
+
+Cell = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -194,3 +196,178 @@ class _Groups:
                 f"{line.where}: participant {person!r} is {level!r} in {factor!r}, but {first!r} at {where};"
                 " a between factor has one level for each participant"
             )
+
+
+@dataclass(frozen=True)
+class Line:
+    """A row of a sheet, its cells by the names of their columns."""
+
+    sheet: Sheet
+    row: Row
+    places: Mapping[str, int]
+
+    @property
+    def where(self) -> str:
+        """The file and the line, as a message begins."""
+        return f"{self.sheet.name}: line {self.row.line}"
+
+    def __getitem__(self, column: str) -> str:
+        return self.row.cells[self.places[column]]
+
+
+def lines_of(column_map: ColumnMap, sheet: Sheet) -> Iterator[Line]:
+    """The rows of a sheet with the columns that the map names."""
+    places = {column: sheet.place(column) for column in column_map.wanted()}
+    return (Line(sheet, row, places) for row in sheet.rows)
+
+
+def choose_lines(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], list[Exclusion]]:
+    """The lines inside every loop and condition of the map, and one exclusion for all that each of them leaves out.
+
+    Raises TableRefused where a condition asks for a text that never occurs, and where no line is left.
+    """
+    kept, exclusions = list(lines), []
+    for columns in column_map.loop.values():
+        inside = [line for line in kept if any(line[column] for column in columns.values())]
+        exclusions += _left_out(kept, inside, _outside(list(columns.values())))
+        kept = inside
+    for column, condition in column_map.where.items():
+        _check_texts_occur(column, condition, lines)
+        inside = [line for line in kept if _meets(line[column], condition)]
+        exclusions += _left_out(kept, inside, _unmet(column, condition))
+        kept = inside
+    if not kept:
+        reasons = "".join(f" {count(each.rows, 'row is', 'rows are')} no rating: {each.why}." for each in exclusions)
+        raise TableRefused(f"{column_map.name}: no row is a rating.{reasons} Check loop and where in the map")
+    return kept, exclusions
+
+
+def one_file_each(column_map: ColumnMap, lines: Sequence[Line]) -> None:
+    """Refuse a participant in two PsychoPy files: it writes one file a session, so one was met twice."""
+    files: dict[str, str] = {}
+    for line in lines if column_map.format == "psychopy" else ():
+        person = line[column_map.columns.participant]
+        first = files.setdefault(person, line.sheet.name)
+        if first != line.sheet.name:
+            raise TableRefused(
+                f"{line.where}: participant {person!r} stands in {first}, too;"
+                " leave one of the files out, or give the participants different names"
+            )
+
+
+def either(texts: Iterable[str]) -> str:
+    """The texts as a message offers them."""
+    return " or ".join(map(repr, texts))
+
+
+def _left_out(before: Sequence[Line], after: Sequence[Line], why: str) -> list[Exclusion]:
+    if len(before) == len(after):
+        return []
+    names = list(dict.fromkeys(line.sheet.name for line in before))
+    who = names[0] if len(names) == 1 else count(len(names), "file")
+    return [Exclusion("rows", who, why, len(before) - len(after))]
+
+
+def _outside(columns: Sequence[str]) -> str:
+    return f"{' and '.join(columns)} {'are' if len(columns) > 1 else 'is'} empty"
+
+
+def _unmet(column: str, condition: Condition) -> str:
+    return f"{column} is empty" if condition.is_ is None else f"{column} is not {either(condition.is_)}"
+
+
+def _meets(text: str, condition: Condition) -> bool:
+    return bool(text) if condition.is_ is None else text in condition.is_
+
+
+def _check_texts_occur(column: str, condition: Condition, lines: Sequence[Line]) -> None:
+    occurring = {line[column] for line in lines}
+    for text in condition.is_ or ():
+        if text not in occurring:
+            raise TableRefused(f"where: no row has {text!r} in {column!r}; {nearest(text, sorted(occurring))}")
+
+
+def settle_duplicates(
+    column_map: ColumnMap, found: Sequence[ForeignRating]
+) -> tuple[list[ForeignRating], bool, list[Exclusion]]:
+    """One rating for each cell in the order of the file, whether any is a mean, and what was done, by participant.
+
+    A cell is a participant, an attribute, the within levels and the stimulus. Raises TableRefused on a duplicate
+    that the map does not settle, and where a kept column differs within a cell that is averaged.
+    """
+    cells: dict[Cell, list[ForeignRating]] = {}
+    for rating in found:
+        cells.setdefault(_cell(rating), []).append(rating)
+    several = {cell: ratings for cell, ratings in cells.items() if len(ratings) > 1}
+    if not several:
+        return list(found), False, []
+    if column_map.duplicates == "refuse":
+        raise TableRefused(_listed(column_map, several))
+    averaged = column_map.duplicates == "mean"
+    settled = [_mean(ratings) if averaged else ratings[0] for ratings in cells.values()]
+    return settled, averaged, _exclusions(several, averaged)
+
+
+def _cell(rating: ForeignRating) -> Cell:
+    return (rating.participant, rating.attribute, *rating.within.values(), rating.stimulus)
+
+
+def _listed(column_map: ColumnMap, several: dict[Cell, list[ForeignRating]]) -> str:
+    lines = some_lines([f"{_named(ratings[0])}: {_wheres(ratings)}" for ratings in several.values()], SHOWN)
+    advice = "say duplicates: mean or first, or name the column that tells them apart under within or stimulus"
+    held = f"{count(len(several), 'cell')} {'holds' if len(several) == 1 else 'hold'} several ratings"
+    return "\n".join([f"{column_map.name}: {held}; {advice}:", *(f"  {line}" for line in lines)])
+
+
+def _named(rating: ForeignRating) -> str:
+    levels = [f"{factor} {level}" for factor, level in rating.within.items()]
+    stimulus = [f"stimulus {rating.stimulus}"] if rating.stimulus else []
+    return ", ".join([f"participant {rating.participant}", rating.attribute, *levels, *stimulus])
+
+
+def _wheres(ratings: Sequence[ForeignRating]) -> str:
+    shown = ", ".join(f"{rating.where} ({rating.value:g})" for rating in ratings[:SHOWN])
+    return shown + (", ..." if len(ratings) > SHOWN else "")
+
+
+def _mean(ratings: Sequence[ForeignRating]) -> ForeignRating:
+    first = ratings[0]
+    for rating in ratings[1:]:
+        for column, text in rating.kept.items():
+            if text != first.kept[column]:
+                raise TableRefused(
+                    f"{rating.where}: {column!r} is {text!r}, but {first.kept[column]!r} at {first.where}, with which"
+                    f" it is averaged; leave {column!r} out of keep"
+                )
+    return first if len(ratings) == 1 else replace(first, value=statistics.mean(r.value for r in ratings))
+
+
+def _exclusions(several: dict[Cell, list[ForeignRating]], averaged: bool) -> list[Exclusion]:
+    people: dict[str, list[int]] = {}
+    for cell, ratings in several.items():
+        people.setdefault(cell[0], []).append(len(ratings))
+    if averaged:
+        return _averaged({person: (sum(counts), len(counts)) for person, counts in people.items()})
+    return [
+        Exclusion(
+            "repeated",
+            person,
+            f"not the first rating of its cell ({count(len(counts), 'cell')})",
+            sum(counts) - len(counts),
+        )
+        for person, counts in people.items()
+    ]
+
+
+def _averaged(people: dict[str, tuple[int, int]]) -> list[Exclusion]:
+    """One line for each participant, given the numbers of ratings and cells, or one for all where they are alike."""
+    alike = set(people.values())
+    if len(people) > 1 and len(alike) == 1:
+        ratings, cells = alike.pop()
+        why = f"{count(ratings, 'rating')} of each averaged into {count(cells, 'cell')}"
+        who = count(len(people), "participant")
+        return [Exclusion("averaged", who, why, len(people) * ratings, len(people) * cells)]
+    return [
+        Exclusion("averaged", person, f"{ratings} ratings averaged into {count(cells, 'cell')}", ratings, cells)
+        for person, (ratings, cells) in people.items()
+    ]
