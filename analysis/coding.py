@@ -156,7 +156,9 @@ def _names(paths: Sequence[Path]) -> list[str]:
 def _read(path: Path, name: str, answers: Sequence[Answer]) -> Coder:
     if not path.is_file():
         raise TableRefused(f"{path}: no such file; a coder's table is expected, as palpate export --free-text gives it")
-    sheet = read_sheet(path, path.name, encodings=("utf-8",), delimiter=None, wanted=("participant", "item"), trim=True)
+    sheet = read_sheet(
+        path, path.name, encodings=("utf-8",), delimiter=None, required=("participant", "item"), trim=True
+    )
     codes: dict[Answer, frozenset[str]] = {}
     for where, answer, own_codes in _rows(sheet, answers):
         if answer in codes:

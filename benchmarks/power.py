@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from palpate.analysis.power.curve import Asking, Point, power_curve, wilson
+from palpate.analysis.power.curve import Point, PowerRequest, power_curve, wilson
 from palpate.protocols.bench import Case
 from palpate.protocols.files import write_texts
 
@@ -53,7 +53,7 @@ def cases(quick: bool) -> Iterator[Case]:
 def simulated(folder: Path, effect: float, runs: int) -> tuple[Sequence[Point], float]:
     """The product's power curve at one size, and the seconds that it took."""
     place = folder / "two_stimuli"
-    asking = Asking(place / "study.yaml", place / "analysis.yaml", folder, "stimuli", effect=effect)
+    asking = PowerRequest(place / "study.yaml", place / "analysis.yaml", folder, "stimuli", effect=effect)
     begun = time.perf_counter()
     return power_curve(asking, [PEOPLE], runs), time.perf_counter() - begun
 

@@ -19,7 +19,14 @@ from palpate.analysis.exporting.description import json_for_people
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.tabular import NOT_AVAILABLE, ExportRefused, cell_text
-from palpate.analysis.streams.recorded_streams import Gap, RecordedAttempt, Stream, attempts_of, counting, streams_in
+from palpate.analysis.streams.recorded_streams import (
+    Gap,
+    RecordedAttempt,
+    Stream,
+    attempts_of,
+    counting_attempts,
+    streams_in,
+)
 from palpate.protocols.files import open_bytes, write_text
 from palpate.protocols.wording import count
 from palpate.signals.arrays import Array
@@ -118,7 +125,7 @@ def write_recordings(source: Source, session: SharedSession, task: str, draft: P
     """
     record = _ledger(source, session)
     attempts = attempts_of(record)
-    used = list(counting(attempts).values())
+    used = list(counting_attempts(attempts).values())
     unused = sum(1 for attempt in attempts if attempt.acts and attempt not in used)
     counts = RecordingCounts(unused=unused)
     for attempt in used:

@@ -14,7 +14,8 @@ NOISE_SD = 0.01
 
 
 def varied(values: Gray, chance: Generator, noise_sd: float = NOISE_SD) -> Gray:
-    """A square turned by any angle, mirrored or not along each axis, with Gaussian noise; brightness stays in 0 to 1.
+    """Return a square turned by any angle, mirrored or not along each axis, with Gaussian noise; brightness stays in 0
+    to 1.
 
     What a turn brings in at the corners is the picture mirrored at its edges, as Keras' RandomRotation fills them (the
     thesis augments by TensorFlow); pixels between others are interpolated linearly.
@@ -31,6 +32,8 @@ def varied(values: Gray, chance: Generator, noise_sd: float = NOISE_SD) -> Gray:
 
 
 def chance_of(picture_sha256: str, version: int, seed: int = 0) -> Generator:
-    """What the version (1, 2, ...) of a picture is drawn from: its content and the seed decide, not its place."""
+    """Return what the version (1, 2, ...) of a picture is drawn from: its content and the seed decide, not its
+    place.
+    """
     content = int.from_bytes(hashlib.sha256(picture_sha256.encode()).digest()[:8], "big")
     return Generator(PCG64(SeedSequence([seed, version, content])))

@@ -16,7 +16,7 @@ ANGLES = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4)
 
 
 def glcm(values: Gray) -> NDArray[np.float32]:
-    """(256,) shares of pairs of neighbours by their levels, row (one level) after row; they sum to 1.
+    """Return the (256,) shares of pairs of neighbours by their levels, row (one level) after row; they sum to 1.
 
     `values` (rows, columns) are brightness from 0 to 1, of which the levels are sixteenths. The mean over the four
     directions of scikit-image's `graycomatrix` (distance 1, symmetric, normed). Raises PictureError on fewer than 2 x 2
@@ -31,7 +31,9 @@ def glcm(values: Gray) -> NDArray[np.float32]:
 
 
 def levels(values: Gray) -> NDArray[np.uint8]:
-    """Brightness from 0 to 1 as levels 0 to 15, each a sixteenth of the way. Raises PictureError outside 0 to 1."""
+    """Return brightness from 0 to 1 as levels 0 to 15, each a sixteenth of the way. Raises PictureError outside 0
+    to 1.
+    """
     if not (np.isfinite(values).all() and values.min() >= 0 and values.max() <= 1):
         raise PictureError("brightness is not from 0 to 1 everywhere")
     return np.minimum(values * LEVELS, LEVELS - 1).astype(np.uint8)

@@ -51,7 +51,7 @@ class Looking:
 
     @property
     def starts(self) -> tuple[int, ...]:
-        """Where patches begin along each side."""
+        """Return where patches begin along each side."""
         every = self._all()
         if self.grid is None:
             return every
@@ -75,7 +75,7 @@ class Square:
 
 
 def square(data: bytes, where: str, side: int = SIDE) -> Square:
-    """The middle of the picture in the bytes of a file, cut to a square, of `side` pixels, in gray.
+    """Return the middle of the picture in the bytes of a file, cut to a square, of `side` pixels, in gray.
 
     Colours are weighed as ITU-R 601 does (0.299, 0.587, 0.114); 16 bits stay 16 bits; a square of another size is
     resampled (Lanczos). Raises PictureError on what is no picture or ends too soon, on one with fewer than 224 pixels
@@ -100,7 +100,7 @@ def patches(values: Gray, looking: Looking) -> Gray:
 
 
 def _cut(data: bytes, where: str) -> Image:
-    """The middle square, every pixel read. Raises PictureError."""
+    """Return the middle square, every pixel read. Raises PictureError."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     if data.startswith(RAW):
@@ -116,8 +116,8 @@ def _cut(data: bytes, where: str) -> Image:
     except PictureError:
         raise
     except (OSError, SyntaxError, ValueError, EOFError, struct.error, Image.DecompressionBombError) as error:
-        told = str(error) or type(error).__name__
-        raise PictureError(f"{where}: the picture cannot be read to its end ({told}); take it again") from None
+        reason = str(error) or type(error).__name__
+        raise PictureError(f"{where}: the picture cannot be read to its end ({reason}); take it again") from None
 
 
 def _middle(picture: Image, where: str) -> Image:
@@ -163,5 +163,5 @@ def _sized(values: Gray, side: int) -> Gray:
 
     if values.shape == (side, side):
         return values
-    made = Image.fromarray(values).resize((side, side), Image.Resampling.LANCZOS)
-    return np.clip(np.asarray(made, dtype=np.float32), 0.0, 1.0)
+    resized = Image.fromarray(values).resize((side, side), Image.Resampling.LANCZOS)
+    return np.clip(np.asarray(resized, dtype=np.float32), 0.0, 1.0)

@@ -57,9 +57,9 @@ class Stretch:
                 )
 
     def cut(self, start: int, stop: int) -> Stretch:
-        """Its samples [start, stop)."""
-        kept = slice(start, stop)
-        return Stretch(self.axes[kept], self.speed_mm_s[kept], self.force_N[kept], self.first + start)
+        """Return its samples [start, stop)."""
+        part = slice(start, stop)
+        return Stretch(self.axes[part], self.speed_mm_s[part], self.force_N[part], self.first + start)
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class Touch:
 
     @property
     def seconds(self) -> float:
-        """How long all stretches are together."""
-        return sum(len(each.axes) for each in self.stretches) / RATE_HZ
+        """Return how long all stretches are together."""
+        return sum(len(stretch.axes) for stretch in self.stretches) / RATE_HZ
 
 
 @dataclass(frozen=True)
@@ -84,16 +84,16 @@ class Segments:
     force_N: Array
 
     def only(self, chosen: NDArray[np.bool_]) -> Segments:
-        """Those chosen by a mask (segments,)."""
+        """Return the segments chosen by a mask (segments,)."""
         return Segments(self.vibration[chosen], self.speed_mm_s[chosen], self.force_N[chosen])
 
 
 def contact(touch: Touch) -> NDArray[np.bool_]:
-    """Whether the tool was in contact during each segment: (segments,), in the order of `segments`.
+    """Return whether the tool was in contact during each segment: (segments,), in the order of `segments`.
 
     Raises FeatureError where it never was, for `CONTACT_N` on the mean of a segment.
     """
-    mean_N = np.array([each.force_N.mean() for stretch in touch.stretches for each in _cut(stretch)])
+    mean_N = np.array([part.force_N.mean() for stretch in touch.stretches for part in _cut(stretch)])
     pressed = mean_N >= CONTACT_N
     if mean_N.size and not pressed.any():
         raise FeatureError(
@@ -104,22 +104,22 @@ def contact(touch: Touch) -> NDArray[np.bool_]:
 
 
 def segments(touch: Touch) -> Segments:
-    """The segments of every stretch, one after another, none over a hole.
+    """Return the segments of every stretch, one after another, none over a hole.
 
     DFT321 sees one segment at a time: its spectrum is exactly the root of the summed spectra of the axes, and its
     energy stays in the segment. Raises FeatureError where no stretch is as long as a segment.
     """
-    found = [each for stretch in touch.stretches for each in _cut(stretch)]
-    if not found:
-        longest = max((len(each.axes) for each in touch.stretches), default=0) / RATE_HZ
+    parts = [part for stretch in touch.stretches for part in _cut(stretch)]
+    if not parts:
+        longest = max((len(part.axes) for part in touch.stretches), default=0) / RATE_HZ
         raise FeatureError(
             f"{touch.where}: the longest stretch is {longest:.3g} s; a segment takes {SEGMENT_S:g} s: record longer, or"
             " trim less"
         )
     return Segments(
-        np.stack([dft321(each.axes) for each in found]),
-        np.stack([each.speed_mm_s for each in found]),
-        np.stack([each.force_N for each in found]),
+        np.stack([dft321(part.axes) for part in parts]),
+        np.stack([part.speed_mm_s for part in parts]),
+        np.stack([part.force_N for part in parts]),
     )
 
 

@@ -1,4 +1,4 @@
-"""All that models know of touch: rows of numbers, one a segment, by kind (thesis 3.4.1, Table 3.5)."""
+"""All that models know of touch: rows of numbers, one a segment, by kind (thesis 3.4.1, 3.6.7, Table 3.5)."""
 
 from __future__ import annotations
 
@@ -31,18 +31,19 @@ SIZES = {
 
 
 def starts() -> NDArray[np.int64]:
-    """Where each of the 40 frames begins in a segment padded by 12 zeros on either side: it is centred there."""
+    """Return where each of the 40 frames begins in a segment padded by 12 zeros on either side: it is centred there."""
     return np.asarray(np.rint(HOP * np.arange(FRAMES)), dtype=np.int64)
 
 
 def frames(vibration: Array) -> Array:
-    """Segments (s, 500) under Hann's window, split into frames (s, 40, 25)."""
+    """Return segments (s, 500) under Hann's window, split into frames (s, 40, 25)."""
     padded = np.pad(windowed(vibration), ((0, 0), (FRAME // 2, FRAME // 2)))
     return np.asarray(padded[:, starts()[:, None] + np.arange(FRAME)])
 
 
 def mfcc(vibration: Array) -> Array:
-    """Segments (s, 500) in m/s^2 to coefficients (s, 40, 13): time first, coefficient 0 (the level) first.
+    """Return the coefficients (s, 40, 13) of segments (s, 500) in m/s^2: time first, coefficient 0 (the level)
+    first.
 
     The power of each frame's 13 bins, librosa's mel bands (13, Slaney's scale and norm, 0 to 500 Hz), decibels with a
     floor, and librosa's orthonormal cosine transform. A frame has no window of its own: the segment had one.
@@ -57,34 +58,34 @@ def mfcc(vibration: Array) -> Array:
 
 
 def hand(speed_mm_s: Array, force_N: Array) -> Array:
-    """Speed in mm/s and normal force in N of segments (s, n) to `HAND_STATISTICS` (s, 6)."""
-    columns = [way(each, axis=1) for each in (speed_mm_s, force_N) for way in (np.min, np.max, np.mean)]
+    """Return `HAND_STATISTICS` (s, 6) of the speed in mm/s and the normal force in N of segments (s, n)."""
+    columns = [statistic(signal, axis=1) for signal in (speed_mm_s, force_N) for statistic in (np.min, np.max, np.mean)]
     return np.stack(columns, axis=1)
 
 
 def windowed(vibration: Array) -> Array:
-    """Segments (..., n) under Hann's window, the periodic one that spectra are made with."""
+    """Return segments (..., n) under Hann's window, the periodic one that spectra are computed with."""
     from librosa.filters import get_window
 
     return np.asarray(vibration * get_window("hann", vibration.shape[-1], fftbins=True))
 
 
 def decibels(power: Array) -> Array:
-    """10 log10 of powers, none below `FLOOR`; one value knows nothing of another (no `top_db`)."""
+    """Return 10 log10 of powers, none below `FLOOR`; one value knows nothing of another (no `top_db`)."""
     from librosa import power_to_db
 
     return np.asarray(power_to_db(power, ref=1.0, amin=FLOOR, top_db=None))
 
 
 def spectrum(vibration: Array) -> Array:
-    """Segments (s, 500) to the power in dB (s, 250) of their discrete Fourier transform at 2, 4, ... 500 Hz."""
+    """Return the power in dB (s, 250) of the discrete Fourier transform of segments (s, 500) at 2, 4, ... 500 Hz."""
     from scipy.fft import rfft
 
     return decibels(np.abs(rfft(windowed(vibration), axis=-1)[..., 1:]) ** 2)
 
 
 def wavelets(vibration: Array) -> Array:
-    """Segments (s, 500) in m/s^2 to `WAVELET_STATISTICS` of each of 6 bands (s, 24), the slowest (the approximation) first.
+    """Return `WAVELET_STATISTICS` of each of 6 bands (s, 24) of segments (s, 500) in m/s^2, the slowest band first.
 
     A segment is under Hann's window here too: at bare ends the slowest bands would hold what the ends' mirror images
     make of faster ones. Of a band's coefficients: the mean of their absolute values, their standard deviation and mean
@@ -113,16 +114,16 @@ def _entropy(power: Array) -> Array:
 
 
 def touch_features(touch: Touch) -> dict[str, NDArray[np.float32]]:
-    """A row for each segment with contact, by kind: mfcc (s, 520), hand (s, 6), dft (s, 250), dwt (s, 24).
+    """Return a row for each segment with contact, by kind: mfcc (s, 520), hand (s, 6), dft (s, 250), dwt (s, 24).
 
     A row of `mfcc` is frame after frame: reshaped to (40, 13) it is time by coefficient. Raises FeatureError where no
     stretch is as long as a segment, and where there is no contact.
     """
     cut = segments(touch).only(contact(touch))
-    found = {
+    kinds = {
         "mfcc": mfcc(cut.vibration).reshape(len(cut.vibration), -1),
         "hand": hand(cut.speed_mm_s, cut.force_N),
         "dft": spectrum(cut.vibration),
         "dwt": wavelets(cut.vibration),
     }
-    return {kind: rows.astype(np.float32) for kind, rows in found.items()}
+    return {kind: rows.astype(np.float32) for kind, rows in kinds.items()}

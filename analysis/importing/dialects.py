@@ -27,7 +27,7 @@ _FORMS = {
     b"{\n": "a JSON file", b'{"': "a JSON file", b"[{": "a JSON file",
 }  # fmt: skip
 _SEP_LINE = re.compile(r"sep=(.)(?:\r\n|\r|\n)")
-SHOWN = 5
+MOST_SHOWN = 5
 
 
 class TableRefused(DataRefused):
@@ -55,7 +55,7 @@ class Sheet:
     encoding: str
 
     def place(self, column: str) -> int:
-        """The index of a column that `read_sheet` was told to demand."""
+        """Return the index of a column that `read_sheet` was told to demand."""
         return self.header.index(column)
 
 
@@ -65,24 +65,24 @@ def read_sheet(
     *,
     encodings: Sequence[str],
     delimiter: str | None,
-    wanted: Sequence[str],
+    required: Sequence[str],
     trim: bool,
 ) -> Sheet:
-    """Read a delimited table in which every column of `wanted` must stand.
+    """Read a delimited table in which every column of `column_names` must stand.
 
     The first encoding that fits is used. Where no delimiter is told, it is the one under which the header has
     the wanted columns. Raises TableRefused on an empty file, bytes that no encoding reads, a header without a
     wanted column or with one name twice, a row with too few or too many cells, and unbalanced quotes.
     """
     data = path.read_bytes()
-    text, encoding = _decoded(data, encodings, name)
-    told, skipped, text = _told_delimiter(text)
-    chosen = delimiter or told or _likeliest_delimiter(text, wanted, trim)
+    text, encoding = _decode(data, encodings, name)
+    stated, skipped, text = _stated_delimiter(text)
+    chosen = delimiter or stated or _likeliest_delimiter(text, required, trim)
     records = list(_records(text, chosen, name, trim, skipped))
     if not records:
         raise TableRefused(f"{name}: holds only blank lines; a header line is expected")
     header, rows = records[0].cells, records[1:]
-    _check_header(name, header, wanted, chosen)
+    _check_header(name, header, required, chosen)
     _check_widths(name, header, rows, chosen)
     _check_unnamed(name, header, rows)
     filled = tuple(row for row in rows if any(row.cells))
@@ -90,7 +90,7 @@ def read_sheet(
     return Sheet(name, digest, header, filled, len(rows) - len(filled), chosen, encoding)
 
 
-def _decoded(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]:
+def _decode(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]:
     if not data:
         raise TableRefused(f"{name}: the file is empty; leave it out or replace it")
     for begin, form in _FORMS.items():
@@ -141,27 +141,27 @@ def _check_marks(data: bytes, text: str, encoding: str, name: str) -> None:
         raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
 
 
-def _told_delimiter(text: str) -> tuple[str | None, int, str]:
-    """The delimiter that a first line `sep=;` tells (spreadsheets write it), the lines it takes, and the rest."""
-    found = _SEP_LINE.match(text)
-    return (found[1], 1, text[found.end() :]) if found else (None, 0, text)
+def _stated_delimiter(text: str) -> tuple[str | None, int, str]:
+    """Return the delimiter that a first line `sep=;` states (spreadsheets write it), its lines, and the rest."""
+    match = _SEP_LINE.match(text)
+    return (match[1], 1, text[match.end() :]) if match else (None, 0, text)
 
 
-def _likeliest_delimiter(text: str, wanted: Sequence[str], trim: bool) -> str:
-    """The delimiter under which most wanted columns stand in the header; then the one with most columns."""
+def _likeliest_delimiter(text: str, required: Sequence[str], trim: bool) -> str:
+    """Return the delimiter under which most wanted columns stand in the header; then the one with most columns."""
 
     def score(delimiter: str) -> tuple[int, int]:
         try:
             header = next(_records(text, delimiter, "", trim, 0)).cells
         except (TableRefused, StopIteration):
             return 0, 0
-        return sum(column in header for column in wanted), len(header)
+        return sum(column in header for column in required), len(header)
 
     return max(DELIMITERS, key=score)
 
 
 def _records(text: str, delimiter: str, name: str, trim: bool, skipped: int) -> Iterator[Row]:
-    """The records that are not blank lines; `skipped` lines stood before the text."""
+    """Yield the records that are not blank lines; `skipped` lines stood before the text."""
     try:
         for record in split_records(io.StringIO(text, newline=""), delimiter, strict=True):
             if record.cells:
@@ -172,11 +172,11 @@ def _records(text: str, delimiter: str, name: str, trim: bool, skipped: int) -> 
         ) from None
 
 
-def _check_header(name: str, header: tuple[str, ...], wanted: Sequence[str], delimiter: str) -> None:
+def _check_header(name: str, header: tuple[str, ...], required: Sequence[str], delimiter: str) -> None:
     twice = sorted({column for column in header if column and header.count(column) > 1})
     if twice:
         raise TableRefused(f"{name}: the column {twice[0]!r} stands {header.count(twice[0])} times in the header")
-    for column in wanted:
+    for column in required:
         if column not in header:
             raise TableRefused(
                 f"{name}: no column {column!r} among {len(header)} (delimiter {delimiter!r}); {nearest(column, header)}"
@@ -187,10 +187,10 @@ def _check_widths(name: str, header: tuple[str, ...], rows: Sequence[Row], delim
     ragged = [row for row in rows if len(row.cells) != len(header)]
     if not ragged:
         return
-    shown = ", ".join(f"line {row.line} has {len(row.cells)}" for row in ragged[:SHOWN])
-    more = f" and {len(ragged) - SHOWN} more rows" if len(ragged) > SHOWN else ""
+    examples = ", ".join(f"line {row.line} has {len(row.cells)}" for row in ragged[:MOST_SHOWN])
+    more = f" and {len(ragged) - MOST_SHOWN} more rows" if len(ragged) > MOST_SHOWN else ""
     raise TableRefused(
-        f"{name}: {len(header)} columns in the header, but {shown}{more};{_ragged_hint(header, rows, delimiter)}"
+        f"{name}: {len(header)} columns in the header, but {examples}{more};{_ragged_hint(header, rows, delimiter)}"
         " every row needs as many cells as the header"
     )
 

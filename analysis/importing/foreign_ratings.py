@@ -1,4 +1,6 @@
-"""The rows of foreign tables that are ratings, each with its participant, attribute, factors and value."""
+"""The rows of foreign tables that are ratings, each with its participant, attribute, factors and value; duplicates
+settled.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,7 @@ import statistics
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from palpate.analysis.importing.dialects import SHOWN, Row, Sheet, TableRefused
+from palpate.analysis.importing.dialects import MOST_SHOWN, Row, Sheet, TableRefused
 from palpate.analysis.importing.map_file import ColumnMap, Condition, Source
 from palpate.analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
 from palpate.analysis.ratings.dataset import Exclusion
@@ -32,28 +34,28 @@ class ForeignRating:
 
 
 def ratings_of(column_map: ColumnMap, sheets: Sequence[Sheet]) -> tuple[list[ForeignRating], list[Exclusion]]:
-    """All ratings in the order of the files, and a line for all rows that the map leaves out.
+    """Return all ratings in the order of the files, and a line for all rows that the map leaves out.
 
     Raises TableRefused as `palpate.analysis.importing.tables.import_table` says.
     """
     lines = [line for sheet in sheets for line in lines_of(column_map, sheet)]
     chosen, exclusions = choose_lines(column_map, lines)
-    one_file_each(column_map, chosen)
+    demand_one_file_each(column_map, chosen)
     groups = _Groups(column_map, lines)
-    present, dropped = _present(column_map, chosen)
+    present, dropped = _rows_with_value(column_map, chosen)
     values = _values(column_map, present)
-    found = [_rating(column_map, line, value, groups) for line, value in zip(present, values, strict=True)]
-    return found, [*exclusions, *dropped]
+    ratings = [_rating(column_map, line, value, groups) for line, value in zip(present, values, strict=True)]
+    return ratings, [*exclusions, *dropped]
 
 
-def _present(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], list[Exclusion]]:
-    """The rows with a value, and the missing ones of each participant as the map says: refused or dropped."""
+def _rows_with_value(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], list[Exclusion]]:
+    """Return the rows with a value, and the missing ones of each participant as the map says: refused or dropped."""
     column = column_map.columns.value
     missing = [line for line in lines if line[column] in column_map.missing]
     if missing and column_map.missing_value == "refuse":
-        shown = some((f"{line.where} {line[column]!r}" for line in missing), SHOWN)
+        examples = some((f"{line.where} {line[column]!r}" for line in missing), MOST_SHOWN)
         raise TableRefused(
-            f"{counted(len(missing), 'missing value')} in {column!r}: {shown};"
+            f"{counted(len(missing), 'missing value')} in {column!r}: {examples};"
             " complete the table, or say missing_value: drop to leave these rows out"
         )
     dropped: dict[str, int] = {}
@@ -75,13 +77,13 @@ def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
         except NoNumber as error:
             wrong.append(f"{line.where}: {column_map.columns.value!r} is {text!r}: {error}")
     if wrong:
-        raise TableRefused("\n".join(some_lines(wrong, SHOWN)))
+        raise TableRefused("\n".join(some_lines(wrong, MOST_SHOWN)))
     _check_scale(column_map, lines, values)
     return values
 
 
 def _decimal_marks(column_map: ColumnMap, lines: Sequence[Line]) -> dict[str, Decimal]:
-    """The decimal mark of each file: a folder may have been written on several computers."""
+    """Return the decimal mark of each file: a folder may have been written on several computers."""
     texts: dict[str, list[str]] = {}
     delimiters = {line.sheet.name: line.sheet.delimiter for line in lines}
     for line in lines:
@@ -89,9 +91,9 @@ def _decimal_marks(column_map: ColumnMap, lines: Sequence[Line]) -> dict[str, De
     if column_map.decimal is not None:
         return dict.fromkeys(texts, column_map.decimal)
     marks: dict[str, Decimal] = {}
-    for name, found in texts.items():
+    for name, values in texts.items():
         try:
-            marks[name] = decimal_mark(found, delimiters[name])
+            marks[name] = decimal_mark(values, delimiters[name])
         except NoNumber as error:
             raise TableRefused(f"{name}: {column_map.columns.value!r}: {error}") from None
     return marks
@@ -110,7 +112,7 @@ def _check_scale(column_map: ColumnMap, lines: Sequence[Line], values: Sequence[
         step = "" if scale.step is None else f" in steps of {scale.step:g}"
         raise TableRefused(
             f"{counted(len(off), 'value is', 'values are')} not on the scale from {scale.low:g} to {scale.high:g}"
-            f"{step}: {some(off, SHOWN)}; correct the table or the scale in the map"
+            f"{step}: {some(off, MOST_SHOWN)}; correct the table or the scale in the map"
         )
 
 
@@ -132,7 +134,7 @@ def _rating(column_map: ColumnMap, line: Line, value: float, groups: _Groups) ->
 
 
 def _label(column_map: ColumnMap, line: Line, column: str) -> str:
-    """The text of a cell that says whose or which rating it is: without it the rating has no place."""
+    """Return the text of a cell that says whose or which rating it is: without it the rating has no place."""
     text = line[column]
     if text in column_map.missing:
         raise TableRefused(
@@ -178,7 +180,7 @@ class _Groups:
                         self._note(line[column_map.columns.participant], factor, level, line)
 
     def of(self, person: str, line: Line) -> dict[str, str]:
-        """The participant's levels, those of this line included."""
+        """Return the participant's levels, those of this line included."""
         for factor, source in self._map.columns.between.items():
             if source.contains is None:
                 self._note(person, factor, _level(self._map, line, factor, source), line)
@@ -208,7 +210,7 @@ class Line:
 
     @property
     def where(self) -> str:
-        """The file and the line, as a message begins."""
+        """Return the file and the line, as a message begins."""
         return f"{self.sheet.name}: line {self.row.line}"
 
     def __getitem__(self, column: str) -> str:
@@ -216,33 +218,36 @@ class Line:
 
 
 def lines_of(column_map: ColumnMap, sheet: Sheet) -> Iterator[Line]:
-    """The rows of a sheet with the columns that the map names."""
-    places = {column: sheet.place(column) for column in column_map.wanted()}
+    """Return the rows of a sheet with the columns that the map names."""
+    places = {column: sheet.place(column) for column in column_map.column_names()}
     return (Line(sheet, row, places) for row in sheet.rows)
 
 
 def choose_lines(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], list[Exclusion]]:
-    """The lines inside every loop and condition of the map, and one exclusion for all that each of them leaves out.
+    """Return the lines inside every loop and condition of the map, and one exclusion for all that each of them leaves
+    out.
 
     Raises TableRefused where a condition asks for a text that never occurs, and where no line is left.
     """
-    kept, exclusions = list(lines), []
+    chosen, exclusions = list(lines), []
     for columns in column_map.loop.values():
-        inside = [line for line in kept if any(line[column] for column in columns.values())]
-        exclusions += _left_out(kept, inside, _outside(list(columns.values())))
-        kept = inside
+        inside = [line for line in chosen if any(line[column] for column in columns.values())]
+        exclusions += _left_out(chosen, inside, _outside(list(columns.values())))
+        chosen = inside
     for column, condition in column_map.where.items():
         _check_texts_occur(column, condition, lines)
-        inside = [line for line in kept if _meets(line[column], condition)]
-        exclusions += _left_out(kept, inside, _unmet(column, condition))
-        kept = inside
-    if not kept:
-        reasons = "".join(f" {count(each.rows, 'row is', 'rows are')} no rating: {each.why}." for each in exclusions)
+        inside = [line for line in chosen if _meets(line[column], condition)]
+        exclusions += _left_out(chosen, inside, _unmet(column, condition))
+        chosen = inside
+    if not chosen:
+        reasons = "".join(
+            f" {count(exclusion.rows, 'row is', 'rows are')} no rating: {exclusion.why}." for exclusion in exclusions
+        )
         raise TableRefused(f"{column_map.name}: no row is a rating.{reasons} Check loop and where in the map")
-    return kept, exclusions
+    return chosen, exclusions
 
 
-def one_file_each(column_map: ColumnMap, lines: Sequence[Line]) -> None:
+def demand_one_file_each(column_map: ColumnMap, lines: Sequence[Line]) -> None:
     """Refuse a participant in two PsychoPy files: it writes one file a session, so one was met twice."""
     files: dict[str, str] = {}
     for line in lines if column_map.format == "psychopy" else ():
@@ -256,7 +261,7 @@ def one_file_each(column_map: ColumnMap, lines: Sequence[Line]) -> None:
 
 
 def either(texts: Iterable[str]) -> str:
-    """The texts as a message offers them."""
+    """Return the texts as a message offers them."""
     return " or ".join(map(repr, texts))
 
 
@@ -288,21 +293,22 @@ def _check_texts_occur(column: str, condition: Condition, lines: Sequence[Line])
 
 
 def settle_duplicates(
-    column_map: ColumnMap, found: Sequence[ForeignRating]
+    column_map: ColumnMap, ratings: Sequence[ForeignRating]
 ) -> tuple[list[ForeignRating], bool, list[Exclusion]]:
-    """One rating for each cell in the order of the file, whether any is a mean, and what was done, by participant.
+    """Return one rating for each cell in the order of the file, whether any is a mean, and what was done, by
+    participant.
 
     A cell is a participant, an attribute, the within levels and the stimulus. Raises TableRefused on a duplicate
     that the map does not settle, and where a kept column differs within a cell that is averaged.
     """
     cells: dict[Cell, list[ForeignRating]] = {}
-    for rating in found:
+    for rating in ratings:
         cells.setdefault(_cell(rating), []).append(rating)
     several = {cell: ratings for cell, ratings in cells.items() if len(ratings) > 1}
     if not several:
-        return list(found), False, []
+        return list(ratings), False, []
     if column_map.duplicates == "refuse":
-        raise TableRefused(_listed(column_map, several))
+        raise TableRefused(_duplicates_message(column_map, several))
     averaged = column_map.duplicates == "mean"
     settled = [_mean(ratings) if averaged else ratings[0] for ratings in cells.values()]
     return settled, averaged, _exclusions(several, averaged)
@@ -312,22 +318,22 @@ def _cell(rating: ForeignRating) -> Cell:
     return (rating.participant, rating.attribute, *rating.within.values(), rating.stimulus)
 
 
-def _listed(column_map: ColumnMap, several: dict[Cell, list[ForeignRating]]) -> str:
-    lines = some_lines([f"{_named(ratings[0])}: {_wheres(ratings)}" for ratings in several.values()], SHOWN)
+def _duplicates_message(column_map: ColumnMap, several: dict[Cell, list[ForeignRating]]) -> str:
+    lines = some_lines([f"{_cell_text(ratings[0])}: {_places(ratings)}" for ratings in several.values()], MOST_SHOWN)
     advice = "say duplicates: mean or first, or name the column that tells them apart under within or stimulus"
     held = f"{count(len(several), 'cell')} {'holds' if len(several) == 1 else 'hold'} several ratings"
     return "\n".join([f"{column_map.name}: {held}; {advice}:", *(f"  {line}" for line in lines)])
 
 
-def _named(rating: ForeignRating) -> str:
+def _cell_text(rating: ForeignRating) -> str:
     levels = [f"{factor} {level}" for factor, level in rating.within.items()]
     stimulus = [f"stimulus {rating.stimulus}"] if rating.stimulus else []
     return ", ".join([f"participant {rating.participant}", rating.attribute, *levels, *stimulus])
 
 
-def _wheres(ratings: Sequence[ForeignRating]) -> str:
-    shown = ", ".join(f"{rating.where} ({rating.value:g})" for rating in ratings[:SHOWN])
-    return shown + (", ..." if len(ratings) > SHOWN else "")
+def _places(ratings: Sequence[ForeignRating]) -> str:
+    examples = ", ".join(f"{rating.where} ({rating.value:g})" for rating in ratings[:MOST_SHOWN])
+    return examples + (", ..." if len(ratings) > MOST_SHOWN else "")
 
 
 def _mean(ratings: Sequence[ForeignRating]) -> ForeignRating:
@@ -347,7 +353,7 @@ def _exclusions(several: dict[Cell, list[ForeignRating]], averaged: bool) -> lis
     for cell, ratings in several.items():
         people.setdefault(cell[0], []).append(len(ratings))
     if averaged:
-        return _averaged({person: (sum(counts), len(counts)) for person, counts in people.items()})
+        return _averaged_lines({person: (sum(counts), len(counts)) for person, counts in people.items()})
     return [
         Exclusion(
             "repeated",
@@ -359,8 +365,10 @@ def _exclusions(several: dict[Cell, list[ForeignRating]], averaged: bool) -> lis
     ]
 
 
-def _averaged(people: dict[str, tuple[int, int]]) -> list[Exclusion]:
-    """One line for each participant, given the numbers of ratings and cells, or one for all where they are alike."""
+def _averaged_lines(people: dict[str, tuple[int, int]]) -> list[Exclusion]:
+    """Return one line for each participant, given the numbers of ratings and cells, or one for all where they are
+    alike.
+    """
     alike = set(people.values())
     if len(people) > 1 and len(alike) == 1:
         ratings, cells = alike.pop()

@@ -26,7 +26,7 @@ class MapRefused(DataRefused):
 
 
 def _as_text(value: Any) -> Any:
-    """A level or a column may be written as a whole number; it is a text from then on."""
+    """Return a level or a column may be written as a whole number; it is a text from then on."""
     return str(value) if type(value) is int else value
 
 
@@ -105,7 +105,7 @@ class Source(_Strict):
 
     @property
     def declared(self) -> tuple[str, ...]:
-        """The levels in the map's order, () where the column tells them."""
+        """Return the levels in the map's order, () where the column tells them."""
         return tuple(dict.fromkeys((self.levels or {}).values())) or tuple(self.contains or ())
 
 
@@ -157,7 +157,7 @@ class MapScale(_Strict):
         return self
 
     def scale(self) -> RatingScale:
-        """The scale as the analysis knows it."""
+        """Return the scale as the analysis knows it."""
         return RatingScale(self.low, self.high, self.step)
 
 
@@ -211,11 +211,11 @@ class ColumnMap(_Strict):
 
     @property
     def within(self) -> tuple[str, ...]:
-        """The within factors: loops first, then columns."""
+        """Return the within factors: loops first, then columns."""
         return (*self.loop, *self.columns.within)
 
-    def wanted(self) -> tuple[str, ...]:
-        """Every column of the foreign table that the map names."""
+    def column_names(self) -> tuple[str, ...]:
+        """Return every column of the foreign table that the map names."""
         own = self.columns
         sources = [*own.within.values(), *own.between.values(), *([own.attribute] if own.attribute else [])]
         loops = [column for levels in self.loop.values() for column in levels.values()]
@@ -224,7 +224,7 @@ class ColumnMap(_Strict):
 
 
 def find_map(name: Path) -> Path:
-    """A map file by its path, or a shipped one by its name; raises MapRefused with the nearest shipped name."""
+    """Return a map file by its path, or a shipped one by its name; raises MapRefused with the nearest shipped name."""
     if name.is_file() or name.suffix in {".yaml", ".yml"}:
         return name
     shipped = {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
@@ -234,7 +234,7 @@ def find_map(name: Path) -> Path:
 
 
 def read_map(path: Path) -> ColumnMap:
-    """The column map in a YAML file; raises MapRefused with every mistake in it (at most eight are shown)."""
+    """Return the column map in a YAML file; raises MapRefused with every mistake in it (at most eight are shown)."""
     try:
         document = load(path.read_bytes(), path.name)
     except YamlError as error:
@@ -244,34 +244,34 @@ def read_map(path: Path) -> ColumnMap:
     try:
         return ColumnMap.model_validate(document.data)
     except ValidationError as error:
-        lines = [_complaint(dict(each), document, path.name) for each in error.errors(include_url=False)]
+        lines = [_complaint(dict(problem), document, path.name) for problem in error.errors(include_url=False)]
         raise MapRefused("\n".join(some_lines(lines, MOST_SHOWN))) from None
 
 
-def _complaint(each: dict[str, Any], document: Document, name: str) -> str:
-    path = tuple(part for part in each["loc"] if part != "[key]")
+def _complaint(problem: dict[str, Any], document: Document, name: str) -> str:
+    path = tuple(part for part in problem["loc"] if part != "[key]")
     known = path
     while known and known not in document.lines:
         known = known[:-1]
     where = f" line {document.lines[known]}:" if known else ""
-    return f"{name}:{where} {'.'.join(map(str, path)) or 'the map'}: {_reason(each, path)}"
+    return f"{name}:{where} {'.'.join(map(str, path)) or 'the map'}: {_reason(problem, path)}"
 
 
-def _reason(each: dict[str, Any], path: tuple[str | int, ...]) -> str:
-    match each["type"]:
+def _reason(problem: dict[str, Any], path: tuple[str | int, ...]) -> str:
+    match problem["type"]:
         case "extra_forbidden":
             return f"unknown key; {nearest(str(path[-1]), _keys_beside(path))}"
         case "missing":
             return "this key is required"
         case "value_error":
-            return str(each["ctx"]["error"])
+            return str(problem["ctx"]["error"])
         case _:
-            found = "" if isinstance(each["input"], dict | list) else f"found {each['input']!r:.60}, "
-            return f"{found}{expectation(each)}"
+            value_text = "" if isinstance(problem["input"], dict | list) else f"found {problem['input']!r:.60}, "
+            return f"{value_text}{expectation(problem)}"
 
 
 def _keys_beside(path: tuple[str | int, ...]) -> list[str]:
-    """The keys that the map knows beside the last one of a path."""
+    """Return the keys that the map knows beside the last one of a path."""
     models: dict[str, type[BaseModel]] = {"columns": Columns, "scale": MapScale, "where": Condition}
     model = models.get(str(path[0]), ColumnMap) if len(path) > 1 else ColumnMap
     if len(path) > 2 and path[0] == "columns":

@@ -55,7 +55,7 @@ class NoNumber(ValueError):
 
 
 def decimal_mark(texts: Sequence[str], delimiter: str) -> Decimal:
-    """The decimal mark that these texts use, '.' where none has a fraction.
+    """Return the decimal mark that these texts use, '.' where none has a fraction.
 
     1.234 is a fraction to some and a thousand to others, so it decides nothing, except that a point is a decimal
     one in a table that separates its columns by commas. Raises NoNumber where the texts disagree or do not decide.
@@ -78,7 +78,7 @@ def _decided(mark: Decimal, texts: Sequence[str]) -> Decimal:
 
 
 def number(text: str, decimal: Decimal) -> float:
-    """The number that the text writes with this decimal mark; raises NoNumber on everything else."""
+    """Return the number that the text writes with this decimal mark; raises NoNumber on everything else."""
     if not (_INTEGER.fullmatch(text) or _FRACTION[decimal].fullmatch(text)):
         raise NoNumber(_why_not(text, decimal))
     value = float(text.replace(",", "."))

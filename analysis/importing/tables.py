@@ -20,7 +20,7 @@ __all__ = ["MapRefused", "TableRefused", "import_table"]
 
 
 def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
-    """The ratings that the map at `map_path` finds in its files, or in `data_path` (a file, or their folder).
+    """Return the ratings that the map at `map_path` finds in its files, or in `data_path` (a file, or their folder).
 
     Nothing is converted by guess: a delimiter or decimal mark that the table does not settle, a value that is no
     finite number or off the scale, a missing level, a cell filled twice are refused (TableRefused) unless the map
@@ -29,8 +29,8 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
     """
     column_map = read_map(map_path)
     sheets = _sheets(column_map, map_path, data_path)
-    found, exclusions = ratings_of(column_map, sheets)
-    settled, averaged, more = settle_duplicates(column_map, found)
+    ratings, exclusions = ratings_of(column_map, sheets)
+    settled, averaged, more = settle_duplicates(column_map, ratings)
     exclusions = [*_empty_rows(sheets), *exclusions, *more]
     table = _table(column_map, settled)
     scale = column_map.scale.scale() if column_map.scale else None
@@ -64,7 +64,7 @@ def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> li
             name,
             encodings=column_map.encoding,
             delimiter=column_map.delimiter,
-            wanted=column_map.wanted(),
+            required=column_map.column_names(),
             trim=column_map.trim,
         )
         for path, name in zip(paths, names, strict=True)
@@ -109,17 +109,17 @@ def _empty_rows(sheets: Sequence[Sheet]) -> list[Exclusion]:
     ]
 
 
-def _table(column_map: ColumnMap, found: Sequence[ForeignRating]) -> pd.DataFrame:
-    stimulus = {"stimulus": [r.stimulus for r in found]} if column_map.columns.stimulus else {}
+def _table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd.DataFrame:
+    stimulus = {"stimulus": [r.stimulus for r in ratings]} if column_map.columns.stimulus else {}
     return pd.DataFrame(
         {
-            "participant": [r.participant for r in found],
-            "attribute": [r.attribute for r in found],
-            "value": pd.Series([r.value for r in found], dtype="float64"),
-            **{factor: [r.within[factor] for r in found] for factor in column_map.within},
-            **{factor: [r.between[factor] for r in found] for factor in column_map.columns.between},
+            "participant": [r.participant for r in ratings],
+            "attribute": [r.attribute for r in ratings],
+            "value": pd.Series([r.value for r in ratings], dtype="float64"),
+            **{factor: [r.within[factor] for r in ratings] for factor in column_map.within},
+            **{factor: [r.between[factor] for r in ratings] for factor in column_map.columns.between},
             **stimulus,
-            **{column: [r.kept[column] for r in found] for column in column_map.columns.keep},
+            **{column: [r.kept[column] for r in ratings] for column in column_map.columns.keep},
         }
     )
 
@@ -137,7 +137,7 @@ def _check_keys(column_map: ColumnMap, attributes: Sequence[str]) -> None:
 
 
 def _crossings(column_map: ColumnMap, table: pd.DataFrame) -> tuple[Crossing, ...]:
-    """The declared cells: where the map lists some factor's levels, the others' are those that occur."""
+    """Return the declared cells: where the map lists some factor's levels, the others' are those that occur."""
     declared = {factor: tuple(levels) for factor, levels in column_map.loop.items()}
     declared |= {factor: source.declared for factor, source in column_map.columns.within.items() if source.declared}
     if not declared:

@@ -54,9 +54,9 @@ def measure(case: Case, clock: Clock = time.perf_counter) -> Row:
     """
     gc.collect()
     try:
-        return _measured(case, clock)
+        return _measure(case, clock)
     except Exception as problem:
-        return _row(case, _Found(None, FAILED, None, 0, None, f"{type(problem).__name__}: {problem}"))
+        return _row(case, _Measurement(None, FAILED, None, 0, None, f"{type(problem).__name__}: {problem}"))
 
 
 def run_bench(areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str], None] = lambda _: None) -> list[Row]:
@@ -70,31 +70,31 @@ def run_bench(areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str
 
 
 def as_json(rows: Iterable[Row]) -> str:
-    """The rows as a JSON list, keys sorted; a number that does not exist is null, its `outcome` beside it."""
+    """Return the rows as a JSON list, keys sorted; a number that does not exist is null, its `outcome` beside it."""
     return json_text([asdict(row) for row in rows], indent=1, sort_keys=True)
 
 
-def _measured(case: Case, clock: Clock) -> Row:
+def _measure(case: Case, clock: Clock) -> Row:
     if case.seconds is not None:
-        return _told(case, case.seconds)
-    answer, warm_up_s = _timed(case.run, clock)
+        return _measure_once(case, case.seconds)
+    answer, warm_up_s = _time_call(case.run, clock)
     if warm_up_s > SLOW_S:
-        (answer, traced_s), peak_MB = _traced(lambda: _timed(case.run, clock))
+        (answer, traced_s), peak_MB = _trace_memory(lambda: _time_call(case.run, clock))
         times = [min(warm_up_s, traced_s)]
     else:
-        answer, times = _repeated(case, clock)
-        _, peak_MB = _traced(case.run)
-    error, outcome = _judged(case.error(answer))
-    found = _Found(error, outcome, statistics.median(times), len(times), peak_MB)
-    return _row(case, found)
+        answer, times = _time_repeatedly(case, clock)
+        _, peak_MB = _trace_memory(case.run)
+    error, outcome = _classify_error(case.error(answer))
+    measurement = _Measurement(error, outcome, statistics.median(times), len(times), peak_MB)
+    return _row(case, measurement)
 
 
-def _told(case: Case, seconds: Callable[[Any], float]) -> Row:
-    """What the case itself says of its one run."""
+def _measure_once(case: Case, seconds: Callable[[Any], float]) -> Row:
+    """Measure a case that says itself how long its one run took."""
     answer = case.run()
-    error, outcome = _judged(case.error(answer))
+    error, outcome = _classify_error(case.error(answer))
     peak_MB = None if case.peak_MB is None else case.peak_MB(answer)
-    return _row(case, _Found(error, outcome, _duration(seconds(answer)), 1, peak_MB))
+    return _row(case, _Measurement(error, outcome, _duration(seconds(answer)), 1, peak_MB))
 
 
 def _duration(seconds: float) -> float:
@@ -104,7 +104,7 @@ def _duration(seconds: float) -> float:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Measurement:
     """What measuring adds to a case."""
 
     error: float | None
@@ -115,27 +115,27 @@ class _Found:
     note: str = ""
 
 
-def _row(case: Case, found: _Found) -> Row:
+def _row(case: Case, measurement: _Measurement) -> Row:
     named = (case.area, case.case, case.method, case.input, case.n, case.error_kind)
-    return Row(*named, **asdict(found))
+    return Row(*named, **asdict(measurement))
 
 
-def _timed(run: Callable[[], Any], clock: Clock) -> tuple[Any, float]:
+def _time_call(run: Callable[[], Any], clock: Clock) -> tuple[Any, float]:
     start = clock()
     answer = run()
     return answer, clock() - start
 
 
-def _repeated(case: Case, clock: Clock) -> tuple[Any, list[float]]:
+def _time_repeatedly(case: Case, clock: Clock) -> tuple[Any, list[float]]:
     times: list[float] = []
     answer = None
     while len(times) < max(1, case.repeats) or (sum(times) < ENOUGH_S and len(times) < MOST_RUNS):
-        answer, seconds = _timed(case.run, clock)
+        answer, seconds = _time_call(case.run, clock)
         times.append(seconds)
     return answer, times
 
 
-def _traced(run: Callable[[], Any]) -> tuple[Any, float]:
+def _trace_memory(run: Callable[[], Any]) -> tuple[Any, float]:
     tracemalloc.start()
     try:
         answer = run()
@@ -144,8 +144,8 @@ def _traced(run: Callable[[], Any]) -> tuple[Any, float]:
         tracemalloc.stop()
 
 
-def _judged(error: float | None) -> tuple[float | None, str]:
-    """A method that answers nan or infinity has neither refused nor answered: it gets a name of its own."""
+def _classify_error(error: float | None) -> tuple[float | None, str]:
+    """Return the error and the outcome; nan or infinity is neither a refusal nor an answer and has names of its own."""
     if error is None:
         return None, REFUSED
     if math.isnan(error):

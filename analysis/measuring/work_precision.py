@@ -16,7 +16,7 @@ OURS = "palpate"
 
 
 def is_ours(row: Row) -> bool:
-    """A method of this project names itself so: `palpate`, or `palpate, exact`."""
+    """Return a method of this project names itself so: `palpate`, or `palpate, exact`."""
     return row.method.casefold().startswith((OURS, "ours"))
 
 
@@ -48,12 +48,12 @@ def _table(area: str, rows: list[Row]) -> Table:
     table.add_column("method", overflow="fold", min_width=24)
     for heading in ("error", "time", "x ours", "peak MB"):
         table.add_column(heading, justify="right", no_wrap=True)
-    told = ("", "")
-    for (case, given, kind), group in groupby(rows, key=lambda row: (row.case, row.input, row.error_kind)):
-        table.add_row(f"[bold]{escape(case)}[/bold], {escape(given)}")
-        if (case, kind) != told:
+    last = ("", "")
+    for (case, input_name, kind), group in groupby(rows, key=lambda row: (row.case, row.input, row.error_kind)):
+        table.add_row(f"[bold]{escape(case)}[/bold], {escape(input_name)}")
+        if (case, kind) != last:
             table.add_row(f"[dim]{escape(kind)}[/dim]")
-        told = (case, kind)
+        last = (case, kind)
         for row in group:
             table.add_row(*_cells(row, rows))
         table.add_section()
@@ -75,14 +75,14 @@ def _cells(row: Row, rows: list[Row]) -> list[str]:
 
 
 def error_text(row: Row) -> str:
-    """The error as a person reads it; an exact answer is `0`, and one that is no number says so."""
+    """Return the error as a person reads it; an exact answer is `0`, and one that is no number says so."""
     if row.outcome != MEASURED or row.error is None:
         return row.outcome
     return "0" if row.error == 0 else f"{row.error:.1e}"
 
 
 def time_text(seconds: float | None) -> str:
-    """A time in the unit that keeps it short."""
+    """Return a time in the unit that keeps it short."""
     if seconds is None:
         return ""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
@@ -92,5 +92,5 @@ def time_text(seconds: float | None) -> str:
 
 
 def _three_figures(number: float) -> str:
-    """Three figures, never as a power of ten: from 1000 on whole numbers."""
+    """Write a number with three figures, never as a power of ten: from 1000 on whole numbers."""
     return f"{number:.0f}" if number >= 999.5 else f"{number:.3g}"

@@ -37,7 +37,7 @@ def save_plot(rows: Sequence[Row], folder: Path, name: str) -> list[Path]:
 
 
 def work_precision_figure(rows: Sequence[Row]) -> Figure:
-    """One log-log panel for each case and kind of error: colour is the method, the marker is the input.
+    """Return one log-log panel for each case and kind of error: colour is the method, the marker is the input.
 
     Two margins are marked: below, the exact answers (error 0); above, the methods that refused by name (open
     markers) or gave infinity or nan (full ones). They have a time, but no error that such an axis could show.
@@ -117,7 +117,7 @@ def _time_axis(axes: Axes) -> None:
 
 
 def _markers(rows: list[Row]) -> dict[str, str]:
-    """A marker for each input; where there are too many to tell apart, one for all."""
+    """Return a marker for each input; where there are too many to tell apart, one for all."""
     inputs = list(dict.fromkeys(row.input for row in rows))
     return dict(zip(inputs, MARKERS, strict=False)) if len(inputs) <= len(MARKERS) else dict.fromkeys(inputs, "o")
 

@@ -14,7 +14,7 @@ import click
 from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
-    from palpate.analysis.power.curve import Asking, Point
+    from palpate.analysis.power.curve import Point, PowerRequest
 
 
 RUNS, QUICK_RUNS = 200, 20
@@ -26,7 +26,7 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
     name = "sizes"
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
-        """The numbers, in order; at most 60 of them."""
+        """Return the numbers, in order; at most 60 of them."""
         text = str(value).strip()
         found = re.fullmatch(r"(\d+)\.\.(\d+)(?:/([1-9]\d*))?", text)
         if found:
@@ -61,14 +61,14 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
 )
 @click.option("--runs", type=click.IntRange(10, 100_000), help="Studies to simulate.  [default: 200; --quick: 20]")
 @click.option("--quick", is_flag=True, help="A first look: 20 studies; intervals up to 40 points wide, not 14.")
-@click.option("--power", "wanted", type=click.FloatRange(0.01, 0.999), default=0.8, show_default=True)
+@click.option("--power", "target", type=click.FloatRange(0.01, 0.999), default=0.8, show_default=True)
 @click.option("--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True)
 @click.option("--jobs", type=click.IntRange(1, 256), default=None, help="Processes.  [default: one for each core]")
 @click.option("--plan", "plan_file", type=click.Path(dir_okay=False, path_type=Path), help="The analysis plan.")
 @JSON
 def power(
     study: str, lab: Path, test: str, outcome: str, row: str, column: str, effect: float, sizes: tuple[int, ...] | None,
-    runs: int | None, quick: bool, wanted: float, seed: int, jobs: int | None, plan_file: Path | None, as_json: bool,
+    runs: int | None, quick: bool, target: float, seed: int, jobs: int | None, plan_file: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """How many participants STUDY needs for a test of its analysis plan to find its effect.
 
@@ -80,7 +80,7 @@ def power(
     Example: palpate power texture_similarity --test methods --effect 0.3 --participants 4..24
     """
     from palpate.analysis.monitoring.words import rough
-    from palpate.analysis.power.curve import Asking, estimate_s, needed, power_curve, suffices, write_curve
+    from palpate.analysis.power.curve import PowerRequest, estimate_s, needed, power_curve, suffices, write_curve
     from palpate.analysis.ratings.sources import Wanted
     from palpate.analysis.regenerating.regeneration import find_plan
     from palpate.protocols.sample import planned_people
@@ -90,40 +90,47 @@ def power(
     name, plan = find_plan(Wanted(study, lab), plan_file)
     planned = planned_people(read_study(file).study)
     sizes = sizes or _sizes_up_to(planned)
-    asking = Asking(file, plan.path, lab, test, outcome, row, column, effect, plan.declared.alpha, seed)
+    request = PowerRequest(file, plan.path, lab, test, outcome, row, column, effect, plan.declared.alpha, seed)
     runs, jobs = runs or (QUICK_RUNS if quick else RUNS), jobs or os.cpu_count() or 1
     if not as_json and sys.stderr.isatty():
-        time = rough(estimate_s(asking, sizes, runs, jobs))
+        time = rough(estimate_s(request, sizes, runs, jobs))
         click.echo(f"{runs} simulated studies of {sizes[-1]} participants: {time}", err=True)
     with progress_bar(as_json) as progress:
-        points = power_curve(asking, sizes, runs, jobs, progress)
-    files = write_curve(points, asking, wanted, lab / "analysis" / name)
-    enough = needed(points, wanted)
+        points = power_curve(request, sizes, runs, jobs, progress)
+    files = write_curve(points, request, target, lab / "analysis" / name)
+    enough = needed(points, target)
     if as_json:
-        told = {
+        enough_columns = {
             "needed": enough.participants if enough else None,
             "planned": planned,
-            "planned_is_enough": suffices(points, planned, wanted),
+            "planned_is_enough": suffices(points, planned, target),
             "points": [vars(each) for each in points],
         }
         echo_json(
-            {"study": name, "test": test, "effect": effect, "power": wanted, **told, "files": list(map(str, files))}
+            {
+                "study": name,
+                "test": test,
+                "effect": effect,
+                "power": target,
+                **enough_columns,
+                "files": list(map(str, files)),
+            }
         )
         return
-    _show(points, asking, wanted, enough)
+    _show(points, request, target, enough)
     if planned is not None:
-        click.echo(planned_verdict(points, planned, wanted))
+        click.echo(planned_verdict(points, planned, target))
     click.echo(f"Written to {files[0].parent}: {', '.join(file.name for file in files)}")
 
 
-def planned_verdict(points: Sequence[Point], planned: int, wanted: float) -> str:
+def planned_verdict(points: Sequence[Point], planned: int, target: float) -> str:
     """Say whether the planned number of participants has the power, or why that is not known."""
     from palpate.analysis.power.curve import suffices
 
     sample = f"the planned sample of {planned}"
-    enough = suffices(points, planned, wanted)
+    enough = suffices(points, planned, target)
     if enough is not None:
-        return f"{sample} is {'enough' if enough else 'not enough'} for power {wanted:g}"
+        return f"{sample} is {'enough' if enough else 'not enough'} for power {target:g}"
     point = next((point for point in points if point.participants == planned), None)
     if point is None:
         return f"{sample} is not one of the simulated sizes: add it to --participants"
@@ -131,13 +138,13 @@ def planned_verdict(points: Sequence[Point], planned: int, wanted: float) -> str
 
 
 def _sizes_up_to(planned: int | None) -> tuple[int, ...]:
-    """Numbers of participants to simulate: about ten up to the planned one, itself among them, or 4 to 40."""
+    """Return numbers of participants to simulate: about ten up to the planned one, itself among them, or 4 to 40."""
     most = min(max(planned or 40, 2), 999)
     step = max(1, (most - 4) // 9)
     return tuple(sorted({*range(min(4, most), most, step), most}))
 
 
-def _show(points: list[Point], asking: Asking, wanted: float, enough: Point | None) -> None:
+def _show(points: list[Point], request: PowerRequest, target: float, enough: Point | None) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -147,8 +154,8 @@ def _show(points: list[Point], asking: Asking, wanted: float, enough: Point | No
         table.add_row(f"{point.participants}", f"{point.power:.2f}", f"{point.low:.2f} to {point.high:.2f}{without}")
     Console(highlight=False).print(table)
     decided = points[-1].by or "no p"
-    what = f"{asking.test} ({decided}), effect × {asking.effect:g}, {points[0].runs} simulated studies"
+    what = f"{request.test} ({decided}), effect × {request.effect:g}, {points[0].runs} simulated studies"
     if enough is None:
-        click.echo(f"{what}: power {wanted:g} is not reached with {points[-1].participants} participants")
+        click.echo(f"{what}: power {target:g} is not reached with {points[-1].participants} participants")
         return
-    click.echo(f"{what}: power {wanted:g} from {enough.participants} participants on (here {enough.power:.2f})")
+    click.echo(f"{what}: power {target:g} from {enough.participants} participants on (here {enough.power:.2f})")

@@ -18,7 +18,7 @@ from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selecting
-from palpate.analysis.power.p_values import Decided, PowerError, p_of
+from palpate.analysis.power.p_values import PowerError, PValue, p_of
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
 from palpate.analysis.regenerating.plan_tests import run_tests
 from palpate.analysis.regenerating.regeneration import read_table
@@ -32,11 +32,11 @@ from palpate.studies.workers import map_in_order
 
 MOST_RUNS = 100_000
 """So many studies have seeds of their own before those of the next --seed begin."""
-__all__ = ["Asking", "PlanError", "Point", "PowerError", "needed", "power_curve"]
+__all__ = ["PlanError", "Point", "PowerError", "PowerRequest", "needed", "power_curve"]
 
 
 @dataclass(frozen=True)
-class Asking:
+class PowerRequest:
     """What is simulated: a study file, a plan, one of its tests, and which row of the answer is the effect.
 
     `row` and `column` name them as `p_of` says. `seed` gives other people, none of whom any other seed gives.
@@ -75,7 +75,7 @@ class Point:
 
 
 def power_curve(
-    asking: Asking, sizes: Sequence[int], runs: int, jobs: int = 1, progress: Progress = lambda *_: None
+    request: PowerRequest, sizes: Sequence[int], runs: int, jobs: int = 1, progress: Progress = lambda *_: None
 ) -> list[Point]:
     """Simulate `runs` studies and test each with its first 2, 3, ... participants, as `sizes` asks.
 
@@ -84,88 +84,92 @@ def power_curve(
     Raises PowerError or PlanError where test, outcome or row do not exist.
     """
     sizes = sorted(set(sizes))
-    check_asking(asking)
-    outcomes: list[Mapping[int, Decided]] = []
-    told = f"{asking.test}, up to {sizes[-1]} participants"
-    progress(0, runs, told)
-    with closing(_runs(asking, sizes, runs, jobs)) as studies:
-        for done, each in enumerate(studies, start=1):
-            outcomes.append(each)
-            progress(done, runs, told)
-    return [_point(size, [each[size] for each in outcomes], asking.alpha) for size in sizes]
+    check_request(request)
+    outcomes: list[Mapping[int, PValue]] = []
+    title = f"{request.test}, up to {sizes[-1]} participants"
+    progress(0, runs, title)
+    with closing(_runs(request, sizes, runs, jobs)) as studies:
+        for done, p_values in enumerate(studies, start=1):
+            outcomes.append(p_values)
+            progress(done, runs, title)
+    return [_point(size, [p_values[size] for p_values in outcomes], request.alpha) for size in sizes]
 
 
-def check_asking(asking: Asking) -> Asked:
-    """The plan's test that is meant. Raises PowerError where it or its outcome does not exist, or nobody simulates."""
-    plan, study = read_plan(asking.plan_file), read_study(asking.study_file).study
-    names = [each.name for each in plan.tests]
-    if asking.test not in names:
-        raise PowerError(f"{plan.path}: no test {asking.test!r}; {nearest(asking.test, names)}")
+def check_request(request: PowerRequest) -> Asked:
+    """Return the plan's test that is meant. Raises PowerError where it or its outcome does not exist, or nobody
+    simulates.
+    """
+    plan, study = read_plan(request.plan_file), read_study(request.study_file).study
+    names = [test_or_attribute.name for test_or_attribute in plan.tests]
+    if request.test not in names:
+        raise PowerError(f"{plan.path}: no test {request.test!r}; {nearest(request.test, names)}")
     if study.simulation is None or not study.simulation.latents:
-        raise PowerError(f"{asking.study_file}: the study does not say how simulated people perceive (simulation:)")
-    asked = plan.tests[names.index(asking.test)]
-    if asked.table is not None:
-        raise PowerError(f"{asking.test}: asks about the plan's table {asked.table!r}, which nobody simulates")
-    known = [each.name for each in study.attributes]
-    if asking.outcome and known and asking.outcome not in known:
-        raise PowerError(f"{asking.test}: no outcome {asking.outcome!r}; {nearest(asking.outcome, known)}")
-    return asked
+        raise PowerError(f"{request.study_file}: the study does not say how simulated people perceive (simulation:)")
+    test = plan.tests[names.index(request.test)]
+    if test.table is not None:
+        raise PowerError(f"{request.test}: asks about the plan's table {test.table!r}, which nobody simulates")
+    known = [test_or_attribute.name for test_or_attribute in study.attributes]
+    if request.outcome and known and request.outcome not in known:
+        raise PowerError(f"{request.test}: no outcome {request.outcome!r}; {nearest(request.outcome, known)}")
+    return test
 
 
-def _runs(asking: Asking, sizes: Sequence[int], runs: int, jobs: int) -> Generator[Mapping[int, Decided]]:
-    return map_in_order(one_run, [(asking, tuple(sizes), run) for run in range(runs)], min(jobs, runs))
+def _runs(request: PowerRequest, sizes: Sequence[int], runs: int, jobs: int) -> Generator[Mapping[int, PValue]]:
+    return map_in_order(one_run, [(request, tuple(sizes), run) for run in range(runs)], min(jobs, runs))
 
 
-def estimate_s(asking: Asking, sizes: Sequence[int], runs: int, jobs: int, clock: Clock = time.perf_counter) -> float:
+def estimate_s(
+    request: PowerRequest, sizes: Sequence[int], runs: int, jobs: int, clock: Clock = time.perf_counter
+) -> float:
     """Return about how many seconds `power_curve` takes: one small study and one of half the largest are timed.
 
     A study is taken to grow with its participants as a straight line. Raises as `power_curve` does.
     """
-    check_asking(asking)
+    check_request(request)
     half = max(2, sizes[-1] // 2)
-    one_run((asking, (2,), 0))  # what is imported is not timed
-    few, many = (_seconds(asking, each, clock) for each in (2, half))
+    one_run((request, (2,), 0))  # what is imported is not timed
+    few, many = (_seconds(request, size, clock) for size in (2, half))
     per_person = max(0.0, (many - few) / (half - 2)) if half > 2 else 0.0
     largest = few + per_person * (sizes[-1] - 2)
     tests = (len(sizes) - 1) / 2 * few  # the smaller sizes are tests of the same people
     return (largest + tests) * runs / min(jobs, runs)
 
 
-def _seconds(asking: Asking, participants: int, clock: Clock) -> float:
-    begun = clock()
-    one_run((asking, (participants,), 0))
-    return clock() - begun
+def _seconds(request: PowerRequest, participants: int, clock: Clock) -> float:
+    start = clock()
+    one_run((request, (participants,), 0))
+    return clock() - start
 
 
-def one_run(todo: tuple[Asking, tuple[int, ...], int]) -> dict[int, Decided]:
-    """One simulated study: for each number of participants the p value, or None and why."""
-    asking, sizes, run = todo
-    found = read_study(asking.study_file)
-    plan = only(read_plan(asking.plan_file), asking, found.study)
-    study = with_effect(found.study, asking.effect)
-    material = simulated_material(study, asking.lab, people(sizes[-1]), asking.seed * MOST_RUNS + run)
-    return {size: _p(material, plan, asking, size) for size in sizes}
+def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue]:
+    """Simulate one study; return for each number of participants the p value, or None and why."""
+    request, sizes, run = todo
+    study_files = read_study(request.study_file)
+    plan = only(read_plan(request.plan_file), request, study_files.study)
+    study = with_effect(study_files.study, request.effect)
+    material = simulated_material(study, request.lab, people(sizes[-1]), request.seed * MOST_RUNS + run)
+    return {size: _p_value(material, plan, request, size) for size in sizes}
 
 
-def only(plan: Plan, asking: Asking, study: Study) -> Plan:
-    """The plan with nothing but the test that is meant, for one outcome where it is asked for each by itself."""
-    asked = next(each for each in plan.tests if each.name == asking.test)
-    kind = TESTS[asked.test]
-    first = next((each.name for each in study.attributes), "") if kind.each == "outcome" else ""
-    if (outcome := asking.outcome or first) and (asked.source or kind.takes) == "ratings":
-        asked = asked.model_copy(update={"outcomes": (outcome,)})
-    return replace(plan, tests=(asked,), figures=())
+def only(plan: Plan, request: PowerRequest, study: Study) -> Plan:
+    """Return the plan with nothing but the test that is meant, for one outcome where it is asked for each by itself."""
+    test = next(item for item in plan.tests if item.name == request.test)
+    kind = TESTS[test.test]
+    first = next((item.name for item in study.attributes), "") if kind.each == "outcome" else ""
+    if (outcome := request.outcome or first) and (test.source or kind.takes) == "ratings":
+        test = test.model_copy(update={"outcomes": (outcome,)})
+    return replace(plan, tests=(test,), figures=())
 
 
-def _p(material: Material, plan: Plan, asking: Asking, size: int) -> Decided:
+def _p_value(material: Material, plan: Plan, request: PowerRequest, size: int) -> PValue:
     here = set(people(size))
     left = apply_exclusions(_first(material, here), plan.declared).material
     tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
     answered = run_tests(Selecting(left, plan, tables))
-    answer = next((each.answer for each in answered if each.answer is not None), None)
+    answer = next((result.answer for result in answered if result.answer is not None), None)
     if answer is None:
-        return Decided(None, next((each.refused for each in answered), "no answer"))
-    return p_of(answer, asking.test, asking.row, asking.column)
+        return PValue(None, next((result.refused for result in answered), "no answer"))
+    return p_of(answer, request.test, request.row, request.column)
 
 
 def _first(material: Material, here: set[str]) -> Material:
@@ -180,7 +184,7 @@ def _first(material: Material, here: set[str]) -> Material:
     return replace(material, **parts)
 
 
-def _point(size: int, outcomes: Sequence[Decided], alpha: float) -> Point:
+def _point(size: int, outcomes: Sequence[PValue], alpha: float) -> Point:
     runs = len(outcomes)
     found = sum(each.p is not None and each.p <= alpha for each in outcomes)
     missing = [each.why for each in outcomes if each.p is None]
@@ -190,7 +194,7 @@ def _point(size: int, outcomes: Sequence[Decided], alpha: float) -> Point:
 
 
 def wilson(found: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:
-    """The 95 % interval of a share (Wilson 1927, J. Am. Stat. Assoc. 22, 209-212)."""
+    """Return the 95 % interval of a share (Wilson 1927, J. Am. Stat. Assoc. 22, 209-212)."""
     share, square = found / runs, z * z
     centre = (share + square / (2 * runs)) / (1 + square / runs)
     half = z / (1 + square / runs) * math.sqrt(share * (1 - share) / runs + square / (4 * runs * runs))
@@ -198,7 +202,7 @@ def wilson(found: int, runs: int, z: float = 1.959963984540054) -> tuple[float, 
 
 
 def needed(points: Sequence[Point], power: float) -> Point | None:
-    """The first size from which on the power is reached at every larger size, None where the last one fails."""
+    """Return the first size from which on the power is reached at every larger size, None where the last one fails."""
     reached = None
     for point in reversed(points):
         if point.power < power:
@@ -213,18 +217,18 @@ def suffices(points: Sequence[Point], planned: int | None, power: float) -> bool
     return next((point.power >= power for point in tested if point.participants == planned), None)
 
 
-def write_curve(points: Sequence[Point], asking: Asking, wanted: float, folder: Path) -> list[Path]:
+def write_curve(points: Sequence[Point], request: PowerRequest, target: float, folder: Path) -> list[Path]:
     """Write power_TEST_xEFFECT.csv, .svg and .png to `folder` and give the paths; other questions have other names."""
-    what = re.sub(r"[^\w.]+", "-", "_".join(filter(None, (asking.test, asking.outcome, asking.row, asking.column))))
-    name = f"power_{what}_x{asking.effect:g}"
-    asked = ("test", "outcome", "row", "column", "effect", "alpha", "seed")
-    rows = [{**asdict(point), **{key: getattr(asking, key) for key in asked}} for point in points]
+    what = re.sub(r"[^\w.]+", "-", "_".join(filter(None, (request.test, request.outcome, request.row, request.column))))
+    name = f"power_{what}_x{request.effect:g}"
+    fields = ("test", "outcome", "row", "column", "effect", "alpha", "seed")
+    rows = [{**asdict(point), **{key: getattr(request, key) for key in fields}} for point in points]
     with staged_files(folder) as draft:
-        paths = [write_text(draft / f"{name}.csv", csv_text(rows)), *_drawn(points, asking, wanted, draft, name)]
+        paths = [write_text(draft / f"{name}.csv", csv_text(rows)), *_draw_curve(points, request, target, draft, name)]
     return [folder / path.name for path in paths]
 
 
-def _drawn(points: Sequence[Point], asking: Asking, wanted: float, folder: Path, name: str) -> list[Path]:
+def _draw_curve(points: Sequence[Point], request: PowerRequest, target: float, folder: Path, name: str) -> list[Path]:
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
@@ -237,13 +241,13 @@ def _drawn(points: Sequence[Point], asking: Asking, wanted: float, folder: Path,
         axes.plot(
             sizes, [point.power for point in points], color=OKABE_ITO[0], marker="o", markersize=4.5, linewidth=1.6
         )
-        axes.axhline(wanted, color=SOFT, linewidth=0.8, linestyle=(0, (4, 3)))
-        axes.text(sizes[-1], wanted, f"wanted: {wanted:g}", ha="right", va="bottom", fontsize=8, color=SOFT)
+        axes.axhline(target, color=SOFT, linewidth=0.8, linestyle=(0, (4, 3)))
+        axes.text(sizes[-1], target, f"wanted: {target:g}", ha="right", va="bottom", fontsize=8, color=SOFT)
         axes.set_ylim(0, 1.02)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("participants", color=INK)
-        axes.set_ylabel(f"share of {points[0].runs} runs with p ≤ {asking.alpha:g}")
-        asked = " ".join(filter(None, (asking.test, asking.outcome)))
-        axes.set_title(f"{asked} ({points[-1].by or 'no p'}), effect × {asking.effect:g}")
+        axes.set_ylabel(f"share of {points[0].runs} runs with p ≤ {request.alpha:g}")
+        subject = " ".join(filter(None, (request.test, request.outcome)))
+        axes.set_title(f"{subject} ({points[-1].by or 'no p'}), effect × {request.effect:g}")
         quiet_axes(axes)
         return save(figure, folder, name)

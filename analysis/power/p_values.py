@@ -14,7 +14,7 @@ P_COLUMNS = ("p_corr", "p_corrected", "p", "p_GG_corr", "p_unc", "p_F")
 INTERCEPT = "(Intercept)"
 
 
-class Decided(NamedTuple):
+class PValue(NamedTuple):
     """A p value, or None and why it is undefined; `by` names the row and the column that it stands in."""
 
     p: float | None
@@ -22,56 +22,58 @@ class Decided(NamedTuple):
     by: str = ""
 
 
-def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> Decided:
-    """The p value of the row that is meant.
+def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
+    """Return the p value of the row that is meant.
 
     `row` is text that a cell of it holds, or several such divided by commas; "" takes the first row that is no
     intercept. Raises PowerError where there is no such row or column, no p value at all, or more rows than one.
     """
-    found = _named(answer, test, row) if row else _first(answer, test)
-    columns = [column] if column else [name for name in P_COLUMNS if name in found]
-    known = [name for name in found if name == "p" or name.startswith("p_")]
+    match = _row_with(answer, test, row) if row else _first_row(answer, test)
+    columns = [column] if column else [name for name in P_COLUMNS if name in match]
+    known = [name for name in match if name == "p" or name.startswith("p_")]
     if not known:
         what = f"the row {row!r} has" if row else "this test has"
         raise PowerError(f"{test}: {what} no p value, and power is how often p is at most alpha")
-    if not columns or columns[0] not in found:
+    if not columns or columns[0] not in match:
         what = f"no column {column!r}" if column else "name the column of its p value with --p"
         raise PowerError(f"{test}: {what}; {nearest(column, known)}")
-    value, by = found[columns[0]], f"{', '.join(_texts(found))}: {columns[0]}"
+    value, by = match[columns[0]], f"{', '.join(_row_texts(match))}: {columns[0]}"
     if isinstance(value, int | float) and math.isfinite(value):
-        return Decided(float(value), by=by)
-    return Decided(None, str(found.get("note") or "p is undefined"), by)
+        return PValue(float(value), by=by)
+    return PValue(None, str(match.get("note") or "p is undefined"), by)
 
 
-def _first(answer: Answer, test: str) -> Row:
+def _first_row(answer: Answer, test: str) -> Row:
     for row in answer.rows:
         if INTERCEPT not in row.values():
             return row
     raise PowerError(f"{test}: its answer has no row")
 
 
-def _named(answer: Answer, test: str, wanted: str) -> Row:
-    """The one row of the answer that holds the text; else one of its further tables, as a model's tests of effects."""
+def _row_with(answer: Answer, test: str, text: str) -> Row:
+    """Return the one row of the answer that holds the text; else one of its further tables, as a model's tests of
+    effects.
+    """
     for rows in (answer.rows, *answer.more.values()):
-        found = [row for row in rows if _holds(row, wanted)]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            told = "; ".join(", ".join(_texts(row)) for row in found[:4])
+        matches = [row for row in rows if _row_holds(row, text)]
+        if len(matches) == 1:
+            return matches[0]
+        if matches:
+            matches_text = "; ".join(", ".join(_row_texts(row)) for row in matches[:4])
             raise PowerError(
-                f"{test}: {len(found)} rows hold {wanted!r} ({told}{'; ...' if len(found) > 4 else ''});"
+                f"{test}: {len(matches)} rows hold {text!r} ({matches_text}{'; ...' if len(matches) > 4 else ''});"
                 " name one, its texts divided by commas"
             )
-    texts = dict.fromkeys(text for row in answer.rows for text in _texts(row))
-    raise PowerError(f"{test}: no row with {wanted!r}; {nearest(wanted, texts)}")
+    texts = dict.fromkeys(text for row in answer.rows for text in _row_texts(row))
+    raise PowerError(f"{test}: no row with {text!r}; {nearest(text, texts)}")
 
 
-def _holds(row: Row, wanted: str) -> bool:
-    texts = _texts(row)
-    return wanted in texts or all(part.strip() in texts for part in wanted.split(","))
+def _row_holds(row: Row, text: str) -> bool:
+    texts = _row_texts(row)
+    return text in texts or all(part.strip() in texts for part in text.split(","))
 
 
-def _texts(row: Row) -> Sequence[str]:
+def _row_texts(row: Row) -> Sequence[str]:
     return [value for name, value in row.items() if isinstance(value, str) and value and name != "note"]
 
 

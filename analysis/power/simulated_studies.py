@@ -36,7 +36,7 @@ class _Events:
 
 
 def with_effect(study: Study, effect: float) -> Study:
-    """The study whose simulated people feel every difference between stimuli `effect` times as large.
+    """Return the study whose simulated people feel every difference between stimuli `effect` times as large.
 
     At 0 they feel none: what a test then finds is found by chance. Intercepts, noise and differences between people
     stay as they are.
@@ -51,7 +51,7 @@ def with_effect(study: Study, effect: float) -> Study:
 
 
 def people(count: int) -> list[str]:
-    """Pseudonyms P001, P002, ...: rows of the counterbalancing square follow from them as in a real study."""
+    """Return pseudonyms P001, P002, ...: rows of the counterbalancing square follow from them as in a real study."""
     return [f"P{number:03d}" for number in range(1, count + 1)]
 
 
@@ -60,14 +60,14 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
     forms = lab_forms(study, lab, live=False)
     sessions = range(1, study.sessions + 1)
     plans = [compile_plan(study, allocate(study, who), seed, forms, n) for who in participants for n in sessions]
-    sat = [(plan, answers_of(plan, _session(plan), _events(plan))) for plan in plans]
-    choice = Choice(digest(study.conditions()), tuple(_row(plan, answers) for plan, answers in sat), ())
+    answered = [(plan, answers_of(plan, _session(plan), _events(plan))) for plan in plans]
+    choice = Choice(digest(study.conditions()), tuple(_row(plan, answers) for plan, answers in answered), ())
     rows = Rows(
-        trials=[_whose(plan, row) for plan, answers in sat for row in answers.trials],
-        words=[_whose(plan, row) for plan, answers in sat for row in answers.words],
-        answers=[_whose(plan, row) for plan, answers in sat for row in answers.answers],
+        trials=[_with_person(plan, row) for plan, answers in answered for row in answers.trials],
+        words=[_with_person(plan, row) for plan, answers in answered for row in answers.words],
+        answers=[_with_person(plan, row) for plan, answers in answered for row in answers.answers],
     )
-    ratings = [each for plan, answers in sat for each in _ratings(plan, answers)]
+    ratings = [rating for plan, answers in answered for rating in _ratings(plan, answers)]
     return material_of(study, choice, assembled(study, choice, ratings) if study.attributes else None, rows)
 
 
@@ -82,7 +82,7 @@ def _events(plan: Plan) -> list[Event]:
 
 
 def _presented(request: Request, _t_ns: int) -> Done:
-    """Whatever presents the stimulus: what simulated people feel of it stands in the study, not in a device."""
+    """Present the stimulus: what simulated people feel of it stands in the study, not in a device."""
     if not isinstance(request, Present):
         raise NoAnswers(f"the study records ({request.body()['do']}); only what people answer has a power")
     return Done(Reply({}), 0.0)
@@ -92,7 +92,7 @@ class NoAnswers(ValueError):
     """The study's task gives nothing that a test could be asked about."""
 
 
-def _whose(plan: Plan, row: dict[str, object]) -> dict[str, object]:
+def _with_person(plan: Plan, row: dict[str, object]) -> dict[str, object]:
     return {"participant": plan.who.participant, "group": plan.who.group or "", **row}
 
 

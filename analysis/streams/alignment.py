@@ -1,4 +1,4 @@
-"""The streams of one act on one grid of session time, and the account of how they came there."""
+"""The streams of one act on one grid of session time, their speeds, and the account of how they came there."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ MANY_HOLES = 200
 
 
 @dataclass(frozen=True)
-class SpeedWanted:
-    """Of which streams the speed is wanted, over how many samples, and whether nothing may be taken from the future."""
+class SpeedOptions:
+    """Which streams' speed is computed, over how many samples, and whether nothing may be taken from the future."""
 
     streams: tuple[str, ...] = ()
     window: int = WINDOW
     causal: bool = False
 
 
-NO_SPEED = SpeedWanted()
+NO_SPEEDS = SpeedOptions()
 
 
 @dataclass(frozen=True)
-class Moving:
+class StreamSpeed:
     """Velocities (m, axes) of a stream on the grid in mm/s, NaN where they are not known, and how they were made."""
 
     stream: Stream
@@ -55,12 +55,12 @@ class Moving:
     noise_mm: float | None
 
     def columns(self) -> dict[str, Array]:
-        """STREAM_vx and so on, then STREAM_speed: their length, never below 0."""
-        each = {f"{self.stream.name}_v{axis}": self.velocities[:, place] for place, axis in enumerate(self.axes)}
-        return {**each, f"{self.stream.name}_speed": np.linalg.norm(self.velocities, axis=1)}
+        """Return STREAM_vx and so on, then STREAM_speed: their length, never below 0."""
+        columns = {f"{self.stream.name}_v{axis}": self.velocities[:, place] for place, axis in enumerate(self.axes)}
+        return {**columns, f"{self.stream.name}_speed": np.linalg.norm(self.velocities, axis=1)}
 
     def account(self) -> dict[str, Any]:
-        """The method, its window, its delay, its noise and its bias, as JSON data."""
+        """Return the method, its window, its delay, its noise and its bias, as JSON data."""
         one, rates = self.estimate, (self.stream.timing.rate_hz, self.grid_hz)
         ahead_s = one.wait_s + self.method.ahead_s(*rates)
         return {
@@ -87,7 +87,7 @@ class Moving:
         return sine_error(self.method.name, self.stream.rate_hz, self.grid_hz, hz)
 
     def _noise(self) -> dict[str, Any]:
-        """What the recording's own noise does to it; nulls where it is too short to tell."""
+        """Return what the recording's own noise does to the speed; nulls where it is too short to tell."""
         if self.noise_mm is None:
             return {"noise_mm": None, "noise_mm_s": None, "at_rest_mm_s": None}
         return {
@@ -96,10 +96,11 @@ class Moving:
         }  # fmt: skip
 
 
-def moving(
-    stream: Stream, times_s: Array, grid_s: Array, grid_hz: float, method: Method, wanted: SpeedWanted
-) -> Moving:
-    """The stream's velocity at its own sample times by its own measured rate, then aligned; no hole is bridged.
+def speed_of(
+    stream: Stream, times_s: Array, grid_s: Array, grid_hz: float, method: Method, options: SpeedOptions
+) -> StreamSpeed:
+    """Return the stream's velocity at its own sample times by its own measured rate, then aligned; no hole is
+    bridged.
 
     Where nothing may be taken from the future, the last estimate is held until the next.
 
@@ -109,26 +110,26 @@ def moving(
     axes, scale = _axes(stream)
     values = stream.values()
     positions = scale * values[:, [stream.channels.index(axis) for axis in axes]]
-    used = METHODS["hold"] if wanted.causal else method
+    used = METHODS["hold"] if options.causal else method
     rate_hz = stream.timing.rate_hz
     try:
-        estimate = slope(wanted.window, DEGREE, rate_hz, "end" if wanted.causal else "middle")
+        estimate = slope(options.window, DEGREE, rate_hz, "end" if options.causal else "middle")
         stretches = list(_stretches(positions, stream))
-        told = np.concatenate([velocity(each, estimate) for each in stretches])
-        found = align(times_s, told, grid_s, used, rate_hz=rate_hz, grid_hz=grid_hz, longest_gap_s=0.0)
+        velocities = np.concatenate([velocity(stretch, estimate) for stretch in stretches])
+        aligned = align(times_s, velocities, grid_s, used, rate_hz=rate_hz, grid_hz=grid_hz, longest_gap_s=0.0)
     except AlignError as error:
-        raise StreamError(f"{stream.where}: speed over {wanted.window} samples: {error}") from error
-    return Moving(stream, axes, found.values, estimate, used, grid_hz, _noise_mm(stretches))
+        raise StreamError(f"{stream.where}: speed over {options.window} samples: {error}") from error
+    return StreamSpeed(stream, axes, aligned.values, estimate, used, grid_hz, _noise_mm(stretches))
 
 
 def _axes(stream: Stream) -> tuple[tuple[str, ...], float]:
-    """Which channels are places, and how many mm their unit is."""
+    """Return which channels are places, and how many mm their unit is."""
     units = dict(zip(stream.channels, stream.units, strict=True))
     axes = tuple(axis for axis in AXES if axis in units)
-    told = ", ".join(f"{channel} in {unit}" for channel, unit in units.items())
+    units_text = ", ".join(f"{channel} in {unit}" for channel, unit in units.items())
     if len(axes) < 2 or len({units[axis] for axis in axes}) > 1 or units[axes[0]] not in MM:
         raise StreamError(
-            f"{stream.where}: a speed needs two or three of x, y, z in one unit of mm, cm, m; it has {told}"
+            f"{stream.where}: a speed needs two or three of x, y, z in one unit of mm, cm, m; it has {units_text}"
         )
     if "speed" in units:
         raise StreamError(f"{stream.where}: it has a channel `speed` already, as its device measured it")
@@ -136,22 +137,26 @@ def _axes(stream: Stream) -> tuple[tuple[str, ...], float]:
 
 
 def _stretches(positions: Array, stream: Stream) -> Iterator[Array]:
-    """Positions between lost samples."""
+    """Yield the positions between lost samples."""
     yield from np.split(positions, np.flatnonzero(np.diff(stream.numbers()) > 1) + 1)
 
 
 def _noise_mm(stretches: list[Array]) -> float | None:
-    """SD of an axis at least as large as the noise, from fourth differences: movement is smooth, noise is not."""
-    fourth = np.concatenate([np.diff(each, 4, axis=0) for each in stretches if len(each) > 4] or [np.empty((0, 2))])
-    seen = fourth[np.isfinite(fourth).all(axis=1)]
-    if not len(seen):
+    """Return an SD of an axis at least as large as the noise, from fourth differences: movement is smooth, noise is
+    not.
+    """
+    fourth = np.concatenate(
+        [np.diff(stretch, 4, axis=0) for stretch in stretches if len(stretch) > 4] or [np.empty((0, 2))]
+    )
+    finite = fourth[np.isfinite(fourth).all(axis=1)]
+    if not len(finite):
         return None
-    robust = 1.4826 * np.median(np.abs(seen), axis=0)  # of a normal distribution: a few jerks do not count
+    robust = 1.4826 * np.median(np.abs(finite), axis=0)  # of a normal distribution: a few jerks do not count
     return float(np.sqrt((robust**2).mean() / FOURTH))
 
 
 @dataclass(frozen=True)
-class Wanted:
+class AlignmentOptions:
     """How streams are to be aligned: the grid's rate, the method of those that no other is named for, latencies.
 
     `latency_s` is how late a stream's earliest arrivals are: its times are moved back by so much.
@@ -166,15 +171,15 @@ class Wanted:
     """From the first sample of any stream to the last of any, rather than what all streams cover."""
     marks: bool = False
     """Whether a column of each stream says which rows lie in a hole that was bridged."""
-    speed: SpeedWanted = NO_SPEED
+    speed: SpeedOptions = NO_SPEEDS
 
     def method_of(self, stream: str) -> Method:
-        """The method that the stream is aligned by."""
+        """Return the method that the stream is aligned by."""
         return self.methods.get(stream, self.method)
 
 
 @dataclass(frozen=True)
-class Turned:
+class DoorAngle:
     """The angle of a door on the grid, by a stream of positions, and the hinge that was found in them."""
 
     stream: str
@@ -182,7 +187,7 @@ class Turned:
     angle_deg: Array
 
     def account(self) -> dict[str, Any]:
-        """What was found, as JSON data: lengths in the stream's unit."""
+        """Return what was fitted, as JSON data: lengths in the stream's unit."""
         return {
             "column": ANGLE, "of": self.stream, "unit": "deg", "radius": self.hinge.radius,
             "misfit_rms": self.hinge.misfit, "centre": self.hinge.centre.tolist(),
@@ -190,38 +195,38 @@ class Turned:
 
 
 @dataclass(frozen=True)
-class Together:
+class AlignedStreams:
     """Streams of one act on one grid."""
 
     streams: tuple[Stream, ...]
     grid_s: Array
     aligned: tuple[Aligned, ...]
-    wanted: Wanted
-    hinge: Turned | None = None
-    speeds: tuple[Moving, ...] = ()
+    options: AlignmentOptions
+    hinge: DoorAngle | None = None
+    speeds: tuple[StreamSpeed, ...] = ()
 
     def columns(self) -> dict[str, Array]:
-        """time_s, a column STREAM_CHANNEL for each channel, speeds that are asked for, and angle_deg with a hinge."""
-        found = {"time_s": self.grid_s}
-        for stream, each in zip(self.streams, self.aligned, strict=True):
+        """Return time_s, a column STREAM_CHANNEL for each channel, requested speeds, and angle_deg with a hinge."""
+        columns = {"time_s": self.grid_s}
+        for stream, aligned in zip(self.streams, self.aligned, strict=True):
             for place, channel in enumerate(stream.channels):
-                found[f"{stream.name}_{channel}"] = each.values[:, place]
-            if self.wanted.marks:
-                found[f"{stream.name}_bridged"] = each.bridged.astype(np.float64)
+                columns[f"{stream.name}_{channel}"] = aligned.values[:, place]
+            if self.options.marks:
+                columns[f"{stream.name}_bridged"] = aligned.bridged.astype(np.float64)
         for speed in self.speeds:
-            found |= speed.columns()
-        return found if self.hinge is None else found | {ANGLE: self.hinge.angle_deg}
+            columns |= speed.columns()
+        return columns if self.hinge is None else columns | {ANGLE: self.hinge.angle_deg}
 
     def account(self) -> dict[str, Any]:
-        """Everything about the columns that they do not say themselves, as JSON data."""
+        """Return everything about the columns that they do not hold themselves, as JSON data."""
         pairs = zip(self.streams, self.aligned, strict=True)
-        told = {stream.name: _account(stream, each, self.wanted) for stream, each in pairs}
+        accounts = {stream.name: _stream_account(stream, aligned, self.options) for stream, aligned in pairs}
         for speed in self.speeds:
-            told[speed.stream.name]["speed"] = speed.account()
-        return told
+            accounts[speed.stream.name]["speed"] = speed.account()
+        return accounts
 
 
-def align_streams(streams: Sequence[Stream], wanted: Wanted, hinge: str | None = None) -> Together:
+def align_streams(streams: Sequence[Stream], options: AlignmentOptions, hinge: str | None = None) -> AlignedStreams:
     """Bring the streams of one act onto a grid; streams without a rate (things noted) are left out.
 
     `hinge` names a stream of positions on a door, whose angle is a further column.
@@ -232,90 +237,90 @@ def align_streams(streams: Sequence[Stream], wanted: Wanted, hinge: str | None =
     regular = tuple(stream for stream in streams if not stream.noted)
     if not regular:
         raise StreamError("no stream with a rate: things that were noted as they happened can be exported raw only")
-    _demand_known(wanted, regular)
-    spans = [_span(stream, wanted) for stream in regular]
+    _demand_known_streams(options, regular)
+    spans = [_span(stream, options) for stream in regular]
     starts, ends = [start for start, _ in spans], [end for _, end in spans]
-    start, end = (min(starts), max(ends)) if wanted.everything else (max(starts), min(ends))
+    start, end = (min(starts), max(ends)) if options.everything else (max(starts), min(ends))
     if end <= start:
-        told = "; ".join(f"{s.name} {a:.3f} to {b:.3f} s" for s, (a, b) in zip(regular, spans, strict=True))
-        raise StreamError(f"{regular[0].where} shares no time with the others: {told}")
-    grid_s = grid_points(start, end, wanted.grid_hz)
-    aligned = tuple(_aligned(stream, grid_s, wanted) for stream in regular)
-    turned = _turned(hinge, regular, aligned) if hinge is not None else None
-    return Together(regular, grid_s, aligned, wanted, turned, tuple(_speeds(regular, grid_s, wanted)))
+        spans_text = "; ".join(f"{s.name} {a:.3f} to {b:.3f} s" for s, (a, b) in zip(regular, spans, strict=True))
+        raise StreamError(f"{regular[0].where} shares no time with the others: {spans_text}")
+    grid_s = grid_points(start, end, options.grid_hz)
+    aligned = tuple(_align(stream, grid_s, options) for stream in regular)
+    turned = _door_angle(hinge, regular, aligned) if hinge is not None else None
+    return AlignedStreams(regular, grid_s, aligned, options, turned, tuple(_speeds(regular, grid_s, options)))
 
 
-def _speeds(streams: Sequence[Stream], grid_s: Array, wanted: Wanted) -> Iterator[Moving]:
+def _speeds(streams: Sequence[Stream], grid_s: Array, options: AlignmentOptions) -> Iterator[StreamSpeed]:
     for stream in streams:
-        if stream.name in wanted.speed.streams:
-            method = wanted.method_of(stream.name)
-            yield moving(stream, _times_s(stream, wanted), grid_s, wanted.grid_hz, method, wanted.speed)
+        if stream.name in options.speed.streams:
+            method = options.method_of(stream.name)
+            yield speed_of(stream, _times_s(stream, options), grid_s, options.grid_hz, method, options.speed)
 
 
-def _turned(name: str, streams: Sequence[Stream], aligned: Sequence[Aligned]) -> Turned:
-    place = next((place for place, each in enumerate(streams) if each.name == name), None)
+def _door_angle(name: str, streams: Sequence[Stream], aligned: Sequence[Aligned]) -> DoorAngle:
+    place = next((place for place, stream in enumerate(streams) if stream.name == name), None)
     if place is None or not set(AXES) <= set(streams[place].channels):
-        told = "; ".join(f"{each.name} ({', '.join(each.channels)})" for each in streams)
-        raise StreamError(f"{streams[0].where}: --hinge {name}: a stream of x, y, z is needed; there are: {told}")
+        known = "; ".join(f"{stream.name} ({', '.join(stream.channels)})" for stream in streams)
+        raise StreamError(f"{streams[0].where}: --hinge {name}: a stream of x, y, z is needed; there are: {known}")
     positions = aligned[place].values[:, [streams[place].channels.index(axis) for axis in AXES]]
     try:
         hinge = fit_hinge(positions)
     except AlignError as error:
         raise StreamError(f"{streams[place].where}: {error}") from error
-    return Turned(name, hinge, hinge.angle_deg(positions))
+    return DoorAngle(name, hinge, hinge.angle_deg(positions))
 
 
-def _demand_known(wanted: Wanted, streams: Sequence[Stream]) -> None:
-    known = {stream.name for stream in streams}
-    for name in sorted({*wanted.methods, *wanted.latency_s, *wanted.speed.streams} - known):
+def _demand_known_streams(options: AlignmentOptions, streams: Sequence[Stream]) -> None:
+    known = [stream.name for stream in streams]
+    for name in sorted({*options.methods, *options.latency_s, *options.speed.streams}.difference(known)):
         raise StreamError(f"{streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(known)}")
 
 
-def _span(stream: Stream, wanted: Wanted) -> tuple[float, float]:
+def _span(stream: Stream, options: AlignmentOptions) -> tuple[float, float]:
     last = stream.blocks[-1]
-    late = wanted.latency_s.get(stream.name, 0.0)
+    late = options.latency_s.get(stream.name, 0.0)
     clock = stream.timing
     return clock.time_s(stream.blocks[0].first) - late, clock.time_s(last.first + last.count - 1) - late
 
 
-def _times_s(stream: Stream, wanted: Wanted) -> Array:
+def _times_s(stream: Stream, options: AlignmentOptions) -> Array:
     clock = stream.timing
-    return clock.t0_s - wanted.latency_s.get(stream.name, 0.0) + stream.numbers() / clock.rate_hz
+    return clock.t0_s - options.latency_s.get(stream.name, 0.0) + stream.numbers() / clock.rate_hz
 
 
-def _aligned(stream: Stream, grid_s: Array, wanted: Wanted) -> Aligned:
+def _align(stream: Stream, grid_s: Array, options: AlignmentOptions) -> Aligned:
     try:
         return align(
-            _times_s(stream, wanted), stream.values(), grid_s, wanted.method_of(stream.name),
-            rate_hz=stream.timing.rate_hz, grid_hz=wanted.grid_hz, longest_gap_s=wanted.longest_gap_s,
+            _times_s(stream, options), stream.values(), grid_s, options.method_of(stream.name),
+            rate_hz=stream.timing.rate_hz, grid_hz=options.grid_hz, longest_gap_s=options.longest_gap_s,
         )  # fmt: skip
     except AlignError as error:
         raise StreamError(f"{stream.where}: {error}") from error
 
 
-def _account(stream: Stream, each: Aligned, wanted: Wanted) -> dict[str, Any]:
-    method = wanted.method_of(stream.name)
-    rates = stream.timing.rate_hz, wanted.grid_hz
+def _stream_account(stream: Stream, aligned: Aligned, options: AlignmentOptions) -> dict[str, Any]:
+    method = options.method_of(stream.name)
+    rates = stream.timing.rate_hz, options.grid_hz
     return {
-        **described(stream),
-        "latency_s": wanted.latency_s.get(stream.name, 0.0),
+        **describe_stream(stream),
+        "latency_s": options.latency_s.get(stream.name, 0.0),
         "method": {
-            "name": method.name, "told": method.told, "causal": method.causal, "delay_s": method.delay_s(*rates),
+            "name": method.name, "told": method.description, "causal": method.causal, "delay_s": method.delay_s(*rates),
             "ahead_s": finite_or_none(float(method.ahead_s(*rates))), "bound": method.bound,
-            "rms_error_of_a_sine": sine_error(method.name, stream.rate_hz, wanted.grid_hz), "sine_hz": HAND_HZ,
-            "leak_from_above_the_grid": leak(method.name, stream.rate_hz, wanted.grid_hz),
+            "rms_error_of_a_sine": sine_error(method.name, stream.rate_hz, options.grid_hz), "sine_hz": HAND_HZ,
+            "leak_from_above_the_grid": leak(method.name, stream.rate_hz, options.grid_hz),
         },
-        "not_finite": each.not_finite,
-        "empty_rows": each.empty,
-        "bridged_rows": int(each.bridged.sum()),
-        "holes": len(each.holes),
-        "holes_listed": [_hole(hole) for hole in each.holes[:MANY_HOLES]],
-        "longest_gap_s": wanted.longest_gap_s,
+        "not_finite": aligned.not_finite,
+        "empty_rows": aligned.empty,
+        "bridged_rows": int(aligned.bridged.sum()),
+        "holes": len(aligned.holes),
+        "holes_listed": [_hole_account(hole) for hole in aligned.holes[:MANY_HOLES]],
+        "longest_gap_s": options.longest_gap_s,
     }  # fmt: skip
 
 
-def described(stream: Stream) -> dict[str, Any]:
-    """What is known of a stream without reading its samples, as JSON data; a noted one has no clock."""
+def describe_stream(stream: Stream) -> dict[str, Any]:
+    """Return what is known of a stream without reading its samples, as JSON data; a noted one has no clock."""
     about = {
         "channels": list(stream.channels), "units": list(stream.units), "rate_hz": stream.rate_hz,
         "clock": stream.clock, "calibration": stream.calibration, "samples": stream.count, "lost": stream.lost,
@@ -347,5 +352,5 @@ def _timed_from(stream: Stream) -> str:
     return "arrivals" if stream.arrived else "the block's declared time and rate"
 
 
-def _hole(hole: Hole) -> dict[str, Any]:
+def _hole_account(hole: Hole) -> dict[str, Any]:
     return {"after_s": hole.after_s, "before_s": hole.before_s, "seconds": hole.seconds, "bridged": hole.bridged}

@@ -12,7 +12,7 @@ from palpate.protocols.wording import some
 from palpate.studies.options import JSON, echo_json
 
 if TYPE_CHECKING:
-    from palpate.analysis.streams.alignment import Wanted
+    from palpate.analysis.streams.alignment import AlignmentOptions
 
 LEDGER = click.Path(path_type=Path)
 OUT = click.Path(path_type=Path)
@@ -52,10 +52,10 @@ def list_command(ledger: tuple[Path, ...], trial: int | None, as_json: bool) -> 
     Example:
       palpate streams LAB/sessions/texture_capture_P001_s1.sqlite --trial 2
     """
-    from palpate.analysis.streams.listing import listed
+    from palpate.analysis.streams.listing import list_streams
     from palpate.studies.record import read
 
-    rows = [listed(read(path), trial) for path in _ledgers(ledger)]
+    rows = [list_streams(read(path), trial) for path in _ledgers(ledger)]
     if as_json:
         echo_json(rows)
         return
@@ -99,12 +99,12 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
       palpate doors normalise door.csv --zero --out K8_g0.csv \\
         --angle-column door_angle_angle --force-column door_force_force
     """
-    from palpate.analysis.streams.export import Chosen, export
+    from palpate.analysis.streams.export import ExportSelection, export
     from palpate.studies.record import read
 
-    chosen = Chosen(trial, how["attempt"], how["act"], how["hinge"], how["by_stamps"])
-    _demand_speed_told_apart(how, raw)
-    files = export(read(ledger), chosen, out, None if raw else _wanted(how))
+    chosen = ExportSelection(trial, how["attempt"], how["act"], how["hinge"], how["by_stamps"])
+    _demand_speed_options(how, raw)
+    files = export(read(ledger), chosen, out, None if raw else _alignment_options(how))
     if as_json:
         echo_json({"files": [str(path) for path in files]})
         return
@@ -112,15 +112,15 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
         click.echo(str(path))
 
 
-def _demand_speed_told_apart(how: dict[str, Any], raw: bool) -> None:
+def _demand_speed_options(how: dict[str, Any], raw: bool) -> None:
     if (how["speed_window"] is not None or how["causal"]) and not how["speed"]:
         raise click.UsageError("--speed-window and --causal are about a speed: say of which stream, --speed STREAM")
     if how["speed"] and raw:
         raise click.UsageError("--speed adds columns to the grid; --raw has none: leave one of them out")
 
 
-def _wanted(how: dict[str, Any]) -> Wanted:
-    from palpate.analysis.streams.alignment import WINDOW, SpeedWanted, Wanted
+def _alignment_options(how: dict[str, Any]) -> AlignmentOptions:
+    from palpate.analysis.streams.alignment import WINDOW, AlignmentOptions, SpeedOptions
     from palpate.signals.aligning.aligned import LONGEST_GAP_S
     from palpate.signals.aligning.methods import method_named
 
@@ -133,12 +133,14 @@ def _wanted(how: dict[str, Any]) -> Wanted:
             default = method
     gap_s = LONGEST_GAP_S if how["longest_gap_s"] is None else how["longest_gap_s"]
     late = dict(_latencies(how["latency"]))
-    speed = SpeedWanted(how["speed"], WINDOW if how["speed_window"] is None else how["speed_window"], how["causal"])
-    return Wanted(how["rate_hz"], method_named(default), single, late, gap_s, how["everything"], how["marks"], speed)
+    speed = SpeedOptions(how["speed"], WINDOW if how["speed_window"] is None else how["speed_window"], how["causal"])
+    return AlignmentOptions(
+        how["rate_hz"], method_named(default), single, late, gap_s, how["everything"], how["marks"], speed
+    )
 
 
 def _latencies(text: str) -> Iterator[tuple[str, float]]:
-    for part in filter(None, (each.strip() for each in text.split(","))):
+    for part in filter(None, (entry.strip() for entry in text.split(","))):
         name, _, seconds = part.partition("=")
         try:
             yield name, float(seconds)
@@ -147,17 +149,17 @@ def _latencies(text: str) -> Iterator[tuple[str, float]]:
 
 
 def _ledgers(paths: Sequence[Path]) -> list[Path]:
-    found = [inner for path in paths for inner in (sorted(path.glob("*.sqlite")) if path.is_dir() else [path])]
-    if not found:
+    ledgers = [inner for path in paths for inner in (sorted(path.glob("*.sqlite")) if path.is_dir() else [path])]
+    if not ledgers:
         raise click.UsageError(f"no ledgers (*.sqlite) in {some(paths)}")
-    return found
+    return ledgers
 
 
 def _show(row: dict[str, Any]) -> None:
-    from palpate.analysis.streams.listing import lines_of
+    from palpate.analysis.streams.listing import format_lines
 
     click.secho(f"{row['session']}  {row['ledger']}", bold=True)
-    for line in lines_of(row["streams"]) or ["no streams"]:
+    for line in format_lines(row["streams"]) or ["no streams"]:
         click.echo(f"  {line}")
     for line in row["not_used"]:
         click.secho(f"  {line}", fg="yellow")

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from palpate.analysis.streams.alignment import Together, Wanted, align_streams, described
+from palpate.analysis.streams.alignment import AlignedStreams, AlignmentOptions, align_streams, describe_stream
 from palpate.analysis.streams.recorded_streams import (
     RecordedAttempt,
     Stream,
     StreamError,
     attempts_of,
-    counting,
+    counting_attempts,
     streams_in,
     streams_of,
 )
@@ -33,7 +33,7 @@ ROWS = 4096
 
 
 @dataclass(frozen=True)
-class Chosen:
+class ExportSelection:
     """What is exported: a trial or all, its attempt that counts or another, one act of it or all; a door's hinge.
 
     Streams in `by_stamps` are timed by their device's stamps instead of by their arrivals.
@@ -47,7 +47,7 @@ class Chosen:
 
     @property
     def single(self) -> bool:
-        """Whether one recording is meant."""
+        """Return whether one recording is meant."""
         return self.trial is not None
 
 
@@ -61,13 +61,13 @@ class _Act:
 
     def about(self, of_ledger: dict[str, Any]) -> dict[str, Any]:
         return {
-            **of_ledger, "trial": self.attempt.trial, "attempt": self.attempt.number, "counts": self.attempt.kept,
+            **of_ledger, "trial": self.attempt.trial, "attempt": self.attempt.number, "counts": self.attempt.usable,
             "act": self.streams[0].act, "stimulus": self.attempt.stimulus,
         }  # fmt: skip
 
 
-def export(record: Record, chosen: Chosen, out: Path, wanted: Wanted | None) -> list[Path]:
-    """Write the chosen streams, aligned as `wanted` or, without it, raw; the files that were written.
+def export(record: Record, selection: ExportSelection, out: Path, options: AlignmentOptions | None) -> list[Path]:
+    """Write the chosen streams, aligned as `options` or, without it, raw; the files that were written.
 
     `out` is a CSV file for one aligned recording, else a folder, in which files are named LEDGER_tNNN. Recordings of
     nothing but things noted (a form's marker) are not aligned: they are left out where there are others.
@@ -75,46 +75,51 @@ def export(record: Record, chosen: Chosen, out: Path, wanted: Wanted | None) -> 
     Raises:
         StreamError: nothing to export, several recordings for one file, streams that cannot be aligned.
     """
-    if (chosen.attempt is not None or chosen.act is not None) and not chosen.single:
+    if (selection.attempt is not None or selection.act is not None) and not selection.single:
         raise StreamError("--attempt and --act choose among the recordings of one trial: name it with --trial")
-    acts = list(_acts(record, chosen))
-    if wanted is not None and chosen.act is None:
+    acts = list(_chosen_acts(record, selection))
+    if options is not None and selection.act is None:
         acts = [act for act in acts if any(not stream.noted for stream in act.streams)] or acts
     into_file = out.suffix.lower() == ".csv" and not out.is_dir()
-    if into_file and (wanted is None or len(acts) > 1):
-        raise StreamError(f"{out}: one file holds one aligned recording; {_several(acts, chosen, wanted)}")
+    if into_file and (options is None or len(acts) > 1):
+        raise StreamError(f"{out}: one file holds one aligned recording; {_one_file_message(acts, selection, options)}")
     of_ledger = ledger_account(record, attempts_of(record))
     folder = out.parent if into_file else out
     with staged_files(folder) as draft:
         files: list[Path] = []
         for act in acts:
             path = draft / (out.name if into_file else f"{act.stem}.csv")
-            files += _written(record, act, path, wanted, chosen, of_ledger)
+            files += _write_act(record, act, path, options, selection, of_ledger)
     return [folder / file.name for file in files]
 
 
-def _several(acts: Sequence[_Act], chosen: Chosen, wanted: Wanted | None) -> str:
-    if wanted is None:
+def _one_file_message(acts: Sequence[_Act], selection: ExportSelection, options: AlignmentOptions | None) -> str:
+    if options is None:
         return "raw streams have a file each: give a folder"
-    which = "--act" if chosen.single else "--trial"
+    which = "--act" if selection.single else "--trial"
     return f"there are {len(acts)}: choose one with {which}, or give a folder"
 
 
-def _written(
-    record: Record, act: _Act, path: Path, wanted: Wanted | None, chosen: Chosen, of_ledger: dict[str, Any]
+def _write_act(
+    record: Record,
+    act: _Act,
+    path: Path,
+    options: AlignmentOptions | None,
+    selection: ExportSelection,
+    of_ledger: dict[str, Any],
 ) -> list[Path]:
     about = act.about(of_ledger)
     try:
-        streams = _timed(act.streams, chosen.by_stamps)
-        if wanted is None:
+        streams = _with_timing(act.streams, selection.by_stamps)
+        if options is None:
             return write_raw(path.parent, act.stem, streams, about)
-        return write_aligned(path, align_streams(streams, wanted, chosen.hinge), about)
+        return write_aligned(path, align_streams(streams, options, selection.hinge), about)
     except StreamError as error:
         raise StreamError(f"{record.path}: {error}") from error
 
 
-def _timed(streams: Sequence[Stream], by_stamps: Sequence[str]) -> tuple[Stream, ...]:
-    """The streams, those that are named timed by their stamps. Raises StreamError where one cannot be."""
+def _with_timing(streams: Sequence[Stream], by_stamps: Sequence[str]) -> tuple[Stream, ...]:
+    """Return the streams, those that are named timed by their stamps. Raises StreamError where one cannot be."""
     names = [stream.name for stream in streams]
     for name in by_stamps:
         if name not in names:
@@ -128,20 +133,25 @@ def _timed(streams: Sequence[Stream], by_stamps: Sequence[str]) -> tuple[Stream,
     return timed
 
 
-def _acts(record: Record, chosen: Chosen) -> Iterator[_Act]:
-    met = attempts_of(record)
-    if chosen.trial is not None:
-        streams_of(record, chosen.trial, chosen.attempt)  # refuses what is not there
-        met = tuple(each for each in met if each.trial == chosen.trial and chosen.attempt in (None, each.number))
-    used = list(counting(met).values()) if chosen.attempt is None else list(met)
+def _chosen_acts(record: Record, selection: ExportSelection) -> Iterator[_Act]:
+    attempts = attempts_of(record)
+    if selection.trial is not None:
+        streams_of(record, selection.trial, selection.attempt)  # refuses what is not there
+        attempts = tuple(
+            attempt
+            for attempt in attempts
+            if attempt.trial == selection.trial and selection.attempt in (None, attempt.number)
+        )
+    used = list(counting_attempts(attempts).values()) if selection.attempt is None else list(attempts)
     if not used:
         raise StreamError(f"{record.path}: no attempt that counts holds streams")
-    found = [act for attempt in used for act in _acts_of(record, attempt, chosen.act)]
-    if not found:
+    acts = [act for attempt in used for act in _acts_of(record, attempt, selection.act)]
+    if not acts:
         raise StreamError(
-            f"{record.path}: trial {chosen.trial} has {count(len(used[0].acts), 'recording')}, none is {chosen.act}"
+            f"{record.path}: trial {selection.trial} has {count(len(used[0].acts), 'recording')},"
+            f" none is {selection.act}"
         )
-    yield from found
+    yield from acts
 
 
 def _acts_of(record: Record, attempt: RecordedAttempt, act: int | None) -> Iterator[_Act]:
@@ -155,7 +165,7 @@ def _acts_of(record: Record, attempt: RecordedAttempt, act: int | None) -> Itera
 
 
 def ledger_account(record: Record, attempts: Sequence[RecordedAttempt]) -> dict[str, Any]:
-    """Which ledger it was, so that an export can be traced to it, and what became of every attempt."""
+    """Return which ledger it was, so that an export can be traced to it, and what became of every attempt."""
     header = record.header
     return {
         "ledger": record.path.name,
@@ -167,16 +177,16 @@ def ledger_account(record: Record, attempts: Sequence[RecordedAttempt]) -> dict[
         "simulated": header["rig"].get("kind") == "simulated" or bool(header["rig"].get("twins")),
         "palpate": installed_version("palpate") or "not installed",
         "attempts": [
-            {"trial": a.trial, "attempt": a.number, "ended": a.told, "recordings": len(a.acts)} for a in attempts
+            {"trial": a.trial, "attempt": a.number, "ended": a.ending, "recordings": len(a.acts)} for a in attempts
         ],
     }  # fmt: skip
 
 
-def write_aligned(path: Path, together: Together, about: Mapping[str, Any]) -> list[Path]:
-    """The CSV (time_s in seconds of session time, STREAM_CHANNEL columns; empty where unknown), and its JSON."""
+def write_aligned(path: Path, together: AlignedStreams, about: Mapping[str, Any]) -> list[Path]:
+    """Write the CSV (time_s in seconds of session time, STREAM_CHANNEL columns; empty where unknown) and its JSON."""
     columns = together.columns()
     table = np.column_stack(list(columns.values()))
-    grid_hz = together.wanted.grid_hz
+    grid_hz = together.options.grid_hz
     grid = {"rate_hz": grid_hz, "first_s": float(table[0, 0]), "last_s": float(table[-1, 0]), "rows": len(table)}
     account = {**about, "grid": grid, "time_s": "seconds since the session began", "streams": together.account()}
     account |= {"hinge": together.hinge.account()} if together.hinge else {}
@@ -185,14 +195,14 @@ def write_aligned(path: Path, together: Together, about: Mapping[str, Any]) -> l
 
 
 def write_raw(folder: Path, stem: str, streams: Sequence[Stream], about: Mapping[str, Any]) -> list[Path]:
-    """Each stream's samples as they are, numbered, with times by its clock; one JSON for all."""
+    """Write each stream's samples as they are, numbered, with times by its clock; one JSON for all."""
     files, accounts = [], {}
     for stream in streams:
         path = folder / f"{stem}_{stream.name}.csv"
         names = ["sample"] if stream.noted else ["sample", "time_s"]
         _write(path, [*names, *stream.channels], _raw_rows(stream), "%d" if stream.noted else "%d,%.9f")
         files.append(path)
-        accounts[stream.name] = {**described(stream), "file": path.name}
+        accounts[stream.name] = {**describe_stream(stream), "file": path.name}
     return [*files, _write_json(folder / f"{stem}.json", {**about, "raw": True, "streams": accounts})]
 
 
@@ -203,12 +213,12 @@ def _raw_rows(stream: Stream) -> Iterable[Array]:
 
 
 def _time_format(rate_hz: float) -> str:
-    """Microseconds where the grid's steps are whole ones."""
+    """Return the format of times: microseconds where the grid's steps are whole ones."""
     return "%.6f" if (1e6 / rate_hz).is_integer() else "%.9f"
 
 
 def _write(path: Path, header: Sequence[str], tables: Iterable[Array], leading: str) -> None:
-    """Rows of numbers; `leading` formats the first columns. The file stands under its name when it is whole."""
+    """Write rows of numbers; `leading` formats the first columns. The file stands under its name when it is whole."""
     columns = len(header) - leading.count("%")
     form = ",".join([leading, *[f"%.{DIGITS}g"] * columns]) + "\n"
     with open_text(path) as file:

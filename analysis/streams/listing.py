@@ -5,8 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from palpate.analysis.streams.alignment import described
-from palpate.analysis.streams.recorded_streams import RecordedAttempt, StreamError, attempts_of, counting, streams_in
+from palpate.analysis.streams.alignment import describe_stream
+from palpate.analysis.streams.recorded_streams import (
+    RecordedAttempt,
+    StreamError,
+    attempts_of,
+    counting_attempts,
+    streams_in,
+)
 from palpate.studies.record import Record
 from palpate.studies.tables import session_name
 
@@ -15,15 +21,15 @@ TEXTS = ("stimulus", "stream", "unit", "clock", "calibration")
 SILENT = ("-", "host")
 
 
-def listed(record: Record, trial: int | None = None) -> Row:
-    """The session's streams, of the attempt of each trial that counts, and a line for each that does not.
+def list_streams(record: Record, trial: int | None = None) -> Row:
+    """Return the session's streams, of the attempt of each trial that counts, and a line for each that does not.
 
     Raises StreamError for a trial that was not met.
     """
-    attempts = [each for each in attempts_of(record) if trial in (None, each.trial)]
+    attempts = [attempt for attempt in attempts_of(record) if trial in (None, attempt.trial)]
     if trial is not None and not attempts:
         raise StreamError(f"{record.path}: trial {trial} was not met in this session")
-    used = counting(attempts)
+    used = counting_attempts(attempts)
     return {
         "ledger": str(record.path),
         "session": session_name(record),
@@ -36,35 +42,36 @@ def _rows(record: Record, attempt: RecordedAttempt) -> list[Row]:
     try:
         return [
             {
-                "trial": each.trial, "attempt": each.attempt, "act": each.act, "stimulus": attempt.stimulus,
-                "stream": each.name, **described(each),
+                "trial": stream.trial, "attempt": stream.attempt, "act": stream.act, "stimulus": attempt.stimulus,
+                "stream": stream.name, **describe_stream(stream),
             }
-            for each in streams_in(attempt)
+            for stream in streams_in(attempt)
         ]  # fmt: skip
     except StreamError as error:
         raise StreamError(f"{record.path}: {error}") from error
 
 
 def _not_used(attempts: Iterable[RecordedAttempt], used: Iterable[RecordedAttempt]) -> list[str]:
-    kept = list(used)
+    used_attempts = list(used)
     lines = []
-    for each in attempts:
-        where = f"trial {each.trial}, attempt {each.number}"
-        if each.acts and each not in kept:
-            lines.append(f"{where}: {'a later one counts' if each.kept else each.told}; its streams are not used")
+    for attempt in attempts:
+        where = f"trial {attempt.trial}, attempt {attempt.number}"
+        if attempt.acts and attempt not in used_attempts:
+            reason = "a later one counts" if attempt.usable else attempt.ending
+            lines.append(f"{where}: {reason}; its streams are not used")
     return lines
 
 
-def lines_of(rows: Sequence[Row]) -> list[str]:
-    """The rows as lines of text, with a heading; columns that say nothing of any stream are left out."""
+def format_lines(rows: Sequence[Row]) -> list[str]:
+    """Return the rows as lines of text, with a heading; columns that are silent for every stream are left out."""
     if not rows:
         return []
     cells = [_cells(row) for row in rows]
-    said = [name for name in cells[0] if any(each[name] not in SILENT for each in cells)]
-    widths = {name: max(len(name), *(len(each[name]) for each in cells)) for name in said}
+    columns = [name for name in cells[0] if any(row_cells[name] not in SILENT for row_cells in cells)]
+    widths = {name: max(len(name), *(len(row_cells[name]) for row_cells in cells)) for name in columns}
     return [
-        "  ".join((_left if name in TEXTS else _right)(each[name], widths[name]) for name in said).rstrip()
-        for each in [{name: name for name in said}, *cells]
+        "  ".join((_left if name in TEXTS else _right)(row_cells[name], widths[name]) for name in columns).rstrip()
+        for row_cells in [{name: name for name in columns}, *cells]
     ]
 
 
@@ -101,6 +108,8 @@ def _cells(row: Row) -> dict[str, str]:
 
 
 def _late_ms(stamps: Row) -> str:
-    """By how much even the promptest samples came after their own stamps, where those are by the host's clock."""
+    """Return by how much even the promptest samples came after their own stamps, where those are by the host's
+    clock.
+    """
     late_s = stamps.get("late_s")
     return "-" if late_s is None else f"{1e3 * late_s:.3f} +-{1e3 * stamps['late_error_s']:.3f}"

@@ -1,4 +1,4 @@
-"""One stream of one act as it stands in a ledger: what it is, where its blocks lie, what lacks, when it came."""
+"""One stream of one act as it stands in a ledger, and the way from a verified ledger to the streams of a trial."""
 
 from __future__ import annotations
 
@@ -62,28 +62,28 @@ class Stream:
 
     @property
     def where(self) -> str:
-        """The stream's place, for messages."""
+        """Return the stream's place, for messages."""
         again = f", act {self.act}" if self.act > 1 else ""
         return f"trial {self.trial}, attempt {self.attempt}{again}: stream {self.name}"
 
     @property
     def count(self) -> int:
-        """Samples that are there."""
+        """Return how many samples are there."""
         return sum(block.count for block in self.blocks)
 
     @property
     def lost(self) -> int:
-        """Samples that are not."""
+        """Return how many samples are missing."""
         return sum(gap.lost for gap in self.gaps)
 
     @property
     def noted(self) -> bool:
-        """Whether it has no rate: a channel holds the times."""
+        """Return whether it has no rate: a channel holds the times."""
         return self.rate_hz == 0
 
     @cached_property
     def timing(self) -> Clock:
-        """The stream's clock in seconds of session time: from its arrivals, or as declared where it has none.
+        """Return the stream's clock in seconds of session time: from its arrivals, or as declared where it has none.
 
         Raises StreamError for arrivals that no clock can be fitted to, for a stream without a rate, and where it is to
         be timed by stamps that cannot do it.
@@ -98,7 +98,9 @@ class Stream:
 
     @cached_property
     def stamps(self) -> Stamps | None:
-        """What its device's own stamps tell of it; None where there are none. Raises StreamError as `timing` does."""
+        """Return what its device's own stamps tell of it; None where there are none. Raises StreamError as `timing`
+        does.
+        """
         if not self.stamped or self.noted:
             return None
         in_seconds = [(n, t_ns / NS, stamp_s) for n, t_ns, stamp_s in self.stamped]
@@ -114,21 +116,21 @@ class Stream:
             raise StreamError(f"{self.where}: {error}") from error
 
     def values(self) -> Array:
-        """Samples, shape (count, channels), in the stream's units. Read from the ledger at every call."""
-        found = np.empty((self.count, len(self.channels)))
+        """Return the samples, shape (count, channels), in the stream's units. Read from the ledger at every call."""
+        samples = np.empty((self.count, len(self.channels)))
         place = 0
         for block in self.blocks:
-            found[place : place + block.count] = _rows(block)
+            samples[place : place + block.count] = _rows(block)
             place += block.count
-        return found
+        return samples
 
     def pieces(self) -> Iterator[tuple[Numbers, Array]]:
-        """Block after block: the samples' numbers, shape (n,), and the samples, shape (n, channels)."""
+        """Yield block after block: the samples' numbers, shape (n,), and the samples, shape (n, channels)."""
         for block in self.blocks:
             yield np.arange(block.first, block.first + block.count), _rows(block).astype(np.float64)
 
     def numbers(self) -> Numbers:
-        """The number of each sample, lost ones counted; shape (count,)."""
+        """Return the number of each sample, lost ones counted; shape (count,)."""
         return np.concatenate([np.arange(block.first, block.first + block.count) for block in self.blocks])
 
 
@@ -145,39 +147,39 @@ class RecordedAttempt:
 
     @property
     def trial(self) -> int:
-        """The trial's number."""
+        """Return the trial's number."""
         return self.attempt.trial
 
     @property
     def number(self) -> int:
-        """Which attempt at the trial it is, from 1."""
+        """Return which attempt at the trial it is, from 1."""
         return self.attempt.number
 
     @property
     def stimulus(self) -> str:
-        """The stimulus of the trial."""
+        """Return the stimulus of the trial."""
         return self.attempt.stimulus
 
     @property
-    def kept(self) -> bool:
-        """Whether it ended well, was not withdrawn since, and holds streams."""
+    def usable(self) -> bool:
+        """Return whether it ended well, was not withdrawn since, and holds streams."""
         return self.attempt.valid and bool(self.acts)
 
     @property
-    def told(self) -> str:
-        """How it ended, in a word or two."""
+    def ending(self) -> str:
+        """Return how it ended, in a word or two."""
         ended_as = self.attempt.ended_as
         again = self.attempt.withdrawn and ended_as in (ANSWERED, CAPTURED)
         return f"{ended_as or 'not ended'}{', then wished again' if again else ''}"
 
 
 def attempts_of(record: Record) -> tuple[RecordedAttempt, ...]:
-    """Every attempt of every trial, in the order in which they were met."""
+    """Return every attempt of every trial, in the order in which they were made."""
     return tuple(RecordedAttempt(attempt, tuple(_acts(record, attempt))) for attempt in record.state.attempts)
 
 
 def _acts(record: Record, attempt: Attempt) -> Iterator[tuple[Event, ...]]:
-    """What came of each request of the attempt, where samples did."""
+    """Yield what came of each request of the attempt, where samples did."""
     acts: list[list[Event]] = []
     for event in record.events_of(attempt):
         if event.kind == "request":
@@ -187,20 +189,23 @@ def _acts(record: Record, attempt: Attempt) -> Iterator[tuple[Event, ...]]:
     return (tuple(act) for act in acts if any(event.samples for event in act))
 
 
-def counting(attempts: Iterable[RecordedAttempt]) -> dict[int, RecordedAttempt]:
-    """The attempt that counts of each trial that has one: the last that was kept."""
-    return {each.trial: each for each in attempts if each.kept}
+def counting_attempts(attempts: Iterable[RecordedAttempt]) -> dict[int, RecordedAttempt]:
+    """Return the attempt that counts of each trial that has one: the last that is usable."""
+    return {attempt.trial: attempt for attempt in attempts if attempt.usable}
 
 
 def streams_of(record: Record, trial: int, attempt: int | None = None) -> tuple[Stream, ...]:
-    """The streams of a trial, of the attempt that counts or of the one that is named, whatever became of that one.
+    """Return the streams of a trial, of the attempt that counts or of the one that is named, whatever became of that
+    one.
 
     Raises StreamError where there are none, and where blocks overlap or differ in what they are.
     """
-    met = [each for each in attempts_of(record) if each.trial == trial]
-    chosen = counting(met).get(trial) if attempt is None else next((e for e in met if e.number == attempt), None)
+    attempts = [one for one in attempts_of(record) if one.trial == trial]
+    chosen = counting_attempts(attempts).get(trial)
+    if attempt is not None:
+        chosen = next((one for one in attempts if one.number == attempt), None)
     if chosen is None or not chosen.acts:
-        raise StreamError(f"{record.path}: {_nothing(trial, attempt, met)}")
+        raise StreamError(f"{record.path}: {_no_streams_message(trial, attempt, attempts)}")
     try:
         return streams_in(chosen)
     except StreamError as error:
@@ -208,24 +213,24 @@ def streams_of(record: Record, trial: int, attempt: int | None = None) -> tuple[
 
 
 def streams_in(attempt: RecordedAttempt) -> tuple[Stream, ...]:
-    """The streams of an attempt, act by act."""
+    """Return the streams of an attempt, act by act."""
     return tuple(
-        _joined(attempt, number, act, name)
+        _join_blocks(attempt, number, act, name)
         for number, act in enumerate(attempt.acts, start=1)
         for name in dict.fromkeys(block.stream for event in act for block in event.samples)
     )
 
 
-def _nothing(trial: int, attempt: int | None, met: Sequence[RecordedAttempt]) -> str:
-    if not met:
+def _no_streams_message(trial: int, attempt: int | None, attempts: Sequence[RecordedAttempt]) -> str:
+    if not attempts:
         return f"trial {trial} was not met in this session"
-    how = ", ".join(f"attempt {each.number} {each.told}{'' if each.acts else ', no streams'}" for each in met)
-    wanted = "no attempt that counts holds streams" if attempt is None else f"attempt {attempt} holds no streams"
-    return f"trial {trial}: {wanted} ({how})"
+    how = ", ".join(f"attempt {one.number} {one.ending}{'' if one.acts else ', no streams'}" for one in attempts)
+    missing = "no attempt that counts holds streams" if attempt is None else f"attempt {attempt} holds no streams"
+    return f"trial {trial}: {missing} ({how})"
 
 
-def _joined(attempt: RecordedAttempt, number: int, act: Sequence[Event], name: str) -> Stream:
-    """The blocks of one stream as they follow each other."""
+def _join_blocks(attempt: RecordedAttempt, number: int, act: Sequence[Event], name: str) -> Stream:
+    """Return the blocks of one stream as they follow each other. Raises StreamError where they overlap or differ."""
     where = f"trial {attempt.trial}, attempt {attempt.number}: stream {name}"
     blocks = tuple(block for event in act for block in event.samples if block.stream == name and block.count)
     if not blocks:
@@ -235,15 +240,15 @@ def _joined(attempt: RecordedAttempt, number: int, act: Sequence[Event], name: s
     gaps = tuple(_gaps(act, blocks, name, where)) if like.rate_hz else ()
     return Stream(
         attempt.trial, attempt.number, number, name, like.channels, like.units, float(like.rate_hz), like.clock,
-        _calibration(act, name), blocks, gaps, _arrived(act, name), _stamped(act, name),
+        _calibration(act, name), blocks, gaps, _arrivals(act, name), _stamps(act, name),
     )  # fmt: skip
 
 
-def _told(event: Event, name: str) -> Mapping[str, Any]:
-    """What the event says of a stream beside its samples; replies of before chunks say nothing."""
+def _stream_metadata(event: Event, name: str) -> Mapping[str, Any]:
+    """Return what the event holds of a stream beside its samples; replies of before chunks hold nothing."""
     streams = event.value.get("streams", {})
-    told = streams.get(name) if isinstance(streams, Mapping) else None
-    return told if isinstance(told, Mapping) else {}
+    metadata = streams.get(name) if isinstance(streams, Mapping) else None
+    return metadata if isinstance(metadata, Mapping) else {}
 
 
 def _demand_alike(blocks: Sequence[Samples], where: str) -> None:
@@ -254,53 +259,59 @@ def _demand_alike(blocks: Sequence[Samples], where: str) -> None:
 
 
 def _gaps(act: Sequence[Event], blocks: Sequence[Samples], name: str, where: str) -> Iterator[Gap]:
-    """What the numbering of the blocks lacks, from number 0 on, and what was told as missing after the last."""
-    told = [gap for event in act for gap in _told_gaps(event, name)]
+    """Yield what the numbering of the blocks leaves out, from number 0 on, and what was named as missing after the
+    last.
+    """
+    named = [gap for event in act for gap in _named_gaps(event, name)]
     expected = 0
     for block in blocks:
         if block.first < expected:
             raise StreamError(f"{where}: sample {block.first} stands twice, or the blocks are out of order")
-        yield from _missing(expected, block.first, told)
+        yield from _missing_samples(expected, block.first, named)
         expected = block.first + block.count
-    yield from (gap for gap in told if gap.first >= expected)
+    yield from (gap for gap in named if gap.first >= expected)
 
 
-def _missing(first: int, end: int, told: Iterable[Gap]) -> Iterator[Gap]:
-    """Samples from `first` up to `end`: the gaps that were told there, and whatever they leave over."""
-    for gap in told:
+def _missing_samples(first: int, end: int, named: Iterable[Gap]) -> Iterator[Gap]:
+    """Yield samples from `first` up to `end`: the gaps that were named there, and whatever they leave over."""
+    for gap in named:
         if first <= gap.first and gap.first + gap.lost <= end:
-            yield from _untold(first, gap.first)
+            yield from _unexplained_gap(first, gap.first)
             yield gap
             first = gap.first + gap.lost
-    yield from _untold(first, end)
+    yield from _unexplained_gap(first, end)
 
 
-def _untold(first: int, end: int) -> Iterator[Gap]:
+def _unexplained_gap(first: int, end: int) -> Iterator[Gap]:
     if end > first:
         yield Gap(first, end - first, "not told")
 
 
-def _told_gaps(event: Event, name: str) -> Iterator[Gap]:
-    """Each gap that an event of samples names; that of a reply is their number."""
+def _named_gaps(event: Event, name: str) -> Iterator[Gap]:
+    """Yield each gap that an event of samples names; that of a reply is their number."""
     if event.kind == "samples":
-        yield from (Gap(int(first), int(lost), str(why)) for first, lost, why in _told(event, name).get("gaps", ()))
+        yield from (
+            Gap(int(first), int(lost), str(why)) for first, lost, why in _stream_metadata(event, name).get("gaps", ())
+        )
 
 
-def _arrived(act: Sequence[Event], name: str) -> tuple[tuple[int, int], ...]:
-    return tuple((int(n), int(t_ns)) for event in act for n, t_ns, *_ in _told(event, name).get("arrived", ()))
+def _arrivals(act: Sequence[Event], name: str) -> tuple[tuple[int, int], ...]:
+    return tuple(
+        (int(n), int(t_ns)) for event in act for n, t_ns, *_ in _stream_metadata(event, name).get("arrived", ())
+    )
 
 
-def _stamped(act: Sequence[Event], name: str) -> tuple[tuple[int, int, float], ...]:
-    """(n, t_ns, device's own time in s) of the chunks that tell it."""
-    told = [_told(event, name) for event in act]
+def _stamps(act: Sequence[Event], name: str) -> tuple[tuple[int, int, float], ...]:
+    """Return (n, t_ns, device's own time in s) of the chunks that hold it."""
+    metadata = [_stream_metadata(event, name) for event in act]
     return tuple(
         (int(n), int(t_ns), float(stamp_s))
-        for each in told
-        for (n, t_ns, *_), stamp_s in zip(each.get("arrived", ()), each.get("device_s", ()), strict=False)
+        for entry in metadata
+        for (n, t_ns, *_), stamp_s in zip(entry.get("arrived", ()), entry.get("device_s", ()), strict=False)
     )
 
 
 def _calibration(act: Sequence[Event], name: str) -> str | None:
-    """The last that was said of what turned readings into units."""
-    said = [_told(event, name).get("calibration") for event in act]
-    return next((str(each) for each in reversed(said) if each is not None), None)
+    """Return the last calibration that turned readings into units; None where none is recorded."""
+    calibrations = [_stream_metadata(event, name).get("calibration") for event in act]
+    return next((str(calibration) for calibration in reversed(calibrations) if calibration is not None), None)

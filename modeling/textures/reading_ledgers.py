@@ -13,7 +13,7 @@ from palpate.analysis.streams.recorded_streams import (
     Stream,
     StreamError,
     attempts_of,
-    counting,
+    counting_attempts,
     streams_in,
 )
 from palpate.modeling.textures.preparing import UP, Touched, prepared
@@ -117,7 +117,7 @@ def _captures(lab: Path, study: str) -> Iterator[Capture]:
     try:
         for record in sessions_of(lab, study):
             rows, notes = stimulus_columns(record.header), (SIMULATED,) if by_twins(record.header) else ()
-            for attempt in counting(attempts_of(record)).values():
+            for attempt in counting_attempts(attempts_of(record)).values():
                 row = rows.get(attempt.stimulus, {})
                 label, category = row.get("label") or attempt.stimulus, row.get("class") or ""
                 yield Capture(record.path, attempt, label, category, notes)

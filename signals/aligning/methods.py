@@ -25,7 +25,7 @@ class Method:
     """
 
     name: str
-    told: str
+    description: str
     bound: str
     run: Run
     delay_s: Reach

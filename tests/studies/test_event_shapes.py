@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from palpate import command_line
 from palpate.analysis.monitoring.following import follow
-from palpate.analysis.streams.recorded_streams import StreamError, attempts_of, counting, streams_in
+from palpate.analysis.streams.recorded_streams import StreamError, attempts_of, counting_attempts, streams_in
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.worlds import Divergence
@@ -168,7 +168,7 @@ def test_whatever_a_body_holds_no_reader_fails_without_a_name(tmp_path_factory, 
     engine = open_database("sqlite://")
     for act in (
         lambda: list(collect([path], engine)),
-        lambda: [streams_in(attempt) for attempt in counting(attempts_of(read(path))).values()],
+        lambda: [streams_in(attempt) for attempt in counting_attempts(attempts_of(read(path))).values()],
         lambda: replay(path),
         lambda: follow(path),
     ):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis.features.augmenting import chance_of, varied
-from tests.analysis.features.made_pictures import grains
+from tests.analysis.features.picture_specimens import grains
 
 VALUES = grains(128).astype("f4") / 255
 

@@ -6,7 +6,7 @@ from skimage.feature import graycomatrix
 
 from palpate.analysis.features.glcm import glcm, levels
 from palpate.analysis.features.pictures import PictureError
-from tests.analysis.features.made_pictures import grains
+from tests.analysis.features.picture_specimens import grains
 
 pytestmark = pytest.mark.needs("skimage")
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.signal.windows import hann
 
 from palpate.analysis.features.touch_features import COEFFICIENTS, FLOOR, FRAME, FRAMES, frames, mfcc, starts
-from tests.analysis.features.made_touch import noise
+from tests.analysis.features.touch_specimens import noise
 
 pytestmark = pytest.mark.needs("librosa")
 

@@ -6,7 +6,7 @@ import pywt
 from scipy.stats import entropy
 
 from palpate.analysis.features.touch_features import hand, spectrum, wavelets
-from tests.analysis.features.made_touch import noise
+from tests.analysis.features.touch_specimens import noise
 
 pytestmark = pytest.mark.needs("pywt")
 

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from palpate.analysis.features.pictures import Looking, PictureError, patches, square
-from tests.analysis.features.made_pictures import file_of, grains
+from tests.analysis.features.picture_specimens import file_of, grains
 
 SIDE = 256
 

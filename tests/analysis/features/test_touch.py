@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis.features.touch import SEGMENT, FeatureError, Stretch, Touch, segments
-from tests.analysis.features.made_touch import noise, stretch, touch
+from tests.analysis.features.touch_specimens import noise, stretch, touch
 
 
 def test_no_segment_reaches_over_a_hole_and_what_is_left_over_is_in_none():

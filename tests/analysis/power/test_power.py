@@ -10,9 +10,9 @@ from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.material import read_material
 from palpate.analysis.power.commands import Sizes, planned_verdict, power
 from palpate.analysis.power.curve import (
-    Asking,
     Point,
-    check_asking,
+    PowerRequest,
+    check_request,
     estimate_s,
     needed,
     one_run,
@@ -60,7 +60,7 @@ def lab(tmp_path):
 
 def asking(lab, **changes):
     folder = lab / "studies" / "pairs"
-    return Asking(folder / "study.yaml", folder / "analysis.yaml", lab, "textures", **changes)
+    return PowerRequest(folder / "study.yaml", folder / "analysis.yaml", lab, "textures", **changes)
 
 
 @pytest.mark.parametrize(("name", "count"), [("texture_similarity", 3), ("door_lexicon", 2), ("door_authoring", 2)])
@@ -129,7 +129,7 @@ def test_a_run_without_a_p_finds_nothing_and_says_why(lab):
 )
 def test_a_mistake_is_named(lab, change, told):
     with pytest.raises(PowerError, match=told):
-        check_asking(replace(asking(lab), **change))
+        check_request(replace(asking(lab), **change))
 
 
 def test_the_row_and_the_column_that_decide_are_chosen_by_name():
@@ -222,7 +222,7 @@ def test_the_verb_writes_a_table_and_a_figure(lab):
 
 def test_the_time_it_takes_is_told_from_a_small_study_and_a_larger_one(lab):
     """1 s for two people and 4 s for five: 9 s for ten; the smaller size is one more test of the same people."""
-    asking = Asking(find("pairs", lab), lab / "studies" / "pairs" / "analysis.yaml", lab, "textures")
+    asking = PowerRequest(find("pairs", lab), lab / "studies" / "pairs" / "analysis.yaml", lab, "textures")
     clock = iter([0.0, 1.0, 10.0, 14.0]).__next__
     assert estimate_s(asking, [5, 10], runs=20, jobs=2, clock=clock) == pytest.approx((9 + 0.5) * 20 / 2)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from palpate.analysis.streams.recorded_streams import Gap, StreamError, attempts_of, counting, streams_of
+from palpate.analysis.streams.recorded_streams import Gap, StreamError, attempts_of, counting_attempts, streams_of
 from palpate.studies.record import read
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks, told
 
@@ -77,10 +77,10 @@ def test_the_last_attempt_that_ended_well_counts(written):
     one_second(written, 4.0)
     written.experimenter(do="abort")
     record = written.record()
-    assert [(a.trial, a.number, a.told) for a in attempts_of(record)] == [
+    assert [(a.trial, a.number, a.ending) for a in attempts_of(record)] == [
         (1, 1, "faulted"), (1, 2, "repeated"), (1, 3, "captured"), (2, 1, "not ended"),
     ]  # fmt: skip
-    assert {trial: each.number for trial, each in counting(attempts_of(record)).items()} == {1: 3}
+    assert {trial: each.number for trial, each in counting_attempts(attempts_of(record)).items()} == {1: 3}
     assert streams_of(record, 1)[0].values()[0, 0] == 3
     assert streams_of(record, 1, attempt=1)[0].values()[0, 0] == 1
     with pytest.raises(StreamError, match=r"trial 2: no attempt that counts holds streams \(attempt 1 not ended\)"):

@@ -11,7 +11,7 @@ from palpate.studies.ledger import create, take_up
 from palpate.studies.record import read
 from palpate.studies.rig import simulated
 from palpate.studies.session import start
-from tests.analysis.features.made_pictures import write_picture
+from tests.analysis.features.picture_specimens import write_picture
 from tests.analysis.streams.ledgers import DOOR, Written
 
 LIVE = {"kind": "live", "twins": []}

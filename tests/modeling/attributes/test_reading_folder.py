@@ -8,7 +8,7 @@ import pytest
 from palpate.modeling.attributes.material import MaterialError, Pair
 from palpate.modeling.attributes.reading_columns import columns_of, rated_in
 from palpate.modeling.attributes.reading_folder import read_folder
-from tests.analysis.features.made_pictures import write_picture
+from tests.analysis.features.picture_specimens import write_picture
 
 HEADER = "id,label,category,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft"
 PAIRS = (Pair("Rough", "Smooth"), Pair("Flat", "Bumpy"), Pair("Sticky", "Slippery"), Pair("Hard", "Soft"))

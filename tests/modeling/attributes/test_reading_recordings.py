@@ -8,7 +8,7 @@ from palpate.modeling.attributes.reading_folder import read_folder
 from palpate.modeling.attributes.reading_recordings import Recordings, filed
 from palpate.modeling.textures.reading_tables import Held
 from palpate.modeling.textures.recording import TextureDataError
-from tests.analysis.features.made_pictures import write_picture
+from tests.analysis.features.picture_specimens import write_picture
 from tests.modeling.attributes.made_recordings import rated, table
 from tests.modeling.textures.made_cluster import slide
 from tests.modeling.textures.made_hatt import whole

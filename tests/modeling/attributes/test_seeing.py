@@ -14,7 +14,7 @@ from palpate.modeling.attributes.resnet import folded, loaded, pool_of_patches, 
 from palpate.modeling.attributes.resnet_weights import Weights
 from palpate.modeling.attributes.seeing import Album, Picture, Sight, in_a_hurry, seen, sight_with
 from palpate.modeling.training.threads import limited
-from tests.analysis.features.made_pictures import write_picture
+from tests.analysis.features.picture_specimens import write_picture
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -12,7 +12,7 @@ from functools import partial
 
 import pytest
 
-from palpate.analysis.streams.listing import listed
+from palpate.analysis.streams.listing import list_streams
 from palpate.devices.daq.twin import TwinDaq
 from palpate.devices.device import DeviceError
 from palpate.devices.door.link import device
@@ -227,7 +227,7 @@ def test_a_sensor_that_is_unplugged_in_mid_trial_and_comes_back_leaves_a_marked_
     for attempt, block in blocks:
         began, ended = spans[attempt]
         assert began <= block.t0_ns and block.t0_ns + (block.count - 1) / block.rate_hz * 1e9 <= ended
-    found = listed(record)
+    found = list_streams(record)
     assert (fault.trial, fault.attempt) not in {(row["trial"], row["attempt"]) for row in found["streams"]}
     assert all(row["lost"] == 0 and row["seconds"] >= 1.49 for row in found["streams"]) and found["not_used"]
     replay(sat.path)

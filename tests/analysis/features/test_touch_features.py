@@ -5,7 +5,7 @@ import pytest
 
 from palpate.analysis.features.touch import FeatureError, Stretch, Touch, contact, segments
 from palpate.analysis.features.touch_features import SIZES, mfcc, touch_features
-from tests.analysis.features.made_touch import noise, touch
+from tests.analysis.features.touch_specimens import noise, touch
 
 
 @pytest.mark.needs("librosa", "pywt")
