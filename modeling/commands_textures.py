@@ -17,7 +17,7 @@ from palpate.protocols.progress import Report
 from palpate.studies.options import JSON, LAB, echo_json, names_in, needs_packages, with_options
 
 if TYPE_CHECKING:
-    from palpate.modeling.textures.judging_whole import Judged, Wanted
+    from palpate.modeling.textures.evaluation import TextureEvaluation, TextureOptions
     from palpate.modeling.textures.reading_tables import Held
     from palpate.modeling.textures.recording import Recording
     from palpate.modeling.textures.simulator import GetSimulator, TextureSimulator
@@ -127,15 +127,15 @@ def _recorded(asked: Asked) -> tuple[Recording, ...]:
     return read_lab(asked.lab)
 
 
-def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> Wanted:
+def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
     """What the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
+    from palpate.modeling.textures.evaluation import TextureOptions
     from palpate.modeling.textures.evaluation_outputs import kept_in
-    from palpate.modeling.textures.judging_whole import Wanted
     from palpate.modeling.textures.registry import demand_known
 
     demand_known(methods or ())
     settings = {name: value for name, value in (("epochs", asked.epochs), ("batch", asked.batch)) if value is not None}
-    return Wanted(
+    return TextureOptions(
         work=kept_in(asked.lab), methods=methods, explore=asked.simulated, grid=grid, seed=asked.seed,
         quick=asked.quick, settings=settings, workers=asked.workers, cluster=asked.cluster,
     )  # fmt: skip
@@ -218,10 +218,10 @@ def evaluate_textures(
 
     Example: palpate evaluate textures --simulated --methods ar,foten_generative
     """
+    from palpate.modeling.textures.evaluation import domain_for, evaluate_methods
     from palpate.modeling.textures.evaluation_outputs import as_json as results
     from palpate.modeling.textures.evaluation_outputs import folder_for, write_all
     from palpate.modeling.textures.evaluation_tables import VARIANTS
-    from palpate.modeling.textures.judging_whole import context_for, judge
     from palpate.modeling.textures.registry import THESIS
 
     grid = VARIANTS if table_4_2 else (THESIS,) if figure_4_5 else ()
@@ -229,7 +229,7 @@ def evaluate_textures(
     with going_on("what is left"), progress_lines() as report:
         simulator = get_simulator()
         recordings = recordings_for(asked, simulator, report)
-        found = judge(context_for(recordings, simulator, wanted), wanted, report)
+        found = evaluate_methods(domain_for(recordings, simulator, wanted), wanted, report)
         paths = write_all(found, to or folder_for(asked.lab), report, figures)
     if as_json:
         echo_json({**results(found), "files": list(map(str, paths))})
@@ -237,7 +237,7 @@ def evaluate_textures(
     _show(found, paths[-1])
 
 
-def _show(found: Judged, page: Path) -> None:
+def _show(evaluation: TextureEvaluation, page: Path) -> None:
     from rich.console import Console
 
     from palpate.analysis.reports.terminal import methods_table, print_banners
@@ -245,11 +245,11 @@ def _show(found: Judged, page: Path) -> None:
     from palpate.modeling.textures.evaluation_report import banners, choice_of
     from palpate.modeling.textures.evaluation_tables import method_rows
 
-    print_banners(banners(found))
-    Console(highlight=False).print(methods_table([_shown(row) for row in method_rows(found)], COLUMNS))
-    chosen = choice_of(found)
+    print_banners(banners(evaluation))
+    Console(highlight=False).print(methods_table([_shown(row) for row in method_rows(evaluation)], COLUMNS))
+    chosen = choice_of(evaluation)
     click.echo(f"default: {chosen.method}. {chosen.why} {' '.join(chosen.of_ours)}".rstrip())
-    for label, line in reached(found):
+    for label, line in reached(evaluation):
         click.echo(f"{label}: {line}")
     click.echo(f"Look at {page}")
 

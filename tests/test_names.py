@@ -21,7 +21,8 @@ from tests.names import (
 )
 
 PICKLED = ("palpate.studies.texture_simulator:SimulatedTextures",
-           "palpate.modeling.doors.evaluating_jobs:Context", "palpate.modeling.textures.judging_jobs:Context",
+           "palpate.modeling.doors.evaluating_jobs:Context", "palpate.modeling.textures.domain:TextureDomain",
+           "palpate.modeling.attributes.domain:AttributeDomain",
            "palpate.studies.texture_set_rig:ToolAhead", "palpate.studies.texture_set_rig:Seen")  # fmt: skip
 """What travels to worker processes: pickle names its class by module and name. None of it lies in a file."""
 STARTED = ("palpate.devices.door.firmware.process", "benchmarks.window.stage", "benchmarks.window.session",

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from palpate.modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL, Numbers, ceiling, judged
-from palpate.modeling.textures.judging_drive import explored
+from palpate.modeling.textures.drive import explored
+from palpate.modeling.textures.free_run import CYCLE, ENVELOPE, GFC, LEVEL, Numbers, ceiling, free_run_scores
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.protocols.bench import Case
 from palpate.protocols.progress import Clock
@@ -65,7 +65,7 @@ class Hands:
         self._keep(AGAIN, ceiling(drive), began)
         for method, card in self.models.items():
             began = self.clock()
-            self._keep(method, judged(play(card, drive.speed, drive.force, seed), drive), began)
+            self._keep(method, free_run_scores(play(card, drive.speed, drive.force, seed), drive), began)
 
     def _keep(self, method: str, found: Numbers, began: float) -> None:
         self.took.setdefault(method, []).append(self.clock() - began)

@@ -11,12 +11,12 @@ import numpy as np
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.domain import Fit, Play
+from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_figures_free import free_figures
 from palpate.modeling.textures.evaluation_figures_time import time_figures
 from palpate.modeling.textures.evaluation_panels import keyed, named, panels, spectrum
 from palpate.modeling.textures.evaluation_tables import FIRST, WARM_UP, Row, figure_4_5, start_of, warm_up_rows
-from palpate.modeling.textures.judging_jobs import Fit, Play
-from palpate.modeling.textures.judging_whole import Judged
 from palpate.modeling.textures.metrics import SMOOTHED
 from palpate.modeling.textures.registry import DEFAULT, THESIS
 from palpate.modeling.training.history import history_in
@@ -31,18 +31,18 @@ if TYPE_CHECKING:
 CURVED = (DEFAULT, THESIS)
 
 
-def figures(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
+def figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder."""
-    yield from free_figures(found, folder)
-    yield from _grid(found, folder)
-    yield from _one_step(found, folder)
-    yield from time_figures(found, folder)
-    yield from _curves(found, folder)
+    yield from free_figures(evaluation, folder)
+    yield from _grid(evaluation, folder)
+    yield from _one_step(evaluation, folder)
+    yield from time_figures(evaluation, folder)
+    yield from _curves(evaluation, folder)
 
 
-def _grid(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
+def _grid(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Figure 4.5."""
-    rows = [row for row in figure_4_5(found) if row["mae"] is not None]
+    rows = [row for row in figure_4_5(evaluation) if row["mae"] is not None]
     if rows:
         caption = words.FIGURE_4_5.format(count=max(row["textures"] for row in rows))
         with drawing("figure_4_5"):
@@ -67,17 +67,17 @@ def _grid_figure(rows: list[Row]) -> Figure:
     return figure
 
 
-def _one_step(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
+def _one_step(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Figures 4.6 and 4.7, of the thesis' method where it was evaluated, else of ours, else of the first; and the time
     domain of Figure 4.6 once more where that method runs free."""
-    order = (THESIS, DEFAULT, *found.wanted.names)
-    name = next((each for each in order if each in found.wanted.names and _told(found, each)), None)
+    order = (THESIS, DEFAULT, *evaluation.options.names)
+    name = next((each for each in order if each in evaluation.options.names and _told(evaluation, each)), None)
     if name is None:
         return
-    told, title = _told(found, name), found.method(name).title
+    told, title = _told(evaluation, name), evaluation.method(name).title
     colours = {"recorded": INK, title: OKABE_ITO[0 if name == DEFAULT else 1]}  # as where it runs free
-    labels = {texture: found.context.recordings[texture].label for texture in told}
-    errors = {texture: found.fits[Fit(texture, name)].numbers.get("mae") for texture in told}
+    labels = {texture: evaluation.domain.recordings[texture].label for texture in told}
+    errors = {texture: evaluation.fits[Fit(texture, name)].numbers.get("mae") for texture in told}
     titles = {texture: f"{labels[texture]} ({error:.2f})" for texture, error in errors.items() if error is not None}
 
     def waves(axes: Axes, texture: str) -> None:
@@ -100,29 +100,31 @@ def _one_step(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
                 figure = keyed(panels(textures, shown, draw, height), colours)
                 yield drawn_figure(file, f"One step ahead, in {what}", caption.format(title=title), figure, folder)
         if number == "4_6":
-            yield from _free(found, name, colours, folder)
+            yield from _free(evaluation, name, colours, folder)
 
 
-def free_beginning(found: Judged, method: str) -> dict[str, tuple[Array, Array]]:
+def free_beginning(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Array, Array]]:
     """By texture: the truth and what the method makes on its own output, 400 samples from where the hand moves.
 
     Textures on which it did not run are left out.
     """
-    made = {texture: found.plays[Play(Fit(texture, method))] for texture in found.drives}
+    made = {texture: evaluation.plays[Play(Fit(texture, method))] for texture in evaluation.drives}
     return {
         texture: (drive.truth[start_of(drive) :][:FIRST], made[texture].array("made")[start_of(drive) :][:FIRST])
-        for texture, drive in found.drives.items()
+        for texture, drive in evaluation.drives.items()
         if not made[texture].refused
     }
 
 
-def _free(found: Judged, method: str, colours: Mapping[str, str], folder: Path) -> Iterator[DrawnFigure]:
-    told = free_beginning(found, method)
+def _free(
+    evaluation: TextureEvaluation, method: str, colours: Mapping[str, str], folder: Path
+) -> Iterator[DrawnFigure]:
+    told = free_beginning(evaluation, method)
     if not told:
         return
-    levels = {row["texture"]: row for row in warm_up_rows(found) if row["method"] == method}
+    levels = {row["texture"]: row for row in warm_up_rows(evaluation) if row["method"] == method}
     titles = {
-        texture: f"{found.context.recordings[texture].label}"
+        texture: f"{evaluation.domain.recordings[texture].label}"
         f" ({_ratio(levels[texture]['level_first_100'])}, {_ratio(levels[texture]['level_next_300'])})"
         for texture in told
     }
@@ -133,7 +135,7 @@ def _free(found: Judged, method: str, colours: Mapping[str, str], folder: Path) 
         axes.axvline(WARM_UP, color=SOFT, linewidth=0.7, linestyle=":")
         named(axes, "sample", "m/s²")
 
-    hands = " or ".join(dict.fromkeys(found.drives[texture].described for texture in told))
+    hands = " or ".join(dict.fromkeys(evaluation.drives[texture].described for texture in told))
     with drawing("figure_4_6_free"):
         figure = keyed(panels(list(told), titles, waves, 1.7), colours)
         caption = words.FIGURE_4_6_FREE.format(hand=hands)
@@ -144,24 +146,26 @@ def _ratio(level: float | None) -> str:
     return "silent" if level is None else f"{level:.2f}"
 
 
-def _told(found: Judged, method: str) -> dict[str, tuple[Array, Array]]:
+def _told(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Array, Array]]:
     """By texture: the test part, and what a method says of it."""
-    done = {texture: found.fits[Fit(texture, method)] for texture in found.textures}
+    done = {texture: evaluation.fits[Fit(texture, method)] for texture in evaluation.textures}
     return {name: (each.array("actual"), each.array("answered")) for name, each in done.items() if not each.refused}
 
 
-def _curves(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
+def _curves(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """The learning curves of ours and of the thesis' method, a line for each texture."""
     from palpate.modeling.training.learning_curve import learning_curve
 
     for method in CURVED:
-        if histories := _histories(found, method):
-            name, title = f"learning_{method}", f"Learning curves: {found.method(method).title}"
+        if histories := _histories(evaluation, method):
+            name, title = f"learning_{method}", f"Learning curves: {evaluation.method(method).title}"
             with drawing(name):
                 yield drawn_figure(name, title, words.CURVES, learning_curve(histories), folder)
 
 
-def _histories(found: Judged, method: str) -> dict[str, tuple[Epoch, ...]]:
-    labels = {fit: found.context.recordings[fit.texture].label for fit in found.fits}
-    own = {labels[fit]: history_in(done.arrays) for fit, done in found.fits.items() if fit == Fit(fit.texture, method)}
+def _histories(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Epoch, ...]]:
+    labels = {fit: evaluation.domain.recordings[fit.texture].label for fit in evaluation.fits}
+    own = {
+        labels[fit]: history_in(done.arrays) for fit, done in evaluation.fits.items() if fit == Fit(fit.texture, method)
+    }
     return {label: history for label, history in own.items() if history}

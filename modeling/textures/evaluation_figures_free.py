@@ -12,11 +12,11 @@ import numpy as np
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.domain import Fit, Play
+from palpate.modeling.textures.drive import FAINTEST_N, SLOWEST_MM_S, Drive
+from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_panels import Draw, keyed, named, panels, spectrum
 from palpate.modeling.textures.evaluation_tables import TRUTH
-from palpate.modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Drive
-from palpate.modeling.textures.judging_jobs import Fit, Play
-from palpate.modeling.textures.judging_whole import Judged
 from palpate.modeling.textures.metrics_running import ENVELOPE_MS, envelope
 from palpate.modeling.textures.recording import RATE_HZ
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
@@ -49,9 +49,9 @@ class Shown:
         return [truth, *((each, self.colours[title], 1.0) for title, each in self.made[texture].items())]
 
 
-def free_figures(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
+def free_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Three figures of ours, the thesis' and the baseline, as far as they ran."""
-    shown = _shown(found)
+    shown = _shown(evaluation)
     if not shown.made:
         return
 
@@ -78,17 +78,19 @@ def _panelled(name: str, told: tuple[str, str], shown: Shown, draw: Draw, folder
         return drawn_figure(name, title, caption, figure, folder)
 
 
-def _shown(found: Judged) -> Shown:
-    order = dict.fromkeys((DEFAULT, THESIS, BASELINE, *found.wanted.names))
-    names = [name for name in order if name in found.wanted.names][:MOST]
-    titles = {name: found.method(name).title for name in names}
+def _shown(evaluation: TextureEvaluation) -> Shown:
+    order = dict.fromkeys((DEFAULT, THESIS, BASELINE, *evaluation.options.names))
+    names = [name for name in order if name in evaluation.options.names][:MOST]
+    titles = {name: evaluation.method(name).title for name in names}
     made: dict[str, dict[str, Array]] = {}
-    for texture in found.drives:
-        ran = {title: found.plays[Play(Fit(texture, name))] for name, title in titles.items()}
+    for texture in evaluation.drives:
+        ran = {title: evaluation.plays[Play(Fit(texture, name))] for name, title in titles.items()}
         whole = {title: done.array("made").astype(np.float64) for title, done in ran.items() if not done.refused}
         made |= {texture: whole} if whole else {}
     colours = {TRUTH: INK, **dict(zip(titles.values(), OKABE_ITO, strict=False))}
-    return Shown(found.drives, made, colours, {name: each.label for name, each in found.context.recordings.items()})
+    return Shown(
+        evaluation.drives, made, colours, {name: each.label for name, each in evaluation.domain.recordings.items()}
+    )
 
 
 def _waves(shown: Shown) -> Figure:

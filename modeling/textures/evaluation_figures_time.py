@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from palpate.analysis.figures.style import INK, OKABE_ITO, drawing
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_panels import named
 from palpate.modeling.textures.evaluation_tables import Row, method_rows
-from palpate.modeling.textures.judging_whole import Judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,16 +23,16 @@ SHAPES = ("o", "s")
 Look = tuple[str, str]
 
 
-def time_figures(found: Judged, folder: Path) -> Iterator[DrawnFigure]:
+def time_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """The figure, where methods ran free and a step or a training was timed."""
-    rows = [row for row in method_rows(found) if row["felt_dB"] is not None]
+    rows = [row for row in method_rows(evaluation) if row["felt_dB"] is not None]
     if any(row["step_us"] or row["train_s"] for row in rows):
         with drawing("work_precision"):
-            figure = _figure(found, rows)
+            figure = _figure(evaluation, rows)
             yield drawn_figure("work_precision", "Error against time", words.WORK_PRECISION, figure, folder)
 
 
-def _figure(found: Judged, rows: list[Row]) -> Figure:
+def _figure(evaluation: TextureEvaluation, rows: list[Row]) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
@@ -40,7 +40,7 @@ def _figure(found: Judged, rows: list[Row]) -> Figure:
     figure = Figure(figsize=(9.2, 3.6), layout="constrained")
     step, training = figure.subplots(1, 2, sharey=True)
     for row in rows:
-        medians = [median for median, _, _ in found.steps.get(row["method"], {}).values()]
+        medians = [median for median, _, _ in evaluation.steps.get(row["method"], {}).values()]
         _points(step, medians, row["felt_dB"], looks[row["method"]])
         _points(training, [row["train_s"]] if row["train_s"] else [], row["felt_dB"], looks[row["method"]])
     _named(step, "a step, µs (median)", "felt levels off, dB")

@@ -9,6 +9,8 @@ from typing import Any
 
 from palpate.analysis.reports.csv_files import json_row
 from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
+from palpate.modeling.textures.choice import RULE
+from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_report import choice_of
 from palpate.modeling.textures.evaluation_tables import (
     Row,
@@ -23,10 +25,7 @@ from palpate.modeling.textures.evaluation_tables import (
     texture_rows,
     warm_up_rows,
 )
-from palpate.modeling.textures.judging_default import RULE
-from palpate.modeling.textures.judging_kept import recording_digest
-from palpate.modeling.textures.judging_whole import Judged
-from palpate.modeling.textures.recording import Recording
+from palpate.modeling.textures.recording import Recording, recording_digest
 from palpate.modeling.textures.registry import DEFAULT, METHODS
 from palpate.modeling.training.run_card import versions
 
@@ -45,52 +44,57 @@ def kept_in(lab: Path) -> Path:
     return folder_for(lab) / KEPT
 
 
-def tables(found: Judged) -> dict[str, list[Row]]:
+def tables(evaluation: TextureEvaluation) -> dict[str, list[Row]]:
     """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
     every = {
-        "methods": method_rows(found),
-        "textures": texture_rows(found),
-        "free_running": free_rows(found),
-        "warm_up": warm_up_rows(found),
-        "table_4_1": table_4_1(found),
-        "table_4_2": table_4_2(found),
-        "table_4_3": table_4_3(found),
-        "figure_4_5": figure_4_5(found),
-        "windows_and_losses": grid_rows(found),
-        "learning_curves": curve_rows(found),
+        "methods": method_rows(evaluation),
+        "textures": texture_rows(evaluation),
+        "free_running": free_rows(evaluation),
+        "warm_up": warm_up_rows(evaluation),
+        "table_4_1": table_4_1(evaluation),
+        "table_4_2": table_4_2(evaluation),
+        "table_4_3": table_4_3(evaluation),
+        "figure_4_5": figure_4_5(evaluation),
+        "windows_and_losses": grid_rows(evaluation),
+        "learning_curves": curve_rows(evaluation),
     }
     return {name: rows for name, rows in every.items() if rows}
 
 
-def as_json(found: Judged) -> dict[str, Any]:
+def as_json(evaluation: TextureEvaluation) -> dict[str, Any]:
     """Every number with what it rests on; what is no number is null."""
-    chosen, context = choice_of(found), found.context
+    chosen, domain = choice_of(evaluation), evaluation.domain
     return {
         "data": {
             name: {"digest": recording_digest(each), "label": each.label, "seconds": each.seconds,
-                   "made_from": list(each.made_from), "notes": list(found.notes[name]),
-                   "parts": {part: list(map(list, getattr(context.parts[name], part)))
+                   "made_from": list(each.made_from), "notes": list(evaluation.notes[name]),
+                   "parts": {part: list(map(list, getattr(domain.parts[name], part)))
                              for part in ("train", "validation", "test")}}
-            for name, each in context.recordings.items()
+            for name, each in domain.recordings.items()
         },
-        "left_out": dict(context.left_out),
-        "free_running": {"seconds": context.seconds,
-                         "hand": {name: drive.origin for name, drive in found.drives.items()}},
-        "explored": found.wanted.explore,
-        "quick": found.wanted.quick,
-        "seed": found.wanted.seed,
-        "settings": {name: str(value) for name, value in context.settings.items()},
+        "left_out": dict(domain.left_out),
+        "free_running": {"seconds": domain.seconds,
+                         "hand": {name: drive.origin for name, drive in evaluation.drives.items()}},
+        "explored": evaluation.options.explore,
+        "quick": evaluation.options.quick,
+        "seed": evaluation.options.seed,
+        "settings": {name: str(value) for name, value in domain.settings.items()},
         "software": versions(),
-        "seconds": found.seconds,
-        "jobs": found.jobs,
-        "jobs_kept": found.taken,
+        "seconds": evaluation.seconds,
+        "jobs": len(evaluation.results),
+        "jobs_kept": evaluation.results.loaded,
         "default": {"method": chosen.method, "why": chosen.why, "of_ours": list(chosen.of_ours), "rule": RULE},
-        "tables": {name: [json_row(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+        "tables": {
+            name: [json_row(row) for row in rows] for name, rows in tables(evaluation).items() if name not in LONG
+        },
     }  # fmt: skip
 
 
 def write_all(
-    found: Judged, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
+    evaluation: TextureEvaluation,
+    folder: Path,
+    report: Callable[[str], None] = lambda _line: None,
+    drawings: bool = True,
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
@@ -100,9 +104,11 @@ def write_all(
 
     def draw(place: Path) -> list[DrawnFigure]:
         report("drawing")
-        return list(figures(found, place)) if drawings else []
+        return list(figures(evaluation, place)) if drawings else []
 
-    return write_evaluation(folder, tables(found), draw, partial(report_html, found), lambda: as_json(found))
+    return write_evaluation(
+        folder, tables(evaluation), draw, partial(report_html, evaluation), lambda: as_json(evaluation)
+    )
 
 
 def default_of(lab: Path, recordings: Sequence[Recording]) -> str:

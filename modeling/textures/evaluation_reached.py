@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from palpate.modeling.textures.choice import better
+from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_tables import Row, least, most, texture_rows
-from palpate.modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL
-from palpate.modeling.textures.judging_default import better
-from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.free_run import CYCLE, ENVELOPE, GFC, LEVEL
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 
 BEATEN = 4
 """Of six textures: on so many the generative network is to be nearer to the truth than the baseline."""
 
 
-def reached(found: Judged) -> list[tuple[str, str]]:
+def reached(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
     """Of the generative network running free, with how the deterministic one failed; empty where it did not run."""
-    rows = texture_rows(found)
+    rows = texture_rows(evaluation)
     ours = _ran(rows, DEFAULT)
     if not ours:
         return []
-    told = [_said(found, name, ours, column, within, wanted) for name, column, within, wanted in _LIMITS]
+    told = [_said(evaluation, name, ours, column, within, wanted) for name, column, within, wanted in _LIMITS]
     if _ran(rows, BASELINE):
         won, of = better(rows, DEFAULT, BASELINE)
         wanted = -(-of * BEATEN // 6)
@@ -39,17 +39,22 @@ _LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
 
 
 def _said(
-    found: Judged, name: str, rows: Sequence[Row], column: str, within: Callable[[float], bool], wanted: str
+    evaluation: TextureEvaluation,
+    name: str,
+    rows: Sequence[Row],
+    column: str,
+    within: Callable[[float], bool],
+    wanted: str,
 ) -> tuple[str, str]:
     values = {row["texture"]: row[column] for row in rows if row[column] is not None}
     if not values:
         return name, "Cannot be said of these recordings."
     silent = [row["texture"] for row in rows if row["level"] == 0]
     off = dict.fromkeys([*(texture for texture, value in values.items() if not within(value)), *silent])
-    blank = [texture for texture in found.textures if texture not in {**values, **off}]
+    blank = [texture for texture in evaluation.textures if texture not in {**values, **off}]
     low, high = least(values.values()), most(values.values())
-    told = f"{low:.3f} to {high:.3f} over the textures (wanted: {wanted}{_again(found, column)})".replace("-", "−")
-    met = f"reached on {len(values.keys() - off.keys())} of {len(found.textures)}"
+    told = f"{low:.3f} to {high:.3f} over the textures (wanted: {wanted}{_again(evaluation, column)})".replace("-", "−")
+    met = f"reached on {len(values.keys() - off.keys())} of {len(evaluation.textures)}"
     missed = "".join(
         f", {what} {_listed(which)}" for what, which in (("not on", off), ("not judged on", blank)) if which
     )
@@ -60,9 +65,9 @@ def _listed(textures: Iterable[str]) -> str:
     return ", ".join(texture.replace("_", " ") for texture in textures)
 
 
-def _again(found: Judged, column: str) -> str:
+def _again(evaluation: TextureEvaluation, column: str) -> str:
     """What another realisation of the truth has, where that is something to reach."""
-    values = [each[column] for each in found.ceilings.values() if each.get(column) is not None]
+    values = [each[column] for each in evaluation.ceilings.values() if each.get(column) is not None]
     low, high = least(values), most(values)
     return "" if low is None or column in ("level", "cycle_excess") else f"; the truth again: {low:.3f} to {high:.3f}"
 

@@ -9,59 +9,59 @@ from palpate.analysis.reports.blocks import Block, Points, Section
 from palpate.analysis.reports.figures import DrawnFigure
 from palpate.analysis.reports.page import EVALUATION, Page, page_html
 from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.choice import RULE, Choice, choice
+from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_reached import reached
 from palpate.modeling.textures.evaluation_sections import free_section, provenance, step_section, time_section
 from palpate.modeling.textures.evaluation_tables import method_rows, texture_rows
-from palpate.modeling.textures.judging_default import RULE, Choice, choice
-from palpate.modeling.textures.judging_kept import recording_digest
-from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.recording import recording_digest
 
 
-def report_html(found: Judged, pictured: Sequence[DrawnFigure] = ()) -> str:
+def report_html(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
     """The whole page as one text. Every name in it is escaped."""
-    chosen = choice_of(found)
+    chosen = choice_of(evaluation)
     sections = (
-        in_short(found, chosen), free_section(found, pictured, chosen), step_section(found, pictured, chosen),
-        time_section(found, pictured, chosen), provenance(found),
+        in_short(evaluation, chosen), free_section(evaluation, pictured, chosen),
+        step_section(evaluation, pictured, chosen), time_section(evaluation, pictured, chosen), provenance(evaluation),
     )  # fmt: skip
-    return page_html(Page(words.TITLE, words.LEAD, banners(found), facts(found), sections), EVALUATION)
+    return page_html(Page(words.TITLE, words.LEAD, banners(evaluation), facts(evaluation), sections), EVALUATION)
 
 
-def choice_of(found: Judged) -> Choice:
+def choice_of(evaluation: TextureEvaluation) -> Choice:
     """The default method and why."""
-    return choice(method_rows(found), texture_rows(found))
+    return choice(method_rows(evaluation), texture_rows(evaluation))
 
 
-def banners(found: Judged) -> list[str]:
+def banners(evaluation: TextureEvaluation) -> list[str]:
     """What has to be known before any number is read."""
-    told = [words.SIMULATED] if found.wanted.explore else []
-    told += [words.QUICK] if found.wanted.quick else []
-    labels = {name: each.label for name, each in found.context.recordings.items()}
-    seen = [labels[name] for name, drive in found.drives.items() if drive.seen]
+    told = [words.SIMULATED] if evaluation.options.explore else []
+    told += [words.QUICK] if evaluation.options.quick else []
+    labels = {name: each.label for name, each in evaluation.domain.recordings.items()}
+    seen = [labels[name] for name, drive in evaluation.drives.items() if drive.seen]
     told += [words.SEEN.format(textures=", ".join(seen))] if seen else []
-    told += [f"Left out: {why}" for why in found.context.left_out.values()]
+    told += [f"Left out: {why}" for why in evaluation.domain.left_out.values()]
     return told
 
 
-def facts(found: Judged) -> list[tuple[str, str]]:
+def facts(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
     """What stands at the head of the page."""
-    recordings = found.context.recordings.values()
+    recordings = evaluation.domain.recordings.values()
     seconds = sorted({round(each.seconds, 1) for each in recordings})
     long = f"{seconds[0]:g} s" if len(seconds) == 1 else f"{seconds[0]:g} to {seconds[-1]:g} s"
     whole = hashlib.sha256("".join(map(recording_digest, recordings)).encode()).hexdigest()
     return [
-        ("Textures", f"{len(found.textures)}"),
+        ("Textures", f"{len(evaluation.textures)}"),
         ("Recorded of each", long),
-        ("Methods", f"{len(found.wanted.names)}"),
-        ("Running free", f"{found.context.seconds:g} s" if found.drives else "not possible"),
+        ("Methods", f"{len(evaluation.options.names)}"),
+        ("Running free", f"{evaluation.domain.seconds:g} s" if evaluation.drives else "not possible"),
         ("Data, SHA-256", whole[:12]),
     ]
 
 
-def in_short(found: Judged, chosen: Choice) -> Section:
+def in_short(evaluation: TextureEvaluation, chosen: Choice) -> Section:
     """The default method and why, and what was set out to be reached."""
     points = [("Default", f"{chosen.method}. {chosen.why}"), ("The rule", RULE)]
     points += [("Ours", text) for text in chosen.of_ours]
-    points += reached(found)
+    points += reached(evaluation)
     blocks: tuple[Block, ...] = (Points(tuple(points)),)
     return Section("short", "In short", blocks)

@@ -9,6 +9,8 @@ from palpate.analysis.reports.figures import DrawnFigure, figure_block
 from palpate.analysis.reports.figures import chosen as pictures
 from palpate.analysis.reports.numbers import in_seconds
 from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.choice import Choice
+from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_tables import (
     Row,
     free_rows,
@@ -19,9 +21,7 @@ from palpate.modeling.textures.evaluation_tables import (
     table_4_3,
     texture_rows,
 )
-from palpate.modeling.textures.judging import LIMITS
-from palpate.modeling.textures.judging_default import Choice
-from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.free_run import LIMITS
 from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.training.run_card import versions
 
@@ -87,34 +87,34 @@ THEIRS = ("thesis_window", "thesis_mae", "thesis_gfc", "thesis_cpu_ms", "thesis_
 SHORT = {"level": "level", "smoothed_gfc": "GFC", "envelope": "envelope", "cycle_excess": "repeats", "greatest": "size"}
 
 
-def free_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
+def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """What models make on their own output."""
-    rows = [_told(row) for row in method_rows(found)]
-    blocks: list[Block] = [Words(text) for text in _origin(found)]
+    rows = [_told(row) for row in method_rows(evaluation)]
+    blocks: list[Block] = [Words(text) for text in _origin(evaluation)]
     note = f"{words.WORST} {'; '.join(LIMITS.values())[:1].upper()}{'; '.join(LIMITS.values())[1:]}."
     blocks.append(table("All methods", rows, OVERALL, note=note, ours=chosen.method))
     blocks.append(Words(words.MEASURES, "note"))
     blocks += [figure_block(each) for each in pictures(pictured, "free_waves", "free_spectra", "free_envelopes")]
-    free = free_rows(found)
-    for texture in found.drives:
+    free = free_rows(evaluation)
+    for texture in evaluation.drives:
         own = [{**row, "limits": _short(row["beyond"])} for row in free if row["texture"] == texture]
-        blocks.append(table(found.context.recordings[texture].label, own, FREE, folded=True, ours=chosen.method))
-    refused = [row for row in texture_rows(found) if row["refused"]]
+        blocks.append(table(evaluation.domain.recordings[texture].label, own, FREE, folded=True, ours=chosen.method))
+    refused = [row for row in texture_rows(evaluation) if row["refused"]]
     if refused:
         columns = [Column("texture", "texture"), Column("title", "method"), Column("refused", "why", "words")]
         blocks.append(table("Not judged", refused, columns))
     return Section("free", "Running free", tuple(blocks))
 
 
-def _origin(found: Judged) -> list[str]:
+def _origin(evaluation: TextureEvaluation) -> list[str]:
     """Under which hand models ran, and what the ceiling is."""
-    if not found.drives:
+    if not evaluation.drives:
         return ["Nothing could be run free; why stands below the recordings at the end."]
-    origins = dict.fromkeys(drive.origin for drive in found.drives.values())
-    told = [words.FREE.format(origin=words.ORIGINS[each], seconds=found.context.seconds) for each in origins]
-    if all(drive.same_hand for drive in found.drives.values()):
+    origins = dict.fromkeys(drive.origin for drive in evaluation.drives.values())
+    told = [words.FREE.format(origin=words.ORIGINS[each], seconds=evaluation.domain.seconds) for each in origins]
+    if all(drive.same_hand for drive in evaluation.drives.values()):
         return [*told, words.SAME_HAND]
-    whats = {words.HALVES if drive.seen else words.VALIDATION for drive in found.drives.values()}
+    whats = {words.HALVES if drive.seen else words.VALIDATION for drive in evaluation.drives.values()}
     return [*told, words.OTHER_HAND.format(what=" or ".join(sorted(whats)))]
 
 
@@ -128,13 +128,15 @@ def _short(beyond: str) -> str | None:
     return ", ".join(SHORT[name] for name in beyond.split()) or None
 
 
-def step_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
+def step_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """The next sample told from true ones: Tables 4.1 and 4.2, Figures 4.5 to 4.7."""
     blocks: list[Block] = [Words(words.ONE_STEP), Words(words.BLIND)]
-    generators = [found.method(name).title for name in found.wanted.names if found.method(name).kind == "block"]
+    generators = [
+        evaluation.method(name).title for name in evaluation.options.names if evaluation.method(name).kind == "block"
+    ]
     blocks += [Words(words.BLOCKS.format(titles=", ".join(generators)), "note")] if generators else []
-    titles = {name: each.label for name, each in found.context.recordings.items()}
-    rows = table_4_1(found)
+    titles = {name: each.label for name, each in evaluation.domain.recordings.items()}
+    rows = table_4_1(evaluation)
     for metric, title, form, better in (
         ("mae", "Table 4.1, MAE", "3", "low"),
         ("gfc", "Table 4.1, GFC, %", "2", "high"),
@@ -142,9 +144,9 @@ def step_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice)
         cells = [Column(name, label, form, "", better) for name, label in (*titles.items(), ("mean", "mean"))]
         own = [row for row in rows if row["metric"] == metric]
         blocks.append(table(title, own, [Column("title", "method"), *cells], note=words.PRIVATE, ours=chosen.method))
-    if variants := table_4_2(found):
+    if variants := table_4_2(evaluation):
         blocks.append(table("Table 4.2, spectral features", variants, VARIANTS, ours=chosen.method, theirs=THEIRS))
-    if compared := [row for row in grid_rows(found) if row["chosen"]]:
+    if compared := [row for row in grid_rows(evaluation) if row["chosen"]]:
         titles_of = [{**row, "title": METHODS[row["method"]].title} for row in compared]
         blocks.append(table("Table 4.2, window and loss chosen by the validation part", titles_of, CHOSEN))
     blocks += [figure_block(each, _number(each.name)) for each in pictures(pictured, "figure_4_")]
@@ -157,34 +159,35 @@ def _number(name: str) -> str:
     return "Figure " + name.removeprefix("figure_").removesuffix("_free").replace("_", ".")
 
 
-def time_section(found: Judged, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
+def time_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """Table 4.3, and error against time."""
     blocks: list[Block] = [Words(words.TIMES)]
     blocks.append(
-        table("Table 4.3, time", table_4_3(found), TIMES, note=words.PRIVATE, ours=chosen.method, theirs=THEIRS)
+        table("Table 4.3, time", table_4_3(evaluation), TIMES, note=words.PRIVATE, ours=chosen.method, theirs=THEIRS)
     )
     blocks += [figure_block(each) for each in pictures(pictured, "work_precision", "learning_")]
     return Section("time", "Time", tuple(blocks))
 
 
-def _jobs(found: Judged) -> str:
+def _jobs(evaluation: TextureEvaluation) -> str:
     """How many there were, and how many were computed now."""
-    if found.taken == found.jobs:
-        return f"{found.jobs} jobs, all of them taken from earlier, equal evaluations."
-    taken = f", {found.taken} of them taken from earlier, equal evaluations" if found.taken else ""
-    return f"{found.jobs} jobs{taken}; the {'rest' if found.taken else 'whole'} took {in_seconds(found.seconds)} here."
+    jobs, loaded = len(evaluation.results), evaluation.results.loaded
+    if loaded == jobs:
+        return f"{jobs} jobs, all of them taken from earlier, equal evaluations."
+    earlier = f", {loaded} of them taken from earlier, equal evaluations" if loaded else ""
+    return f"{jobs} jobs{earlier}; the {'rest' if loaded else 'whole'} took {in_seconds(evaluation.seconds)} here."
 
 
-def provenance(found: Judged) -> Section:
+def provenance(evaluation: TextureEvaluation) -> Section:
     """What everything comes from."""
     software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
-    run = f"Seed {found.wanted.seed}. {_jobs(found)}"
-    inputs: list[Row] = [{"input": line} for each in found.context.recordings.values() for line in each.made_from]
+    run = f"Seed {evaluation.options.seed}. {_jobs(evaluation)}"
+    inputs: list[Row] = [{"input": line} for each in evaluation.domain.recordings.values() for line in each.made_from]
     blocks: list[Block] = [Words(run), Words(words.UNROUNDED), Heading("Recordings")]
     rows: list[Row] = [
-        {"texture": found.context.recordings[name].label, "seconds": found.context.recordings[name].seconds,
+        {"texture": evaluation.domain.recordings[name].label, "seconds": evaluation.domain.recordings[name].seconds,
          "notes": "; ".join(notes) or None}
-        for name, notes in found.notes.items()
+        for name, notes in evaluation.notes.items()
     ]  # fmt: skip
     columns = [Column("texture", "texture"), Column("seconds", "seconds", "1"), Column("notes", "notes", "words")]
     blocks.append(table("What was done to them", rows, columns))
@@ -192,6 +195,6 @@ def provenance(found: Judged) -> Section:
         table("Inputs and their SHA-256", inputs, [Column("input", "input", "words")], folded=len(inputs) > 6)
     )
     sources = [Column("title", "method"), Column("method", "name"), Column("source", "source", "words")]
-    blocks.append(table("Methods and their sources", method_rows(found), sources))
+    blocks.append(table("Methods and their sources", method_rows(evaluation), sources))
     blocks.append(table("Software", software, [Column("package", "package"), Column("version", "version")]))
     return Section("provenance", "Provenance", tuple(blocks))

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from palpate.modeling.textures.domain import Fit, Play, TextureResult
+from palpate.modeling.textures.drive import FAINTEST_N, SLOWEST_MM_S, Drive
+from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_thesis import SAID, printed_errors, printed_times, printed_variant
-from palpate.modeling.textures.judging import beyond
-from palpate.modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Drive
-from palpate.modeling.textures.judging_jobs import Done, Fit, Play
-from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.free_run import beyond
 from palpate.modeling.textures.metrics import mean_of
 from palpate.modeling.textures.registry import THESIS
 from palpate.modeling.training.history import history_in
@@ -32,37 +32,37 @@ WARM_UP, FIRST = 100, 400
 """Samples after which a model is to be accurate (thesis 4.8), and samples that Figure 4.6 shows."""
 
 
-def texture_rows(found: Judged) -> list[Row]:
+def texture_rows(evaluation: TextureEvaluation) -> list[Row]:
     """A row for each method on each texture: one step ahead and running free, and the limits that are not kept."""
-    return [_row(found, fit, done) for fit, done in found.fits.items() if not fit.of_the_grid]
+    return [_row(evaluation, fit, done) for fit, done in evaluation.fits.items() if not fit.of_the_grid]
 
 
-def _row(found: Judged, fit: Fit, done: Done) -> Row:
-    play = found.plays[Play(fit)]
+def _row(evaluation: TextureEvaluation, fit: Fit, done: TextureResult) -> Row:
+    play = evaluation.plays[Play(fit)]
     numbers = {name: done.numbers.get(name) for name in ("window", "train_s", "epochs", "epoch_s", "bytes", *STEP)}
     free = {name: play.numbers.get(name) for name in FREE}
     return {
         "texture": fit.texture,
         "method": fit.method,
-        "title": found.method(fit.method).title,
+        "title": evaluation.method(fit.method).title,
         **numbers,
         **free,
-        "beyond": " ".join(beyond(play.numbers, found.ceilings.get(fit.texture, {}))),
+        "beyond": " ".join(beyond(play.numbers, evaluation.ceilings.get(fit.texture, {}))),
         "refused": done.refused or play.refused or None,
     }
 
 
-def free_rows(found: Judged) -> list[Row]:
+def free_rows(evaluation: TextureEvaluation) -> list[Row]:
     """What ran free, by texture: the truth, another realisation of it, every method, ours by its mean alone too."""
     rows: list[Row] = []
-    for texture in found.drives:
-        beside = ((TRUTH, found.truths[texture]), (CEILING, found.ceilings[texture]))
+    for texture in evaluation.drives:
+        beside = ((TRUTH, evaluation.truths[texture]), (CEILING, evaluation.ceilings[texture]))
         rows += [_free(texture, name, name, numbers, {}) for name, numbers in beside if numbers]
-        for play, done in found.plays.items():
+        for play, done in evaluation.plays.items():
             if play.fit.texture == texture and not done.refused:
                 alone = "" if play.sampled else MEAN_ALONE
-                title = found.method(play.fit.method).title + alone
-                again = found.ceilings[texture]
+                title = evaluation.method(play.fit.method).title + alone
+                again = evaluation.ceilings[texture]
                 rows.append(_free(texture, play.fit.method + alone, title, done.numbers, again))
     return rows
 
@@ -74,16 +74,16 @@ def _free(
     return {"texture": texture, "method": method, "title": title, **told, "beyond": " ".join(beyond(numbers, again))}
 
 
-def warm_up_rows(found: Judged) -> list[Row]:
+def warm_up_rows(evaluation: TextureEvaluation) -> list[Row]:
     """A row for each method that ran free on a texture: its level against the truth's (RMS ratio) in the first 100
     samples from where the hand touches and moves, and in the 300 after these (thesis 4.8: accurate after fewer than
     100 iterations)."""
     rows = []
-    for play, done in found.plays.items():
-        if done.refused or not play.sampled or play.fit.texture not in found.drives:
+    for play, done in evaluation.plays.items():
+        if done.refused or not play.sampled or play.fit.texture not in evaluation.drives:
             continue
-        begin, after = warm_up(found.drives[play.fit.texture], done.array("made"))
-        title = found.method(play.fit.method).title
+        begin, after = warm_up(evaluation.drives[play.fit.texture], done.array("made"))
+        title = evaluation.method(play.fit.method).title
         rows.append({"texture": play.fit.texture, "method": play.fit.method, "title": title, "level_first_100": begin,
                      "level_next_300": after})  # fmt: skip
     return rows
@@ -105,21 +105,23 @@ def warm_up(drive: Drive, made: Array) -> tuple[float | None, float | None]:
     return levels[0], levels[1]
 
 
-def method_rows(found: Judged) -> list[Row]:
+def method_rows(evaluation: TextureEvaluation) -> list[Row]:
     """A row for each method over all textures: means, and the worst of what has a limit."""
-    rows = texture_rows(found)
-    return [_over([row for row in rows if row["method"] == name], found, name) for name in found.wanted.names]
+    rows = texture_rows(evaluation)
+    return [
+        _over([row for row in rows if row["method"] == name], evaluation, name) for name in evaluation.options.names
+    ]
 
 
-def _over(rows: list[Row], found: Judged, name: str) -> Row:
+def _over(rows: list[Row], evaluation: TextureEvaluation, name: str) -> Row:
     def mean(column: str) -> float | None:
         return mean_of(row[column] for row in rows)
 
     ran = [row for row in rows if row["level"] is not None]
-    runtime, step = fastest(found, name)
+    runtime, step = fastest(evaluation, name)
     return {
         "method": name,
-        "title": found.method(name).title,
+        "title": evaluation.method(name).title,
         "window": mean("window"),
         "mae": mean("mae"),
         "gfc": mean("gfc"),
@@ -138,13 +140,13 @@ def _over(rows: list[Row], found: Judged, name: str) -> Row:
         "runtime": runtime,
         "step_us": step,
         "refused": sum(row["refused"] is not None for row in rows),
-        "source": found.method(name).source,
+        "source": evaluation.method(name).source,
     }
 
 
-def fastest(found: Judged, method: str) -> tuple[str | None, float | None]:
+def fastest(evaluation: TextureEvaluation, method: str) -> tuple[str | None, float | None]:
     """The runtime with the least median of a step, and that, in us."""
-    steps = found.steps.get(method)
+    steps = evaluation.steps.get(method)
     if not steps:
         return None, None
     name = min(steps, key=lambda each: steps[each][0])
@@ -161,32 +163,32 @@ def most(values: Iterable[float | None]) -> float | None:
     return max((value for value in values if value is not None), default=None)
 
 
-def table_4_1(found: Judged) -> list[Row]:
+def table_4_1(evaluation: TextureEvaluation) -> list[Row]:
     """MAE (SDs of the training part) and GFC (percent) by method and texture; the thesis' below each."""
     rows: list[Row] = []
-    for name in found.wanted.names:
+    for name in evaluation.options.names:
         for metric, gain in (("mae", 1.0), ("gfc", PERCENT)):
-            cells = _cells(found, name, metric, gain)
-            title = found.method(name).title
+            cells = _cells(evaluation, name, metric, gain)
+            title = evaluation.method(name).title
             own = {"method": name, "title": title, "metric": metric, "printed": False}
             rows.append({**own, **cells, "mean": mean_of(cells.values())})
             printed = printed_errors(name, metric)
             if printed is not None:
-                theirs = {texture: printed[0].get(texture) for texture in found.textures}
+                theirs = {texture: printed[0].get(texture) for texture in evaluation.textures}
                 said = {"method": f"{name}, {SAID}", "title": f"{title}, {SAID}", "metric": metric, "printed": True}
                 rows.append({**said, **theirs, "mean": printed[1]})
     return rows
 
 
-def _cells(found: Judged, method: str, metric: str, gain: float) -> dict[str, float | None]:
-    values = {texture: found.fits[Fit(texture, method)].numbers.get(metric) for texture in found.textures}
+def _cells(evaluation: TextureEvaluation, method: str, metric: str, gain: float) -> dict[str, float | None]:
+    values = {texture: evaluation.fits[Fit(texture, method)].numbers.get(metric) for texture in evaluation.textures}
     return {texture: None if value is None else gain * value for texture, value in values.items()}
 
 
-def table_4_2(found: Judged) -> list[Row]:
+def table_4_2(evaluation: TextureEvaluation) -> list[Row]:
     """The variants of our network: window, mean MAE (SDs), mean GFC in percent, and the thesis' beside."""
     rows: list[Row] = []
-    overall = {row["method"]: row for row in method_rows(found)}
+    overall = {row["method"]: row for row in method_rows(evaluation)}
     for name in VARIANTS:
         if name in overall:
             row, theirs = overall[name], printed_variant(name) or {}
@@ -198,14 +200,14 @@ def table_4_2(found: Judged) -> list[Row]:
     return rows
 
 
-def table_4_3(found: Judged) -> list[Row]:
+def table_4_3(evaluation: TextureEvaluation) -> list[Row]:
     """Times and errors: a step by runtime (us), an epoch, felt levels (dB) and MAE (SDs) over the textures, and the
     thesis' times beside; one row for each method and runtime."""
     rows: list[Row] = []
-    for row in method_rows(found):
+    for row in method_rows(evaluation):
         theirs = printed_times(row["method"]) or {}
         known = {name: row[name] for name in ("window", "felt_dB", "mae", "epoch_s", "train_s")}
-        steps = found.steps.get(row["method"], {})
+        steps = evaluation.steps.get(row["method"], {})
         for runtime, (median, p99, error) in steps.items() or ((None, (None, None, None)),):
             rows.append(
                 {"method": row["method"], "title": row["title"], **known, "runtime": runtime, "median_us": median}
@@ -215,17 +217,17 @@ def table_4_3(found: Judged) -> list[Row]:
     return rows
 
 
-def figure_4_5(found: Judged) -> list[Row]:
+def figure_4_5(evaluation: TextureEvaluation) -> list[Row]:
     """The mean MAE over the textures (SDs) for each window and loss of the thesis' network; empty where they were not
     compared."""
     return [
         {name: row[name] for name in ("window", "loss", "mae", "textures")}
-        for row in grid_rows(found)
+        for row in grid_rows(evaluation)
         if row["method"] == THESIS
     ]
 
 
-def grid_rows(found: Judged) -> list[Row]:
+def grid_rows(evaluation: TextureEvaluation) -> list[Row]:
     """A row for each method, window and loss that were compared (thesis 4.6.2, 4.6.3): means over the textures of the
     test part's MAE (SDs) and GFC (percent), and of the validation part's MAE (m/s^2).
 
@@ -233,7 +235,7 @@ def grid_rows(found: Judged) -> list[Row]:
     the best of 25 would flatter it.
     """
     cells: dict[tuple[str, int, str], list[Mapping[str, float | None]]] = {}
-    for fit, done in found.fits.items():
+    for fit, done in evaluation.fits.items():
         if fit.window is not None and fit.loss is not None:
             cells.setdefault((fit.method, fit.window, fit.loss), []).append(done.numbers)
     rows = [_grid_row(key, numbers) for key, numbers in cells.items()]
@@ -255,10 +257,10 @@ def _grid_row(key: tuple[str, int, str], numbers: Sequence[Mapping[str, float | 
     }  # fmt: skip
 
 
-def curve_rows(found: Judged) -> list[Row]:
+def curve_rows(evaluation: TextureEvaluation) -> list[Row]:
     """The learning curves, a row for each epoch."""
     return [
         {"texture": fit.texture, "method": fit.method, **epoch.plain()}
-        for fit, done in found.fits.items()
+        for fit, done in evaluation.fits.items()
         for epoch in history_in(done.arrays)
     ]

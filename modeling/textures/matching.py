@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 from torch import Tensor, nn
 
-from palpate.modeling.textures.judging_drive import sounds
+from palpate.modeling.textures.drive import sounds
 from palpate.modeling.textures.matching_felt import correction
 from palpate.modeling.textures.metrics import SMOOTHED, level_ratio
 from palpate.modeling.textures.metrics_felt import felt_distance

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,3 +95,10 @@ class Windows:
     given: NDArray[np.float64]
     wanted: Array
     at: NDArray[np.int64]
+
+
+def recording_digest(recording: Recording) -> str:
+    """Return the SHA-256 of a recording's name and samples."""
+    digest = hashlib.sha256(f"{recording.texture} {recording.signals.shape}".encode())
+    digest.update(np.ascontiguousarray(recording.signals, dtype="<f8").tobytes())
+    return digest.hexdigest()

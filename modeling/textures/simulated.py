@@ -5,15 +5,19 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from palpate.modeling.textures.cached import content_key, read_cached, write_cached
+from palpate.modeling.files.result_store import ResultStore, StoredResult, content_key
+from palpate.modeling.textures.joined import Joined
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import Sampled, evenly
 from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.simulator import TextureSimulator, simulation_digest
+from palpate.protocols.code_digest import code_digest
 from palpate.signals.arrays import Array
 
 SIX = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
@@ -55,17 +59,27 @@ def captured(simulator: TextureSimulator, texture: str, seconds: float = SECONDS
 def _one(
     simulator: TextureSimulator, texture: str, seconds: float, seed: int, cache: Path | None
 ) -> tuple[Recording, bool]:
-    if cache is None:
-        return captured(simulator, texture, seconds, seed), False
+    """Return the recording, and whether it was in the cache."""
     kind = type(simulator)
-    decides = (texture, seconds, seed, f"{kind.__module__}.{kind.__qualname__}", simulation_digest(simulator.captured))
-    file = cache / f"texture-{texture}-{content_key(*decides)}"
-    kept = read_cached(file)
-    if kept is not None:
-        return kept, True
-    made = captured(simulator, texture, seconds, seed)
-    write_cached(file, made)
-    return made, False
+    key = content_key(
+        simulated=[texture, seconds, seed],
+        simulator=[f"{kind.__module__}.{kind.__qualname__}", simulation_digest(simulator.captured)],
+        code=code_digest(__name__),
+    )
+    store, name = ResultStore(cache), f"texture-{texture}-{key[:16]}"
+    if (stored := store.load(name)) is not None:
+        return _restored(stored), True
+    recording = captured(simulator, texture, seconds, seed)
+    metadata = {name: value for name, value in asdict(recording).items() if name != "signals"}
+    store.save(name, {"signals": recording.signals}, metadata)
+    return recording, False
+
+
+def _restored(stored: StoredResult) -> Recording:
+    fields: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in stored.metadata.items()
+    }
+    return (Joined if "borders" in fields else Recording)(**fields, signals=stored.arrays["signals"])
 
 
 def _touched(texture: str, streams: Mapping[str, tuple[float, Array]], told: tuple[str, ...]) -> Touched:

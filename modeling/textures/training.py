@@ -9,12 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from palpate.modeling.textures.judging_jobs import Context, Done, Fit, Play
-from palpate.modeling.textures.judging_kept import recording_digest
-from palpate.modeling.textures.judging_run import drive_for
-from palpate.modeling.textures.judging_whole import Wanted, context_for, finished
+from palpate.modeling.evaluate.engine import evaluate
+from palpate.modeling.textures.domain import Fit, Play, TextureDomain, TextureResult, drive_for
+from palpate.modeling.textures.evaluation import TextureOptions, domain_for, waves
 from palpate.modeling.textures.methods import Method
-from palpate.modeling.textures.recording import Recording, TextureDataError
+from palpate.modeling.textures.recording import Recording, TextureDataError, recording_digest
 from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.training.history import history_in
@@ -39,7 +38,7 @@ class WrittenTexture(Written):
 
 
 def train_textures(
-    recordings: Sequence[Recording], simulator: TextureSimulator, wanted: Wanted, folder: Path,
+    recordings: Sequence[Recording], simulator: TextureSimulator, options: TextureOptions, folder: Path,
     report: Report = lambda _line: None, methods: Mapping[str, Method] = METHODS,
 ) -> tuple[WrittenTexture, ...]:  # fmt: skip
     """Fit the wanted methods to every texture, let each run free, and write texture-TEXTURE-METHOD into the folder.
@@ -50,18 +49,20 @@ def train_textures(
     earlier, equal command or an evaluation finished is taken from `wanted.work`. Raises TextureDataError for a
     recording that cannot be split, or where a method refuses one.
     """
-    context = context_for(recordings, simulator, wanted, methods)
-    for why in context.left_out.values():
+    domain = domain_for(recordings, simulator, options, methods)
+    for why in domain.left_out.values():
         raise TextureDataError(why)
-    fits = [Fit(texture, name) for texture in context.recordings for name in wanted.names]
-    done, _ = finished(fits, [Play(fit) for fit in fits], context, wanted, report)
+    fits = [Fit(texture, name) for texture in domain.recordings for name in options.names]
+    results = evaluate(domain, waves(domain, fits, [Play(fit) for fit in fits]), options, report)
     for fit in fits:
-        if done[fit].refused:
-            raise TextureDataError(f"{fit.name}: {done[fit].refused}")
-    return tuple(_write(fit, done[fit], done[Play(fit)], context, folder) for fit in fits)
+        if results[fit].refused:
+            raise TextureDataError(f"{fit.name}: {results[fit].refused}")
+    return tuple(_write(fit, results[fit], results[Play(fit)], domain, folder) for fit in fits)
 
 
-def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path) -> WrittenTexture:
+def _write(
+    fit: Fit, fitted: TextureResult, played: TextureResult, domain: TextureDomain, folder: Path
+) -> WrittenTexture:
     """Write the evaluated model again, its card with its metrics and what they were measured on."""
     from safetensors.numpy import load_file
 
@@ -69,36 +70,36 @@ def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path)
     from palpate.modeling.files.writing import write_model
     from palpate.signals.models.card import Card
 
-    if fitted.card is None:
+    if not fitted.files:
         raise TextureDataError(f"{fit.name}: there is no file of it.")
-    metrics, card = _metrics(fitted, played), Card.model_validate_json(fitted.card.read_bytes(), strict=True)
-    drive = None if played.refused else drive_for(fit.texture, context)
+    metrics, card = _metrics(fitted, played), Card.model_validate_json(fitted.files[0].read_bytes(), strict=True)
+    drive = None if played.refused else drive_for(fit.texture, domain)
     measured_on = {"one step ahead": "the test part, which it was not trained on"}
     if drive is not None:
-        measured_on["free"] = f"{drive.described}; {context.seconds:g} s"
-    exported = Exported(card.steps, load_file(fitted.card.with_suffix(".safetensors")))
+        measured_on["free"] = f"{drive.described}; {domain.seconds:g} s"
+    exported = Exported(card.steps, load_file(fitted.files[1]))
     write = partial(
         write_model, name=card.name, exported=exported, title=card.title,
         method=card.method, takes=card.takes, gives=card.gives, texture=card.texture, metrics=metrics,
-        measured_on=measured_on, missed=card.missed, training=_run_card(fit, fitted, metrics, context),
-        notes=(*card.notes, *_notes(played, context)),
+        measured_on=measured_on, missed=card.missed, training=_run_card(fit, fitted, metrics, domain),
+        notes=(*card.notes, *_notes(played, domain)),
     )  # fmt: skip
     seen = (f"running free on {measured_on['free']}",) if drive is not None and drive.seen else ()
     files = write_trained(folder, write, history_in(fitted.arrays))
     return WrittenTexture(files[0], fit.method, metrics, files, fit.texture, (*card.missed, *seen))
 
 
-def _metrics(fitted: Done, played: Done) -> dict[str, float]:
+def _metrics(fitted: TextureResult, played: TextureResult) -> dict[str, float]:
     """One step ahead, and running free, numbers only."""
     named = {name: fitted.numbers.get(name) for name in ONE_STEP}
     named |= {f"free_{name}": played.numbers.get(name) for name in FREE}
     return {name: float(value) for name, value in named.items() if value is not None and math.isfinite(value)}
 
 
-def _run_card(fit: Fit, fitted: Done, metrics: Mapping[str, float], context: Context) -> dict[str, Any]:
-    recording, parts = context.recordings[fit.texture], context.parts[fit.texture]
+def _run_card(fit: Fit, fitted: TextureResult, metrics: Mapping[str, float], domain: TextureDomain) -> dict[str, Any]:
+    recording, parts = domain.recordings[fit.texture], domain.parts[fit.texture]
     settings = {
-        **context.settings, "seed": context.seed, "method": fit.method, "made_from": list(recording.made_from),
+        **domain.settings, "seed": domain.seed, "method": fit.method, "made_from": list(recording.made_from),
         "parts": {name: [list(each) for each in getattr(parts, name)] for name in ("train", "validation", "test")},
         **{name: fitted.numbers[name] for name in ("window", "epochs") if fitted.numbers.get(name) is not None},
     }  # fmt: skip
@@ -106,8 +107,8 @@ def _run_card(fit: Fit, fitted: Done, metrics: Mapping[str, float], context: Con
     return run_card({"data": recording_digest(recording)}, settings, metrics, seconds)
 
 
-def _notes(played: Done, context: Context) -> tuple[str, ...]:
+def _notes(played: TextureResult, domain: TextureDomain) -> tuple[str, ...]:
     notes = [f"It was not run free: {played.refused}"] if played.refused else []
-    if context.settings.get("quick"):
+    if domain.settings.get("quick"):
         notes.append("A quick training, to try things out: few epochs. Its numbers are nothing to go by.")
     return tuple(notes)

@@ -126,7 +126,7 @@ def train(folder: Path) -> None:
         halved(folder / f"texture-cloth-{method}.json", LAB / "models")
     write_all(LAB, [texture for texture in TEXTURES if texture != "cloth"])
     with tempfile.TemporaryDirectory() as work:
-        options = judged_attributes.wanted(Path(work), quick=True)
+        options = judged_attributes.options(Path(work), quick=True)
         own = {"ridge": (("hand",), ("glcm",))}
         train_attributes(judged_attributes.material(), "ridge", options, LAB / "models", METHODS, own)
 

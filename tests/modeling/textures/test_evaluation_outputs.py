@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from palpate.modeling.files.evaluation_folder import REPORT, RESULTS
+from palpate.modeling.textures.evaluation import evaluate_methods
 from palpate.modeling.textures.evaluation_figures import free_beginning
 from palpate.modeling.textures.evaluation_outputs import default_of, tables, write_all
 from palpate.modeling.textures.evaluation_report import report_html
 from palpate.modeling.textures.evaluation_tables import start_of
 from palpate.modeling.textures.evaluation_thesis import printed_errors, printed_times, printed_variant
-from palpate.modeling.textures.judging_whole import judge
-from tests.modeling.textures import judged_small as small
+from tests.modeling.textures import small_evaluation as small
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -20,10 +20,10 @@ pytestmark = pytest.mark.needs("torch")
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):
     found = small.recordings(5.0, ("cloth", "b <i>x</i>"))
-    context, asked = small.context(
+    domain, asked = small.domain(
         tmp_path_factory.mktemp("work"), found=found, methods_of=("ar", "foten", "foten_generative")
     )
-    return judge(context, asked)
+    return evaluate_methods(domain, asked)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_the_thesis_numbers_are_set_apart_and_are_the_best_of_nothing(folder):
     page = (folder / REPORT).read_text(encoding="utf-8")
     line = re.search(r"<tr>(<td[^>]*>The baseline, thesis</td>.*?)</tr>", page)[1]
     assert "0.410" in line
-    assert set(re.findall(r'class="([^"]*)"', line)) == {"text theirs", "number theirs"}
+    assert set(re.findall(r'class="([^"]*)"', line)) == {"theirs"}
     assert re.search(r'<td class="number best">0\.\d{3}</td>', page)
 
 
@@ -114,7 +114,7 @@ def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(judge
 
 
 def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_recordings_chose(judged, tmp_path):
-    recordings = tuple(judged.context.recordings.values())
+    recordings = tuple(judged.domain.recordings.values())
     folder = tmp_path / "evaluated" / "textures"
     write_all(judged, folder, drawings=False)
     told = json.loads((folder / RESULTS).read_text())

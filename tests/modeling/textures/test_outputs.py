@@ -8,7 +8,7 @@ from palpate.modeling.textures.outputs import model_name, texture_of, write_text
 from palpate.modeling.textures.recording import Parts, TextureDataError
 from palpate.signals.models.file import read_model
 from palpate.signals.textures.voice import open_voice
-from tests.modeling.textures import judged_small as small
+from tests.modeling.textures import small_evaluation as small
 from tests.modeling.textures.made_up_recording import parts, recording
 
 

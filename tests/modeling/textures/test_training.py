@@ -9,7 +9,7 @@ from palpate.modeling.textures.training import train_textures
 from palpate.signals.models.file import read_model
 from palpate.signals.textures.sounds import RenderError, Sounds
 from palpate.signals.textures.voice import opened_voice, play
-from tests.modeling.textures import judged_small as small
+from tests.modeling.textures import small_evaluation as small
 from tests.modeling.textures.made_up_recording import recording
 from tools.half_precision import halved
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.needs("torch")
 
 
 def trained(tmp_path, found=None, methods=("foten_generative",), **more):
-    asked = small.wanted(tmp_path / "work", methods, **more)
+    asked = small.options(tmp_path / "work", methods, **more)
     return train_textures(
         found or small.recordings(4.0), small.MadeUpSurfaces(), asked, tmp_path / "models", methods=small.METHODS
     )

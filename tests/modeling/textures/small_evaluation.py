@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.textures.judging_whole import Wanted, context_for
+from palpate.modeling.textures.evaluation import TextureOptions, domain_for
 from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
@@ -84,16 +84,16 @@ MISSING = Method(name="ten_wavelet", title="Far off", fit=fit_missing, window=OR
 METHODS = {"ar": BASE, "foten": PLAIN, "foten_generative": SAMPLED, "ten": REFUSING, "ten_wavelet": MISSING}
 
 
-def wanted(work, methods=("foten", "foten_generative"), explore=True, **more):
-    return Wanted(work=work, methods=methods, explore=explore, quick=True, workers=1, **more)
+def options(work, methods=("foten", "foten_generative"), explore=True, **more):
+    return TextureOptions(work=work, methods=methods, explore=explore, quick=True, workers=1, **more)
 
 
-def context(work, found=None, simulator=None, known=METHODS, methods_of=("foten", "foten_generative"), **more):
-    asked = wanted(work, methods_of, **more)
+def domain(work, found=None, simulator=None, known=METHODS, methods_of=("foten", "foten_generative"), **more):
+    asked = options(work, methods_of, **more)
     clock = iter(range(10**6)).__next__
-    return context_for(found or recordings(), simulator or MadeUpSurfaces(), asked, known, clock=clock), asked
+    return domain_for(found or recordings(), simulator or MadeUpSurfaces(), asked, known, clock=clock), asked
 
 
 def windows_of(judged, texture):
     """The training part's acceleration."""
-    return samples_of(judged.context.recordings[texture], judged.context.parts[texture].train)[0]
+    return samples_of(judged.domain.recordings[texture], judged.domain.parts[texture].train)[0]

@@ -1,4 +1,4 @@
-from palpate.modeling.textures.judging_default import better, choice
+from palpate.modeling.textures.choice import better, choice
 
 
 def row(method, kept, felt, ran=6):

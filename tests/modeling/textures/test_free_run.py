@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.modeling.textures.judging import LIMITS, beyond, ceiling, judged, truth_of
-from palpate.modeling.textures.judging_drive import explored, from_recording
+from palpate.modeling.textures.drive import explored, from_recording
+from palpate.modeling.textures.free_run import LIMITS, beyond, ceiling, free_run_scores, truth_of
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
-from tests.modeling.textures.judged_small import MadeUpSurfaces
 from tests.modeling.textures.made_up_recording import parts, recording
+from tests.modeling.textures.small_evaluation import MadeUpSurfaces
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +16,7 @@ def drive():
 
 
 def test_the_truth_itself_is_without_fault(drive):
-    found = judged(drive.truth, drive)
+    found = free_run_scores(drive.truth, drive)
     assert found["level"] == found["greatest"] == pytest.approx(1.0)
     assert found["smoothed_gfc"] == found["raw_gfc"] == found["envelope"] == pytest.approx(1.0)
     assert found["felt_dB"] == 0
@@ -33,7 +33,7 @@ def test_another_realisation_under_the_same_hand_is_near_but_for_the_raw_spectru
 
 
 def test_a_dead_model_has_no_level_and_follows_no_hand(drive):
-    found = judged(np.zeros(len(drive.truth)), drive)
+    found = free_run_scores(np.zeros(len(drive.truth)), drive)
     assert found["level"] == 0
     assert found["smoothed_gfc"] is found["cycle"] is None
     assert beyond(found) == ("level", "smoothed_gfc", "envelope")
@@ -42,13 +42,13 @@ def test_a_dead_model_has_no_level_and_follows_no_hand(drive):
 def test_a_limit_cycle_of_the_right_level_is_found_out(drive):
     t = np.arange(len(drive.truth)) / 1000
     tone = np.sin(2 * np.pi * 120 * t) * np.sqrt(2 * np.mean(drive.truth**2))
-    broken = beyond(judged(tone, drive))
+    broken = beyond(free_run_scores(tone, drive))
     assert "level" not in broken
     assert {"smoothed_gfc", "envelope", "cycle_excess"} <= set(broken) <= set(LIMITS)
 
 
 def test_ten_times_too_loud_breaks_level_and_size_alone(drive):
-    assert beyond(judged(10 * drive.truth, drive)) == ("level", "greatest")
+    assert beyond(free_run_scores(10 * drive.truth, drive)) == ("level", "greatest")
 
 
 def test_no_more_is_asked_than_another_realisation_reaches():
@@ -63,7 +63,7 @@ def test_no_more_is_asked_than_another_realisation_reaches():
 @pytest.mark.parametrize("made", [np.ones(10), np.full(20_000, np.nan)])
 def test_what_does_not_fit_is_refused(drive, made):
     with pytest.raises(TextureDataError, match="samples"):
-        judged(made, drive)
+        free_run_scores(made, drive)
 
 
 def test_without_the_same_hand_there_is_no_ceiling_of_the_envelope():
@@ -83,7 +83,7 @@ def test_a_recordings_own_test_part_is_driven_there_and_back():
     assert (drive.origin, drive.seen, drive.seconds) == ("test part", False, 9.0)
     np.testing.assert_array_equal(drive.truth[: stop - start], found.acceleration_m_s2[start:stop])
     np.testing.assert_array_equal(drive.speed[stop - start :][: stop - start], found.speed_mm_s[start:stop][::-1])
-    assert judged(drive.truth, drive)["level"] == pytest.approx(1.0)
+    assert free_run_scores(drive.truth, drive)["level"] == pytest.approx(1.0)
     assert ceiling(drive)["level"] is not None
 
 
@@ -121,6 +121,8 @@ def test_a_recordings_repetition_is_compared_within_windows_of_one_length():
     frames = [(at, at + 1000) for at in range(0, 20_000, 1000)]
     drive = from_recording(felt, Parts(tuple(frames[:14]), tuple(frames[14:18]), tuple(frames[18:])), 30.0)
     assert drive.cycle_window == 1000
-    alike = judged(made, drive)["cycle_excess"]
+    alike = free_run_scores(made, drive)["cycle_excess"]
     assert abs(alike) < 0.1
-    assert judged(made, replace(drive, cycle_window=2000))["cycle_excess"] < alike - 0.01  # short windows repeat more
+    assert (
+        free_run_scores(made, replace(drive, cycle_window=2000))["cycle_excess"] < alike - 0.01
+    )  # short windows repeat more

@@ -1,4 +1,4 @@
-"""A model that was run on its own output, and what is to be said of it, beside the truth and its ceiling."""
+"""Scores of a model that runs on its own output, beside the truth and another realisation of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from palpate.modeling.textures.judging_drive import Drive
+from palpate.modeling.textures.drive import Drive
 from palpate.modeling.textures.metrics import SMOOTHED, level_ratio, raw_gfc, smoothed_gfc
 from palpate.modeling.textures.metrics_felt import felt_distance
 from palpate.modeling.textures.metrics_running import GREATEST, correlation, cycle, envelope, greatest_ratio, slow
@@ -33,7 +33,7 @@ LIMITS: Mapping[str, str] = {
 """The limits by what they are of, in words."""
 
 
-def judged(made: Array, drive: Drive) -> Numbers:
+def free_run_scores(made: Array, drive: Drive) -> Numbers:
     """Everything that is said of one minute (n,) in m/s^2 that a model made for this drive.
 
     `level`, `smoothed_gfc`, `raw_gfc`, `envelope` (with the truth's), `with_speed`, `with_force`, `cycle`,
@@ -62,7 +62,7 @@ def ceiling(drive: Drive) -> Numbers:
     if drive.again is None:
         return {}
     if drive.same_hand:
-        return judged(drive.again, drive)
+        return free_run_scores(drive.again, drive)
     truth = drive.truth[len(drive.again) : 2 * len(drive.again)] if drive.seen else drive.truth
     truth = truth if len(truth) >= SMOOTHED else drive.truth
     found: Numbers = {**_by_spectrum(drive.again, truth), "cycle": cycle(drive.again, drive.cycle_window)}

@@ -4,14 +4,13 @@ import json
 import numpy as np
 import pytest
 
+from palpate.modeling.evaluate.engine import result_of
+from palpate.modeling.textures.domain import Explore, Fit, Play
+from palpate.modeling.textures.evaluation import domain_for, evaluate_methods
 from palpate.modeling.textures.evaluation_tables import figure_4_5, grid_rows
-from palpate.modeling.textures.judging_jobs import Explore, Fit, Play
-from palpate.modeling.textures.judging_kept import key
-from palpate.modeling.textures.judging_run import run
-from palpate.modeling.textures.judging_whole import context_for, judge
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.training.refusals import JobBroken
-from tests.modeling.textures import judged_small as small
+from tests.modeling.textures import small_evaluation as small
 from tests.modeling.textures.made_up_recording import recording
 
 pytestmark = pytest.mark.needs("torch")
@@ -19,8 +18,8 @@ pytestmark = pytest.mark.needs("torch")
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):
-    context, asked = small.context(tmp_path_factory.mktemp("work"))
-    return judge(context, asked)
+    domain, asked = small.domain(tmp_path_factory.mktemp("work"))
+    return evaluate_methods(domain, asked)
 
 
 def test_every_method_is_fitted_judged_and_run_free_on_every_texture(judged):
@@ -32,7 +31,7 @@ def test_every_method_is_fitted_judged_and_run_free_on_every_texture(judged):
         assert done.numbers["mae"] == pytest.approx(
             done.numbers["mae_m_s2"] / np.std(small.windows_of(judged, fit.texture)), rel=0.01
         )
-        assert done.card.is_file()
+        assert done.files[0].is_file()
     assert set(judged.steps) == {"foten", "foten_generative"}
 
 
@@ -47,52 +46,52 @@ def test_running_free_tells_a_living_model_from_one_that_dies_though_one_step_ah
 
 
 def test_a_second_evaluation_takes_everything_from_the_first_and_finds_the_same(judged):
-    again = judge(judged.context, judged.wanted)
-    assert again.taken == again.jobs == judged.jobs
+    again = evaluate_methods(judged.domain, judged.options)
+    assert again.results.loaded == len(again.results) == len(judged.results)
     for job, done in judged.plays.items():
         assert again.plays[job].numbers == done.numbers
         np.testing.assert_array_equal(again.plays[job].array("made"), done.array("made"))
 
 
 def test_what_decides_a_result_decides_its_key(judged):
-    context = judged.context
-    fit, parts = Fit("smooth", "foten"), context.parts["smooth"]
+    domain = judged.domain
+    fit, parts = Fit("smooth", "foten"), domain.parts["smooth"]
     swapped = dataclasses.replace(parts, validation=parts.test, test=parts.validation)
-    louder = {**context.recordings, "smooth": recording(8.0, 5, "smooth")}
+    louder = {**domain.recordings, "smooth": recording(8.0, 5, "smooth")}
     others = [
-        dataclasses.replace(context, seed=1),
-        dataclasses.replace(context, recordings=louder),
-        dataclasses.replace(context, settings={"quick": True, "epochs": 3}),
-        dataclasses.replace(context, parts={**context.parts, "smooth": swapped}),
+        dataclasses.replace(domain, seed=1),
+        dataclasses.replace(domain, recordings=louder),
+        dataclasses.replace(domain, settings={"quick": True, "epochs": 3}),
+        dataclasses.replace(domain, parts={**domain.parts, "smooth": swapped}),
     ]
-    keys = {key(fit, each) for each in (context, *others)}
-    keys |= {key(Fit("smooth", "foten", 10, "mae"), context), key(Play(fit), context), key(Play(fit, False), context)}
-    keys |= {key(Explore("smooth"), context), key(Explore("smooth"), dataclasses.replace(context, seconds=5.0))}
+    keys = {each.key(fit) for each in (domain, *others)}
+    keys |= {domain.key(Fit("smooth", "foten", 10, "mae")), domain.key(Play(fit)), domain.key(Play(fit, False))}
+    keys |= {domain.key(Explore("smooth")), dataclasses.replace(domain, seconds=5.0).key(Explore("smooth"))}
     assert len(keys) == 10
 
 
 @pytest.mark.parametrize("damage", [b"", b"{}", b'{"numbers": 3}'])
 def test_a_damaged_result_is_computed_again(tmp_path, damage):
-    context, _ = small.context(tmp_path, found=small.recordings(4.0, ("smooth",)))
+    domain, _ = small.domain(tmp_path, found=small.recordings(4.0, ("smooth",)))
     job = Fit("smooth", "foten")
-    first = run(job, context)
-    (tmp_path / key(job, context)).with_suffix(".json").write_bytes(damage)
-    assert run(job, context).numbers["mae"] == first.numbers["mae"]
+    first = result_of(job, domain)
+    (tmp_path / domain.key(job)).with_suffix(".json").write_bytes(damage)
+    assert result_of(job, domain).numbers["mae"] == first.numbers["mae"]
 
 
 def test_a_kept_model_that_was_changed_is_made_again(tmp_path):
-    context, _ = small.context(tmp_path, found=small.recordings(4.0, ("smooth",)))
-    first = run(Fit("smooth", "foten"), context)
-    told = json.loads(first.card.read_text())
-    first.card.write_text(json.dumps({**told, "title": "another"}))
-    again = run(Fit("smooth", "foten"), context)
-    assert json.loads(again.card.read_text())["title"] == told["title"]
+    domain, _ = small.domain(tmp_path, found=small.recordings(4.0, ("smooth",)))
+    first = result_of(Fit("smooth", "foten"), domain)
+    told = json.loads(first.files[0].read_text())
+    first.files[0].write_text(json.dumps({**told, "title": "another"}))
+    again = result_of(Fit("smooth", "foten"), domain)
+    assert json.loads(again.files[0].read_text())["title"] == told["title"]
 
 
 def test_a_method_that_refuses_is_named_and_the_others_go_on(tmp_path):
     found = small.recordings(4.0, ("smooth",))
-    context, asked = small.context(tmp_path, found=found, methods_of=("foten", "ten"))
-    judged = judge(context, asked)
+    domain, asked = small.domain(tmp_path, found=found, methods_of=("foten", "ten"))
+    judged = evaluate_methods(domain, asked)
     assert judged.fits[Fit("smooth", "ten")].refused == "smooth: this method has had enough."
     assert "had enough" in judged.plays[Play(Fit("smooth", "ten"))].refused
     assert judged.plays[Play(Fit("smooth", "foten"))].numbers["level"] is not None
@@ -100,21 +99,19 @@ def test_a_method_that_refuses_is_named_and_the_others_go_on(tmp_path):
 
 def test_a_fault_of_the_program_is_not_taken_for_a_refusal(tmp_path):
     broken = {**small.METHODS, "ten": dataclasses.replace(small.REFUSING, fit=small.fit_broken)}
-    context, asked = small.context(
-        tmp_path, known=broken, found=small.recordings(4.0, ("smooth",)), methods_of=("ten",)
-    )
+    domain, asked = small.domain(tmp_path, known=broken, found=small.recordings(4.0, ("smooth",)), methods_of=("ten",))
     with pytest.raises(JobBroken, match="a fault of the program"):
-        judge(context, asked)
+        evaluate_methods(domain, asked)
 
 
 def test_windows_and_losses_are_compared_without_files_and_chosen_by_the_validation_part(tmp_path):
-    context, asked = small.context(
+    domain, asked = small.domain(
         tmp_path, found=small.recordings(4.0, ("smooth",)), methods_of=("foten",), grid=("foten", "ar")
     )
-    judged = judge(context, asked)
+    judged = evaluate_methods(domain, asked)
     grid = {fit: done for fit, done in judged.fits.items() if fit.of_the_grid}
     assert len(grid) == 2 * 25
-    assert all(done.card is None and done.numbers["mae"] > 0 for done in grid.values())
+    assert all(done.files == () and done.numbers["mae"] > 0 for done in grid.values())
     assert len({done.numbers["test_samples"] for done in judged.fits.values()}) == 1
     rows = grid_rows(judged)
     for method in ("foten", "ar"):
@@ -127,22 +124,22 @@ def test_windows_and_losses_are_compared_without_files_and_chosen_by_the_validat
 
 def test_a_recording_too_short_to_split_is_left_out_and_said(tmp_path):
     short = recording(0.3, 1, "blink")
-    context, _ = small.context(tmp_path, found=(short, *small.recordings(4.0, ("smooth",))))
-    assert list(context.recordings) == ["smooth"]
-    assert "blink" in context.left_out["blink"]
+    domain, _ = small.domain(tmp_path, found=(short, *small.recordings(4.0, ("smooth",))))
+    assert list(domain.recordings) == ["smooth"]
+    assert "blink" in domain.left_out["blink"]
     with pytest.raises(TextureDataError, match="blink"):
-        small.context(tmp_path, found=(short,))
+        small.domain(tmp_path, found=(short,))
 
 
 def test_two_recordings_of_one_name_and_unknown_methods_are_refused(tmp_path):
     with pytest.raises(TextureDataError, match="one of each"):
-        small.context(tmp_path, found=(recording(4.0, 1, "same"), recording(4.0, 2, "same")))
+        small.domain(tmp_path, found=(recording(4.0, 1, "same"), recording(4.0, 2, "same")))
     with pytest.raises(TextureDataError, match="foten"):
-        context_for(small.recordings(), small.MadeUpSurfaces(), small.wanted(tmp_path, methods=("fotan",)))
+        domain_for(small.recordings(), small.MadeUpSurfaces(), small.options(tmp_path, methods=("fotan",)))
 
 
 def test_a_short_recording_without_more_surface_is_driven_by_itself(tmp_path):
-    context, asked = small.context(tmp_path, found=(recording(1.9, 1, "smooth"),), explore=False)
-    judged = judge(context, asked)
+    domain, asked = small.domain(tmp_path, found=(recording(1.9, 1, "smooth"),), explore=False)
+    judged = evaluate_methods(domain, asked)
     assert judged.drives["smooth"].seen
     assert judged.plays[Play(Fit("smooth", "foten_generative"))].numbers["level"] > 0.5

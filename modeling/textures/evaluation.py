@@ -1,0 +1,190 @@
+"""An evaluation of textures: every method on every texture, one step ahead and running free."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from palpate.modeling.evaluate.engine import EvaluateOptions, Results, evaluate
+from palpate.modeling.textures.domain import (
+    QUICK_SECONDS,
+    SECONDS,
+    Explore,
+    Fit,
+    Job,
+    Play,
+    TextureDomain,
+    TextureResult,
+    drive_for,
+)
+from palpate.modeling.textures.drive import Drive
+from palpate.modeling.textures.free_run import ceiling, truth_of
+from palpate.modeling.textures.methods import Method
+from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
+from palpate.modeling.textures.registry import DEFAULT, METHODS, ON_REQUEST, demand_known
+from palpate.modeling.textures.simulator import TextureSimulator
+from palpate.modeling.textures.splitting import split, told
+from palpate.modeling.textures.windows import LENGTHS
+from palpate.protocols.progress import Clock, Report, silent
+from palpate.signals.textures.timing import step_us
+
+LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
+"""Figure 4.5 (the names are those of palpate.modeling.textures.heads)."""
+STEPS, QUICK_STEPS = 2000, 200
+SLOW = ("dstn", "hapinf", "gan", "foten", "foten_thesis", "foten_generative", "ten", "ten_mfcc", "ten_wavelet")
+"""What takes minutes to train goes first, so that no core is left with a long one at the end."""
+Steps = Mapping[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextureOptions(EvaluateOptions):
+    """What is evaluated, and how.
+
+    `methods` None: all but `ON_REQUEST`. `explore`: the surfaces are simulated, and another exploration drives the
+    models. `grid`: the methods whose windows and losses are compared too (Figure 4.5, Table 4.2). `work` is the folder
+    of finished jobs. `settings` go to the methods as they are.
+    """
+
+    work: Path
+    methods: tuple[str, ...] | None = None
+    explore: bool = False
+    grid: tuple[str, ...] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The methods in the registry's order."""
+        chosen = [name for name in METHODS if name not in ON_REQUEST] if self.methods is None else self.methods
+        return tuple(name for name in METHODS if name in chosen)
+
+
+@dataclass(frozen=True)
+class TextureEvaluation:
+    """All results: fits, what ran free, what drove it, and the time of a step by runtime for each method."""
+
+    domain: TextureDomain
+    options: TextureOptions
+    results: Results[Job]
+    fits: Mapping[Fit, TextureResult]
+    plays: Mapping[Play, TextureResult]
+    drives: Mapping[str, Drive]
+    ceilings: Mapping[str, Mapping[str, float | None]]
+    truths: Mapping[str, Mapping[str, float | None]]
+    steps: Mapping[str, Steps]
+    notes: Mapping[str, tuple[str, ...]]
+    seconds: float
+
+    @property
+    def textures(self) -> tuple[str, ...]:
+        """In the order of the recordings."""
+        return tuple(self.domain.recordings)
+
+    def method(self, name: str) -> Method:
+        """One of the methods."""
+        return self.domain.methods[name]
+
+
+def domain_for(
+    recordings: Sequence[Recording], simulator: TextureSimulator, options: TextureOptions,
+    methods: Mapping[str, Method] = METHODS, clock: Clock = time.perf_counter,
+) -> TextureDomain:  # fmt: skip
+    """Return what all jobs share. A recording that cannot be split is left out.
+
+    Raises TextureDataError for two recordings of one name, and where none can be split.
+    """
+    demand_known(options.methods or ())
+    by_name = {recording.texture: recording for recording in recordings}
+    if not recordings or len(by_name) < len(recordings):
+        raise TextureDataError("recordings of different textures are expected: at least one, and one of each.")
+    parts: dict[str, Parts] = {}
+    left_out: dict[str, str] = {}
+    for name, recording in by_name.items():
+        try:
+            parts[name] = split(recording, seed=options.seed)
+        except TextureDataError as refusal:
+            left_out[name] = str(refusal)
+    if not parts:
+        raise TextureDataError("; ".join(left_out.values()))
+    return TextureDomain(
+        recordings={name: by_name[name] for name in parts},
+        parts=parts,
+        left_out=left_out,
+        simulator=simulator,
+        work=options.work,
+        seed=options.seed,
+        seconds=QUICK_SECONDS if options.quick else SECONDS,
+        explore=options.explore,
+        settings={**({"quick": True} if options.quick else {}), **options.settings},
+        methods=methods,
+        clock=clock,
+    )
+
+
+def evaluate_methods(domain: TextureDomain, options: TextureOptions, report: Report = silent) -> TextureEvaluation:
+    """Fit, run free and time every method on every texture.
+
+    Raises JobBroken for what fails other than by refusing.
+    """
+    start = domain.clock()
+    fits = _fits(domain, options)
+    plays = [play for fit in fits if not fit.of_the_grid for play in _plays(fit)]
+    results = evaluate(domain, waves(domain, fits, plays), options, report)
+    drives: dict[str, Drive] = {}
+    notes = {name: [*recording.notes, *told(recording, domain.parts[name])]
+             for name, recording in domain.recordings.items()}  # fmt: skip
+    for texture in domain.recordings:
+        try:
+            drives[texture] = drive_for(texture, domain)
+        except ValueError as refusal:
+            notes[texture].append(str(refusal))
+    return TextureEvaluation(
+        domain, options, results,
+        {fit: results[fit] for fit in fits}, {play: results[play] for play in plays},
+        drives,
+        {name: ceiling(drive) for name, drive in drives.items()},
+        {name: truth_of(drive) for name, drive in drives.items()},
+        _steps(options, [results[fit] for fit in fits], report),
+        {name: tuple(lines) for name, lines in notes.items()},
+        domain.clock() - start,
+    )  # fmt: skip
+
+
+def waves(domain: TextureDomain, fits: Sequence[Fit], plays: Sequence[Play]) -> tuple[Sequence[Job], Sequence[Job]]:
+    """Return the fits, slow ones first, with the explorations that free runs rest on; and then the free runs."""
+    explorations = [Explore(texture) for texture in domain.recordings] if domain.explore else []
+    slow = [fit for fit in fits if fit.method in SLOW]
+    return [*slow, *explorations, *(fit for fit in fits if fit.method not in SLOW)], plays
+
+
+def _fits(domain: TextureDomain, options: TextureOptions) -> list[Fit]:
+    whole = [Fit(texture, name) for texture in domain.recordings for name in options.names]
+    return whole + [
+        Fit(texture, method, window, loss)
+        for texture in domain.recordings
+        for method in options.grid
+        for window in LENGTHS
+        for loss in LOSSES
+    ]
+
+
+def _plays(fit: Fit) -> list[Play]:
+    """Return how a fit runs free: the generative network also by its mean alone, to show what that does."""
+    return [Play(fit), Play(fit, sampled=False)] if fit.method == DEFAULT else [Play(fit)]
+
+
+def _steps(options: TextureOptions, fits: Sequence[TextureResult], report: Report) -> dict[str, Steps]:
+    """Return the time of a step of each method by runtime, alone on the machine: its size is the same everywhere."""
+    steps: dict[str, Steps] = {}
+    for result in fits:
+        job = result.job
+        if isinstance(job, Fit) and result.files and job.method not in steps:
+            report(f"timing steps of {job.method}")
+            try:
+                count = QUICK_STEPS if options.quick else STEPS
+                steps[job.method] = step_us(result.files[0], count, time.perf_counter_ns)
+            except ValueError as refusal:
+                report(f"{job.method}: no step was timed: {refusal}")
+    return steps
