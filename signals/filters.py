@@ -63,12 +63,12 @@ def band_pass(signal: Array, rate_hz: float, band_hz: tuple[float, float] = BAND
     if not 0 < low < min(high, NYQUIST_SHARE * rate_hz / 2):
         raise SignalError(f"a band from {low:g} to {high:g} Hz at {rate_hz:g} Hz: there is no such band")
     away = np.asarray(signal, np.float64) - signal[0]  # a constant is silent exactly, however far from zero
-    found = _both_ways(away - away.mean(axis=0), rate_hz, low, "high", order)
-    return _both_ways(found, rate_hz, high, "low", order) if has_upper_edge(rate_hz, high) else found
+    filtered = _both_ways(away - away.mean(axis=0), rate_hz, low, "high", order)
+    return _both_ways(filtered, rate_hz, high, "low", order) if has_upper_edge(rate_hz, high) else filtered
 
 
 def has_upper_edge(rate_hz: float, edge_hz: float = BAND_HZ[1]) -> bool:
-    """Whether an upper edge filters anything at that rate (the contradiction of thesis 3.4.1 and 4.3.3)."""
+    """Return whether an upper edge filters anything at that rate (the contradiction of thesis 3.4.1 and 4.3.3)."""
     return edge_hz < NYQUIST_SHARE * rate_hz / 2
 
 

@@ -18,28 +18,28 @@ DAMP = 0.995
 
 
 def burg(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
-    """The error filter of least forward and backward error over several stretches, and its mean square error.
+    """Return the error filter of least forward and backward error over several stretches, and its mean square error.
 
     Stable by construction (Burg 1975). Stretches that are not longer than `order` are left out; each needs no more than
     its own past. Zeros give the filter 1 and the error 0.
     """
-    forward = [np.asarray(each, dtype=np.float64) for each in stretches if len(each) > order]
+    forward = [np.asarray(stretch, dtype=np.float64) for stretch in stretches if len(stretch) > order]
     backward = forward
-    found = np.ones(1)
-    squares = sum(float(each @ each) for each in forward)
+    coefficients = np.ones(1)
+    squares = sum(float(stretch @ stretch) for stretch in forward)
     error = squares / max(1, sum(map(len, forward)))
     for _ in range(order):
-        forward, backward = [each[1:] for each in forward], [each[:-1] for each in backward]
+        forward, backward = [stretch[1:] for stretch in forward], [stretch[:-1] for stretch in backward]
         below = sum(float(f @ f + b @ b) for f, b in zip(forward, backward, strict=True))
         across = sum(float(f @ b) for f, b in zip(forward, backward, strict=True))
         reflection = -2 * across / below if below > np.finfo(float).tiny else 0.0
-        found = np.append(found, 0.0) + reflection * np.append(found, 0.0)[::-1]
+        coefficients = np.append(coefficients, 0.0) + reflection * np.append(coefficients, 0.0)[::-1]
         forward, backward = (
             [f + reflection * b for f, b in zip(forward, backward, strict=True)],
             [b + reflection * f for f, b in zip(forward, backward, strict=True)],
         )
         error *= 1 - reflection**2
-    return found, error
+    return coefficients, error
 
 
 def reflections(filters: Array) -> Array:
@@ -58,20 +58,20 @@ def reflections(filters: Array) -> Array:
 def stable_within(filters: Array, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     """(n,): whether all poles of 1 / filter lie inside the radius (Schur and Cohn)."""
     with np.errstate(invalid="ignore"):
-        found = np.abs(reflections(expanded(filters, radius))) < 1
-    return np.asarray(found.all(axis=1))
+        is_stable = np.abs(reflections(expanded(filters, radius))) < 1
+    return np.asarray(is_stable.all(axis=1))
 
 
 def expanded(filters: Array, radius: float) -> Array:
-    """Every pole's radius divided by `radius`: filter[k] / radius**k."""
+    """Return every pole's radius divided by `radius`: filter[k] / radius**k."""
     return np.asarray(filters / radius ** np.arange(np.shape(filters)[-1]))
 
 
-def damped_within(found: Array, radius: float) -> Array:
-    """The filter, with all its poles drawn in by one factor where one lies beyond the radius."""
-    while not stable_within(found[None], radius)[0]:
-        found = expanded(found, 1 / DAMP)
-    return found
+def damped_within(filter_: Array, radius: float) -> Array:
+    """Return the filter, with all its poles drawn in by one factor where one lies beyond the radius."""
+    while not stable_within(filter_[None], radius)[0]:
+        filter_ = expanded(filter_, 1 / DAMP)
+    return filter_
 
 
 def power_gain(filters: Array) -> Array:
@@ -79,12 +79,12 @@ def power_gain(filters: Array) -> Array:
     return np.asarray(np.prod(1 / (1 - reflections(filters) ** 2), axis=1))
 
 
-def frequencies_of(found: Array) -> Array:
-    """The line spectral frequencies (p,) of a stable error filter, rising within 0 and pi (Itakura 1975)."""
-    longer = np.append(found, 0.0)
+def frequencies_of(filter_: Array) -> Array:
+    """Return the line spectral frequencies (p,) of a stable error filter, rising within 0 and pi (Itakura 1975)."""
+    longer = np.append(filter_, 0.0)
     signs = (-1.0) ** np.arange(len(longer))
     symmetric, other = longer + longer[::-1], np.cumsum(longer - longer[::-1])[:-1]  # the other has a root at 1
-    if len(found) % 2:
+    if len(filter_) % 2:
         symmetric = (signs * np.cumsum(signs * symmetric))[:-1]  # and the symmetric one at -1,
     else:
         other = (signs[:-1] * np.cumsum(signs[:-1] * other))[:-1]  # or, of an odd order, the other too

@@ -47,12 +47,12 @@ def one_axis(axes: Array, rate_hz: float, frame_s: float = FRAME_S) -> Array:
     demand_finite(axes)
     scale = 2.0 ** math.frexp(float(np.abs(axes).max()))[1]  # a power of two: exact, and no square overflows
     scaled = axes / scale
-    found = _overlapped(scaled, frame)
-    wanted, had = (_nearby(power, frame) for power in ((scaled**2).sum(axis=1), found**2))
-    found *= np.sqrt(np.divide(wanted, had, out=np.ones_like(had), where=had > TINY * had.max()))
-    energy = float((found**2).sum())
+    signal = _overlapped(scaled, frame)
+    target, actual = (_nearby(power, frame) for power in ((scaled**2).sum(axis=1), signal**2))
+    signal *= np.sqrt(np.divide(target, actual, out=np.ones_like(actual), where=actual > TINY * actual.max()))
+    energy = float((signal**2).sum())
     whole = math.sqrt(float((scaled**2).sum()) / energy) if energy else 1.0
-    return np.asarray(found * whole * scale)
+    return np.asarray(signal * whole * scale)
 
 
 TINY = 1e-20
@@ -65,10 +65,10 @@ def _overlapped(axes: Array, frame: int) -> Array:
     padded = np.pad(axes, ((half, 2 * frame), (0, 0)))
     pieces = sliding_window_view(padded, frame, axis=0)[::half].transpose(0, 2, 1) * weight[:, None]
     mapped = _mapped(pieces) * weight
-    found = np.zeros(half * (len(pieces) + 1))
+    signal = np.zeros(half * (len(pieces) + 1))
     for number, piece in enumerate(mapped):
-        found[number * half : number * half + frame] += piece
-    return found[half : half + len(axes)]
+        signal[number * half : number * half + frame] += piece
+    return signal[half : half + len(axes)]
 
 
 def _mapped(axes: Array) -> Array:
@@ -81,13 +81,13 @@ def _mapped(axes: Array) -> Array:
 
 
 def _direction(numbers: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Each number over its size; 1 for 0."""
+    """Return each number over its size; 1 for 0."""
     size = np.abs(numbers)
     still = size == 0
     return np.where(still, 1.0, numbers / np.where(still, 1.0, size))
 
 
 def _nearby(power: Array, frame: int) -> Array:
-    """Its mean within half a frame to either side, the nearest weighing most."""
+    """Return its mean within half a frame to either side, the nearest weighing most."""
     weight = np.hanning(frame + 1)[1:]
     return np.maximum(np.convolve(power, weight / weight.sum(), "same"), 0.0)

@@ -70,13 +70,13 @@ def align(
         raise AlignError(f"{int(sound.sum())} of {len(values)} samples are finite numbers: two or more are needed")
     times_s, values = times_s[sound], values[sound]
     holes = tuple(_holes(times_s, 1 / rate_hz, longest_gap_s))
-    found = np.full((len(grid_s), values.shape[1]), np.nan)
+    aligned = np.full((len(grid_s), values.shape[1]), np.nan)
     for first, last in _stretches(times_s, holes):
         inside = slice(*np.searchsorted(grid_s, [times_s[first] - SAME_S, times_s[last] + SAME_S]))
         if last > first and inside.stop > inside.start:
             part = slice(first, last + 1)
-            found[inside] = method.run(times_s[part], values[part], grid_s[inside], rate_hz, grid_hz)
-    return Aligned(found, _bridged(grid_s, holes), holes, int((~sound).sum()))
+            aligned[inside] = method.run(times_s[part], values[part], grid_s[inside], rate_hz, grid_hz)
+    return Aligned(aligned, _bridged(grid_s, holes), holes, int((~sound).sum()))
 
 
 def _holes(times_s: Array, step_s: float, longest_gap_s: float) -> Iterator[Hole]:
@@ -104,7 +104,8 @@ def _bridged(grid_s: Array, holes: tuple[Hole, ...]) -> Mask:
 
 
 def grid_points(start_s: float, end_s: float, grid_hz: float) -> Array:
-    """The grid's times within both: whole numbers of steps since the session began, so that all exports share them.
+    """Return the grid's times within both: whole numbers of steps since the session began, so that all exports share
+    them.
 
     Raises AlignError where there are less than two, or more than fit into memory.
     """

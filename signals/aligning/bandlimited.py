@@ -41,7 +41,7 @@ class Band:
 
 
 def band(rate_hz: float, grid_hz: float) -> Band:
-    """The band kept on the way from one rate to the other.
+    """Return the band kept on the way from one rate to the other.
 
     Where the rate falls, by more than clocks drift, nothing above half the grid's rate is left to fold down. Else
     only the stream's own images are to be removed.
@@ -55,7 +55,7 @@ def band(rate_hz: float, grid_hz: float) -> Band:
 
 
 def bandlimited(times_s: Array, values: Array, wanted_s: Array, rate_hz: float, grid_hz: float) -> Array:
-    """Values (m, channels) at the wanted times, of samples at even times (n,); single ones may lack.
+    """Return values (m, channels) at the wanted times, of samples at even times (n,); single ones may lack.
 
     Samples that lack are put in by PCHIP first; beyond its ends the signal is taken to go on mirrored about its last
     value, so that within `band().reach` samples of an end the error is larger.
@@ -65,18 +65,18 @@ def bandlimited(times_s: Array, values: Array, wanted_s: Array, rate_hz: float, 
     """
     places, step_s = _even(times_s, rate_hz)
     full = _filled(places, values)
-    kept = band(1 / step_s, grid_hz)
-    weights = _kernel(kept, step_s)
-    padded = np.pad(full, ((kept.reach, kept.reach), (0, 0)), mode="reflect", reflect_type="odd")
+    passband = band(1 / step_s, grid_hz)
+    weights = _kernel(passband, step_s)
+    padded = np.pad(full, ((passband.reach, passband.reach), (0, 0)), mode="reflect", reflect_type="odd")
     at = np.clip((wanted_s - times_s[0]) / step_s, 0, len(full) - 1)
-    found = np.empty((len(at), values.shape[1]))
+    resampled = np.empty((len(at), values.shape[1]))
     for start in range(0, len(at), PIECE):
-        found[start : start + PIECE] = _convolved(padded, weights, at[start : start + PIECE], kept.reach)
-    return found
+        resampled[start : start + PIECE] = _convolved(padded, weights, at[start : start + PIECE], passband.reach)
+    return resampled
 
 
 def _even(times_s: Array, rate_hz: float) -> tuple[Array, float]:
-    """Each sample's place on an even grid, and the grid's step in seconds."""
+    """Return each sample's place on an even grid, and the grid's step in seconds."""
     places = np.r_[0.0, np.cumsum(np.rint(np.diff(times_s) * rate_hz))]  # step by step: no drift adds up
     if places[-1] < 1:
         raise AlignError(
@@ -99,20 +99,20 @@ def _filled(places: Array, values: Array) -> Array:
     return pchip(places, values, np.arange(places[-1] + 1))
 
 
-def _kernel(kept: Band, step_s: float) -> Array:
+def _kernel(passband: Band, step_s: float) -> Array:
     """Weights (phases + 1, 2 reach) of the samples around a point, by its phase; each row sums to 1."""
-    cut = (kept.passes_hz + kept.stops_hz) * step_s  # of the stream's Nyquist frequency
+    cut = (passband.passes_hz + passband.stops_hz) * step_s  # of the stream's Nyquist frequency
     beta = 0.1102 * (REJECTION_DB - 8.7)
     phases = ceil(PHASES * min(cut, 1.0))  # a kernel that is wider needs fewer
     phase = np.arange(phases + 1)[:, None] / phases
-    from_point = np.arange(1 - kept.reach, kept.reach + 1)[None, :] - phase
-    inside = np.clip(1 - (from_point / kept.reach) ** 2, 0, None)
+    from_point = np.arange(1 - passband.reach, passband.reach + 1)[None, :] - phase
+    inside = np.clip(1 - (from_point / passband.reach) ** 2, 0, None)
     weights = np.sinc(cut * from_point) * np.i0(beta * np.sqrt(inside))
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
 def _convolved(padded: Array, weights: Array, at: Array, reach: int) -> Array:
-    """The weighted sums of the samples around each place; `at` in samples, before padding."""
+    """Return the weighted sums of the samples around each place; `at` in samples, before padding."""
     before = np.minimum(at.astype(np.int64), len(padded) - 2 * reach - 1)
     phases = len(weights) - 1
     phase = (at - before) * phases

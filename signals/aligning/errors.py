@@ -25,13 +25,13 @@ def sine_error(method: str, rate_hz: float, grid_hz: float, at_hz: float = HAND_
     """
     if at_hz >= rate_hz / 2:
         return 1.0
-    found, grid_s = _through(method, rate_hz, grid_hz, at_hz)
-    return _rms(found - _turning(grid_s, at_hz))
+    aligned, grid_s = _through(method, rate_hz, grid_hz, at_hz)
+    return _rms(aligned - _turning(grid_s, at_hz))
 
 
 @lru_cache(maxsize=256)
 def leak(method: str, rate_hz: float, grid_hz: float) -> float | None:
-    """What is left of a sine a tenth above half the grid's rate, folded down: 0 none, 1 all.
+    """Return what is left of a sine a tenth above half the grid's rate, folded down: 0 none, 1 all.
 
     None where the stream cannot hold such a sine.
     """
@@ -46,8 +46,8 @@ def _through(method: str, rate_hz: float, grid_hz: float, at_hz: float) -> tuple
     seconds = 2 * MARGIN_S + max(2.0, 400 / rate_hz)
     times_s = np.arange(int(seconds * rate_hz)) / (rate_hz * OFF)
     grid_s = grid_points(MARGIN_S, times_s[-1] - MARGIN_S, grid_hz)
-    found = align(times_s, _turning(times_s, at_hz), grid_s, METHODS[method], rate_hz=rate_hz * OFF, grid_hz=grid_hz)
-    return found.values, grid_s
+    aligned = align(times_s, _turning(times_s, at_hz), grid_s, METHODS[method], rate_hz=rate_hz * OFF, grid_hz=grid_hz)
+    return aligned.values, grid_s
 
 
 def _turning(times_s: Array, at_hz: float) -> Array:

@@ -40,7 +40,7 @@ class Hinge:
 
 
 def fit_hinge(positions: Array) -> Hinge:
-    """The circle closest to a path (n, 3), by geometric distance; rows that are not finite are left out.
+    """Return the circle closest to a path (n, 3), by geometric distance; rows that are not finite are left out.
 
     Raises:
         AlignError: no three positions, an arc of less than 10 degrees (a marker at rest has none), more than 180,
@@ -62,9 +62,9 @@ def fit_hinge(positions: Array) -> Hinge:
     far = float(turned[np.abs(turned).argmax()])
     ahead = ahead if far >= 0 else -ahead
     misfit = float(np.sqrt(np.mean((np.linalg.norm(sound - centre_3d, axis=1) - radius) ** 2)))
-    found = Hinge(centre_3d, across @ axes[:2], ahead @ axes[:2], radius, misfit)
-    _demand_arc(np.degrees(np.ptp(turned)), found)
-    return found
+    hinge = Hinge(centre_3d, across @ axes[:2], ahead @ axes[:2], radius, misfit)
+    _demand_arc(np.degrees(np.ptp(turned)), hinge)
+    return hinge
 
 
 def _circle(flat: Array) -> tuple[Array, float]:
@@ -85,11 +85,11 @@ def _circle(flat: Array) -> tuple[Array, float]:
     return centre * scale, float(radius * scale)
 
 
-def _demand_arc(arc_deg: float, found: Hinge) -> None:
-    if found.misfit > LARGEST_MISFIT * found.radius:
+def _demand_arc(arc_deg: float, hinge: Hinge) -> None:
+    if hinge.misfit > LARGEST_MISFIT * hinge.radius:
         raise AlignError(
-            f"the path is no arc: it strays {found.misfit:.3g} from a circle of radius {found.radius:.3g}, and up to "
-            f"{LARGEST_MISFIT * found.radius:.3g} is expected. Did the marker rest, or slip?"
+            f"the path is no arc: it strays {hinge.misfit:.3g} from a circle of radius {hinge.radius:.3g}, and up to "
+            f"{LARGEST_MISFIT * hinge.radius:.3g} is expected. Did the marker rest, or slip?"
         )
     if not LEAST_ARC_DEG <= arc_deg <= 180:
         raise AlignError(

@@ -15,20 +15,20 @@ SAME_S = 1e-9
 
 
 def hold(times_s: Array, values: Array, wanted_s: Array) -> Array:
-    """The last sample at or before: causal, late by half a sample's step on average."""
+    """Return the last sample at or before: causal, late by half a sample's step on average."""
     before = np.searchsorted(times_s, wanted_s + SAME_S, side="right") - 1
     return np.asarray(values[np.maximum(before, 0)])
 
 
 def nearest(times_s: Array, values: Array, wanted_s: Array) -> Array:
-    """The sample closest in time; of two that are as close, the earlier."""
+    """Return the sample closest in time; of two that are as close, the earlier."""
     after = np.clip(np.searchsorted(times_s, wanted_s), 1, len(times_s) - 1)
     earlier = wanted_s - times_s[after - 1] <= times_s[after] - wanted_s
     return np.asarray(values[np.where(earlier, after - 1, after)])
 
 
 def linear(times_s: Array, values: Array, wanted_s: Array) -> Array:
-    """The straight line between the two samples around."""
+    """Return the straight line between the two samples around."""
     return np.stack([np.interp(wanted_s, times_s, channel) for channel in values.T], axis=1)
 
 

@@ -34,7 +34,7 @@ class Method:
 
     @property
     def causal(self) -> bool:
-        """Whether it takes nothing from the future, at any rate."""
+        """Return whether it takes nothing from the future, at any rate."""
         return self.ahead_s(1.0, 1.0) == 0.0
 
 
@@ -66,7 +66,7 @@ METHODS: dict[str, Method] = {
 
 
 def method_named(name: str) -> Method:
-    """The method of that name. Raises AlignError that names the nearest known one."""
+    """Return the method of that name. Raises AlignError that names the nearest known one."""
     if name not in METHODS:
         raise AlignError(f"there is no method {name!r}; {closest(name, METHODS)}")
     return METHODS[name]

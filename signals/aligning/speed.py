@@ -39,7 +39,7 @@ class Slope:
 
     @property
     def wait_s(self) -> float:
-        """How long after an instant its velocity is known."""
+        """Return how long after an instant its velocity is known."""
         return (self.window - 1) / 2 / self.rate_hz if self.place == "middle" else 0.0
 
     @property
@@ -48,20 +48,22 @@ class Slope:
         return -self.moment(2)
 
     def moment(self, order: int) -> float:
-        """What the estimate takes from the order-th derivative of the position, in s^(order - 1): 1 of the first."""
+        """Return what the estimate takes from the order-th derivative of the position, in s^(order - 1): 1 of the
+        first.
+        """
         terms = (weight * t_s**order for weight, t_s in zip(self.weights, self._times_s(), strict=True))
         return math.fsum(terms) / math.factorial(order)
 
     @property
     def bias_order(self) -> int:
-        """The lowest derivative of the position (above the first) that the estimate is wrong about."""
+        """Return the lowest derivative of the position (above the first) that the estimate is wrong about."""
         # A window that is symmetric about its instant is blind to even derivatives; a fit of even degree n to n + 1.
         order = self.degree + 1
         return order + 1 if self.place == "middle" and order % 2 == 0 else order
 
     @property
     def bias(self) -> float:
-        """Its factor: the estimate is too large by bias x that derivative, in s^(order - 1)."""
+        """Return its factor: the estimate is too large by bias x that derivative, in s^(order - 1)."""
         return self.moment(self.bias_order)
 
     def response(self, frequency_hz: float) -> complex:
@@ -76,7 +78,7 @@ class Slope:
 
 
 def slope(window: int, degree: int, rate_hz: float, place: Place = "middle") -> Slope:
-    """The weights of that estimate, orthogonalised so that long windows lose no digits.
+    """Return the weights of that estimate, orthogonalised so that long windows lose no digits.
 
     Raises:
         AlignError: an even window in the middle, fewer samples than the polynomial has coefficients, no rate.
@@ -106,29 +108,29 @@ def velocity(positions: Array, estimate: Slope) -> Array:
     NaN where the window holds a NaN or reaches beyond the recording: nothing is bridged or extrapolated.
     """
     n, window = len(positions), estimate.window
-    told = np.full(positions.shape, np.nan)
+    velocities = np.full(positions.shape, np.nan)
     if n < window:
-        return told
+        return velocities
     views = np.lib.stride_tricks.sliding_window_view(positions, window, axis=0)
     # Differences from the window's middle sample: far from the origin no digits are lost.
     differences = views - positions[window // 2 : n - window + 1 + window // 2, :, None]
     first = (window - 1) // 2 if estimate.place == "middle" else window - 1
-    told[first : first + n - window + 1] = differences @ np.array(estimate.weights)
-    return told
+    velocities[first : first + n - window + 1] = differences @ np.array(estimate.weights)
+    return velocities
 
 
 def speed(positions: Array, estimate: Slope, normal: Sequence[float] | None = None) -> Array:
     """Speeds of shape (n,): lengths of the velocities, in the surface with that normal where one is given (4.3.3)."""
-    told = velocity(positions, estimate)
+    velocities = velocity(positions, estimate)
     if normal is not None:
         unit = np.asarray(normal, float) / np.linalg.norm(normal)
         if not np.isfinite(unit).all():
             raise AlignError(f"the normal {list(normal)} has no direction.")
-        told = told - np.outer(told @ unit, unit)
-    return np.asarray(np.linalg.norm(told, axis=1))
+        velocities = velocities - np.outer(velocities @ unit, unit)
+    return np.asarray(np.linalg.norm(velocities, axis=1))
 
 
 def floor_mm_s(noise_mm: float, estimate: Slope, axes: int = 3) -> float:
-    """The speed that a marker at rest seems to have: noise of each axis adds up (mean of a chi distribution)."""
+    """Return the speed that a marker at rest seems to have: noise of each axis adds up (mean of a chi distribution)."""
     ratio = math.exp(math.lgamma((axes + 1) / 2) - math.lgamma(axes / 2))
     return math.sqrt(2) * ratio * noise_mm * estimate.noise_gain_per_s

@@ -62,7 +62,7 @@ class Stamps:
 
 
 def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock: str, arrived: Clock) -> Stamps:
-    """What stamps (n, arrival in s of session time, stamp in s) tell, of a stream whose arrivals tell `arrived`."""
+    """Return what stamps (n, arrival in s of session time, stamp in s) say of a stream whose arrivals say `arrived`."""
     count = len(stamped)
     if count < FEWEST:
         return Stamps(clock, count, problem=f"{count} stamps are too few for a line: {FEWEST} are needed")
@@ -92,9 +92,9 @@ def _own(clock: str) -> str:
 
 
 def _allowed_s(line: Clock, arrived: Clock, span_s: float) -> tuple[float, float]:
-    """How far the lines' offset, and how far their distance from end to end, may be off by what the fits allow."""
-    at_middle = sum(error or 0.0 for each in (line, arrived) for error in (each.offset_error_s, each.wander_s))
-    paces = [each.drift_error_ppm for each in (line, arrived)]
+    """Return how far the lines' offset, and their distance from end to end, may be off by what the fits allow."""
+    at_middle = sum(error or 0.0 for clock in (line, arrived) for error in (clock.offset_error_s, clock.wander_s))
+    paces = [clock.drift_error_ppm for clock in (line, arrived)]
     pace = math.inf if None in paces else math.hypot(*(error or 0.0 for error in paces)) * 1e-6 * span_s
     return SURE * (at_middle + COARSE_S), SURE * (at_middle + pace + COARSE_S)
 
@@ -116,31 +116,31 @@ def _disagree(apart: Sequence[float], allowed_s: tuple[float, float]) -> str | N
 
 
 def _line_through(n: Array, stamp_s: Array, rate_hz: float) -> tuple[Clock | None, float | None]:
-    """The least-squares line, those far off left out, and the others' SD; None where there is no line."""
+    """Return the least-squares line, those far off left out, and the others' SD; None where there is no line."""
     off_s = stamp_s - stamp_s[0] - (n - n[0]) / rate_hz  # the drift alone: no digits lost
     from_middle = n - n.mean()
-    kept = np.isfinite(off_s)
+    used = np.isfinite(off_s)
     slope = middle = scale = 0.0
     for _ in range(ROUNDS):
-        if kept.sum() < max(3, len(n) // 2):
+        if used.sum() < max(3, len(n) // 2):
             return None, None
-        slope, middle = (float(each) for each in np.polyfit(from_middle[kept], off_s[kept], 1))
+        slope, middle = (float(term) for term in np.polyfit(from_middle[used], off_s[used], 1))
         left = np.abs(off_s - middle - slope * from_middle)
         scale = 1.4826 * float(np.median(left))
-        kept = left <= FAR * scale + COARSE_S
-    scatter_s = float(np.sqrt(np.mean((off_s - middle - slope * from_middle)[kept] ** 2)))
+        used = left <= FAR * scale + COARSE_S
+    scatter_s = float(np.sqrt(np.mean((off_s - middle - slope * from_middle)[used] ** 2)))
     if 1 / rate_hz + slope <= 0 or scatter_s > MOST_LATE_S:
         return None, None
     zero_s = float(stamp_s[0] - n[0] / rate_hz)
-    return _clock(n[kept], zero_s, off_s[kept], rate_hz, scatter_s), scatter_s
+    return _clock(n[used], zero_s, off_s[used], rate_hz, scatter_s), scatter_s
 
 
 def _clock(n: Array, zero_s: float, off_s: Array, rate_hz: float, scatter_s: float) -> Clock:
-    """The clock of stamps at zero_s + n / rate_hz + off_s."""
+    """Return the clock of stamps at zero_s + n / rate_hz + off_s."""
     middle_n = float(n.mean())
     from_middle = n - middle_n
     error_n = scatter_s / math.sqrt(float((from_middle**2).sum()))
-    slope, middle_s = (float(each) for each in np.polyfit(from_middle, off_s, 1))
+    slope, middle_s = (float(term) for term in np.polyfit(from_middle, off_s, 1))
     error_ppm = error_n * rate_hz * 1e6
     measured = error_ppm <= TOLERANCE_PPM or abs(slope * rate_hz) * 1e6 > TOLERANCE_PPM + SURE * error_ppm
     slope = slope if measured else 0.0

@@ -40,7 +40,7 @@ class Draw:
     variant: str
 
     def between(self, name: str, low: float, high: float) -> float:
-        """A number drawn evenly from low to high, for one named purpose."""
+        """Return a number drawn evenly from low to high, for one named purpose."""
         key = f"{self.seed}/{self.door}/{self.variant}/{name}".encode()
         share = int.from_bytes(hashlib.sha256(key).digest()[:6], "big") / 2**48
         return low + (high - low) * share
@@ -60,28 +60,28 @@ def augment(force_N: Array, variant: str, *, door: str = "", seed: int = STUDY_S
         return base
     if variant not in VARIANTS:
         raise DoorDataError(f"There is no variant {variant!r}; there are g0, {', '.join(VARIANTS)}.")
-    made = np.round(VARIANTS[variant].make(base, Draw(seed, door, variant)), FORCE_DECIMALS) + 0.0
-    return as_profile(made, f"{door} {variant}".strip())
+    profile = np.round(VARIANTS[variant].make(base, Draw(seed, door, variant)), FORCE_DECIMALS) + 0.0
+    return as_profile(profile, f"{door} {variant}".strip())
 
 
 def first_peak_amplitude(variant: str, base: Array, _draw: Draw) -> Array:
     """g1 to g3: the first peak at 20, 30 or 40 N, its flanks stretched from the start and from the valley."""
-    found = require_cycles(base, 1, f"{variant} (first peak amplitude)")
-    return set_peak(base, 0, found.peaks[0], found.valleys[0], AMPLITUDES_N[variant])
+    marks = require_cycles(base, 1, f"{variant} (first peak amplitude)")
+    return set_peak(base, 0, marks.peaks[0], marks.valleys[0], AMPLITUDES_N[variant])
 
 
 def compressed_cycles(variant: str, base: Array, _draw: Draw) -> Array:
     """g4, g5: the first one or two cycles, evenly compressed, end before 15 or 30 degrees; the rest stretches."""
     count, complete_deg = COMPLETE_AT_DEG[variant]
     purpose = f"{variant} (cycle {count} complete before {complete_deg + 0.5:g} degrees)"
-    found = require_cycles(base, count, purpose)
-    valley, target = found.valleys[count - 1], complete_deg * POINTS_PER_DEG
+    marks = require_cycles(base, count, purpose)
+    valley, target = marks.valleys[count - 1], complete_deg * POINTS_PER_DEG
     if not target < valley:
         at = valley / POINTS_PER_DEG
         raise DoorDataError(f"{purpose}: this profile's is complete at {at:.1f} degrees, nothing to compress.")
-    if valley >= found.end:
-        return move_knots(base, [(valley - 1e-6, target)], found.end)
-    return move_knots(base, [(valley, target)], found.end)
+    if valley >= marks.end:
+        return move_knots(base, [(valley - 1e-6, target)], marks.end)
+    return move_knots(base, [(valley, target)], marks.end)
 
 
 def compressed_with_end_rise(base: Array, draw: Draw) -> Array:
@@ -91,30 +91,30 @@ def compressed_with_end_rise(base: Array, draw: Draw) -> Array:
     at the end. Silent: what lies between. Here the force returns to the base's mean within 5 degrees, and from
     there rises with the fourth power of the remaining angle to the height of the base's highest major peak.
     """
-    made = compressed_cycles("g6", base, draw)
-    found = landmarks(base)
+    profile = compressed_cycles("g6", base, draw)
+    marks = landmarks(base)
     index = np.arange(len(base), dtype=np.float64)
     valley = round(COMPLETE_AT_DEG["g6"][1] * POINTS_PER_DEG)
-    level, top = float(base[: found.end + 1].mean()), float(base[list(found.peaks)].max())
+    level, top = float(base[: marks.end + 1].mean()), float(base[list(marks.peaks)].max())
     recovery = ease((index - valley) / (RECOVERY_DEG * POINTS_PER_DEG))
-    rise = np.clip((index - valley) / (found.end - valley), 0, 1) ** RISE_POWER
-    low = made[valley]
+    rise = np.clip((index - valley) / (marks.end - valley), 0, 1) ** RISE_POWER
+    low = profile[valley]
     tail = low + (level - low) * recovery + (top - level) * rise
-    made[valley : found.end + 1] = tail[valley : found.end + 1]
-    return made
+    profile[valley : marks.end + 1] = tail[valley : marks.end + 1]
+    return profile
 
 
 def moved_first_peak(base: Array, _draw: Draw) -> Array:
     """g7: the first peak at 10 degrees, its valley where it was."""
-    found = require_cycles(base, 1, "g7 (first peak to 10 degrees)")
-    peak, valley, target = found.peaks[0], found.valleys[0], MOVED_PEAK_DEG * POINTS_PER_DEG
+    marks = require_cycles(base, 1, "g7 (first peak to 10 degrees)")
+    peak, valley, target = marks.peaks[0], marks.valleys[0], MOVED_PEAK_DEG * POINTS_PER_DEG
     if peak == target or valley <= target:
         raise DoorDataError(
             f"g7 moves the first peak to 10 degrees; here it is at {peak / POINTS_PER_DEG:.1f} degrees "
             f"and its valley at {valley / POINTS_PER_DEG:.1f}."
         )
-    knots = [(peak, target)] if valley >= found.end else [(peak, target), (valley, valley)]
-    return move_knots(base, knots, found.end)
+    knots = [(peak, target)] if valley >= marks.end else [(peak, target), (valley, valley)]
+    return move_knots(base, knots, marks.end)
 
 
 def flattened_start(base: Array, draw: Draw) -> Array:
@@ -127,9 +127,9 @@ def flattened_start(base: Array, draw: Draw) -> Array:
 
 def small_cycles(base: Array, draw: Draw) -> Array:
     """g9: three or four cycles of 3 to 5 N, drawn, before the first peak or between the first and the second."""
-    found = require_cycles(base, 2, "g9 (small cycles)")
+    marks = require_cycles(base, 2, "g9 (small cycles)")
     before = draw.between("place", 0, 1) < 0.5
-    first, last = (0.2 * found.peaks[0], 0.95 * found.peaks[0]) if before else (found.peaks[0], found.peaks[1])
+    first, last = (0.2 * marks.peaks[0], 0.95 * marks.peaks[0]) if before else (marks.peaks[0], marks.peaks[1])
     cycles = 3 if draw.between("cycles", 0, 1) < 0.5 else 4
     return add_cycles(base, first, last, cycles, draw.between("height", 3.0, 5.0))
 
@@ -148,17 +148,17 @@ def stretched_plateau(base: Array, _draw: Draw) -> Array:
 def heightened_plateau(base: Array, _draw: Draw) -> Array:
     """g12: the stretched plateau raised by 0.3 of the way from its middle to the second peak."""
     purpose = "g12 (stretched and heightened plateau)"
-    made, (first, last) = _stretch(base, purpose)
-    found = require_cycles(made, 2, purpose)
-    by_N = PLATEAU_RAISE_SHARE * float(made[found.peaks[1]] - made[(first + last) // 2])
-    return raise_span(made, (found.peaks[1], found.valleys[1]), (first, last), by_N)
+    profile, (first, last) = _stretch(base, purpose)
+    marks = require_cycles(profile, 2, purpose)
+    by_N = PLATEAU_RAISE_SHARE * float(profile[marks.peaks[1]] - profile[(first + last) // 2])
+    return raise_span(profile, (marks.peaks[1], marks.valleys[1]), (first, last), by_N)
 
 
 def bumps_before_peak(base_variant: str, base: Array, draw: Draw) -> Array:
     """g13, g14: three bumps of up to 2 N before the first peak of g2 or g3, which keeps its 30 or 40 N."""
-    made = first_peak_amplitude(base_variant, base, draw)
+    profile = first_peak_amplitude(base_variant, base, draw)
     peak = landmarks(base).peaks[0]
-    return add_cycles(made, 0.15 * peak, 0.9 * peak, BUMPS, BUMP_N)
+    return add_cycles(profile, 0.15 * peak, 0.9 * peak, BUMPS, BUMP_N)
 
 
 def _stretch(base: Array, purpose: str) -> tuple[Array, tuple[int, int]]:

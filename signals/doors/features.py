@@ -49,7 +49,7 @@ def landmarks(force_N: Array) -> Landmarks:
 
 
 def landmarks_and_felt(force_N: Array) -> tuple[Landmarks, list[int]]:
-    """The landmarks, and the grid indices of all peaks that stand out by at least FELT_N."""
+    """Return the landmarks, and the grid indices of all peaks that stand out by at least FELT_N."""
     end = motion_end(tuple(force_N.tolist()))
     moving = force_N[: end + 1]
     tops = _tops(moving)
@@ -57,17 +57,17 @@ def landmarks_and_felt(force_N: Array) -> tuple[Landmarks, list[int]]:
     peaks = [top for top, prominence in tops if prominence >= major_N]
     ends = [*peaks[1:], end + 1]
     valleys = [peak + int(np.argmin(moving[peak:stop])) for peak, stop in zip(peaks, ends, strict=False)]
-    found = Landmarks(tuple(peaks), tuple(valleys), end)
-    return found, [top for top, prominence in tops if prominence >= FELT_N]
+    marks = Landmarks(tuple(peaks), tuple(valleys), end)
+    return marks, [top for top, prominence in tops if prominence >= FELT_N]
 
 
 def require_cycles(force_N: Array, count: int, purpose: str) -> Landmarks:
-    """The landmarks of a profile that has at least `count` cycles, or a refusal that names the purpose."""
-    found = landmarks(force_N)
-    if len(found.peaks) < count:
-        at = ", ".join(f"{peak / POINTS_PER_DEG:.1f}" for peak in found.peaks) or "none"
-        raise DoorDataError(f"{purpose} needs {count} major peaks; this profile has {len(found.peaks)} (at {at} deg).")
-    return found
+    """Return the landmarks of a profile that has at least `count` cycles, or a refusal that names the purpose."""
+    marks = landmarks(force_N)
+    if len(marks.peaks) < count:
+        at = ", ".join(f"{peak / POINTS_PER_DEG:.1f}" for peak in marks.peaks) or "none"
+        raise DoorDataError(f"{purpose} needs {count} major peaks; this profile has {len(marks.peaks)} (at {at} deg).")
+    return marks
 
 
 def plateau_after_second_peak(force_N: Array, purpose: str) -> tuple[int, int]:
@@ -82,11 +82,11 @@ def plateau_after_second_peak(force_N: Array, purpose: str) -> tuple[int, int]:
     return plateau
 
 
-def plateau_of(force_N: Array, found: Landmarks) -> tuple[int, int] | None:
-    """The plateau as `plateau_after_second_peak` defines it, or None where there is none."""
-    if len(found.peaks) < 2:
+def plateau_of(force_N: Array, marks: Landmarks) -> tuple[int, int] | None:
+    """Return the plateau as `plateau_after_second_peak` defines it, or None where there is none."""
+    if len(marks.peaks) < 2:
         return None
-    top, bottom = found.peaks[1], found.valleys[1]
+    top, bottom = marks.peaks[1], marks.valleys[1]
     fall = _smooth(-np.diff(force_N[top : bottom + 1]), POINTS_PER_DEG)
     steep = np.minimum(np.maximum.accumulate(fall), np.maximum.accumulate(fall[::-1])[::-1])
     slow = (steep > 0) & (fall < PLATEAU_SLOPE_SHARE * steep)
@@ -101,31 +101,31 @@ def plateau_of(force_N: Array, found: Landmarks) -> tuple[int, int] | None:
 
 
 def describe(force_N: Array) -> dict[str, float]:
-    """The numeric columns of the stimulus table; see docs/reference/doors.md for each one's definition."""
+    """Return the numeric columns of the stimulus table; see docs/reference/doors.md for each one's definition."""
     return columns(force_N, *landmarks_and_felt(force_N))
 
 
-def columns(force_N: Array, found: Landmarks, felt: list[int]) -> dict[str, float]:
-    """The same, of a profile whose landmarks and counted peaks are known."""
-    moving = force_N[: found.end + 1]
-    first = found.peaks[0] if found.peaks else int(np.argmax(moving))
+def columns(force_N: Array, marks: Landmarks, felt_peaks: list[int]) -> dict[str, float]:
+    """Return the same, of a profile whose landmarks and counted peaks are known."""
+    moving = force_N[: marks.end + 1]
+    first = marks.peaks[0] if marks.peaks else int(np.argmax(moving))
     return {
         "first_peak_N": float(moving[first]),
         "first_peak_deg": first / POINTS_PER_DEG,
-        "peak_count": float(len(felt)),
+        "peak_count": float(len(felt_peaks)),
         "initial_force_N": float(moving[: INITIAL_DEG * POINTS_PER_DEG + 1].mean()),
         "mean_force_N": float(moving.mean()),
         "max_force_N": float(moving.max()),
         "min_force_N": float(moving.min()),
-        "drop_N": _largest_drop(moving, felt),
+        "drop_N": _largest_drop(moving, felt_peaks),
         "end_slope_N_deg": _slope(moving[-(END_DEG * POINTS_PER_DEG + 1) :]),
         "roughness_N": _roughness(moving),
-        "opening_deg": found.end / POINTS_PER_DEG,
+        "opening_deg": marks.end / POINTS_PER_DEG,
     }
 
 
 def as_profile(force_N: Array | tuple[float, ...] | list[float], where: str = "profile") -> Array:
-    """The profile as a float array, or a refusal when it does not have 621 finite points."""
+    """Return the profile as a float array, or a refusal when it does not have 621 finite points."""
     profile = np.asarray(force_N, dtype=np.float64)
     if profile.shape != (POINTS,):
         raise DoorDataError(f"{where}: {POINTS} points expected, found an array of shape {profile.shape}.")
@@ -149,19 +149,19 @@ def _tops(force_N: Array) -> list[tuple[int, float]]:
 
 
 def _lowest_before(heights: list[float], lowest: list[float]) -> list[float]:
-    """The lowest value between each top and the higher ground before it, or the profile's end.
+    """Return the lowest value between each top and the higher ground before it, or the profile's end.
 
     `lowest` holds the lowest value before each top and after the one before it. A stack keeps the tops that no later
     one has reached yet, so each is looked at once on the way in and once on the way out.
     """
     open_tops: list[tuple[float, float]] = []
-    found = []
+    lowest_before = []
     for height, low in zip(heights, lowest, strict=False):
         while open_tops and open_tops[-1][0] <= height:
             low = min(low, open_tops.pop()[1])  # noqa: PLW2901 - the lowest so far
         open_tops.append((height, low))
-        found.append(low)
-    return found
+        lowest_before.append(low)
+    return lowest_before
 
 
 def _largest_drop(moving: Array, felt: list[int]) -> float:

@@ -34,13 +34,14 @@ class UnplayableProfile(ValueError):
 
 
 def hardest() -> tuple[float, ...]:
-    """A profile at the bounds of what may be made: up and down between them as steeply as is allowed."""
+    """Return a profile at the bounds of what may be made: up and down between them as steeply as is allowed."""
     step, length = STEEPEST_N_DEG / POINTS_PER_DEG, round(2 * LIMIT_N * POINTS_PER_DEG / STEEPEST_N_DEG)
     return tuple(LIMIT_N - step * abs(place % (2 * length) - length) for place in range(POINTS))
 
 
 def bounded(force_N: Array, limit_N: float = LIMIT_N, steepest_N_deg: float = STEEPEST_N_DEG) -> Array:
-    """The profile within `limit_N`, and no steeper than `steepest_N_deg`: where it is, it follows as fast as it may.
+    """Return the profile within `limit_N`, and no steeper than `steepest_N_deg`: where it is, it follows as fast as it
+    may.
 
     Takes one profile, a force in newtons at every tenth of a degree, and returns a new one.
     """
@@ -49,14 +50,14 @@ def bounded(force_N: Array, limit_N: float = LIMIT_N, steepest_N_deg: float = ST
     step = steepest_N_deg / POINTS_PER_DEG
     within = np.clip(force_N, -limit_N, limit_N)
     steep = (np.abs(np.diff(within)) > step).tolist()
-    made: list[float] = within[:1].tolist()
+    limited: list[float] = within[:1].tolist()
     follows = False
-    for wanted, too_steep in zip(within[1:].tolist(), steep, strict=True):
-        last = made[-1]
-        reached = min(max(wanted, last - step), last + step) if too_steep or follows else wanted
-        follows = reached != wanted
-        made.append(reached)
-    return np.array(made)
+    for force, too_steep in zip(within[1:].tolist(), steep, strict=True):
+        last = limited[-1]
+        allowed = min(max(force, last - step), last + step) if too_steep or follows else force
+        follows = allowed != force
+        limited.append(allowed)
+    return np.array(limited)
 
 
 def bounded_profiles(force_N: Array) -> Array:

@@ -38,7 +38,8 @@ PARTS_DEG = ((0, 20), (20, 40), (40, 62))
 
 
 def features(force_N: Array, names: Sequence[str] | None = None) -> Array:
-    """The engineered features of profiles, (n, 621) newtons to (n, features); of one profile (621,), (features,).
+    """Return the engineered features of profiles, (n, 621) newtons to (n, features); of one profile (621,),
+    (features,).
 
     `names` picks and orders them; without it, all of FEATURES.
 
@@ -46,47 +47,47 @@ def features(force_N: Array, names: Sequence[str] | None = None) -> Array:
         DoorDataError: a row that is no profile (not 621 finite forces within 1e9 N), or a name that is no feature.
     """
     given = np.asarray(force_N, dtype=np.float64)
-    wanted = FEATURES if names is None else tuple(names)
-    if unknown := [name for name in wanted if name not in FEATURES]:
+    chosen = FEATURES if names is None else tuple(names)
+    if unknown := [name for name in chosen if name not in FEATURES]:
         raise DoorDataError(f"{unknown[0]!r} is no feature of a profile; {nearest(unknown[0], FEATURES)}")
     if given.ndim == 1:
-        return _row(given, "profile", wanted)
+        return _row(given, "profile", chosen)
     if given.ndim != 2:
         raise DoorDataError(f"profiles: an array of (n, 621) is expected, found one of shape {given.shape}.")
-    rows = [_row(row, f"profile {number}", wanted) for number, row in enumerate(given, start=1)]
-    return np.array(rows).reshape(len(given), len(wanted))
+    rows = [_row(row, f"profile {number}", chosen) for number, row in enumerate(given, start=1)]
+    return np.array(rows).reshape(len(given), len(chosen))
 
 
 def all_features(force_N: Array) -> dict[str, float]:
-    """The engineered features of one profile (621,), by name. Raises DoorDataError as `features` does."""
+    """Return the engineered features of one profile (621,), by name. Raises DoorDataError as `features` does."""
     return _found(_checked(force_N, "profile"))
 
 
 def _found(profile: Array) -> dict[str, float]:
-    found, felt = landmarks_and_felt(profile)
-    moving = profile[: found.end + 1]
+    marks, felt = landmarks_and_felt(profile)
+    moving = profile[: marks.end + 1]
     slope = _slope_over_a_degree(moving)
     return {
-        **columns(profile, found, felt),
-        **_extremes(moving, found),
+        **columns(profile, marks, felt),
+        **_extremes(moving, marks),
         **_slopes(moving, slope),
-        **_plateaus(profile, moving, slope, found),
+        **_plateaus(profile, moving, slope, marks),
         **_work(profile),
     }
 
 
-def _extremes(moving: Array, found: Landmarks) -> dict[str, float]:
+def _extremes(moving: Array, marks: Landmarks) -> dict[str, float]:
     """Major peaks and valleys; one that is missing stands at the end of the motion."""
-    peaks = [*found.peaks, *[found.end] * PEAKS][:PEAKS]
-    valleys = [*found.valleys, *[found.end] * VALLEYS][:VALLEYS]
-    made = {"major_peak_count": float(len(found.peaks))}
+    peaks = [*marks.peaks, *[marks.end] * PEAKS][:PEAKS]
+    valleys = [*marks.valleys, *[marks.end] * VALLEYS][:VALLEYS]
+    values = {"major_peak_count": float(len(marks.peaks))}
     for number, place in enumerate(peaks[1:], start=2):
-        made |= {f"peak_{number}_N": float(moving[place]), f"peak_{number}_deg": place / POINTS_PER_DEG}
+        values |= {f"peak_{number}_N": float(moving[place]), f"peak_{number}_deg": place / POINTS_PER_DEG}
     for number, place in enumerate(valleys, start=1):
-        made |= {f"valley_{number}_N": float(moving[place]), f"valley_{number}_deg": place / POINTS_PER_DEG}
+        values |= {f"valley_{number}_N": float(moving[place]), f"valley_{number}_deg": place / POINTS_PER_DEG}
     for number, (before, after) in enumerate(pairwise(peaks), start=1):
-        made[f"interval_{number}_deg"] = (after - before) / POINTS_PER_DEG
-    return made | {"start_N": float(moving[0]), "end_N": float(moving[-1]), "force_sd_N": float(moving.std())}
+        values[f"interval_{number}_deg"] = (after - before) / POINTS_PER_DEG
+    return values | {"start_N": float(moving[0]), "end_N": float(moving[-1]), "force_sd_N": float(moving.std())}
 
 
 def _slopes(moving: Array, slope: Array) -> dict[str, float]:
@@ -103,21 +104,21 @@ def _slopes(moving: Array, slope: Array) -> dict[str, float]:
     }
 
 
-def _plateaus(profile: Array, moving: Array, slope: Array, found: Landmarks) -> dict[str, float]:
-    """The longest flat stretch and the plateau after the second major peak; one that is missing has length 0.
+def _plateaus(profile: Array, moving: Array, slope: Array, marks: Landmarks) -> dict[str, float]:
+    """Return the longest flat stretch and the plateau after the second major peak; one that is missing has length 0.
 
     The level of a missing flat stretch is the mean force; of a missing plateau, midway between peak and valley.
     """
     start, length = _longest(np.abs(slope) <= FLAT_N_DEG)
     level = moving[start : start + length + POINTS_PER_DEG] if length else moving
-    made = {"flat_deg": length / POINTS_PER_DEG, "flat_N": float(level.mean())}
-    plateau = plateau_of(profile, found)
+    values = {"flat_deg": length / POINTS_PER_DEG, "flat_N": float(level.mean())}
+    plateau = plateau_of(profile, marks)
     if plateau is None:
-        top, bottom = (found.peaks[1], found.valleys[1]) if len(found.peaks) > 1 else (found.end, found.end)
-        return {**made, "plateau_deg": 0.0, "plateau_N": float(moving[top] + moving[bottom]) / 2}
+        top, bottom = (marks.peaks[1], marks.valleys[1]) if len(marks.peaks) > 1 else (marks.end, marks.end)
+        return {**values, "plateau_deg": 0.0, "plateau_N": float(moving[top] + moving[bottom]) / 2}
     first, last = plateau
     return {
-        **made,
+        **values,
         "plateau_deg": (last - first) / POINTS_PER_DEG,
         "plateau_N": float(profile[first : last + 1].mean()),
     }
@@ -127,15 +128,15 @@ def _work(profile: Array) -> dict[str, float]:
     """Work over the whole grid in J per metre of handle radius: the integral of the force over the angle in radians."""
     width = np.radians(1 / POINTS_PER_DEG)
     pieces = (profile[1:] + profile[:-1]) / 2 * width
-    made = {
+    values = {
         "work_J_m": float(pieces.sum()),
         "work_pulled_J_m": float(pieces[pieces > 0].sum()),
         "work_returned_J_m": float(-pieces[pieces < 0].sum()),
     }
     for low, high in PARTS_DEG:
         part = pieces[low * POINTS_PER_DEG : high * POINTS_PER_DEG]
-        made[f"work_{low}_{high}_J_m"] = float(part.sum())
-    return made
+        values[f"work_{low}_{high}_J_m"] = float(part.sum())
+    return values
 
 
 def _slope_over_a_degree(moving: Array) -> Array:
@@ -157,8 +158,8 @@ def _longest(true: NDArray[np.bool_]) -> tuple[int, int]:
 
 
 def _row(profile: Array, where: str, names: Sequence[str]) -> Array:
-    found = _found(_checked(profile, where))
-    return np.array([found[name] for name in names])
+    marks = _found(_checked(profile, where))
+    return np.array([marks[name] for name in names])
 
 
 def _checked(force_N: Array, where: str) -> Array:

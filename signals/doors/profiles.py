@@ -142,7 +142,7 @@ def _refuse_short(angle: Array) -> None:
 
 
 def _refuse_gaps(angle: Array, largest_deg: float) -> float:
-    """The widest stretch without rows on the way from 0 to the largest angle, if it may be bridged."""
+    """Return the widest stretch without rows on the way from 0 to the largest angle, if it may be bridged."""
     inside = np.r_[0.0, angle[(angle > 0) & (angle <= MAX_ANGLE_DEG)], min(angle[-1], MAX_ANGLE_DEG)]
     gaps = np.diff(inside)
     widest = int(np.argmax(gaps))

@@ -20,7 +20,7 @@ ROOT_HALF = float(np.sqrt(0.5))
 
 
 def activation(step: Activation, form: Form, at: At) -> Built:  # noqa: ARG001 - it fits every form
-    """The function that the card names."""
+    """Return the function that the card names."""
     after = replace(form, owned=True)
     if step.function == "softmax":
         return _softmax(form), after

@@ -37,7 +37,7 @@ def autoregression(step: Autoregression, form: Form, at: At) -> Built:
 
 
 def _rising(step: Autoregression, count: int, length: int, at: At) -> Values:
-    """The frequencies, if they make stable predictors: those between them do so too."""
+    """Return the frequencies, if they make stable predictors: those between them do so too."""
     frequencies = at.reals(step.frequencies, count, None).astype(np.float64)
     order = frequencies.shape[1]
     if order > length or order * count > LARGEST:

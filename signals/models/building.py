@@ -29,7 +29,9 @@ __all__ = ["Form", "Run", "built"]
 
 
 def built(steps: Sequence[Step], tensors: Mapping[str, Values], form: Form) -> Built:
-    """What these steps do to (n, *form.shape), and the form that comes out. Raises ModelFileError naming the step."""
+    """Return what these steps do to (n, *form.shape), and the form that comes out. Raises ModelFileError naming the
+    step.
+    """
     if form.size > LARGEST:
         raise ModelFileError(f"{form.size} numbers for one input; at most {LARGEST} are run. Export the model again.")
     return _chain(steps, form, At("", tensors))
@@ -60,7 +62,7 @@ def _one_step(steps: Sequence[Step], at: At) -> bool:
 
 
 def _by_place(step: Step, at: At) -> bool:
-    """Whether it multiplies each place by a matrix."""
+    """Return whether it multiplies each place by a matrix."""
     if isinstance(step, Conv):
         weight = at.tensors.get(step.weight)
         return not step.pad and weight is not None and weight.shape[2:] == (1,)
@@ -68,7 +70,7 @@ def _by_place(step: Step, at: At) -> bool:
 
 
 def _next(steps: Sequence[Step], form: Form, at: At) -> Built:
-    """One step at work, or two together."""
+    """Return one step at work, or two together."""
     first, last = steps[0], steps[-1]
     make: Callable[[Any, Form, At], Built] = _BUILDERS[type(last)]
     if isinstance(first, Upsample) and isinstance(last, Dense):
@@ -81,8 +83,8 @@ def _next(steps: Sequence[Step], form: Form, at: At) -> Built:
 
 def _one_after_another(runs: tuple[Run, ...]) -> Run:
     def run(x: Values, kept: Kept) -> Values:
-        for each in runs:
-            x = each(x, kept)
+        for step in runs:
+            x = step(x, kept)
         return x
 
     return run

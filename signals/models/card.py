@@ -279,7 +279,7 @@ NO_TENSORS = frozenset({"do", "function", "kept", "memory", "along"})
 
 
 def tensors_named(steps: Sequence[Step]) -> Iterator[str]:
-    """The names of all tensors that these steps use, in order, nested ones too."""
+    """Yield the names of all tensors that these steps use, in order, nested ones too."""
     for step in steps:
         for name in type(step).model_fields:
             value = getattr(step, name)
@@ -293,14 +293,14 @@ def tensors_named(steps: Sequence[Step]) -> Iterator[str]:
 
 
 def card_tensors(card: Card) -> Iterator[str]:
-    """The names of all tensors that belong to a card: those of its steps, and what a texture begins with."""
+    """Yield the names of all tensors that belong to a card: those of its steps, and what a texture begins with."""
     yield from tensors_named(card.steps)
     if card.texture is not None and card.texture.start is not None:
         yield card.texture.start
 
 
 def complaint(error: ValidationError) -> str:
-    """The first few things that are wrong with a card, each with its place."""
+    """Return the first few things that are wrong with a card, each with its place."""
     wrong = [f"{'.'.join(map(str, each['loc'])) or 'card'}: {each['msg']}" for each in error.errors()[:3]]
     more = f" (and {error.error_count() - len(wrong)} more)" if error.error_count() > len(wrong) else ""
     return "; ".join(wrong) + more

@@ -17,7 +17,7 @@ class ModelInputError(ValueError):
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """A file that the system does not let us read is a model that is not used."""
+    """Yield a file that the system does not let us read is a model that is not used."""
     try:
         yield
     except OSError as error:
@@ -26,7 +26,7 @@ def reading(path: Path) -> Iterator[None]:
 
 @contextmanager
 def in_file(path: Path) -> Iterator[None]:
-    """Numbers that a model cannot answer came from this file."""
+    """Yield numbers that a model cannot answer came from this file."""
     try:
         yield
     except ModelInputError as error:

@@ -23,11 +23,11 @@ class Runs(Protocol):
 
     @property
     def card(self) -> Card:
-        """What it takes and gives."""
+        """Return what it takes and gives."""
 
     @property
     def runtime(self) -> str:
-        """What runs it: "native (AVX-512)" or "NumPy"."""
+        """Return what runs it: "native (AVX-512)" or "NumPy"."""
 
     def run(self, given: Array) -> Array:
         """As `Model.run`: (in,) to (out,), or (n, in) to (n, out), in float64. Raises ModelInputError as it does."""
@@ -43,7 +43,7 @@ class ByNumpy:
 
     @property
     def card(self) -> Card:
-        """What it takes and gives."""
+        """Return what it takes and gives."""
         return self.model.card
 
     def run(self, given: Array) -> Array:
@@ -52,7 +52,7 @@ class ByNumpy:
 
 
 def fastest(model: Model, instructions: str | None = None) -> Runs:
-    """The model, run by the compiled kernel where that was built and knows all its steps, else by NumPy.
+    """Return the model, run by the compiled kernel where that was built and knows all its steps, else by NumPy.
 
     The kernel's answers are compared with NumPy's here, once; one that does not agree is not used. `instructions`
     names one of the kernel's instruction sets; None: the first that this processor has. Every call opens a workspace
@@ -64,29 +64,29 @@ def fastest(model: Model, instructions: str | None = None) -> Runs:
 
     try:
         kernel = library()
-        sets = [each for each in kernel.sets if instructions in (None, each.name)]
+        sets = [instruction_set for instruction_set in kernel.sets if instructions in (None, instruction_set.name)]
         if not sets:
             return ByNumpy(model, f"this processor has no {instructions}")
-        found = Native(model, kernel, sets[0], fastest)
+        runs = Native(model, kernel, sets[0], fastest)
     except (KernelMissing, NotCompiled) as error:
         return ByNumpy(model, str(error))
-    far = apart(found, model)
-    return found if far <= AGREES else ByNumpy(model, f"the kernel's answers are {far:.1e} off")
+    far = apart(runs, model)
+    return runs if far <= AGREES else ByNumpy(model, f"the kernel's answers are {far:.1e} off")
 
 
-def apart(found: Runs, model: Model) -> float:
-    """The greatest difference between both on a few inputs, relative to the size of the answers; inf for none.
+def apart(runs: Runs, model: Model) -> float:
+    """Return the greatest difference between both on a few inputs, relative to the size of the answers; inf for none.
 
     Where an answer may jump (a phase at its cut, the choice of a sparse attention) rounding may decide: the second
     largest difference counts.
     """
     rows = _tried(model.card)
     try:
-        answers, wanted = found.run(rows), model.run(rows)
+        answers, expected = runs.run(rows), model.run(rows)
     except ModelInputError:
         return float("inf")
-    scale = max(float(np.abs(wanted).max()), np.finfo(np.float32).tiny)
-    return float(np.sort(np.abs(answers - wanted).max(axis=1))[-2] / scale)
+    scale = max(float(np.abs(expected).max()), np.finfo(np.float32).tiny)
+    return float(np.sort(np.abs(answers - expected).max(axis=1))[-2] / scale)
 
 
 def _tried(card: Card) -> Array:

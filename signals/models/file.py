@@ -38,10 +38,10 @@ def read_model(card: Path | str) -> Model:
         from palpate.signals.models.hatt import read_hatt
 
         return read_hatt(path)
-    found = read_card(path)
-    tensors = read_tensors(path, found)
+    described = read_card(path)
+    tensors = read_tensors(path, described)
     try:
-        return Model(found, tensors)
+        return Model(described, tensors)
     except ModelFileError as error:
         raise ModelFileError(f"{path}: {error}") from None
 
@@ -52,11 +52,11 @@ def read_card(path: Path | str) -> Card:
     with reading(path):
         content = _content(path)
     try:
-        told = parse(content)
-        canonical(told)  # a number such as 1e999 is infinite only once it is read
+        document = parse(content)
+        canonical(document)  # a number such as 1e999 is infinite only once it is read
     except (ValueError, RecursionError) as error:
         raise ModelFileError(f"{path}: not a model's card: {error}. A card is a JSON text file.") from None
-    _require_format(path, told)
+    _require_format(path, document)
     try:
         return Card.model_validate_json(content, strict=True)
     except ValidationError as error:
@@ -81,11 +81,11 @@ def _content(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def _require_format(path: Path, told: Any) -> None:
-    found = told.get("format") if isinstance(told, dict) else None
-    if found == FORMAT:
+def _require_format(path: Path, document: Any) -> None:
+    stated = document.get("format") if isinstance(document, dict) else None
+    if stated == FORMAT:
         return
-    if isinstance(found, str) and found.startswith(f"{FAMILY}/"):
-        raise ModelFileError(f"{path}: format {found!r}; this version reads {FORMAT!r}. Update palpate to use it.")
-    was = "no format is named" if found is None else f"format {str(found)[:40]!r}"
+    if isinstance(stated, str) and stated.startswith(f"{FAMILY}/"):
+        raise ModelFileError(f"{path}: format {stated!r}; this version reads {FORMAT!r}. Update palpate to use it.")
+    was = "no format is named" if stated is None else f"format {str(stated)[:40]!r}"
     raise ModelFileError(f"{path}: not a model's card: {was}, {FORMAT!r} is expected.")

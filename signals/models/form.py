@@ -36,7 +36,7 @@ class Form:
 
     @property
     def size(self) -> int:
-        """How many numbers it is."""
+        """Return how many numbers it is."""
         return math.prod(self.shape)
 
 
@@ -52,29 +52,29 @@ class At:
     kept: dict[str, Form] = field(default_factory=dict)
 
     def inner(self, where: str) -> At:
-        """A place within this one."""
+        """Return a place within this one."""
         return replace(self, where=f"{self.where}, {where}" if self.where else where)
 
     def was_kept(self, name: str) -> Form:
-        """The form of a value that a step before this one has kept. Raises ModelFileError."""
+        """Return the form of a value that a step before this one has kept. Raises ModelFileError."""
         if name not in self.kept:
             raise self.refuse(f"no step before it has kept {name!r}")
         return self.kept[name]
 
     def refuse(self, what: str) -> ModelFileError:
-        """The error that says where."""
+        """Return the error that says where."""
         return ModelFileError(f"{self.where}: {what}. Export the model again.")
 
     def reals(self, name: str, *sides: int | None) -> Values:
-        """An array of real numbers with these sides, None for any. Raises ModelFileError."""
+        """Return an array of real numbers with these sides, None for any. Raises ModelFileError."""
         return self._array(name, "f", "float32 or float64", sides)
 
     def wholes(self, name: str, *sides: int | None) -> Values:
-        """An array of whole numbers with these sides. Raises ModelFileError."""
+        """Return an array of whole numbers with these sides. Raises ModelFileError."""
         return self._array(name, "i", "int32 or int64", sides)
 
     def any_reals(self, name: str) -> Values:
-        """An array of real numbers of any shape. Raises ModelFileError."""
+        """Return an array of real numbers of any shape. Raises ModelFileError."""
         tensor = self.tensors.get(name)
         if tensor is None:
             raise self.refuse(f"it names {name!r}, which is not among the numbers")
@@ -89,8 +89,8 @@ class At:
         fits = tensor.ndim == len(sides)
         fits = fits and all(side in (None, had) for side, had in zip(sides, tensor.shape, strict=True))
         if not fits or not tensor.size:
-            wanted = ", ".join("any" if side is None else str(side) for side in sides)
-            raise self.refuse(f"{name!r} has shape {tensor.shape}; ({wanted}) is expected")
+            expected = ", ".join("any" if side is None else str(side) for side in sides)
+            raise self.refuse(f"{name!r} has shape {tensor.shape}; ({expected}) is expected")
         return tensor
 
 
@@ -104,6 +104,6 @@ def flattened(form: Form) -> Callable[[Values], Values]:
 
 
 def missing_where_not_finite(x: Values, answers: Values) -> Values:
-    """The answers, NaN for every input that is not finite: a look-up must not hide that a number overflowed."""
+    """Return the answers, NaN for every input that is not finite: a look-up must not hide that a number overflowed."""
     wrong = np.asarray(~np.isfinite(x).all(axis=1))
     return np.where(wrong[:, None], np.nan, answers) if wrong.any() else answers

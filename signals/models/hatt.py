@@ -64,20 +64,20 @@ def read_hatt(path: Path | str) -> Model:
     frequencies that are not those of a stable filter.
     """
     path = Path(path)
-    said, content = read_hatt_file(path)
+    hatt, content = read_hatt_file(path)
     try:
-        found = _converted(said)
+        points = _converted(hatt)
     except ModelFileError as error:
         raise ModelFileError(f"{path}: {error}") from None
-    tensors = _tensors(found)
-    window = found.filters.shape[1] - 1
-    return Model(_card(path, said, found, content, window), {**tensors, "start": _start(tensors, window)})
+    tensors = _tensors(points)
+    window = points.filters.shape[1] - 1
+    return Model(_card(path, hatt, points, content, window), {**tensors, "start": _start(tensors, window)})
 
 
-def _converted(said: Hatt) -> _Points:
-    """Each point's predictor; with a moving average, of more points between them. Raises ModelFileError."""
-    fine = said if not said.ma.shape[1] else _finer(said)
-    if not said.ma.shape[1]:
+def _converted(hatt: Hatt) -> _Points:
+    """Return each point's predictor; with a moving average, of more points between them. Raises ModelFileError."""
+    fine = hatt if not hatt.ma.shape[1] else _finer(hatt)
+    if not hatt.ma.shape[1]:
         filters, error = _error_filters(fine.ar), np.ones(len(fine.ar))
     else:
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -87,26 +87,26 @@ def _converted(said: Hatt) -> _Points:
     return _Points(fine.points, _drawn_in(filters), error * fine.variance, fine.triangles)
 
 
-def _finer(said: Hatt) -> Hatt:
-    """Every triangle in nine, what lies between being interpolated as the toolkit does."""
+def _finer(hatt: Hatt) -> Hatt:
+    """Return every triangle in nine, what lies between being interpolated as the toolkit does."""
     known: dict[tuple[tuple[int, int], ...], int] = {}
     triangles = [
         [known.setdefault(place, len(known)) for place in small]
-        for corners in said.triangles.tolist()
+        for corners in hatt.triangles.tolist()
         for small in _nine(corners)
     ]
-    shares = np.zeros((len(known), len(said.points)))
+    shares = np.zeros((len(known), len(hatt.points)))
     for place, row in known.items():
         for corner, share in place:
             shares[row, corner] = share / FINER
     return replace(
-        said, points=shares @ said.points, ar=shares @ said.ar, ma=shares @ said.ma, gain=shares @ said.gain,
-        variance=shares @ said.variance, triangles=np.array(triangles),
+        hatt, points=shares @ hatt.points, ar=shares @ hatt.ar, ma=shares @ hatt.ma, gain=shares @ hatt.gain,
+        variance=shares @ hatt.variance, triangles=np.array(triangles),
     )  # fmt: skip
 
 
 def _nine(corners: list[int]) -> Iterator[list[tuple[tuple[int, int], ...]]]:
-    """The small triangles, each corner as (point, share in thirds) of the large ones' corners."""
+    """Yield the small triangles, each corner as (point, share in thirds) of the large ones' corners."""
 
     def at(i: int, j: int) -> tuple[tuple[int, int], ...]:
         together: dict[int, int] = {}
@@ -125,10 +125,10 @@ def _error_filters(frequencies: Array) -> Array:
     return np.concatenate([np.ones((len(frequencies), 1)), -predictor_of(frequencies.shape[1])(frequencies)], axis=1)
 
 
-def _without_average(said: Hatt) -> tuple[Array, Array]:
+def _without_average(hatt: Hatt) -> tuple[Array, Array]:
     """Error filters of a higher order and their error, for an excitation of variance 1 (Levinson and Durbin)."""
-    spectra = [np.abs(np.fft.rfft(_error_filters(each), SPECTRUM)) ** 2 for each in (said.ma, said.ar)]
-    lags = np.fft.irfft(spectra[0] / spectra[1] * said.gain[:, None] ** 2)[:, : HIGHER + 1]
+    spectra = [np.abs(np.fft.rfft(_error_filters(filter_), SPECTRUM)) ** 2 for filter_ in (hatt.ma, hatt.ar)]
+    lags = np.fft.irfft(spectra[0] / spectra[1] * hatt.gain[:, None] ** 2)[:, : HIGHER + 1]
     filters = np.zeros_like(lags)
     filters[:, 0], error = 1, lags[:, 0].copy()
     for order in range(1, HIGHER + 1):
@@ -141,10 +141,10 @@ def _without_average(said: Hatt) -> tuple[Array, Array]:
 
 def _drawn_in(filters: Array) -> Array:
     """Filters (k, order + 1) with all poles inside RADIUS: where one is not, they are damped again and again."""
-    found = filters.copy()
-    while (out := ~_stable(found / RADIUS ** np.arange(found.shape[1]))).any():
-        found[out] *= DAMP ** np.arange(found.shape[1])
-    return found
+    damped = filters.copy()
+    while (out := ~_stable(damped / RADIUS ** np.arange(damped.shape[1]))).any():
+        damped[out] *= DAMP ** np.arange(damped.shape[1])
+    return damped
 
 
 def _stable(filters: Array) -> NDArray[np.bool_]:
@@ -158,12 +158,12 @@ def _stable(filters: Array) -> NDArray[np.bool_]:
     return stable
 
 
-def _frequencies(found: Array) -> Array:
+def _frequencies(filter_: Array) -> Array:
     """Line spectral frequencies of the filter whose poles are the given one's divided by RADIUS."""
-    longer = np.append(found / RADIUS ** np.arange(len(found)), 0.0)
+    longer = np.append(filter_ / RADIUS ** np.arange(len(filter_)), 0.0)
     signs = (-1.0) ** np.arange(len(longer))
     symmetric, other = longer + longer[::-1], np.cumsum(longer - longer[::-1])[:-1]  # the other has a root at 1
-    if len(found) % 2:
+    if len(filter_) % 2:
         symmetric = (signs * np.cumsum(signs * symmetric))[:-1]  # and the symmetric one at -1,
     else:
         other = (signs[:-1] * np.cumsum(signs[:-1] * other))[:-1]  # or, of an odd order, the other too
@@ -171,19 +171,19 @@ def _frequencies(found: Array) -> Array:
     return np.sort(angles[angles > 0])
 
 
-def _tensors(found: _Points) -> Numbers:
-    window = found.filters.shape[1] - 1
+def _tensors(points: _Points) -> Numbers:
+    window = points.filters.shape[1] - 1
     damping = np.ones((3, window))
     damping[0] = RADIUS ** np.arange(window, 0, -1)
-    frequencies = np.array([_frequencies(each) for each in found.filters])
+    frequencies = np.array([_frequencies(filter_) for filter_ in points.filters])
     return {
-        "damping": damping, "points": found.points / PER, "frequencies": frequencies, "variance": found.variance,
-        "triangles": found.triangles,
+        "damping": damping, "points": points.points / PER, "frequencies": frequencies, "variance": points.variance,
+        "triangles": points.triangles,
     }  # fmt: skip
 
 
 def _steps(window: int) -> tuple[Step, ...]:
-    """The variance is interpolated, and only then the log of the SD is taken."""
+    """Return the variance is interpolated, and only then the log of the SD is taken."""
     predictor = Autoregression(
         points="points", frequencies="frequencies", log_sd="variance", triangles="triangles", per=PER
     )
@@ -192,20 +192,20 @@ def _steps(window: int) -> tuple[Step, ...]:
     return (Reshape(shape=(3, window)), Affine(gain="damping"), predictor, Keep(kept="both"), *log_sd, *both)
 
 
-def _card(path: Path, said: Hatt, found: _Points, content: bytes, window: int) -> Card:
-    levels = np.sqrt(found.variance * _gains(found.filters))
-    name = "hatt-" + (re.sub(r"[^a-z0-9]+", "_", said.material.lower()).strip("_") or "texture")[:50]
-    low, high = found.points.min(axis=0), found.points.max(axis=0)
+def _card(path: Path, hatt: Hatt, points: _Points, content: bytes, window: int) -> Card:
+    levels = np.sqrt(points.variance * _gains(points.filters))
+    name = "hatt-" + (re.sub(r"[^a-z0-9]+", "_", hatt.material.lower()).strip("_") or "texture")[:50]
+    low, high = points.points.min(axis=0), points.points.max(axis=0)
     notes = ["read from the Penn Haptic Texture Toolkit; see its licence"]
-    notes += [f"an ARMA model of orders {said.ar.shape[1]} and {said.ma.shape[1]}"] if said.ma.shape[1] else []
-    notes += [f"kinetic friction {said.friction:g}, which is not rendered"] if said.friction is not None else []
+    notes += [f"an ARMA model of orders {hatt.ar.shape[1]} and {hatt.ma.shape[1]}"] if hatt.ma.shape[1] else []
+    notes += [f"kinetic friction {hatt.friction:g}, which is not rendered"] if hatt.friction is not None else []
     return Card(
-        name=name, title=f"{said.material} (HaTT)", method="hatt", steps=_steps(window), notes=tuple(notes),
+        name=name, title=f"{hatt.material} (HaTT)", method="hatt", steps=_steps(window), notes=tuple(notes),
         weights=Weights(file=path.name, sha256=hashlib.sha256(content).hexdigest(), bytes=len(content)),
         takes=Port(kind="texture_window", size=3 * window, unit="m/s^2, mm/s, N"),
         gives=Port(kind="acceleration", size=2, unit="m/s^2"),
         texture=Texture(
-            id=name, label=said.material, rate_hz=said.rate_hz, window=window, start="start",
+            id=name, label=hatt.material, rate_hz=hatt.rate_hz, window=window, start="start",
             speed_mm_s=(float(low[0]), float(high[0])), force_N=(float(low[1]), float(high[1])),
             rms_m_s2=float(np.sqrt(np.mean(levels**2))), peak_m_s2=PEAK_SDS * max(float(levels.max()), 1e-3),
         ),
@@ -218,7 +218,7 @@ def _gains(filters: Array) -> Array:
 
 
 def _start(tensors: Numbers, window: int) -> Array:
-    """What the model itself makes at 45 mm/s and 0.8 N."""
+    """Return what the model itself makes at 45 mm/s and 0.8 N."""
     silent = Weights(file="x", sha256="0" * 64, bytes=0)
     takes, gives = Port(kind="texture_window", size=3 * window, unit=""), Port(kind="acceleration", size=2, unit="")
     card = Card(name="x", title="", method="hatt", weights=silent, takes=takes, gives=gives, steps=_steps(window))
@@ -226,6 +226,6 @@ def _start(tensors: Numbers, window: int) -> Array:
     answers = Model(card, tensors).run(np.concatenate([np.eye(window), hand], axis=1))
     innovations = np.random.Generator(np.random.PCG64(0)).normal(size=WARM_UP) * np.exp(answers[0, 1])
     past = np.zeros(window)
-    for each in innovations:
-        past = np.append(past[1:], answers[:, 0] @ past + each)
+    for innovation in innovations:
+        past = np.append(past[1:], answers[:, 0] @ past + innovation)
     return past

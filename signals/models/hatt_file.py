@@ -50,7 +50,7 @@ class Hatt:
 
 
 def read_hatt_file(path: Path) -> tuple[Hatt, bytes]:
-    """What the file says, and its content. Raises ModelFileError: where, what was found, what is expected."""
+    """Return what the file says, and its content. Raises ModelFileError: where, what was found, what is expected."""
     with reading(path):
         if not path.is_file():
             raise ModelFileError(f"{path}: there is no such file.")
@@ -88,8 +88,8 @@ def _said(root: ElementTree.Element) -> Hatt:
     models = root.findall("model")
     if not 1 <= len(models) <= MOST:
         raise _Odd(f"{len(models)} models found; 1 to {MOST} are expected")
-    if (told := root.find("numMod")) is not None and _number(told, "numMod") != len(models):
-        raise _Odd(f"numMod is {told.text}, and there are {len(models)} models")
+    if (stated := root.find("numMod")) is not None and _number(stated, "numMod") != len(models):
+        raise _Odd(f"numMod is {stated.text}, and there are {len(models)} models")
     each = _ordered(models)
     averages = [model.find("MAlsf") is not None for model in each]
     whole = Hatt(
@@ -112,10 +112,10 @@ def _ordered(models: Sequence[ElementTree.Element]) -> list[ElementTree.Element]
     numbers = [model.find("modNum") for model in models]
     if any(number is None for number in numbers):
         return list(models)
-    told = [_number(number, "modNum") for number in numbers if number is not None]
-    if sorted(told) != list(range(1, len(models) + 1)):
+    stated = [_number(number, "modNum") for number in numbers if number is not None]
+    if sorted(stated) != list(range(1, len(models) + 1)):
         raise _Odd(f"modNum does not count the models from 1 to {len(models)}")
-    return [models[place] for place in np.argsort(told)]
+    return [models[place] for place in np.argsort(stated)]
 
 
 def _rows(models: Sequence[ElementTree.Element], name: str) -> Array:
@@ -138,20 +138,20 @@ def _triangles(root: ElementTree.Element, count: int) -> NDArray[np.int64]:
         rows = [[1, 1, 1]]
     if not 1 <= len(rows) <= 2 * MOST or any(len(row) != 3 for row in rows):
         raise _Odd(f"{len(rows)} triangles (tri) found; one at least, of three model numbers each, is expected")
-    found = np.array(rows)
-    if (found != np.round(found)).any() or found.min() < 1 or found.max() > count:
+    triangles = np.array(rows)
+    if (triangles != np.round(triangles)).any() or triangles.min() < 1 or triangles.max() > count:
         raise _Odd(f"a triangle names a model that is not there; there are 1 to {count}")
-    return found.astype(np.int64) - 1
+    return triangles.astype(np.int64) - 1
 
 
-def _demand(said: Hatt) -> None:
-    if said.rate_hz <= 0:
-        raise _Odd(f"SampleRate is {said.rate_hz:g}")
-    if said.variance.min() < 0 or said.points.min() < 0:
+def _demand(hatt: Hatt) -> None:
+    if hatt.rate_hz <= 0:
+        raise _Odd(f"SampleRate is {hatt.rate_hz:g}")
+    if hatt.variance.min() < 0 or hatt.points.min() < 0:
         raise _Odd("a variance, speed or force lies below 0")
-    if (most := max(each.max() for each in (said.points, said.variance, np.abs(said.gain)))) > FURTHEST:
+    if (most := max(each.max() for each in (hatt.points, hatt.variance, np.abs(hatt.gain)))) > FURTHEST:
         raise _Odd(f"a speed, force, variance or gain is {most:g}; at most {FURTHEST:g} is expected")
-    for name, rows in (("ARlsf", said.ar), ("MAlsf", said.ma)):
+    for name, rows in (("ARlsf", hatt.ar), ("MAlsf", hatt.ma)):
         if rows.size and not ((np.diff(rows, axis=1) > 0).all() and rows.min() > 0 and rows.max() < np.pi):
             raise _Odd(f"{name} does not rise from above 0 to below pi in every model, so it is not stable")
 
@@ -165,9 +165,9 @@ def _single(parent: ElementTree.Element, name: str) -> float:
 
 def _number(element: ElementTree.Element, what: str) -> float:
     try:
-        found = float(element.text or "")
+        value = float(element.text or "")
     except ValueError:
         raise _Odd(f"{what} holds {(element.text or '')[:40]!r}; a number is expected") from None
-    if not np.isfinite(found):
-        raise _Odd(f"{what} holds {found}")
-    return found
+    if not np.isfinite(value):
+        raise _Odd(f"{what} holds {value}")
+    return value

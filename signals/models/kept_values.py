@@ -12,7 +12,7 @@ from palpate.signals.models.layers import sides
 
 
 def keep(step: Keep, form: Form, at: At) -> Built:
-    """The same value; nobody writes into it any more."""
+    """Return the same value; nobody writes into it any more."""
     if step.kept in at.tensors:
         raise at.refuse(f"{step.kept!r} is the name of a tensor too; values are kept under names of their own")
     lent = replace(form, owned=False)
@@ -26,7 +26,7 @@ def keep(step: Keep, form: Form, at: At) -> Built:
 
 
 def recall(step: Recall, form: Form, at: At) -> Built:  # noqa: ARG001 - what came before is left
-    """What was kept."""
+    """Return what was kept."""
     lent = at.was_kept(step.kept)
 
     def run(_x: Values, kept: Kept) -> Values:
@@ -54,7 +54,7 @@ def add(step: Add, form: Form, at: At) -> Built:
 
 
 def join(step: Join, form: Form, at: At) -> Built:
-    """The value, and those that were kept below it."""
+    """Return the value, and those that were kept below it."""
     forms = [at.was_kept(name) for name in step.kept]
     for name, other in zip(step.kept, forms, strict=True):
         if other.shape[1:] != form.shape[1:]:

@@ -82,24 +82,24 @@ def rows_of(x: Values, form: Form) -> Values:
 
 
 def max_pool(step: MaxPool, form: Form, at: At) -> Built:
-    """The greatest of every `size` neighbours."""
+    """Return the greatest of every `size` neighbours."""
     channels, length = sides(form, at)
     pooled = length // step.size
     if pooled < 1:
         raise at.refuse(f"a length of {length} has no {step.size} neighbours")
 
     def run(x: Values, _kept: Kept) -> Values:
-        kept = (x if form.length_first else x.swapaxes(1, 2))[:, : pooled * step.size]
-        most = np.maximum(kept[:, 0 :: step.size], kept[:, 1 :: step.size])
+        covered = (x if form.length_first else x.swapaxes(1, 2))[:, : pooled * step.size]
+        most = np.maximum(covered[:, 0 :: step.size], covered[:, 1 :: step.size])
         for place in range(2, step.size):
-            np.maximum(most, kept[:, place :: step.size], out=most)
+            np.maximum(most, covered[:, place :: step.size], out=most)
         return most
 
     return run, Form((channels, pooled), length_first=True, owned=True)
 
 
 def upsample(step: Upsample, form: Form, at: At) -> Built:
-    """Every element `times` times."""
+    """Return every element `times` times."""
     channels, length = require_sides(step, form, at)
 
     def run(x: Values, _kept: Kept) -> Values:
@@ -109,7 +109,7 @@ def upsample(step: Upsample, form: Form, at: At) -> Built:
 
 
 def reshape(step: Reshape, form: Form, at: At) -> Built:
-    """The same numbers in C order, in another shape: a list, or channels and length."""
+    """Return the same numbers in C order, in another shape: a list, or channels and length."""
     if len(step.shape) not in (1, 2) or any(side < 1 for side in step.shape) or Form(step.shape).size != form.size:
         raise at.refuse(f"{form.size} numbers of shape {form.shape} do not fit shape {step.shape}")
     flat = flattened(form)
@@ -147,7 +147,7 @@ def sides(form: Form, at: At) -> tuple[int, int]:
 
 
 def _factor(given: float | str, form: Form, at: At) -> float | Values:
-    """A number, or a tensor spread over the form as it is kept."""
+    """Return a number, or a tensor spread over the form as it is kept."""
     if not isinstance(given, str):
         return given
     tensor = at.any_reals(given)

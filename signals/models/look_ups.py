@@ -25,7 +25,7 @@ def kernel(step: Kernel, form: Form, at: At) -> Built:
 
 
 def nearest(step: Nearest, form: Form, at: At) -> Built:
-    """The values of the nearest point."""
+    """Return the values of the nearest point."""
     points = at.reals(step.points, None, form.size)
     values = at.reals(step.values, len(points), None)
     flat = flattened(form)
@@ -38,7 +38,7 @@ def nearest(step: Nearest, form: Form, at: At) -> Built:
 
 
 def forest(step: Forest, form: Form, at: At) -> Built:
-    """The mean over trees; all inputs go down all trees together, a level at a time."""
+    """Return the mean over trees; all inputs go down all trees together, a level at a time."""
     feature, threshold, left, right, value = _nodes(step, form, at)
     roots = at.wholes(step.roots, None)
     if roots.min() < 0 or roots.max() >= len(feature):
@@ -60,7 +60,7 @@ def forest(step: Forest, form: Form, at: At) -> Built:
 
 
 def _nodes(step: Forest, form: Form, at: At) -> tuple[Values, ...]:
-    """The nodes, if every way through them ends: a child always stands after its parent."""
+    """Return the nodes, if every way through them ends: a child always stands after its parent."""
     feature = at.wholes(step.feature, None)
     count = len(feature)
     threshold = at.reals(step.threshold, count)

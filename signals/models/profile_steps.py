@@ -11,7 +11,7 @@ from palpate.signals.models.form import At, Built, Form, Kept, Values
 
 
 def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
-    """The engineered features that the card names. A name that is unknown here is refused."""
+    """Return the engineered features that the card names. A name that is unknown here is refused."""
     from palpate.protocols.did_you_mean import nearest
     from palpate.signals.doors.model_features import FEATURES, features
 
@@ -31,7 +31,7 @@ def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
 
 
 def playable(step: Playable, form: Form, at: At) -> Built:
-    """Every profile within the limits."""
+    """Return every profile within the limits."""
     from palpate.signals.doors.limits import bounded
 
     _require_profile(form, at)

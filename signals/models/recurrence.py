@@ -10,7 +10,7 @@ from palpate.signals.models.layers import rows_of, sides
 
 
 def lstm(step: Lstm, form: Form, at: At) -> Built:
-    """All gates are one tanh: sigmoid(x) = (1 + tanh(x / 2)) / 2, its halves being in the weights."""
+    """Return all gates are one tanh: sigmoid(x) = (1 + tanh(x / 2)) / 2, its halves being in the weights."""
     channels, length = sides(form, at)
     weight = at.reals(step.weight, None, channels)
     if len(weight) % 4:
@@ -39,7 +39,7 @@ def _turned(step: Lstm, weight: Values, hidden: int, at: At) -> tuple[Values, Va
     order = np.concatenate([place, place + hidden, place + 3 * hidden, place + 2 * hidden])
     half = np.ones(4 * hidden, dtype=weight.dtype)
     half[: 3 * hidden] = 0.5
-    turned = [np.ascontiguousarray(each[order].T * half) for each in (weight, state, bias)]
+    turned = [np.ascontiguousarray(matrix[order].T * half) for matrix in (weight, state, bias)]
     return turned[0], turned[1], turned[2]
 
 

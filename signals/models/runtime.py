@@ -42,7 +42,7 @@ class Model:
         return Model, (self.card, dict(self.tensors))
 
     def run(self, given: Array) -> Array:
-        """The answer to one input (in,) as (out,), or to a batch (n, in) as (n, out), in float64.
+        """Return the answer to one input (in,) as (out,), or to a batch (n, in) as (n, out), in float64.
 
         Raises:
             ModelInputError: another shape, no real numbers, a value not finite or not within what the card says,
@@ -91,7 +91,7 @@ def _reals(given: Any, name: str) -> Array:
 
 
 def _require_within(rows: Array, takes: Port, name: str) -> None:
-    """Nothing far from all that the model was made for."""
+    """Refuse anything far from all that the model was made for."""
     if takes.within is None:
         return
     low, high = takes.within

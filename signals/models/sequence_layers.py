@@ -32,7 +32,7 @@ def norm(step: Norm, form: Form, at: At) -> Built:
 def norm_before(
     step: Norm, other: Attention | Conv, make: Callable[[Any, Form, At], Built], form: Form, at: At
 ) -> Built:
-    """A norm and a step that multiplies each place by a matrix: the norm's weight and bias are in the matrix."""
+    """Return a norm and a step that multiplies each place by a matrix: the norm's weight and bias are in the matrix."""
     gain, shift = _factors(step, form, at)
     sides(form, at)
     weight = at.reals(other.weight, None, len(gain), *([1] if isinstance(other, Conv) else []))
@@ -99,12 +99,12 @@ def attention(step: Attention, form: Form, at: At) -> Built:
     if step.heads * length * keys > LARGEST:
         raise at.refuse(f"{length} places ask {keys} with {step.heads} heads; at most {LARGEST} numbers are run")
     future = np.triu(np.ones((length, keys), dtype=bool), 1).T if step.causal else None
-    asked = length if step.sparse is None else min(step.sparse, length)
+    chosen = length if step.sparse is None else min(step.sparse, length)
 
     def run(x: Values, kept: Kept) -> Values:
         queries, known, values = _projected(x, form, kept.get(step.memory or ""), memory, heads)
         scores = known @ queries.swapaxes(2, 3)  # (n, heads, keys, queries): sums over keys run along whole rows
-        lazy = None if asked == length else _lazy(scores, asked)
+        lazy = None if chosen == length else _lazy(scores, chosen)
         if future is not None:
             scores[..., future] = -np.inf
         shares = soft(scores, axis=2)
@@ -120,7 +120,7 @@ def attention(step: Attention, form: Form, at: At) -> Built:
 
 
 def _memory(step: Attention, form: Form, at: At) -> Form:
-    """The form of what keys and values come from."""
+    """Return the form of what keys and values come from."""
     memory = at.was_kept(step.memory or "")
     if len(memory.shape) != 2 or memory.shape[0] != form.shape[0]:
         raise at.refuse(f"{step.memory!r} has shape {memory.shape}; ({form.shape[0]}, any) is expected")
@@ -162,8 +162,8 @@ def _linear(rows: Values, matrix: Values, bias: Values) -> Values:
     return y
 
 
-def _lazy(scores: Values, asked: int) -> Values:
-    """(n, heads, queries): all but the `asked` places whose greatest score stands out most, of equals the first.
+def _lazy(scores: Values, chosen: int) -> Values:
+    """(n, heads, queries): all but the `chosen` places whose greatest score stands out most, of equals the first.
 
     A place whose scores overflowed is not among them, and its scores are made NaN.
     """
@@ -171,7 +171,7 @@ def _lazy(scores: Values, asked: int) -> Values:
     if not (known := np.isfinite(apart)).all():  # nobody knows whether a place whose scores overflowed would ask
         scores += np.where(known, 0.0, np.nan).astype(scores.dtype)[:, :, None]
     lazy = np.ones(apart.shape, dtype=bool)
-    np.put_along_axis(lazy, np.argsort(-apart, axis=2, kind="stable")[..., :asked], False, axis=2)
+    np.put_along_axis(lazy, np.argsort(-apart, axis=2, kind="stable")[..., :chosen], False, axis=2)
     return np.asarray(lazy & known)
 
 

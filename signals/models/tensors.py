@@ -24,7 +24,7 @@ HALF = "F16"
 
 
 def read_tensors(card_path: Path, card: Card) -> dict[str, NDArray[Any]]:
-    """The arrays that the card's steps use, exactly those, all finite. Raises ModelFileError."""
+    """Return the arrays that the card's steps use, exactly those, all finite. Raises ModelFileError."""
     path = weights_file(card_path, card.weights)
     require_size(path, card_path, card.weights)
     content = _intact(path, card_path, card.weights)
@@ -38,7 +38,7 @@ def read_tensors(card_path: Path, card: Card) -> dict[str, NDArray[Any]]:
 
 
 def weights_file(card_path: Path, weights: Weights) -> Path:
-    """The file beside the card. Only a bare name: a card must not point anywhere else. Raises ModelFileError."""
+    """Return the file beside the card. Only a bare name: a card must not point anywhere else. Raises ModelFileError."""
     name = weights.file
     if name in ("", ".", "..") or any(mark in name for mark in "/\\:\0") or not name.endswith(".safetensors"):
         raise ModelFileError(
@@ -48,7 +48,7 @@ def weights_file(card_path: Path, weights: Weights) -> Path:
 
 
 def require_size(path: Path, card_path: Path, weights: Weights) -> None:
-    """The file is there, and as long as the card says. Raises ModelFileError."""
+    """Refuse a file that is missing or not as long as the card says. Raises ModelFileError."""
     with reading(path):
         if not path.is_file():
             raise ModelFileError(f"{path}: missing; it belongs to {card_path.name}. Copy both files, or train again.")
@@ -63,13 +63,13 @@ def require_size(path: Path, card_path: Path, weights: Weights) -> None:
 
 
 def _intact(path: Path, card_path: Path, weights: Weights) -> bytes:
-    """The file's content, if it is byte for byte what the card was written for."""
+    """Return the file's content, if it is byte for byte what the card was written for."""
     with reading(path):
         content = path.read_bytes()
-    found = hashlib.sha256(content).hexdigest()
-    if found != weights.sha256:
+    digest = hashlib.sha256(content).hexdigest()
+    if digest != weights.sha256:
         raise ModelFileError(
-            f"{path}: SHA-256 {found[:12]}... found, {weights.sha256[:12]}... expected by {card_path.name}: the "
+            f"{path}: SHA-256 {digest[:12]}... found, {weights.sha256[:12]}... expected by {card_path.name}: the "
             "numbers were changed or belong to another model. Copy both files again."
         )
     return content
@@ -83,19 +83,21 @@ def _parsed(path: Path, content: bytes) -> dict[str, NDArray[Any]]:
     except SafetensorError as error:
         raise ModelFileError(f"{path}: not a safetensors file ({error}). Export the model again.") from None
     tensors: dict[str, NDArray[Any]] = {}
-    for name, told in listed:
-        if told["dtype"] not in TYPES:
-            raise ModelFileError(f"{path}: {name!r} is {told['dtype']}; {', '.join(TYPES)} are read. Export it as F32.")
+    for name, entry in listed:
+        if entry["dtype"] not in TYPES:
+            raise ModelFileError(
+                f"{path}: {name!r} is {entry['dtype']}; {', '.join(TYPES)} are read. Export it as F32."
+            )
         try:
-            tensor = np.frombuffer(told["data"], dtype=TYPES[told["dtype"]]).reshape(told["shape"])
+            tensor = np.frombuffer(entry["data"], dtype=TYPES[entry["dtype"]]).reshape(entry["shape"])
         except ValueError as error:
             raise ModelFileError(f"{path}: {name!r} cannot be held: {error}. Export the model again.") from None
-        tensors[name] = tensor.astype(np.float32) if told["dtype"] == HALF else tensor
+        tensors[name] = tensor.astype(np.float32) if entry["dtype"] == HALF else tensor
     return tensors
 
 
-def _require_names(path: Path, found: set[str], needed: set[str]) -> None:
-    if missing := sorted(needed - found):
+def _require_names(path: Path, present: set[str], needed: set[str]) -> None:
+    if missing := sorted(needed - present):
         raise ModelFileError(f"{path}: the steps need {', '.join(map(repr, missing[:4]))}, which is not in the file.")
-    if unused := sorted(found - needed):
+    if unused := sorted(present - needed):
         raise ModelFileError(f"{path}: no step uses {', '.join(map(repr, unused[:4]))}: not this model's numbers.")

@@ -56,20 +56,22 @@ class Triangles:
         shares = (self._shares @ given).reshape(3, -1, n)
         depth = np.minimum(np.minimum(shares[0], shares[1]), shares[2])
         best = depth.argmax(axis=0)
-        each = np.arange(n)
-        of_best = np.maximum(shares[:, best, each].T, 0)
-        return self._full[best], of_best / of_best.sum(axis=1, keepdims=True), depth[best, each] >= EDGE
+        rows = np.arange(n)
+        of_best = np.maximum(shares[:, best, rows].T, 0)
+        return self._full[best], of_best / of_best.sum(axis=1, keepdims=True), depth[best, rows] >= EDGE
 
     def _nearest(self, places: Values) -> tuple[Values, Values]:
-        """The nearest place on the rim, by its edge's two points."""
+        """Return the nearest place on the rim, by its edge's two points."""
         start = self.points[self._rim[:, 0]]
         along = self.points[self._rim[:, 1]] - start
         squares = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
         away = places[:, None] - start
         share = np.clip((away * along).sum(axis=2) / squares, 0, 1)
         distances = ((away - share[..., None] * along) ** 2).sum(axis=2)
-        edge, each = distances.argmin(axis=1), np.arange(len(places))
-        of_edge = np.where(np.isfinite(distances[each, edge]), share[each, edge], np.nan)  # too far to tell the nearest
+        edge, place = distances.argmin(axis=1), np.arange(len(places))
+        of_edge = np.where(
+            np.isfinite(distances[place, edge]), share[place, edge], np.nan
+        )  # too far to tell the nearest
         rows = self._rim[edge]
         return rows[:, [0, 1, 1]], np.stack([1 - of_edge, of_edge, np.zeros_like(of_edge)], axis=1)
 

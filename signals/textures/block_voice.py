@@ -43,7 +43,7 @@ class Blocks:
         self._cold = True
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """The next sample; NaN where the model has no answer."""
+        """Return the next sample; NaN where the model has no answer."""
         if self._at == len(self._ready):
             try:
                 self._make(speed_mm_s, force_N)
@@ -53,7 +53,7 @@ class Blocks:
         return self._ready[self._at - 1]
 
     def _make(self, speed_mm_s: float, force_N: float) -> None:
-        """The samples until the next frames are needed."""
+        """Make the samples until the next frames are needed."""
         for _ in range(self._lead if self._cold else 0):
             self._block(speed_mm_s, force_N)
         self._cold = False
@@ -71,8 +71,8 @@ class Blocks:
 
     def _added(self, log_magnitude: Array) -> Array:
         """Add one frame to what is ahead; the samples that no later frame reaches."""
-        drawn = np.array([self._phases.next() for _ in range(2 * self._bins)])
-        turned = drawn[: self._bins] + 1j * drawn[self._bins :]
+        phases = np.array([self._phases.next() for _ in range(2 * self._bins)])
+        turned = phases[: self._bins] + 1j * phases[self._bins :]
         turned /= np.maximum(np.abs(turned), 1e-12)
         turned[[0, -1]] = np.where(turned[[0, -1]].real < 0, -1.0, 1.0)
         self._ahead += self._weights * np.fft.irfft(np.exp(log_magnitude) * turned, self._size)
@@ -99,9 +99,9 @@ def shape(card: Card, texture: Texture) -> tuple[int, int, int, int]:
 
 
 def hann(size: int) -> Array:
-    """The periodic Hann window."""
-    made: Array = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(size) / size)
-    return made
+    """Return the periodic Hann window."""
+    window_shape: Array = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(size) / size)
+    return window_shape
 
 
 def synthesis(size: int, hop: int) -> Array:
@@ -115,5 +115,5 @@ def synthesis(size: int, hop: int) -> Array:
         overlapped += np.roll(window**2, shift)
     if size % hop:
         overlapped[:] = np.sum(window**2) / hop
-    made: Array = window / np.sqrt(np.mean(window**2) * overlapped)
-    return made
+    window_shape: Array = window / np.sqrt(np.mean(window**2) * overlapped)
+    return window_shape

@@ -20,7 +20,7 @@ class Gate:
         self.place = 0
 
     def move(self, speed_mm_s: float, force_N: float) -> bool:
-        """One millisecond on; whether the hand touches and moves."""
+        """Return one millisecond on; whether the hand touches and moves."""
         if speed_mm_s > SLOWEST_MM_S and force_N > FAINTEST_N:
             if self.place < RAMP:
                 self.place += 1

@@ -47,21 +47,21 @@ class Guard:
         self._square, self._mean = self._level**2, 0.0
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """The next sample in m/s^2."""
+        """Return the next sample in m/s^2."""
         if self._pause:
             return self._silent()
-        made = self.inner.step(speed_mm_s, force_N)
-        if not self._sound(made):
-            made = self._anew(speed_mm_s, force_N)
-        self._last = made = self._faded(made)
-        return made
+        sample = self.inner.step(speed_mm_s, force_N)
+        if not self._sound(sample):
+            sample = self._anew(speed_mm_s, force_N)
+        self._last = sample = self._faded(sample)
+        return sample
 
-    def _sound(self, made: float) -> bool:
-        """Whether this answer leaves the model within its bounds."""
-        if not -self._peak <= made <= self._peak:  # also where it is no number
+    def _sound(self, sample: float) -> bool:
+        """Return whether this answer leaves the model within its bounds."""
+        if not -self._peak <= sample <= self._peak:  # also where it is no number
             return False
-        self._square += (1 - KEEP) * (made * made - self._square)
-        self._mean += (1 - KEEP) * (made - self._mean)
+        self._square += (1 - KEEP) * (sample * sample - self._square)
+        self._mean += (1 - KEEP) * (sample - self._mean)
         self.quiet += self._square < self._faint
         self._well += 1
         if self._well == WELL:
@@ -78,23 +78,23 @@ class Guard:
             self._pauses += 1
         self._settle()
         self.inner.begin()
-        made = self.inner.step(speed_mm_s, force_N)
-        return made if -self._peak <= made <= self._peak else 0.0
+        sample = self.inner.step(speed_mm_s, force_N)
+        return sample if -self._peak <= sample <= self._peak else 0.0
 
     def _silent(self) -> float:
-        """A step of a pause; after its last one the model begins anew."""
+        """Return a step of a pause; after its last one the model begins anew."""
         self._pause -= 1
         self.muted += 1
-        self._last = made = self._faded(0.0)
+        self._last = sample = self._faded(0.0)
         if not self._pause:
             self._recent, self._tail, self._fade = 0, 0.0, 0
             self._settle()
             self.inner.begin()
-        return made
+        return sample
 
-    def _faded(self, made: float) -> float:
+    def _faded(self, sample: float) -> float:
         if self._fade == RAMP:
-            return made
+            return sample
         self._fade += 1
         gain = GAINS[self._fade]
-        return gain * made + (1 - gain) * self._tail
+        return gain * sample + (1 - gain) * self._tail

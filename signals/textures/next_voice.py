@@ -39,21 +39,21 @@ class Next:
         self._cold = True
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """The next sample; NaN where the model has no answer."""
+        """Return the next sample; NaN where the model has no answer."""
         window, size = self.window, self._size
         if self._cold:
             window[size : 2 * size] = speed_mm_s
             window[2 * size :] = force_N
             self._cold = False
         try:
-            made = self._made(self._run(window))
+            sample = self._made(self._run(window))
         except ModelInputError:
             return math.nan
         peak = self._peak
-        made = -peak if made < -peak else min(made, peak)
+        sample = -peak if sample < -peak else min(sample, peak)
         window[:-1] = window[1:]
-        window[size - 1], window[2 * size - 1], window[-1] = made, speed_mm_s, force_N
-        return made
+        window[size - 1], window[2 * size - 1], window[-1] = sample, speed_mm_s, force_N
+        return sample
 
     def _made(self, answer: Array) -> float:
         mean = float(answer[0])

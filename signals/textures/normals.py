@@ -23,7 +23,7 @@ class Normals:
         self._drawn: list[float] = []
 
     def next(self) -> float:
-        """The next number."""
+        """Return the next number."""
         at = self._at
         if at == BLOCK:
             self._draw()

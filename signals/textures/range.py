@@ -32,7 +32,7 @@ class Range:
 
     @staticmethod
     def of(texture: Texture) -> Range:
-        """The range that a card states, a little wider."""
+        """Return the range that a card states, a little wider."""
         level, peak = texture.rms_m_s2, texture.peak_m_s2
         return Range(
             _wider(texture.speed_mm_s, FASTEST_MM_S),

@@ -20,7 +20,7 @@ class Sense:
         self.held = 0
 
     def take(self, speed_mm_s: float, force_N: float) -> tuple[float, float]:
-        """Both as they may be used; `held` counts the steps at which they were not as they came."""
+        """Return both as they may be used; `held` counts the steps at which they were not as they came."""
         if -ABSURD_MM_S < speed_mm_s < ABSURD_MM_S and -ABSURD_N < force_N < ABSURD_N:
             self._speed, self._force, self._bad = float(speed_mm_s), float(force_N), 0
             return self._speed, self._force

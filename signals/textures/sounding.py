@@ -12,4 +12,4 @@ class Sounding(Protocol):
         """Forget what was: the next step is the first of a touch."""
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """The next sample in m/s^2; NaN where the model has no answer."""
+        """Return the next sample in m/s^2; NaN where the model has no answer."""

@@ -31,12 +31,12 @@ class Recorder:
 
     @property
     def card(self) -> Card:
-        """The model's."""
+        """Return the model's."""
         return self.inner.card
 
     @property
     def runtime(self) -> str:
-        """The inner one's."""
+        """Return the inner one's."""
         return self.inner.runtime
 
     def run(self, given: Array) -> Array:
@@ -57,7 +57,7 @@ def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mappin
         raise RenderError(f"{steps} steps are timed; {LEAST} at least are expected.")
     model = card if isinstance(card, Model) else read_model(card)
     given = met(model, steps)
-    exact = np.array([in_double(model).run(each) for each in given])
+    exact = np.array([in_double(model).run(inputs) for inputs in given])
     spread = float(exact[:, 0].std()) or 1.0
     quick = fastest(model)
     runs: dict[str, Runs | Model] = {"NumPy": model, **({} if quick.runtime == "NumPy" else {quick.runtime: quick})}
@@ -65,7 +65,9 @@ def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mappin
 
 
 def met(model: Model, steps: int) -> Array:
-    """What the model is given while it runs under a hand whose speed and force go through its range: (steps, in)."""
+    """Return what the model is given while it runs under a hand whose speed and force go through its range: (steps,
+    in).
+    """
     recorder = Recorder(fastest(model), steps)
     voice = open_voice(model, seed=0, runs=lambda _model: recorder)
     texture = model.card.texture
@@ -83,21 +85,24 @@ def met(model: Model, steps: int) -> Array:
 
 
 def in_double(model: Model) -> Model:
-    """The same model with its numbers in float64: the reference."""
-    wide = {name: each.astype(np.float64) if each.dtype.kind == "f" else each for name, each in model.tensors.items()}
+    """Return the same model with its numbers in float64: the reference."""
+    wide = {
+        name: tensor.astype(np.float64) if tensor.dtype.kind == "f" else tensor
+        for name, tensor in model.tensors.items()
+    }
     return replace(model, tensors=wide)
 
 
 def _timed(runs: Runs | Model, given: Array, now_ns: Callable[[], int]) -> tuple[float, float]:
-    for each in given[:WARM]:
-        runs.run(each)
+    for inputs in given[:WARM]:
+        runs.run(inputs)
     took = np.empty(len(given))
-    for place, each in enumerate(given):
-        begun = now_ns()
-        runs.run(each)
-        took[place] = now_ns() - begun
+    for place, inputs in enumerate(given):
+        start = now_ns()
+        runs.run(inputs)
+        took[place] = now_ns() - start
     return float(np.median(took)) / 1e3, float(np.percentile(took, 99)) / 1e3
 
 
 def _error(runs: Runs | Model, given: Array, exact: Array) -> float:
-    return float(max(np.abs(runs.run(each) - wanted).max() for each, wanted in zip(given, exact, strict=True)))
+    return float(max(np.abs(runs.run(inputs) - wanted).max() for inputs, wanted in zip(given, exact, strict=True)))

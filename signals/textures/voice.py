@@ -65,12 +65,12 @@ class Voice:
 
     @property
     def sounding_model(self) -> Sounding:
-        """The running model, for whoever wants to spoil it."""
+        """Return the running model, for whoever wants to spoil it."""
         return self._guard.inner
 
     @property
     def tally(self) -> Tally:
-        """What it met so far."""
+        """Return what it met so far."""
         guard = self._guard
         return Tally(self.steps, self.sounding, self._sense.held, guard.restarts, guard.quiet, guard.muted)
 
@@ -83,7 +83,7 @@ class Voice:
         self._joins = True
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """The next sample in m/s^2."""
+        """Return the next sample in m/s^2."""
         self.steps += 1
         speed, force = self._sense.take(speed_mm_s, force_N)
         gate, joins, self._joins = self._gate, self._joins, False
@@ -104,7 +104,7 @@ def open_voice(
     model: Model | Path | str, *, seed: int, sampled: bool = True, accept_missed: bool = False,
     runs: Callable[[Model], Runs] = fastest,
 ) -> Voice:  # fmt: skip
-    """The voice of a texture's model, given read or as its card's path; nothing sounds yet.
+    """Return the voice of a texture's model, given read or as its card's path; nothing sounds yet.
 
     `seed` decides the random numbers; `sampled=False` takes the mean of a model with a conditional scale;
     `accept_missed` plays a model that missed an aim of its training all the same.
@@ -130,12 +130,12 @@ def open_voice(
 
 
 def opened_voice(sounds: Sounds) -> Voice:
-    """The voice of a job's texture. Raises what `open_voice` raises."""
+    """Return the voice of a job's texture. Raises what `open_voice` raises."""
     return open_voice(sounds.card, seed=sounds.seed, sampled=sounds.sampled, accept_missed=sounds.accept_missed)
 
 
 def play(model: Model | Path | str, speed_mm_s: Array, force_N: Array, seed: int, sampled: bool = True) -> Array:
-    """What is played for a hand's speed and force (n,) at 1 kHz: (n,) in m/s^2, before compensation.
+    """Return what is played for a hand's speed and force (n,) at 1 kHz: (n,) in m/s^2, before compensation.
 
     A model that missed an aim of its training is played, too: how far off it is can only be measured so.
     Raises what `open_voice` raises; RenderError where speed and force are not of one length.
@@ -150,7 +150,7 @@ def play(model: Model | Path | str, speed_mm_s: Array, force_N: Array, seed: int
 def _sounding(
     model: Model, runs: Runs, texture: Texture, bounds: Range, seed: int, sampled: bool
 ) -> tuple[Sounding, str]:
-    """The running model, and what is to be known of its beginning."""
+    """Return the running model, and what is to be known of its beginning."""
     if model.card.takes.kind == "texture_drive":
         return Blocks(runs, texture, bounds.peak, seed), ""
     start, note = start_of(texture, model.tensors, bounds, seed)
@@ -158,7 +158,7 @@ def _sounding(
 
 
 def _texture(card: Card) -> Texture:
-    """What the card says of its texture. Raises RenderError where it cannot be rendered."""
+    """Return what the card says of its texture. Raises RenderError where it cannot be rendered."""
     texture, kinds = card.texture, (card.takes.kind, card.gives.kind)
     if texture is None or kinds not in {("texture_window", "acceleration"), ("texture_drive", "spectrum")}:
         raise RenderError(

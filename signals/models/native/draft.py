@@ -38,7 +38,7 @@ class Numbers:
     size: int = 0
 
     def put(self, numbers: Array | NDArray[np.float32], whole: int = 1) -> int:
-        """Where these begin; the next begin at a multiple of `whole`."""
+        """Return where these begin; the next begin at a multiple of `whole`."""
         start, flat = self.size, numbers.reshape(-1)
         self.parts += [flat, np.zeros(-len(flat) % whole, dtype=flat.dtype)]
         self.size += len(flat) + -len(flat) % whole
@@ -66,19 +66,19 @@ class Draft:
         return self.wide - size
 
     def say(self, kind: str, *fields: Field) -> None:
-        """The next operation."""
+        """Add the next operation."""
         self.lines.append((kind, fields))
 
     def multiply(self, product: Product) -> None:
-        """The next operation, a product; it may still be changed until the program is finished."""
+        """Add the next operation, a product; it may still be changed until the program is finished."""
         self.lines.append(product)
 
     def weight(self, numbers: Array) -> int:
-        """Numbers in single precision, as they are. Raises NotCompiled where that does not hold them."""
+        """Return numbers in single precision, as they are. Raises NotCompiled where that does not hold them."""
         return self.weights.put(single(numbers), LINE)
 
     def panels(self, matrix: Array) -> int:
-        """A matrix (k, n) in panels."""
+        """Return a matrix (k, n) in panels."""
         return self.weights.put(packed(matrix, self.instructions), LINE)
 
 
@@ -94,19 +94,19 @@ class Finished:
 
 
 def finished(draft: Draft, last: Spot) -> Finished:
-    """The program, its rooms laid out so that those that are needed at different times share their place.
+    """Return the program, its rooms laid out so that those that are needed at different times share their place.
 
     Raises NotCompiled where it is too long, too wide, or where its numbers did not stay finite.
     """
     if len(draft.lines) > MOST_LINES:
         raise NotCompiled(f"{len(draft.lines)} operations; at most {MOST_LINES} are run")
-    lines = [_line(draft, each) for each in draft.lines]
+    lines = [_line(draft, line) for line in draft.lines]
     size = _lay_out([fields for _, fields in lines], last)
     if size > MOST_WORK:
         raise NotCompiled(f"a workspace of {size} numbers; at most {MOST_WORK} are held")
     ops = np.zeros((len(lines), FIELDS), dtype=np.int64)
     for row, (kind, fields) in enumerate(lines):
-        ops[row, : len(fields) + 1] = (KINDS.index(kind), *(_place(each) for each in fields))
+        ops[row, : len(fields) + 1] = (KINDS.index(kind), *(_place(field_) for field_ in fields))
     weights = np.concatenate([*draft.weights.parts, np.zeros(SPARE, dtype=np.float32)])
     doubles = np.concatenate([*draft.doubles.parts, np.zeros(SPARE)])
     if not np.isfinite(doubles).all():
@@ -130,15 +130,15 @@ def _line(draft: Draft, line: Line) -> tuple[str, tuple[Field, ...]]:
     )  # fmt: skip
 
 
-def _place(each: Field) -> int:
-    return each.room.start + each.past if isinstance(each, Spot) else each
+def _place(field_: Field) -> int:
+    return field_.room.start + field_.past if isinstance(field_, Spot) else field_
 
 
 def _lay_out(lines: Sequence[tuple[Field, ...]], last: Spot) -> int:
     """Give every room its start; how much they need together."""
     spans: dict[Room, tuple[int, int]] = {}
     for number, fields in enumerate([*lines, (last,)]):
-        for room in (each.room for each in fields if isinstance(each, Spot)):
+        for room in (field_.room for field_ in fields if isinstance(field_, Spot)):
             spans[room] = (spans.get(room, (number, number))[0], number)
     most = 0
     placed: list[Room] = []
@@ -155,7 +155,7 @@ def _meet(one: tuple[int, int], two: tuple[int, int]) -> bool:
 
 
 def _gap(others: Iterable[Room], size: int) -> int:
-    """The first start where nothing of the others is in the way."""
+    """Return the first start where nothing of the others is in the way."""
     start = 0
     for other in sorted(others, key=lambda room: room.start):
         if start + size <= other.start:

@@ -57,12 +57,12 @@ class Library:
 
 @cache
 def library() -> Library:
-    """The kernel. Raises KernelMissing: not built, built for another version, or not to be loaded."""
+    """Return the kernel. Raises KernelMissing: not built, built for another version, or not to be loaded."""
     return opened(_path())
 
 
 def opened(path: Path) -> Library:
-    """The kernel in this file. Raises KernelMissing."""
+    """Return the kernel in this file. Raises KernelMissing."""
     try:
         # The interpreter is not let go while a step runs: getting it back could take longer than the step.
         calls = ctypes.PyDLL(str(path))

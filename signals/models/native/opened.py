@@ -42,18 +42,18 @@ class Native:
 
     @property
     def card(self) -> Card:
-        """What it takes and gives."""
+        """Return what it takes and gives."""
         return self._model.card
 
     @property
     def ops(self) -> NDArray[np.int64]:
-        """The program's operations, a row each (kernel.h)."""
+        """Return the program's operations, a row each (kernel.h)."""
         found: NDArray[np.int64] = self._held[0]
         return found
 
     @property
     def weights(self) -> int:
-        """Numbers in single precision that the program reads."""
+        """Return numbers in single precision that the program reads."""
         return len(self._held[3])
 
     def run(self, given: Array) -> Array:
@@ -82,24 +82,24 @@ class Native:
 
 
 def _plain(given: Any) -> bool:
-    """An array of real numbers that double precision holds."""
+    """Return an array of real numbers that double precision holds."""
     return type(given) is np.ndarray and given.dtype.kind in "iuf" and given.dtype.itemsize <= 8
 
 
 def _program(model: Model, instructions: InstructionSet, x: Array, y: Array) -> tuple[Program, tuple[Any, ...]]:
-    """The program, and the arrays that it points into."""
+    """Return the program, and the arrays that it points into."""
     takes = model.card.takes
     with np.errstate(over="ignore", invalid="ignore"):  # what does not stay finite is not compiled
-        made = compiled(model.card, model.tensors, instructions)
-    numbers = made.numbers
+        program = compiled(model.card, model.tensors, instructions)
+    numbers = program.numbers
     within = np.array(takes.within or (-FURTHEST, FURTHEST))
-    out = np.concatenate([made.out_gain, made.out_offset])
+    out = np.concatenate([program.out_gain, program.out_offset])
     work, work64 = _aligned(numbers.work, np.float32), _aligned(numbers.wide, np.float64)
     weights = _aligned(len(numbers.weights), np.float32)
     weights[:] = numbers.weights
     arrays = (np.ascontiguousarray(numbers.ops), work, work64, weights, numbers.doubles, within, out, x, y)
-    places = [each.ctypes.data for each in arrays]
-    sizes = (instructions.number, len(numbers.ops), takes.size, model.card.gives.size, made.answer, made.answer64)
+    places = [array.ctypes.data for array in arrays]
+    sizes = (instructions.number, len(numbers.ops), takes.size, model.card.gives.size, program.answer, program.answer64)
     return Program(*sizes, *places), arrays
 
 

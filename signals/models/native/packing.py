@@ -13,10 +13,10 @@ from palpate.signals.models.native.values import NotCompiled
 def single(numbers: Array) -> NDArray[np.float32]:
     """In single precision. Raises NotCompiled where that does not hold them."""
     with np.errstate(over="ignore"):
-        found: NDArray[np.float32] = np.asarray(numbers, dtype=np.float32)
-    if not np.isfinite(found).all():
+        single: NDArray[np.float32] = np.asarray(numbers, dtype=np.float32)
+    if not np.isfinite(single).all():
         raise NotCompiled("numbers beyond single precision")
-    return found
+    return single
 
 
 def packed(matrix: Array, instructions: InstructionSet, half: bool = False) -> NDArray[np.float32]:
@@ -37,7 +37,7 @@ def packed(matrix: Array, instructions: InstructionSet, half: bool = False) -> N
 
 
 def halves(matrix: Array) -> bool:
-    """Whether half precision holds these numbers, as they will be run, exactly: they were stored so."""
+    """Return whether half precision holds these numbers, as they will be run, exactly: they were stored so."""
     with np.errstate(over="ignore"):
-        found = matrix.astype(np.float32)
-        return bool((found.astype(np.float16).astype(np.float32) == found).all())
+        single = matrix.astype(np.float32)
+        return bool((single.astype(np.float16).astype(np.float32) == single).all())

@@ -42,71 +42,71 @@ def affine(step: Affine, value: Value, draft: Draft, tensors: Tensors) -> Value:
     gains, offsets = spread(gain, value), spread(offset, value)
     if value.free and _into_product(value.made, gains, offsets):
         return value
-    made = fresh(draft, value.shape, value.length_first)
+    result = fresh(draft, value.shape, value.length_first)
     rows, cols = value.matrix
     steps = [0 if len(each) == 1 else cols for each in (gains, offsets)]
     draft.say(
-        "affine", *at(value), *at(made), rows, cols, draft.weight(gains), steps[0], draft.weight(offsets), steps[1]
+        "affine", *at(value), *at(result), rows, cols, draft.weight(gains), steps[0], draft.weight(offsets), steps[1]
     )
-    return made
+    return result
 
 
-def _into_product(made: Product | None, gains: Array, offsets: Array) -> bool:
-    """Whether a product could take it over: before a relu, a factor for each column alone."""
-    if made is None or made.relu or made.more is not None or len(gains) > 1:
+def _into_product(product: Product | None, gains: Array, offsets: Array) -> bool:
+    """Return whether a product could take it over: before a relu, a factor for each column alone."""
+    if product is None or product.relu or product.more is not None or len(gains) > 1:
         return False
-    made.weight, made.bias = made.weight * gains, made.bias * gains + offsets
+    product.weight, product.bias = product.weight * gains, product.bias * gains + offsets
     return True
 
 
 def activation(step: Activation, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """A relu is part of the product before it."""
+    """Return a relu is part of the product before it."""
     if step.function == "softmax":
         return _softmax(value, draft)
     value = settled(draft, value)
     if step.function == "relu" and value.free and value.made is not None:
         value.made.relu = True
         return replace(value, made=None)
-    made = value if value.free else fresh(draft, value.shape, value.length_first)
-    draft.say("function", *at(value), *at(made), *value.matrix, FUNCTIONS.index(step.function))
-    return replace(made, made=None)
+    result = value if value.free else fresh(draft, value.shape, value.length_first)
+    draft.say("function", *at(value), *at(result), *value.matrix, FUNCTIONS.index(step.function))
+    return replace(result, made=None)
 
 
 def _softmax(value: Value, draft: Draft) -> Value:
     value = settled(draft, value) if is_list(value) else by_channel(draft, value)
-    made = fresh(draft, value.shape, False)
-    draft.say("softmax", *at(value), *at(made), *value.matrix)
-    return made
+    result = fresh(draft, value.shape, False)
+    draft.say("softmax", *at(value), *at(result), *value.matrix)
+    return result
 
 
 def clip(step: Clip, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """What is not finite stays so."""
+    """Return what is not finite stays so."""
     value = settled(draft, value)
-    made = fresh(draft, value.shape, value.length_first)
-    draft.say("clip", *at(value), *at(made), *value.matrix, draft.doubles.put(np.array([step.low, step.high])))
-    return made
+    result = fresh(draft, value.shape, value.length_first)
+    draft.say("clip", *at(value), *at(result), *value.matrix, draft.doubles.put(np.array([step.low, step.high])))
+    return result
 
 
 def max_pool(step: MaxPool, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Rows are places."""
+    """Return rows are places."""
     value = by_length(draft, value)
     channels, length = sides(value)
-    made = fresh(draft, (channels, length // step.size), True)
-    draft.say("pool", *at(value), *at(made), length // step.size, channels, step.size)
-    return made
+    result = fresh(draft, (channels, length // step.size), True)
+    draft.say("pool", *at(value), *at(result), length // step.size, channels, step.size)
+    return result
 
 
 def upsample(step: Upsample, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Rows are places."""
+    """Return rows are places."""
     value = by_length(draft, value)
     channels, length = sides(value)
-    made = fresh(draft, (channels, length * step.times), True)
-    draft.say("repeat", *at(value), *at(made), length, channels, step.times)
-    return made
+    result = fresh(draft, (channels, length * step.times), True)
+    draft.say("repeat", *at(value), *at(result), length, channels, step.times)
+    return result
 
 
 def reshape(step: Reshape, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """A list that was read length first stays so where the next step can read it; else numbers change places."""
+    """Return a list that was read length first stays so where the next step can read it; else numbers change places."""
     if value.linear is not None:
         return replace(value, shape=step.shape)
     if len(step.shape) == 1 and not is_list(value) and value.length_first and 1 not in value.shape:
@@ -119,13 +119,13 @@ def reshape(step: Reshape, value: Value, draft: Draft, _tensors: Tensors) -> Val
 
 
 def keep(step: Keep, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Nobody changes it any more."""
+    """Return nobody changes it any more."""
     draft.kept[step.kept] = replace(value, free=False)
     return draft.kept[step.kept]
 
 
 def recall(step: Recall, _value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """What was kept."""
+    """Return what was kept."""
     return draft.kept[step.kept]
 
 
@@ -139,11 +139,11 @@ def added(value: Value, other: Value, draft: Draft, relu: bool) -> Value:
     other = settled(draft, other)
     if not is_list(value):
         other = as_wanted(draft, other, value.length_first)
-    made = value.made
-    if value.free and made is not None and not made.relu and made.more is None:
-        made.more, made.more_step, made.relu = other.spot, other.step, relu
-        _last(draft, made)
-        return replace(value, made=None if relu else made)
+    product = value.made
+    if value.free and product is not None and not product.relu and product.more is None:
+        product.more, product.more_step, product.relu = other.spot, other.step, relu
+        _last(draft, product)
+        return replace(value, made=None if relu else product)
     into = fresh(draft, value.shape, value.length_first)
     draft.say("add", *at(value), *at(other), *at(into), *value.matrix, int(relu))
     return into
@@ -162,13 +162,13 @@ def join(step: Join, value: Value, draft: Draft, _tensors: Tensors) -> Value:
         return _joined_formulas(values)
     values = [settled(draft, each) for each in values]
     if is_list(value):
-        made = fresh(draft, (sum(each.size for each in values),), False)
-        _copy_all(draft, [(each, 1, each.size) for each in values], made)
-        return made
+        result = fresh(draft, (sum(each.size for each in values),), False)
+        _copy_all(draft, [(each, 1, each.size) for each in values], result)
+        return result
     length = sides(value)[1]
-    made = fresh(draft, (sum(sides(each)[0] for each in values), length), True)
-    _copy_all(draft, [(each, length, sides(each)[0]) for each in values], made)
-    return made
+    result = fresh(draft, (sum(sides(each)[0] for each in values), length), True)
+    _copy_all(draft, [(each, length, sides(each)[0]) for each in values], result)
+    return result
 
 
 def _joined_formulas(values: list[Value]) -> Value:
@@ -179,17 +179,17 @@ def _joined_formulas(values: list[Value]) -> Value:
     return Value((first, *values[0].shape[1:]), linear=Linear(matrix, offset))
 
 
-def _copy_all(draft: Draft, values: list[tuple[Value, int, int]], made: Value) -> None:
-    start = made.spot
+def _copy_all(draft: Draft, values: list[tuple[Value, int, int]], result: Value) -> None:
+    start = result.spot
     for value, rows, cols in values:
         across = not is_list(value) and not value.length_first
         steps = (1, value.step) if across else (value.step, 1)
-        draft.say("copy", value.spot, steps[0], start, made.step, rows, cols, steps[1])
+        draft.say("copy", value.spot, steps[0], start, result.step, rows, cols, steps[1])
         start = start.beyond(cols)
 
 
 def part(step: Part, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """A view."""
+    """Return a view."""
     shape = _part_shape(step, value)
     if value.linear is not None:
         places = np.arange(value.size).reshape(value.shape)

@@ -39,14 +39,14 @@ def _as_list(draft: Draft, value: Value) -> Value:
 
 
 def dense_formula(step: Dense, linear: Linear, tensors: Tensors) -> Value:
-    """A dense layer on what is still a formula of the input, for a step that wants it so."""
+    """Return a dense layer on what is still a formula of the input, for a step that wants it so."""
     weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
     _require_small(len(bias), linear)
     return Value((len(bias),), linear=Linear(weight @ linear.matrix, weight @ linear.offset + bias))
 
 
 def conv_formula(step: Conv, value: Value, linear: Linear, tensors: Tensors) -> Value:
-    """The same for a convolution of width 1."""
+    """Return the same for a convolution of width 1."""
     weight, bias = _reals(tensors, step.weight)[:, :, 0], _reals(tensors, step.bias)
     length = sides(value)[1]
     _require_small(len(bias) * length, linear)
@@ -63,11 +63,11 @@ def _require_small(rows: int, linear: Linear) -> None:
 def multiplied(
     draft: Draft, spot: Spot, steps: tuple[int, int, int], weight: Array, bias: Array, shape: tuple[int, ...]
 ) -> Value:
-    """The value that a product gives; steps: between rows, between columns, and how many rows."""
-    made = fresh(draft, shape, len(shape) == 2)
-    product = Product(spot, steps[0], steps[1], steps[2], np.ascontiguousarray(weight), bias, made.spot)
+    """Return the value that a product gives; steps: between rows, between columns, and how many rows."""
+    result = fresh(draft, shape, len(shape) == 2)
+    product = Product(spot, steps[0], steps[1], steps[2], np.ascontiguousarray(weight), bias, result.spot)
     draft.multiply(product)
-    return replace(made, made=product)
+    return replace(result, made=product)
 
 
 def conv(step: Conv, value: Value, draft: Draft, tensors: Tensors) -> Value:
@@ -83,7 +83,7 @@ def conv(step: Conv, value: Value, draft: Draft, tensors: Tensors) -> Value:
 
 
 def projected(draft: Draft, value: Value, weight: Array, bias: Array) -> Value:
-    """Every place times a matrix (in, out); from the product before, if its input is far narrower."""
+    """Return every place times a matrix (in, out); from the product before, if its input is far narrower."""
     before, length = value.made, sides(value)[1]
     if before is not None and not before.relu and before.more is None and len(before.weight) * NARROW <= len(weight):
         steps = (before.row_step, before.col_step, before.m)
@@ -122,25 +122,25 @@ def attention(step: Attention, value: Value, draft: Draft, tensors: Tensors) -> 
         queries = projected(draft, value, weight[:width].T, bias[:width])
         rest = projected(draft, memory, weight[width:].T, bias[width:])
         places = [at(queries), at(rest), (rest.spot.beyond(width), 2 * width)]
-    made = fresh(draft, (width, length), True)
+    result = fresh(draft, (width, length), True)
     lanes = draft.instructions.lanes
     one, wide = -(-length // lanes) * lanes, -(-step.heads * length // lanes) * lanes
     work = draft.room(depth * one + known * wide + 2 * step.heads * one)
     most = 0 if step.sparse is None or step.sparse >= length else step.sparse
     three = [field for place in places for field in place]
-    draft.say("attention", *three, *at(made), step.heads, depth, length, known, int(step.causal), work, most)
-    return projected(draft, made, _reals(tensors, step.out).T, _reals(tensors, step.out_bias))
+    draft.say("attention", *three, *at(result), step.heads, depth, length, known, int(step.causal), work, most)
+    return projected(draft, result, _reals(tensors, step.out).T, _reals(tensors, step.out_bias))
 
 
 def lstm(step: Lstm, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """The gates' inputs of all places are one product."""
+    """Return the gates' inputs of all places are one product."""
     state, length = _reals(tensors, step.state), sides(value)[1]
     hidden, lanes = state.shape[1], draft.instructions.lanes
     drive = projected(draft, value, _reals(tensors, step.weight).T, _reals(tensors, step.bias))
-    made = fresh(draft, (hidden, length), True)
+    result = fresh(draft, (hidden, length), True)
     room = draft.room(2 * -(-hidden // lanes) * lanes + 4 * hidden + 2 * lanes)
-    draft.say("lstm", *at(drive), *at(made), length, hidden, draft.panels(state.T), int(step.reverse), room)
-    return made
+    draft.say("lstm", *at(drive), *at(result), length, hidden, draft.panels(state.T), int(step.reverse), room)
+    return result
 
 
 def _reals(tensors: Tensors, name: str) -> Array:

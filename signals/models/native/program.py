@@ -46,7 +46,9 @@ class Compiled:
 
 
 def compiled(card: Card, tensors: Tensors, instructions: InstructionSet) -> Compiled:
-    """The program of a model whose steps fit (palpate.signals.models.runtime has seen to that). Raises NotCompiled."""
+    """Return the program of a model whose steps fit (palpate.signals.models.runtime has seen to that). Raises
+    NotCompiled.
+    """
     draft, size = Draft(instructions), card.takes.size
     if size > MOST_INPUTS:
         raise NotCompiled(f"an input of {size} numbers; at most {MOST_INPUTS} are read")
@@ -78,7 +80,7 @@ def _chain(steps: Sequence[Step], value: Value, draft: Draft, tensors: Tensors) 
 
 
 def _to_spectrum(steps: Sequence[Step], value: Value) -> bool:
-    """Whether this is a product whose numbers will be taken for real and imaginary parts."""
+    """Return whether this is a product whose numbers will be taken for real and imaginary parts."""
     first, between = steps[0], (signals_of.Turn, steps_of.Reshape, Affine)
     if not isinstance(first, Dense) and not (isinstance(first, Conv) and not first.pad and len(value.shape) == 2):
         return False

@@ -31,7 +31,7 @@ def fresh(draft: Draft, shape: tuple[int, ...], length_first: bool) -> Value:
 
 
 def settled(draft: Draft, value: Value) -> Value:
-    """The value in the workspace, where it was still a formula of the input; a list in its own order."""
+    """Return the value in the workspace, where it was still a formula of the input; a list in its own order."""
     if value.linear is not None:
         return _computed(draft, value, value.linear)
     if value.sides is None:
@@ -45,16 +45,16 @@ def settled(draft: Draft, value: Value) -> Value:
 def _computed(draft: Draft, value: Value, linear: Linear) -> Value:
     if (np.count_nonzero(linear.matrix, axis=1) > 1).any():
         raise NotCompiled("a sum of the input's numbers that is no spectrum")
-    made = fresh(draft, value.shape, False)
+    result = fresh(draft, value.shape, False)
     one = np.abs(linear.matrix).argmax(axis=1)
     gains = np.take_along_axis(linear.matrix, one[:, None], axis=1)[:, 0]
     put = draft.doubles.put
-    draft.say("normalise", made.spot, value.size, put(gains), put(linear.offset), put(one.astype(np.float64)))
-    return replace(made, free=False)
+    draft.say("normalise", result.spot, value.size, put(gains), put(linear.offset), put(one.astype(np.float64)))
+    return replace(result, free=False)
 
 
 def by_length(draft: Draft, value: Value) -> Value:
-    """A row for each place."""
+    """Return a row for each place."""
     value = settled(draft, value)
     channels, length = sides(value)
     if value.length_first:
@@ -67,7 +67,7 @@ def by_length(draft: Draft, value: Value) -> Value:
 
 
 def by_channel(draft: Draft, value: Value) -> Value:
-    """A row for each channel."""
+    """Return a row for each channel."""
     value = settled(draft, value)
     channels, length = sides(value)
     if not value.length_first:
@@ -88,22 +88,22 @@ def tight(draft: Draft, value: Value) -> Value:
     """Without gaps between its rows."""
     if value.packed:
         return value
-    made = fresh(draft, value.shape, value.length_first)
+    result = fresh(draft, value.shape, value.length_first)
     rows, cols = value.matrix
-    draft.say("copy", value.spot, value.step, made.spot, made.step, rows, cols, 1)
-    return made
+    draft.say("copy", value.spot, value.step, result.spot, result.step, rows, cols, 1)
+    return result
 
 
 def _turned(draft: Draft, value: Value) -> Value:
-    made = fresh(draft, value.shape, not value.length_first)
-    rows, cols = made.matrix
+    result = fresh(draft, value.shape, not value.length_first)
+    rows, cols = result.matrix
     # the row of the new is the column of the old: one number further on each
-    draft.say("copy", value.spot, 1, made.spot, made.step, rows, cols, value.step)
-    return made
+    draft.say("copy", value.spot, 1, result.spot, result.step, rows, cols, value.step)
+    return result
 
 
 def spread(numbers: Array, value: Value) -> Array:
-    """Numbers that fit a value's shape, as a matrix laid as the value lies; one row where all rows are alike."""
+    """Return numbers that fit a value's shape, as a matrix laid as the value lies; one row where all rows are alike."""
     full = np.broadcast_to(numbers, value.shape).astype(np.float64)
     matrix = full[None] if is_list(value) else full.T if value.length_first else full
     alike = bool((matrix == matrix[:1]).all())
@@ -111,5 +111,5 @@ def spread(numbers: Array, value: Value) -> Array:
 
 
 def at(value: Value) -> tuple[Spot, int]:
-    """Where it lies and how far its rows are apart."""
+    """Return where it lies and how far its rows are apart."""
     return value.spot, value.step

@@ -18,31 +18,31 @@ from palpate.signals.models.triangles import Triangles
 def norm(step: Norm, value: Value, draft: Draft, tensors: Tensors) -> Value:
     """Over each row."""
     value = settled(draft, value) if is_list(value) else by_length(draft, value)
-    made = value if value.free else fresh(draft, value.shape, value.length_first)
+    result = value if value.free else fresh(draft, value.shape, value.length_first)
     rows, cols = value.matrix
     room = -cols % draft.instructions.lanes
     factors = [
         draft.weight(np.pad(np.asarray(tensors[name], np.float64), (0, room))) for name in (step.weight, step.bias)
     ]
     tiny = draft.doubles.put(np.array([step.tiny]))
-    draft.say("norm", *at(value), *at(made), rows, cols, *factors, tiny)
-    return Value(made.shape, made.at, made.step, made.length_first, free=True)
+    draft.say("norm", *at(value), *at(result), rows, cols, *factors, tiny)
+    return Value(result.shape, result.at, result.step, result.length_first, free=True)
 
 
 def polar(_step: Polar, value: Value, draft: Draft, _tensors: Tensors) -> Value:
     """In double precision as far as the input: a phase is as good as the smaller of its two parts."""
     length = value.shape[1]
-    made = fresh(draft, (2, length), False)
+    result = fresh(draft, (2, length), False)
     if value.linear is None:
         given = by_channel(draft, value)
-        draft.say("polar", 0, *at(given), *at(made), length, 0)
-        return made
-    draft.say("polar", _spectrum(draft, value.linear), 0, 0, *at(made), length, 1)
-    return made
+        draft.say("polar", 0, *at(given), *at(result), length, 0)
+        return result
+    draft.say("polar", _spectrum(draft, value.linear), 0, 0, *at(result), length, 1)
+    return result
 
 
 def _spectrum(draft: Draft, linear: Linear) -> int:
-    """Where the formula's values are put, in double precision."""
+    """Return where the formula's values are put, in double precision."""
     used = np.flatnonzero(linear.matrix.any(axis=0))
     first, past = (int(used[0]), int(used[-1]) + 1) if len(used) else (0, 1)
     matrix, rows = linear.matrix[:, first:past], len(linear.matrix)
@@ -55,9 +55,9 @@ def _spectrum(draft: Draft, linear: Linear) -> int:
 def cartesian(_step: Cartesian, value: Value, draft: Draft, _tensors: Tensors) -> Value:
     """Real and imaginary parts."""
     value = by_channel(draft, value)
-    made = fresh(draft, value.shape, False)
-    draft.say("cartesian", *at(value), *at(made), value.shape[1])
-    return made
+    result = fresh(draft, value.shape, False)
+    draft.say("cartesian", *at(value), *at(result), value.shape[1])
+    return result
 
 
 def autoregression(step: Autoregression, value: Value, draft: Draft, tensors: Tensors) -> Value:
@@ -67,21 +67,21 @@ def autoregression(step: Autoregression, value: Value, draft: Draft, tensors: Te
         np.asarray(tensors[name], dtype=np.float64) for name in (step.points, step.frequencies, step.log_sd)
     )
     among = Triangles(points, np.asarray(tensors[step.triangles], dtype=np.int64))
-    put, made = draft.doubles.put, fresh(draft, (2,), False)
+    put, result = draft.doubles.put, fresh(draft, (2,), False)
     start = points[among._rim[:, 0]]
     edges = np.column_stack([start, points[among._rim[:, 1]] - start]) if len(among._rim) else np.zeros((0, 4))
     order, length, wide = frequencies.shape[1], value.shape[1], draft.wide_room(2)
     per = np.array(step.per) / gains[2 * length - 1 :: length]
     draft.say(
-        "autoregression", made.spot, wide, length, order, len(among._full), len(among._rim),
+        "autoregression", result.spot, wide, length, order, len(among._full), len(among._rim),
         put(among._shares), put(among._full.astype(np.float64)), put(edges), put(among._rim.astype(np.float64)),
         put(frequencies), put(log_sd), put(per), put(gains[:length]), draft.wide_room(3 * order + 16),
     )  # fmt: skip
-    return replace(made, free=False, wide=wide)
+    return replace(result, free=False, wide=wide)
 
 
 def _gains(linear: Linear | None) -> Array:
-    """What the input's numbers are multiplied by, where nothing else was done to them."""
+    """Return what the input's numbers are multiplied by, where nothing else was done to them."""
     if linear is None or linear.matrix.shape[0] != linear.matrix.shape[1] or linear.offset.any():
         raise NotCompiled("a predictor of anything but the input, each number by a factor")
     gains: Array = np.diagonal(linear.matrix).copy()

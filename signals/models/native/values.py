@@ -79,19 +79,19 @@ class Value:
 
     @property
     def size(self) -> int:
-        """How many numbers."""
+        """Return how many numbers."""
         return math.prod(self.shape)
 
     @property
     def spot(self) -> Spot:
-        """Where it lies."""
+        """Return where it lies."""
         if self.at is None:
             raise NotCompiled("a value was needed before it was made")
         return self.at
 
     @property
     def matrix(self) -> tuple[int, int]:
-        """Rows and columns as it lies."""
+        """Return rows and columns as it lies."""
         if len(self.shape) == 1:
             return 1, self.size
         channels, length = self.shape
@@ -99,6 +99,6 @@ class Value:
 
     @property
     def packed(self) -> bool:
-        """Whether no gaps lie between its rows."""
+        """Return whether no gaps lie between its rows."""
         rows, cols = self.matrix
         return rows == 1 or self.step == cols
