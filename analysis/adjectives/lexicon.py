@@ -68,8 +68,25 @@ def lexicon(
     listed_already = {normalised(other, normalisation) for other in offered}
     mentions = len(mentioned)
     placed = [other for other in mentioned if other.stimulus is not None]
+    offered_known = bool(offered)
+    by_word: dict[str, list[_Mention]] = defaultdict(list)
+    for mention in mentioned:
+        by_word[mention.word].append(mention)
+    rows = [
+        {
+            "word": word,
+            "mentions": len(group),
+            "participants": len({mention.participant for mention in group}),
+            "stimuli": len({mention.stimulus for mention in group} - {None}),
+            "spellings": "; ".join(sorted({form for mention in group for form in mention.written})),
+            **({"offered": word in listed_already} if offered_known else {}),
+        }
+        for word, group in by_word.items()
+    ]
+    rows.sort(key=lambda row: (-int(str(row["mentions"])), -int(str(row["participants"])), str(row["word"])))
+    head = ["word", "mentions", "participants", "stimuli", "spellings", *(["offered"] if offered_known else [])]
     return Lexicon(
-        words=_words(mentioned, listed_already, bool(offered)),
+        words=pd.DataFrame(rows, columns=head),
         participants=_mentions_by(mentioned, "participant"),
         stimuli=_mentions_by(placed, "stimulus"),
         mentions=mentions,
@@ -222,26 +239,6 @@ def _mentions(
         where = (people[at], tuple(place[at] for place in places), None if stimuli[at] == "" else stimuli[at])
         written[stands_for.get(counted, counted), where].add(text)
     return [_Mention(word, tuple(sorted(forms)), key[0], key[2]) for (word, key), forms in written.items()]
-
-
-def _words(mentions: Iterable[_Mention], offered: set[str], offered_known: bool) -> pd.DataFrame:
-    by_word: dict[str, list[_Mention]] = defaultdict(list)
-    for mention in mentions:
-        by_word[mention.word].append(mention)
-    rows = [
-        {
-            "word": word,
-            "mentions": len(group),
-            "participants": len({mention.participant for mention in group}),
-            "stimuli": len({mention.stimulus for mention in group} - {None}),
-            "spellings": "; ".join(sorted({form for mention in group for form in mention.written})),
-            **({"offered": word in offered} if offered_known else {}),
-        }
-        for word, group in by_word.items()
-    ]
-    rows.sort(key=lambda row: (-int(str(row["mentions"])), -int(str(row["participants"])), str(row["word"])))
-    head = ["word", "mentions", "participants", "stimuli", "spellings", *(["offered"] if offered_known else [])]
-    return pd.DataFrame(rows, columns=head)
 
 
 def _mentions_by(mentions: Iterable[_Mention], what: Literal["participant", "stimulus"]) -> pd.DataFrame:

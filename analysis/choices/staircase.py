@@ -78,7 +78,16 @@ def staircase(
     chosen = table.loc[table["used"], "level"]
     rule = explaining_rule(levels, hits)
     notes = [] if used == last else [f"{used} of the {last} reversals asked for: there were {len(table)}"]
-    notes += _leap(levels, table)
+    # A note on a move more than twice every move before it, the first reversal past: another staircase?
+    sizes = np.abs(np.diff(levels))
+    most = np.maximum.accumulate(sizes)
+    after = np.arange(1, len(sizes)) >= int(table["trial"].iloc[0])
+    leaps = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
+    notes += [
+        f"the level leaps by {sizes[i]:.3g} before trial {i + 2}, more than twice any move until then: where several "
+        "staircases stand in one table, name the column that tells them apart"
+        for i in leaps[:1].tolist()
+    ]
     if rule is None:
         notes.append("no up-down rule explains the moves: where the reversals converge is unknown")
     return Staircase(table, float(chosen.mean()), float(chosen.std(ddof=1)), used, rule, tuple(notes))
@@ -100,19 +109,6 @@ def _in_order(data: pd.DataFrame, level: Hashable, correct: Hashable, order: Has
         raise BadValue(f"column {order!r} does not give each trial a place of its own; is this one staircase?")
     sorting = np.argsort(places)
     return columns[0][sorting], columns[1][sorting]
-
-
-def _leap(levels: Floats, reversals: pd.DataFrame) -> list[str]:
-    """Return a note on a move more than twice every move before it, the first reversal past: another staircase?"""
-    sizes = np.abs(np.diff(levels))
-    most = np.maximum.accumulate(sizes)
-    after = np.arange(1, len(sizes)) >= int(reversals["trial"].iloc[0])
-    leaps = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
-    return [
-        f"the level leaps by {sizes[i]:.3g} before trial {i + 2}, more than twice any move until then: where several "
-        "staircases stand in one table, name the column that tells them apart"
-        for i in leaps[:1].tolist()
-    ]
 
 
 def explaining_rule(levels: Floats, hits: Floats) -> Rule | None:

@@ -259,16 +259,13 @@ def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> t
     if data.people is not None:
         mixed, _ = fit_intercepts(rows, plain.g, FIRST_SD, link)
         best = max(plain, mixed, key=lambda candidate: candidate.log_likelihood)
-    if not _in_order(data, free, _thresholds(best.g, own, data.points - 1), unbounded):
+    # The thresholds of each row, moved by the slopes of `free` at each: (rows, thresholds).
+    count = data.points - 1
+    slopes = best.g[: count * (1 + own.shape[1])].reshape(count, -1)
+    thresholds: Floats = slopes[:, 0] - own @ slopes[:, 1:].T
+    if not _in_order(data, free, thresholds, unbounded):
         return math.nan, DISORDER
     return best.log_likelihood, f"{INFINITE}; its likelihood is the limit" if unbounded else ""
-
-
-def _thresholds(g: Floats, free: Floats, count: int) -> Floats:
-    """Return the thresholds of each row, moved by the slopes of `free` at each: (rows, thresholds)."""
-    slopes = g[: count * (1 + free.shape[1])].reshape(count, -1)
-    thresholds: Floats = slopes[:, 0] - free @ slopes[:, 1:].T
-    return thresholds
 
 
 def _in_order(data: OrdinalData, free: Term, thresholds: Floats, unbounded: bool) -> bool:

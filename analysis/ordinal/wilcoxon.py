@@ -21,7 +21,7 @@ import pandas as pd
 from scipy.special import ndtr, ndtri
 
 from palpate.analysis.ordinal.friedman import one_factor
-from palpate.analysis.ordinal.ranks import Ints, Truths, doubled_ranks, refuse_huge, rounding, same_value, written
+from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, rounding, same_value, written
 from palpate.analysis.ordinal.resampling import check_interval
 from palpate.analysis.statistics.cells import Aggregate, Missing, gather_groups
 from palpate.analysis.statistics.doubles import Floats
@@ -114,12 +114,19 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
     ranked = np.ones_like(zero) if zeros == "pratt" else ~zero
     if _is_doubtful(size[ranked], allowed[ranked]):
         exact = written(a) & written(b)
-        size = np.where(zero, 0.0, np.abs(_decimal_differences(a, b, exact)))
+        # a - b, of short decimals without the rounding that subtracting doubles has: 0.3 - 0.2 is 0.2 - 0.1.
+        differences = a - b
+        for place in np.flatnonzero(exact):
+            differences[place] = float(Decimal(repr(float(a[place]))) - Decimal(repr(float(b[place]))))
+        size = np.where(zero, 0.0, np.abs(differences))
     else:
         exact = np.ones_like(zero)
     ranks: Ints = doubled_ranks(size[None, ranked], allowed[None, ranked], ~exact[None, ranked])[0, ~zero[ranked]]
     positive, total = int(ranks[change[~zero] > 0].sum()), int(ranks.sum())
-    z, p_normal = _normal(positive, ranks)
+    # z with continuity correction and its two-sided p; the variance is that of the ranks, ties included.
+    apart = positive - int(ranks.sum()) / 2
+    sd = math.sqrt(float(np.dot(ranks, ranks)) / 4)
+    z, p_normal = corrected_z(apart, sd)
     p_exact = math.nan
     notes = []
     if len(ranks) <= MOST_SIGNED:
@@ -137,21 +144,6 @@ def _is_doubtful(size: Floats, allowed: Floats) -> bool:
     order = np.argsort(size)
     gaps, room = np.diff(size[order]), allowed[order]
     return bool(((gaps > 0) & (gaps <= np.maximum(room[1:], room[:-1]))).any())
-
-
-def _decimal_differences(a: Floats, b: Floats, exact: Truths) -> Floats:
-    """Return a - b, of short decimals without the rounding that subtracting doubles has: 0.3 - 0.2 is 0.2 - 0.1."""
-    differences = a - b
-    for place in np.flatnonzero(exact):
-        differences[place] = float(Decimal(repr(float(a[place]))) - Decimal(repr(float(b[place]))))
-    return differences
-
-
-def _normal(positive: int, ranks: Ints) -> tuple[float, float]:
-    """Return z with continuity correction and its two-sided p; the variance is that of the ranks, ties included."""
-    apart = positive - int(ranks.sum()) / 2
-    sd = math.sqrt(float(np.dot(ranks, ranks)) / 4)
-    return corrected_z(apart, sd)
 
 
 def corrected_z(apart: float, sd: float) -> tuple[float, float]:

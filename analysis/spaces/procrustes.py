@@ -68,7 +68,15 @@ def procrustes(
     p, done, exact = math.nan, 0, False
     if draws is not None:
         check_draws(draws)
-        p, done, exact = _permuted(one, two, r, reflection, draws, stream(seed, "procrustes"))
+        # p, how many permutations it rests on, and whether these are all there are.
+        rng = stream(seed, "procrustes")
+        objects = len(one)
+        every = objects <= 12 and math.factorial(objects) <= draws
+        total = math.factorial(objects) if every else draws
+        reached = 0
+        for orders in _orders(objects, total, rng, every):
+            reached += int((correlations(one, two[orders], reflection) >= r * (1 - NEAR)).sum())
+        p, done, exact = (reached / total if every else p_of_draws(reached, total)), total, every
     stretch = float(fit.scale)
     shift = first.values.mean(axis=0) - stretch * (second.values.mean(axis=0) @ fit.turn)
     apart = first.values - fit.points
@@ -106,19 +114,6 @@ def _matched(first: Matrix, second: Matrix) -> tuple[Matrix, Matrix]:
 def _widened(matrix: Matrix, width: int, named: Matrix) -> Matrix:
     missing = width - matrix.values.shape[1]
     return Matrix(np.pad(matrix.values, ((0, 0), (0, missing))), matrix.rows, named.columns)
-
-
-def _permuted(
-    one: Floats, two: Floats, r: float, reflection: bool, draws: int, rng: Generator
-) -> tuple[float, int, bool]:
-    """Return p, how many permutations it rests on, and whether these are all there are."""
-    objects = len(one)
-    every = objects <= 12 and math.factorial(objects) <= draws
-    total = math.factorial(objects) if every else draws
-    reached = 0
-    for orders in _orders(objects, total, rng, every):
-        reached += int((correlations(one, two[orders], reflection) >= r * (1 - NEAR)).sum())
-    return (reached / total if every else p_of_draws(reached, total)), total, every
 
 
 def _orders(objects: int, total: int, rng: Generator, every: bool) -> Iterator[Floats]:
