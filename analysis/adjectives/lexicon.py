@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias
 import pandas as pd
 
 from palpate.analysis.adjectives.selections import check_words
-from palpate.analysis.reliability.crossed import combined
+from palpate.analysis.reliability.crossed import combine_labels
 from palpate.analysis.statistics.cells import name_list
 from palpate.analysis.statistics.columns import ordered
 from palpate.analysis.statistics.refusals import BadOption, BadValue, StatisticsError, UnknownColumn, listed, shown
@@ -230,7 +230,7 @@ def _mentions(
     if lost := [repr(name) for name in trial if name not in data]:
         raise UnknownColumn(f"no column {listed(lost, len(lost))}; `trial` names the columns that tell trials apart")
     places = [data[name].astype(object).where(data[name].notna(), None).tolist() for name in trial]
-    who = combined(data, [participant])
+    who = combine_labels(data, [participant])
     people = [who.labels[int(code)] for code in who.codes]
     stimuli = data[stimulus].astype(object).where(data[stimulus].notna(), None).tolist()
     written: dict[Any, set[str]] = defaultdict(set)

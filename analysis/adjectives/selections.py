@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.analysis.reliability.crossed import combined
+from palpate.analysis.reliability.crossed import combine_labels
 from palpate.analysis.statistics.cells import check_columns
 from palpate.analysis.statistics.columns import Coded
 from palpate.analysis.statistics.doubles import Floats
@@ -65,9 +65,9 @@ def gather_selections(
     check_columns(trials, [*names, stimulus])
     check_words(words, [*names, word])
     listed_words = _offered(words, offered, word)
-    where, keys = combined(trials, [*names, stimulus]), combined(trials, names)
+    where, keys = combine_labels(trials, [*names, stimulus]), combine_labels(trials, names)
     _refuse_two_stimuli(where, keys)
-    who, what = combined(trials, [participant]), combined(trials, [stimulus])
+    who, what = combine_labels(trials, [participant]), combine_labels(trials, [stimulus])
     at = {label: code for code, label in enumerate(keys.labels)}
     first = np.zeros(len(keys.labels), dtype=np.intp)
     first[keys.codes] = np.arange(len(trials))
@@ -126,7 +126,7 @@ def _ticks(
     """Return the trial and the word of every tick, each once."""
     if not len(words):
         return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
-    keys = combined(words, names)
+    keys = combine_labels(words, names)
     lost = [label for label in keys.labels if label not in at]
     if lost:
         raise BadValue(f"words of trials that are not among the trials: {listed(map(repr, lost), len(lost))}")

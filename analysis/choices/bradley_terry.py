@@ -12,10 +12,10 @@ from palpate.analysis.choices.scales import (
     SUM_ZERO,
     Maximum,
     Scale,
-    constrained,
+    constraint_matrix,
     effect_table,
     fit_against_free,
-    most_likely,
+    maximise_likelihood,
     refuse_separated,
     refuse_unconnected,
     value_table,
@@ -45,7 +45,7 @@ def bradley_terry(
     """
     check_share(confidence, "confidence")
     counted = gather_choices(data, winner, loser, tie, first, count)
-    turn = constrained(counted.items, constraint)
+    turn = constraint_matrix(counted.items, constraint)
     names = [name for name, option in (("tie", tie), ("position", first)) if option is not None]
     if tie is not None and not counted.counts[:, 2].any():
         raise NoEstimate("no comparison was tied, so a tie has no estimate; leave `tie` out")
@@ -57,7 +57,7 @@ def bradley_terry(
         for context, answer in np.argwhere(counts > 0).tolist()
     ]
     refuse_separated(np.unique(np.concatenate(advantages), axis=0), [*map(repr, counted.items[1:]), *names])
-    return _scale(counted, most_likely(design, counts), counts, turn, names, constraint, confidence)
+    return _scale(counted, maximise_likelihood(design, counts), counts, turn, names, constraint, confidence)
 
 
 def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Floats]:

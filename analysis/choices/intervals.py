@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from scipy.special import ndtri
 
-from palpate.analysis.choices.maximising import DONE, Fitted, Problem, best_of_starts, maximised, shares
+from palpate.analysis.choices.maximising import DONE, Fitted, Problem, best_of_starts, maximise, shares
 from palpate.analysis.choices.psychometric import Psychometric, deviance_residuals
 from palpate.analysis.choices.shapes import Coordinates, by_jnd, by_threshold
 from palpate.analysis.choices.specification import FunctionSpec, Levels, problem_of, quantities, to_level, to_size
@@ -203,7 +203,7 @@ def _from_two_starts(problem: Problem, place: Floats, done: float) -> Floats:
     low_rates = place.copy()
     low_rates[:, 2:] = problem.low[2:]
     hits = np.repeat(problem.hits, len(place) // len(problem.hits), axis=0)
-    fits = maximised(replace(problem, hits=np.tile(hits, (2, 1))), np.concatenate([place, low_rates]), done)
+    fits = maximise(replace(problem, hits=np.tile(hits, (2, 1))), np.concatenate([place, low_rates]), done)
     result: Floats = fits.log_likelihood.reshape(2, -1).max(axis=0)
     return result
 

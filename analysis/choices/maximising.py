@@ -74,7 +74,7 @@ def likelihoods(problem: Problem, place: Floats) -> Floats:
     return result
 
 
-def maximised(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
+def maximise(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
     """Lead each fit uphill from its start.
 
     Scoring (expected information) with Marquardt's damping, near the top Newton's method (observed information, by
@@ -178,7 +178,7 @@ def best_of_starts(problem: Problem, starts: int) -> Fitted:
     repeated = _repeated(problem, points)
     values = likelihoods(repeated, np.tile(grid, (fits, 1))).reshape(fits, points)
     chosen = np.argsort(-values, axis=1, kind="stable")[:, :starts]
-    maxima = maximised(_repeated(problem, starts), grid[chosen].reshape(-1, 4))
+    maxima = maximise(_repeated(problem, starts), grid[chosen].reshape(-1, 4))
     best = np.argmax(maxima.log_likelihood.reshape(fits, starts), axis=1) + np.arange(fits) * starts
     return Fitted(*(part[best] for part in maxima))
 

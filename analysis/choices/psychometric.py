@@ -97,10 +97,10 @@ def fit_psychometric(
     """
     answers = gather_levels(data, level, correct, n)
     spec = function_spec(function, rates_of(task, alternatives, guess, lapse), threshold, jnd, falling)
-    return fitted_function(answers, spec)
+    return fit_function(answers, spec)
 
 
-def fitted_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
+def fit_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
     """Return the same for counted levels."""
     problem = problem_of(answers, spec)
     fits = best_of_starts(problem, STARTS)

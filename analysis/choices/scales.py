@@ -71,7 +71,7 @@ def value_table(counted: Counted, values: Floats, covariance: Floats, confidence
     )
 
 
-def constrained(items: tuple[Hashable, ...], constraint: Hashable) -> Floats:
+def constraint_matrix(items: tuple[Hashable, ...], constraint: Hashable) -> Floats:
     """Return the matrix that turns values with an arbitrary zero into values under the constraint.
 
     Raises UnknownColumn for a reference that is not an item.
@@ -153,7 +153,7 @@ def inverse(information: Floats) -> Floats:
     return np.asarray(np.linalg.inv(information), dtype=np.float64)
 
 
-def most_likely(design: Floats, counts: Floats) -> Maximum:
+def maximise_likelihood(design: Floats, counts: Floats) -> Maximum:
     """Return the maximum for `design` (contexts, alternatives, parameters) and `counts` (contexts, alternatives).
 
     The likelihood is concave, so there is one maximum; its existence is the caller's to check.

@@ -18,7 +18,7 @@ from palpate.analysis.choices.scales import (
     STEPS,
     SUM_ZERO,
     Scale,
-    constrained,
+    constraint_matrix,
     effect_table,
     fit_against_free,
     inverse,
@@ -56,7 +56,7 @@ def thurstone(
     if method == "least_squares":
         refuse_idle("confidence", confidence, 0.95, "with method='least_squares', which has no intervals")
     counted = gather_choices(data, winner, loser, None, None, count)
-    turn = constrained(counted.items, constraint)
+    turn = constraint_matrix(counted.items, constraint)
     refuse_unconnected(counted)
     if method == "likelihood":
         raw, spread, fitted, value = _most_likely(counted)

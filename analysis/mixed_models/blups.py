@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.mixed_models.model import Fit, MixedModel
-from palpate.analysis.mixed_models.problem import Batch, block_factor, outside, whitened, whitening
+from palpate.analysis.mixed_models.problem import Batch, block_factor, outside, whiten, whitening
 from palpate.analysis.statistics.doubles import Floats
 
 
@@ -51,7 +51,7 @@ def _inside(fit: Fit, factors: Sequence[Floats], late: dict[int, Floats]) -> dic
     blocks = np.zeros((problem.layout.blocks, problem.layout.width))
     for batch, rest in _rests(fit, other):
         lower = whitening(batch, inside)[batch.which]
-        weights = np.linalg.solve(lower.transpose(0, 2, 1), whitened(lower, rest))
+        weights = np.linalg.solve(lower.transpose(0, 2, 1), whiten(lower, rest))
         spherical = (batch.through[batch.which] @ inside).transpose(0, 2, 1) @ weights
         blocks[batch.members] = (inside @ spherical)[:, :, 0]
     effects = {}

@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.analysis.mixed_models.design import Random
 from palpate.analysis.mixed_models.optimising import SIZES, Optimum, Parameters
-from palpate.analysis.mixed_models.problem import WIDEST, Problem, Reduced, Solved, block_factor, outside_width, solved
+from palpate.analysis.mixed_models.problem import WIDEST, Problem, Reduced, Solved, block_factor, outside_width, solve
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, rescaled
 from palpate.analysis.statistics.refusals import (
     BadOption,
@@ -121,13 +121,13 @@ def refuse_unit(exponent: int, dv: Hashable) -> None:
 
 def without_random(problem: Problem, parts: Reduced) -> Solved:
     """Fit by ordinary least squares: the fixed effects alone."""
-    return solved(problem, parts, [np.zeros((term.size, term.size)) for term in problem.random])
+    return solve(problem, parts, [np.zeros((term.size, term.size)) for term in problem.random])
 
 
 def refuse_no_residual(problem: Problem, parts: Reduced, parameters: Parameters, y: Floats, exponent: int) -> None:
     """Refuse data that the fixed and random effects together fit to the last digit."""
     sizes = np.full(sum(term.size for term in problem.random), SIZES[-1])
-    rss = solved(problem, parts, parameters.diagonal(sizes)).rss
+    rss = solve(problem, parts, parameters.diagonal(sizes)).rss
     spread = rescaled(math.sqrt(rss / len(y)), exponent)
     if spread <= ROUNDING * float(np.abs(y).max()):
         raise NoResidual(

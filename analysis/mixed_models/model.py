@@ -36,7 +36,7 @@ from palpate.analysis.mixed_models.design import (
     random_effects_of,
     type_three,
 )
-from palpate.analysis.mixed_models.optimising import Counted, Optimum, natural, optimum
+from palpate.analysis.mixed_models.optimising import Counted, Optimum, find_optimum, natural_parameters
 from palpate.analysis.mixed_models.problem import (
     Problem,
     Reduced,
@@ -44,8 +44,8 @@ from palpate.analysis.mixed_models.problem import (
     best_layout,
     degrees_of_freedom,
     deviance,
-    reduced,
-    solved,
+    reduce_problem,
+    solve,
 )
 from palpate.analysis.mixed_models.satterthwaite import (
     correlations_table,
@@ -162,15 +162,15 @@ def _fitted(formula: _Formula, reml: bool, confidence: float) -> MixedModel:
     refuse_unit(exponent, formula.dv)
     design = formula.design("sum")
     problem = Problem(high, np.ldexp(low, -exponent), design, random, best_layout(random, sum(design.widths)))
-    parts = reduced(problem)
+    parts = reduce_problem(problem)
     unit = (exponent, pivot)
-    parameters = natural(problem)
+    parameters = natural_parameters(problem)
     refuse_rank_deficient(problem, parts, formula.design(formula.coding).names)
     refuse_indistinguishable(problem)
     refuse_no_residual(problem, parts, parameters, formula.table.y, unit[0])
-    counted = Counted(lambda factors: deviance(problem, solved(problem, parts, factors), reml))
-    best = optimum(counted, parameters)
-    at = solved(problem, parts, best.parameters.factors(best.free))
+    counted = Counted(lambda factors: deviance(problem, solve(problem, parts, factors), reml))
+    best = find_optimum(counted, parameters)
+    at = solve(problem, parts, best.parameters.factors(best.free))
     refuse_beyond_doubles(problem, parts, best, at)
     fit = Fit(problem, parts, best, at, *unit)
     return _described(formula, fit, reml, confidence)

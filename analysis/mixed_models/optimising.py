@@ -69,7 +69,7 @@ class Counted:
         return value
 
 
-def optimum(counted: Counted, parameters: Parameters) -> Optimum:
+def find_optimum(counted: Counted, parameters: Parameters) -> Optimum:
     """Return the smallest deviance. Raises NotConverged where no start leads to a point that is proved to be one."""
     sizes = _scanned(counted, parameters)
     starts = (np.maximum(sizes, 0.1), np.maximum(0.4 * sizes, 0.4))
@@ -240,7 +240,7 @@ def _places(term: Random) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ..
     return np.tril_indices(term.size) if term.correlated else (np.arange(term.size), np.arange(term.size))
 
 
-def natural(problem: Problem) -> Parameters:
+def natural_parameters(problem: Problem) -> Parameters:
     """Return the units at which an effect's variance weighs as much in a level's estimate as the residual does."""
     units = []
     for term in problem.random:

@@ -139,7 +139,7 @@ class Reduced:
     corner: Floats
 
 
-def reduced(problem: Problem) -> Reduced:
+def reduce_problem(problem: Problem) -> Reduced:
     """Rotate a problem; columns are those outside, the fixed ones and y."""
     corner = np.zeros((0, _late(problem)))
     batches: dict[int, list[tuple[Floats, Floats, Codes]]] = {}
@@ -289,14 +289,14 @@ class Solved:
         return product
 
 
-def solved(problem: Problem, parts: Reduced, factors: Sequence[Floats]) -> Solved:
+def solve(problem: Problem, parts: Reduced, factors: Sequence[Floats]) -> Solved:
     """Solve at these relative covariance factors, one per random term."""
     inside = block_factor(problem, factors)
     log_det, rows = 0.0, [parts.corner]
     for batch in parts.compressed:
         lower = whitening(batch, inside)
         log_det += 2 * float(batch.shared @ np.log(np.abs(np.diagonal(lower, axis1=1, axis2=2))).sum(axis=1))
-        rows.append(whitened(lower[batch.which], batch.seen).reshape(-1, batch.seen.shape[2]))
+        rows.append(whiten(lower[batch.which], batch.seen).reshape(-1, batch.seen.shape[2]))
     width = outside_width(problem)
     whole = np.concatenate(rows)
     triangle = triangle_of(_penalised(problem, whole, factors) if width else whole)
@@ -327,7 +327,7 @@ def whitening(batch: Batch, inside: Floats) -> Floats:
     return triangle_of(stacked).transpose(0, 2, 1)
 
 
-def whitened(lower: Floats, seen: Floats) -> Floats:
+def whiten(lower: Floats, seen: Floats) -> Floats:
     """Return L^-1 times what is seen, by forward substitution."""
     result = np.empty_like(seen)
     for i in range(seen.shape[1]):

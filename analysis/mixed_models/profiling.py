@@ -18,8 +18,8 @@ from scipy.optimize import brentq, minimize
 from scipy.special import gammaincinv
 
 from palpate.analysis.mixed_models.model import Fit, MixedModel
-from palpate.analysis.mixed_models.optimising import Counted, Optimum, natural, optimum, rough_gradient
-from palpate.analysis.mixed_models.problem import Problem, Reduced, degrees_of_freedom, deviance, solved
+from palpate.analysis.mixed_models.optimising import Counted, Optimum, find_optimum, natural_parameters, rough_gradient
+from palpate.analysis.mixed_models.problem import Problem, Reduced, degrees_of_freedom, deviance, solve
 from palpate.analysis.statistics.doubles import Floats, rescaled
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.analysis.statistics.refusals import BadOption, NotConverged
@@ -52,14 +52,14 @@ class _Profile:
     @property
     def sigma(self) -> float:
         """The residual's standard deviation at the optimum."""
-        return math.sqrt(solved(self.problem, self.parts, self.factors).rss / len(self.problem.y))
+        return math.sqrt(solve(self.problem, self.parts, self.factors).rss / len(self.problem.y))
 
     def rise(self, sd: float) -> float:
         """Return how far the smallest deviance at this standard deviation lies above the smallest of all."""
 
         def value(free: Floats) -> float:
             factors = self.best.parameters.factors(free)
-            at = solved(self.problem, self.parts, factors)
+            at = solve(self.problem, self.parts, factors)
             # In logarithms, so that neither a ratio of nearly nothing nor its square leaves the range of doubles.
             log_sigma = math.log(sd) - math.log(max(self.ratio(factors), 1e-150))
             n = len(self.problem.y)
@@ -149,8 +149,8 @@ def _ml(fit: Fit) -> Optimum:
     problem, parts = fit.problem, fit.parts
     if degrees_of_freedom(problem, False) < 3:
         raise NotConverged("too few values for a profile")
-    counted = Counted(lambda factors: deviance(problem, solved(problem, parts, factors), False))
-    return optimum(counted, natural(problem))
+    counted = Counted(lambda factors: deviance(problem, solve(problem, parts, factors), False))
+    return find_optimum(counted, natural_parameters(problem))
 
 
 def _ratios(problem: Problem) -> Iterator[tuple[str, str, Ratio, int | None]]:

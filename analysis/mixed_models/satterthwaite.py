@@ -17,7 +17,7 @@ import pandas as pd
 
 from palpate.analysis.mixed_models.design import Design, Effect, Random
 from palpate.analysis.mixed_models.optimising import FLAT, Optimum, jacobian
-from palpate.analysis.mixed_models.problem import Problem, Reduced, Solved, degrees_of_freedom, solved
+from palpate.analysis.mixed_models.problem import Problem, Reduced, Solved, degrees_of_freedom, solve
 from palpate.analysis.statistics.doubles import Floats, rescaled
 from palpate.analysis.statistics.pvalues import f_tail, p_note, t_critical, t_two_sided
 
@@ -55,7 +55,7 @@ def uncertainty(problem: Problem, parts: Reduced, best: Optimum, at: Solved, rem
     sigma2 = at.rss / degrees
 
     def numbers(free: Floats) -> Floats:
-        here = solved(problem, parts, best.parameters.factors(free))
+        here = solve(problem, parts, best.parameters.factors(free))
         return np.concatenate([[here.rss / sigma2], here.covariance().ravel()])
 
     moved, covariance = jacobian(numbers, best.free), sigma2 * at.covariance()

@@ -107,12 +107,12 @@ def derivatives(rows: Rows, g: Floats, link: Link) -> tuple[float, Floats, Float
     return float(np.dot(rows.weights, intervals.log_p)), rows.weights @ score, information
 
 
-def fitted(rows: Rows, start: Floats, link: Link) -> Fit:
+def fit_rows(rows: Rows, start: Floats, link: Link) -> Fit:
     """Fit by Newton's method with halved steps from `start`, whose thresholds are in order."""
     g = start
     for steps in range(MOST_STEPS):
         value, gradient, information = derivatives(rows, g, link)
-        step = solved(information, gradient)
+        step = newton_step(information, gradient)
         gain = float(gradient @ step)
         if gain <= SETTLED * rows.answers:
             return Fit(g + step, information, value, steps)
@@ -124,7 +124,7 @@ def fitted(rows: Rows, start: Floats, link: Link) -> Fit:
     raise NotConverged("no maximum of the ordinal model's likelihood was found; leave predictors out")
 
 
-def solved(information: Floats, gradient: Floats) -> Floats:
+def newton_step(information: Floats, gradient: Floats) -> Floats:
     """Return the Newton step, without the directions that no answer informs."""
     values, vectors = np.linalg.eigh(information)
     informed = values > FLAT * values[-1]

@@ -18,7 +18,7 @@ import pandas as pd
 from scipy.optimize import linprog
 from scipy.special import chdtrc, ndtr, ndtri
 
-from palpate.analysis.ordinal.cumulative import LINKS, Fit, Link, Rows, fitted, rows_of, start_of
+from palpate.analysis.ordinal.cumulative import LINKS, Fit, Link, Rows, fit_rows, rows_of, start_of
 from palpate.analysis.ordinal.ordinal_data import Coding, Orders, OrdinalData, Predictors, Term, ordinal_data
 from palpate.analysis.ordinal.random_intercept import fit_intercepts
 from palpate.analysis.ordinal.resampling import check_interval
@@ -221,7 +221,7 @@ def fit(data: OrdinalData, terms: Sequence[Term], link: Link) -> Fitted:
     start = _start(data, own.basis.shape[1], 0, link)
     names = [term.name for term in terms] or [f"answers {', '.join(data.names)}"]
     try:
-        plain = fitted(rows, start, link)
+        plain = fit_rows(rows, start, link)
     except NotConverged:
         _refuse_separated(rows, names)
         raise
@@ -251,7 +251,7 @@ def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> t
     x = coordinates([term for term in terms if term is not free], data.weights).basis
     own = coordinates([free], data.weights).basis
     rows = _rows(data, x, own)
-    plain = fitted(rows, _start(data, x.shape[1], own.shape[1], link), link)
+    plain = fit_rows(rows, _start(data, x.shape[1], own.shape[1], link), link)
     unbounded = _flat(plain) and escape(rows) is not None
     if unbounded and data.people is not None:
         return math.nan, f"undefined: {INFINITE}"

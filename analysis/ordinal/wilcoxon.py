@@ -211,7 +211,7 @@ def _pairs(labels: list[Any], values: list[Any]) -> Iterator[tuple[Any, Any, Any
         yield labels[i], labels[j], values[i], values[j]
 
 
-def in_family(p: list[float], method: str, family: int | None) -> list[float]:
+def adjust_in_family(p: list[float], method: str, family: int | None) -> list[float]:
     """Adjust p values as members of a family of this size; refuse a family smaller than its tests."""
     size = len(p) if family is None else family
     if isinstance(size, bool) or not isinstance(size, int) or size < len(p):
@@ -220,7 +220,7 @@ def in_family(p: list[float], method: str, family: int | None) -> list[float]:
 
 
 def _table(factor: Hashable, paired: bool, pairs: list[Found], method: str, family: int | None) -> pd.DataFrame:
-    adjusted_p = in_family([comparison.p for _, _, comparison in pairs], method, family)
+    adjusted_p = adjust_in_family([comparison.p for _, _, comparison in pairs], method, family)
     size = len(pairs) if family is None else family
     rows = [
         {"Contrast": str(factor), "A": a, "B": b, "Paired": paired}

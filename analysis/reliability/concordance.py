@@ -12,7 +12,7 @@ from scipy.special import gammaincc
 
 from palpate.analysis.ordinal.friedman import exact_tail
 from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
-from palpate.analysis.reliability.crossed import crossed, refuse_few
+from palpate.analysis.reliability.crossed import cross_table, refuse_few
 from palpate.analysis.reliability.intraclass import GAPS, Missing
 from palpate.analysis.reliability.resampling import generator
 from palpate.analysis.statistics.cells import Aggregate
@@ -55,7 +55,7 @@ def kendall_w(
         raise BadOption(f"draws={shown(draws)}: a whole number from 100 is expected")
     if not isinstance(missing, str) or missing not in GAPS:
         raise BadOption(f"missing={shown(missing)} is unknown: one of {', '.join(map(repr, GAPS))}")
-    table = crossed(data, dv, targets, raters, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
+    table = cross_table(data, dv, targets, raters, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
     refuse_few(table, f"targets ({targets})", f"raters ({raters})")
     table_of_w = pd.DataFrame([concordance(table.values, p, draws, seed)])
     table_of_w.attrs.update(table.attrs("targets", "raters") | {"draws": draws, "seed": seed})

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.reliability.correlating import deviations, deviations_of_sum, f_upper, product_moment
-from palpate.analysis.reliability.crossed import crossed, refuse_few
+from palpate.analysis.reliability.crossed import cross_table, refuse_few
 from palpate.analysis.reliability.intraclass import demand_confidence, mean_squares
 from palpate.analysis.statistics.cells import Aggregate
 from palpate.analysis.statistics.doubles import Floats, deviation_ss, rescaled, scaled
@@ -73,7 +73,7 @@ def cronbach_alpha(
     demand_confidence(confidence)
     if not isinstance(missing, str) or missing not in GAPS:
         raise BadOption(f"missing={shown(missing)} is unknown: one of {', '.join(map(repr, GAPS))}")
-    table = crossed(data, dv, cases, items, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
+    table = cross_table(data, dv, cases, items, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
     refuse_few(table, "cases", f"items ({items})")
     for name in reverse:
         if name not in table.columns:

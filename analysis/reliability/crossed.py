@@ -41,7 +41,7 @@ class Crossed:
         return facts if self.values_per_cell == (1, 1) else facts | {"values_per_cell": self.values_per_cell}
 
 
-def crossed(
+def cross_table(
     data: pd.DataFrame,
     dv: Hashable,
     rows: Hashable | Iterable[Hashable],
@@ -61,7 +61,7 @@ def crossed(
     if not names:
         raise BadOption("no column is named for the rows of the table; name one or several")
     check_columns(data, [dv, columns, *names])
-    y, across, down = numbers_of(data[dv], dv), coded(data[columns], columns), combined(data, names)
+    y, across, down = numbers_of(data[dv], dv), coded(data[columns], columns), combine_labels(data, names)
     where = (" and ".join(map(str, names)), str(columns))
     values, count = _filled(y, down, across, aggregate, where)
     if gaps != "keep" and np.isnan(values).any():
@@ -69,7 +69,7 @@ def crossed(
     return Crossed(values, down.labels, across.labels, [], _range(count))
 
 
-def combined(data: pd.DataFrame, names: Sequence[Hashable]) -> Coded:
+def combine_labels(data: pd.DataFrame, names: Sequence[Hashable]) -> Coded:
     """Return one code per combination of labels that occurs in these columns; several parts make a tuple."""
     parts = [coded(data[name], name) for name in names]
     if len(parts) == 1:

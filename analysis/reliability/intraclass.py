@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import pandas as pd
 
 from palpate.analysis.reliability.correlating import f_upper
-from palpate.analysis.reliability.crossed import crossed, refuse_few
+from palpate.analysis.reliability.crossed import cross_table, refuse_few
 from palpate.analysis.statistics.anova import component
 from palpate.analysis.statistics.cells import Aggregate
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, Pair, differences, scaled
@@ -81,7 +81,7 @@ def icc(
     demand_confidence(confidence)
     if not isinstance(missing, str) or missing not in GAPS:
         raise BadOption(f"missing={shown(missing)} is unknown: one of {', '.join(map(repr, GAPS))}")
-    table = crossed(data, dv, targets, raters, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
+    table = cross_table(data, dv, targets, raters, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
     refuse_few(table, f"targets ({targets})", f"raters ({raters})")
     coefficients = pd.DataFrame(iccs(table.values, confidence)).rename(columns={"icc": "ICC", "f": "F"})
     coefficients.attrs.update(table.attrs("targets", "raters") | {"confidence": confidence})

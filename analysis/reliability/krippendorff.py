@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ordinal.ranks import refuse_huge, rounding, same_value
-from palpate.analysis.reliability.crossed import crossed
+from palpate.analysis.reliability.crossed import cross_table
 from palpate.analysis.reliability.intraclass import demand_confidence
 from palpate.analysis.reliability.resampling import demand_draws, generator, percentile, refuse_without_draws, weights
 from palpate.analysis.statistics.cells import Aggregate, check_columns
@@ -77,7 +77,7 @@ def krippendorff_alpha(
         raise BadOption(f"values of level {level!r} have no mean; keep one value per unit and rater")
     refuse_without_draws(draws, seed=(seed, 0), confidence=(confidence, 0.95))
     check_columns(data, [dv])
-    table = crossed(_numbered(data, dv, level), dv, units, raters, gaps="keep", aggregate=aggregate)
+    table = cross_table(_numbered(data, dv, level), dv, units, raters, gaps="keep", aggregate=aggregate)
     alpha = krippendorff(table.values, level, draws=draws, seed=seed, confidence=confidence)
     return replace(alpha, values_per_cell=table.values_per_cell)
 

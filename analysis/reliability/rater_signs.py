@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.reliability.correlating import pearson
-from palpate.analysis.reliability.crossed import crossed, refuse_few
+from palpate.analysis.reliability.crossed import cross_table, refuse_few
 from palpate.analysis.statistics.cells import Aggregate
 from palpate.analysis.statistics.doubles import Floats, deviation_ss, rescaled, scaled
 
@@ -42,7 +42,7 @@ def rater_signs(
     A target counts for a rater who rated it where another one did; gaps are allowed. `spread` is over the root mean
     square of the other raters' SDs. Raises a StatisticsError that names what is wrong with the table.
     """
-    table = crossed(data, dv, targets, raters, gaps="keep", aggregate=aggregate)
+    table = cross_table(data, dv, targets, raters, gaps="keep", aggregate=aggregate)
     refuse_few(table, "targets", f"raters ({raters})", (1, 2))
     signs = pd.DataFrame(_signs(table.values, table.columns))
     signs.attrs.update(table.attrs("targets", "raters"))

@@ -12,7 +12,7 @@ import pandas as pd
 from scipy.special import chdtri
 
 from palpate.analysis.reliability.correlating import normal_upper, pearson
-from palpate.analysis.reliability.crossed import combined
+from palpate.analysis.reliability.crossed import combine_labels
 from palpate.analysis.reliability.intraclass import demand_confidence, iccs
 from palpate.analysis.statistics.cells import check_columns, name_list
 from palpate.analysis.statistics.columns import Coded, Codes, numbers_of
@@ -70,7 +70,7 @@ def retest(
     names, places = name_list(targets), name_list(order)
     check_columns(data, [dv, subject, *names, *places])
     y = numbers_of(data[dv], dv)
-    meetings, turn = combined(data, [subject, *names]), combined(data, places)
+    meetings, turn = combine_labels(data, [subject, *names]), combine_labels(data, places)
     first, second, further = _meetings(meetings, turn)
     whole = ~(np.isnan(y[first]) | np.isnan(y[second]))
     pairs = _pairs(meetings, y, first[whole], second[whole], [str(subject), *map(str, names)])

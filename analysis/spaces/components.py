@@ -11,7 +11,7 @@ from numpy.random import Generator
 
 from palpate.analysis.spaces.matrices import Matrix, centred, frame_of, in_units, matrix_of, signs, varies
 from palpate.analysis.spaces.profiles import Profiles
-from palpate.analysis.spaces.resampling import check_draws, check_share, p_of_draws, resampled, stream
+from palpate.analysis.spaces.resampling import check_draws, check_share, p_of_draws, resample, stream
 from palpate.analysis.statistics.doubles import Floats, rescaled, scaled
 from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, listed, shown
 
@@ -46,7 +46,7 @@ def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
     Source: Jolliffe 2002, 2nd ed., 3.5 and 2.3.
     """
     matrix = matrix_of(table)
-    small, exponent = prepared(matrix, kind)
+    small, exponent = prepare(matrix, kind)
     left, size, right = np.linalg.svd(small, full_matrices=False)
     rank = int((size > size[0] * max(small.shape) * np.finfo(float).eps).sum())
     turn = signs(right[:rank].T)
@@ -70,7 +70,7 @@ def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
     )
 
 
-def prepared(matrix: Matrix, kind: Kind) -> tuple[Floats, int]:
+def prepare(matrix: Matrix, kind: Kind) -> tuple[Floats, int]:
     """Return centred columns over a power of two (and its exponent), of unit variance under "correlation"."""
     if not isinstance(kind, str) or kind not in ("covariance", "correlation"):
         raise BadOption(f"kind={shown(kind)} is unknown: 'covariance' or 'correlation'")
@@ -131,7 +131,7 @@ def parallel_analysis(
     check_share(quantile, "quantile")
     if reference not in ("normal", "permuted"):
         raise BadOption(f"reference={shown(reference)} is unknown: 'normal' or 'permuted'")
-    small, exponent = prepared(matrix_of(table), kind)
+    small, exponent = prepare(matrix_of(table), kind)
     observed = _variances(small[None], kind)[0]
     rng = stream(seed, f"parallel analysis {reference}")
     parts = [min(BATCH, draws - done) for done in range(0, draws, BATCH)]
@@ -185,8 +185,8 @@ def share_intervals(
     check_draws(draws)
     check_share(confidence, "confidence")
     means = Matrix(profiles.small_means(), profiles.stimuli, profiles.attributes)
-    observed = _shares(_variances(prepared(means, kind)[0][None], kind))[0]
-    counts = resampled(profiles.ratings, draws, stream(seed, "bootstrap of shares"))
+    observed = _shares(_variances(prepare(means, kind)[0][None], kind))[0]
+    counts = resample(profiles.ratings, draws, stream(seed, "bootstrap of shares"))
     shape = (-1, len(profiles.stimuli), len(profiles.attributes))
     shares = np.concatenate(
         [

@@ -17,7 +17,15 @@ from palpate.analysis.spaces.classical import check_dimensions
 from palpate.analysis.spaces.dissimilarities import Dissimilarities
 from palpate.analysis.spaces.matrices import frame_of, principal, unit_size
 from palpate.analysis.spaces.resampling import check_draws, p_of_draws, stream
-from palpate.analysis.spaces.stress import Order, Ties, at_rest, classical_start, disparities, improved, order_of
+from palpate.analysis.spaces.stress import (
+    Order,
+    Ties,
+    classical_start,
+    disparities,
+    minimise_stress,
+    order_of,
+    refine_map,
+)
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, listed, refuse_idle, shown
 
@@ -61,7 +69,7 @@ def nonmetric_mds(
     if not starts:
         refuse_idle("seed", seed, 0, "with starts=0: the classical start is not random")
     rng = stream(seed, f"starts in {dimensions} dimensions")
-    best = searched(between.values, dimensions, order, starts, HOPS_PER_START * starts, rng)
+    best = search_maps(between.values, dimensions, order, starts, HOPS_PER_START * starts, rng)
     points = unit_size(principal(best.points))
     fitted = disparities(pdist(points), order)
     flaws = degeneracies(points, fitted, order, best.stress, between.labels)
@@ -160,20 +168,20 @@ class Searched:
     hopped: bool
 
 
-def searched(between: Floats, dimensions: int, order: Order, starts: int, hops: int, rng: Generator) -> Searched:
+def search_maps(between: Floats, dimensions: int, order: Order, starts: int, hops: int, rng: Generator) -> Searched:
     """Return the lowest of the classical start, `starts` random ones and `hops` displacements from the best."""
     starting = [classical_start(between, dimensions)]
     starting += [_from_above(len(between), dimensions, order, rng) for _ in range(starts)]
-    tried = [improved(start, order, 40 if i == 0 else 10, 50) for i, start in enumerate(starting)]
+    tried = [minimise_stress(start, order, 40 if i == 0 else 10, 50) for i, start in enumerate(starting)]
     stresses = [stress for _, stress in tried]
     points, stress = tried[int(np.argmin(stresses))]
     for _ in range(hops):
-        moved, reached = improved(_displaced(points, rng), order, 5, 40)
+        moved, reached = minimise_stress(_displaced(points, rng), order, 5, 40)
         if reached < stress - LOWER:
             points, stress = moved, reached
     hopped = stress < min(stresses)
-    points, stress = improved(points, order, 0, REFINED)
-    return Searched(at_rest(points, order, SETTLING), stress, tuple(stresses), hopped)
+    points, stress = minimise_stress(points, order, 0, REFINED)
+    return Searched(refine_map(points, order, SETTLING), stress, tuple(stresses), hopped)
 
 
 def _from_above(objects: int, dimensions: int, order: Order, rng: Generator) -> Floats:
@@ -182,7 +190,7 @@ def _from_above(objects: int, dimensions: int, order: Order, rng: Generator) -> 
     Objects can pass each other there.
     Borg & Groenen 2005, 13.3, on local minima in few dimensions.
     """
-    higher, _ = improved(rng.standard_normal((objects, dimensions + 1)), order, 15, 20)
+    higher, _ = minimise_stress(rng.standard_normal((objects, dimensions + 1)), order, 15, 20)
     return principal(higher)[:, :dimensions]
 
 
@@ -257,4 +265,4 @@ def stress_reference(
 
 
 def _one_start(pairs: Floats, dimensions: int, ties: Ties) -> float:
-    return improved(classical_start(squareform(pairs), dimensions), order_of(pairs, ties), polished=ENOUGH)[1]
+    return minimise_stress(classical_start(squareform(pairs), dimensions), order_of(pairs, ties), polished=ENOUGH)[1]

@@ -62,7 +62,7 @@ def procrustes(
     if draws is None:
         refuse_idle("seed", seed, 0, "without `draws`: nothing is shuffled")
     first, second = _matched(matrix_of(target), matrix_of(other))
-    fit = aligned(first.values, second.values, scale, reflection)
+    fit = align(first.values, second.values, scale, reflection)
     one, two = normed(centred(first.values)), normed(centred(second.values))
     r = min(1.0, float(correlations(one, two, reflection)))
     p, done, exact = math.nan, 0, False
@@ -136,7 +136,7 @@ class Aligned(NamedTuple):
     trace: Floats
 
 
-def aligned(target: Floats, others: Floats, scale: bool = True, reflection: bool = True) -> Aligned:
+def align(target: Floats, others: Floats, scale: bool = True, reflection: bool = True) -> Aligned:
     """Fit each configuration to the target by least squares (both about their centroids, moved to the target's).
 
     `trace` is the sum of the (signed) singular values of their cross products: the correlation r for configurations of

@@ -13,9 +13,9 @@ from scipy.spatial.distance import squareform
 from palpate.analysis.spaces.classical import torgerson
 from palpate.analysis.spaces.dissimilarities import Dissimilarities
 from palpate.analysis.spaces.matrices import matrix_of
-from palpate.analysis.spaces.procrustes import aligned
-from palpate.analysis.spaces.resampling import check_draws, check_share, resampled, stream
-from palpate.analysis.spaces.stress import Ties, at_rest, improved, order_of
+from palpate.analysis.spaces.procrustes import align
+from palpate.analysis.spaces.resampling import check_draws, check_share, resample, stream
+from palpate.analysis.spaces.stress import Ties, minimise_stress, order_of, refine_map
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, TooFew, refuse_idle
 
@@ -59,7 +59,7 @@ def replications(between: Dissimilarities, points: Floats, method: Method, ties:
     """Return the maps of resampled participants, (draws, objects, dimensions), on `points`."""
     if between.ratings is None or between.remade is None:
         raise BadOption("nothing is known of participants in these dissimilarities; name the column of participants")
-    counts = resampled(between.ratings, draws, stream(seed, "replications"))
+    counts = resample(between.ratings, draws, stream(seed, "replications"))
     tables = [between.remade(means) for means in between.ratings.means(counts)]
     maps = np.array([_mapped(table, points, method, ties) for table in tables])
     return on_their_mean(maps, points)
@@ -68,7 +68,7 @@ def replications(between: Dissimilarities, points: Floats, method: Method, ties:
 def _mapped(between: Floats, points: Floats, method: Method, ties: Ties) -> Floats:
     if method == "nonmetric":
         order = order_of(squareform(between, checks=False), ties)
-        return at_rest(improved(points, order, MAJORISED, POLISHED)[0], order, SETTLING)
+        return refine_map(minimise_stress(points, order, MAJORISED, POLISHED)[0], order, SETTLING)
     points_of_map, _, exponent = torgerson(between)
     width = points.shape[1]
     flat = points_of_map[:, :width] * float(np.ldexp(1.0, exponent))
@@ -79,8 +79,8 @@ def on_their_mean(maps: Floats, points: Floats) -> Floats:
     """Return each map on the mean of all (found by turns), and that mean on `points` by one turn, stretch and shift."""
     mean = points
     for _ in range(ROUNDS):
-        mean = aligned(points, aligned(mean, maps).points.mean(axis=0)).points
-    return aligned(mean, maps).points
+        mean = align(points, align(mean, maps).points.mean(axis=0)).points
+    return align(mean, maps).points
 
 
 def _ellipse(label: Hashable, place: Floats, drawn: Floats, confidence: float) -> dict[str, object]:

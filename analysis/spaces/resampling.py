@@ -35,7 +35,7 @@ class Ratings:
         return result
 
 
-def resampled(ratings: Ratings, draws: int, rng: Generator) -> Floats:
+def resample(ratings: Ratings, draws: int, rng: Generator) -> Floats:
     """Return how often each participant is drawn, (draws, participants).
 
     Participants are drawn by pattern of filled cells where each pattern has two people.

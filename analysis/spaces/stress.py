@@ -33,7 +33,9 @@ def classical_start(between: Floats, dimensions: int) -> Floats:
     return np.hstack([flat, 1e-3 * (-1.0) ** places * (1 + places)])
 
 
-def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: int = POLISHED) -> tuple[Floats, float]:
+def minimise_stress(
+    start: Floats, order: Order, majorised: int = MAJORISED, polished: int = POLISHED
+) -> tuple[Floats, float]:
     """Lead a start downhill to a minimum of stress-1; return the map and its stress."""
     points = unit_size(start - start.mean(axis=0))
     for _ in range(majorised):
@@ -47,14 +49,14 @@ def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: 
         moved = _gathered(ratio, apart, order, len(points))
         points = unit_size(moved) if moved.any() else points
     shape = points.shape
-    ended, squared = descended(lambda flat: _squared_stress(flat, order, shape), points.ravel(), polished)
+    ended, squared = minimise(lambda flat: _squared_stress(flat, order, shape), points.ravel(), polished)
     return ended.reshape(shape), float(np.sqrt(squared))
 
 
-def at_rest(points: Floats, order: Order, steps: int) -> Floats:
+def refine_map(points: Floats, order: Order, steps: int) -> Floats:
     """Move a map at a minimum of stress-1 to where the slope vanishes, so that its places have all their digits."""
     shape = points.shape
-    return settled(lambda flat: _squared_stress(flat, order, shape), points.ravel(), steps).reshape(shape)
+    return settle(lambda flat: _squared_stress(flat, order, shape), points.ravel(), steps).reshape(shape)
 
 
 def _between(points: Floats, order: Order) -> tuple[Floats, Floats]:
@@ -145,7 +147,7 @@ PATIENCE = 5
 SETTLED = 1e-15  # length of a slope, for a value and places of order 1
 
 
-def descended(objective: Objective, start: Floats, steps: int) -> tuple[Floats, float]:
+def minimise(objective: Objective, start: Floats, steps: int) -> tuple[Floats, float]:
     """Return a point where the objective (value and slope) no longer falls, and its value; at most `steps` steps.
 
     Source: Nocedal & Wright 2006, algorithms 7.4 and 3.1 (Armijo's rule with quadratic interpolation).
@@ -172,7 +174,7 @@ def descended(objective: Objective, start: Floats, steps: int) -> tuple[Floats, 
     return place, value
 
 
-def settled(objective: Objective, start: Floats, steps: int) -> Floats:
+def settle(objective: Objective, start: Floats, steps: int) -> Floats:
     """Move a point near a minimum on until its slope is nothing but rounding.
 
     A value tells its minimum's place to half of the digits, and which half depends on the processor; the slope tells it

@@ -10,7 +10,7 @@ from numbers import Real
 import pandas as pd
 
 from palpate.analysis.statistics.cells import Aggregate, Missing
-from palpate.analysis.statistics.pairwise import Compared, Comparison, compared
+from palpate.analysis.statistics.pairwise import Comparison, Comparisons, compare_levels
 from palpate.analysis.statistics.pvalues import p_note, t_critical, t_upper
 from palpate.analysis.statistics.refusals import BadOption, shown
 
@@ -72,7 +72,7 @@ def equivalence_tests(
     limits = float(low), float(high)
     if isinstance(alpha, bool) or not isinstance(alpha, int | float) or not 0 < alpha < 0.5:
         raise BadOption(f"alpha={shown(alpha)} is unknown: a number above 0 and below 0.5, such as 0.05")
-    comparisons = compared(data, dv, within, subject, between, missing, aggregate)
+    comparisons = compare_levels(data, dv, within, subject, between, missing, aggregate)
     rows = []
     for pair in comparisons.pairs:
         own = limits if bounds_dz is None else (limits[0] * pair.spread, limits[1] * pair.spread)
@@ -86,7 +86,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _tested(comparisons: Compared, pair: Comparison, bounds: tuple[float, float], alpha: float) -> Equivalence:
+def _tested(comparisons: Comparisons, pair: Comparison, bounds: tuple[float, float], alpha: float) -> Equivalence:
     low, high = bounds
     undefined = bool(pair.note)
     t_low, t_high = ((math.nan if undefined else (pair.mean - end) / pair.error) for end in bounds)

@@ -62,7 +62,7 @@ def pairwise_tests(
     if ADJUSTMENTS[padjust] == "none":
         refuse_idle("family", family, None, "with padjust='none': no p is adjusted")
     level = None if effect_interval is None else checked_confidence(effect_interval)
-    comparisons = compared(data, dv, within, subject, between, missing, aggregate)
+    comparisons = compare_levels(data, dv, within, subject, between, missing, aggregate)
     size = _family(family, len(comparisons.pairs))
     table = _table(comparisons, ADJUSTMENTS[padjust], size)
     if level is not None:
@@ -82,7 +82,7 @@ def pairwise_tests(
 
 
 @dataclass(frozen=True)
-class Compared:
+class Comparisons:
     """Every pair of levels of one factor, compared, and what to say of the table they come from."""
 
     factor: Hashable
@@ -91,7 +91,7 @@ class Compared:
     attrs: dict[str, Any]
 
 
-def compared(
+def compare_levels(
     data: pd.DataFrame,
     dv: Hashable,
     within: Names,
@@ -99,15 +99,15 @@ def compared(
     between: Names,
     missing: Missing = "raise",
     aggregate: Aggregate = None,
-) -> Compared:
+) -> Comparisons:
     """Compare every pair of levels of the one factor given: `within` participants or `between` groups of them."""
     if (within is None) == (between is None):
         raise BadOption("give one factor: either `within` (with `subject`) or `between`")
     if between is not None:
         groups = gather_groups(data, dv, between, subject, missing, aggregate)
-        return Compared(groups.factor, list(unpaired(groups.labels, groups.values)), False, groups.attrs())
+        return Comparisons(groups.factor, list(unpaired(groups.labels, groups.values)), False, groups.attrs())
     factor, cells = _within(data, dv, within, subject, missing, aggregate)
-    return Compared(factor, list(paired(cells.levels[0], cells.values)), True, cells.attrs())
+    return Comparisons(factor, list(paired(cells.levels[0], cells.values)), True, cells.attrs())
 
 
 def _family(family: object, pairs: int) -> int:
@@ -137,7 +137,7 @@ def _within(
     return factors[0], cells
 
 
-def _table(comparisons: Compared, method: str, family: int) -> pd.DataFrame:
+def _table(comparisons: Comparisons, method: str, family: int) -> pd.DataFrame:
     pairs, within = comparisons.pairs, comparisons.within
     p = [t_two_sided(pair.t, pair.df) for pair in pairs]
     half = [t_critical(pair.df) * pair.error for pair in pairs]

@@ -11,7 +11,7 @@ import pandas as pd
 from palpate.analysis.choices.bradley_terry import bradley_terry
 from palpate.analysis.choices.intervals import CORRECTING_DRAWS, Interval, profile_interval, resampled_answers
 from palpate.analysis.choices.posterior import posterior_of
-from palpate.analysis.choices.psychometric import Psychometric, fitted_function
+from palpate.analysis.choices.psychometric import Psychometric, fit_function
 from palpate.analysis.choices.scales import SUM_ZERO, Scale, differences
 from palpate.analysis.choices.specification import gather_levels
 from palpate.analysis.choices.staircase import Staircase, staircase
@@ -106,7 +106,7 @@ def _one(
         if asked.interval_kind == "posterior":
             row |= _posterior(posterior_of(given, model, True, asked.confidence))
         else:
-            fit = fitted_function(given, model)
+            fit = fit_function(given, model)
             row |= _fitted(selected, asked, fit)
             notes += [row.pop("why"), *fit.notes]
             shown = fit.table

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.analysis.mixed_models import optimising
 from palpate.analysis.mixed_models.model import mixed_model
-from palpate.analysis.mixed_models.problem import deviance, solved
+from palpate.analysis.mixed_models.problem import deviance, solve
 from palpate.analysis.statistics.refusals import NotConverged
 from tests.analysis.mixed_models.reference_for_tests import asked, table
 
@@ -35,7 +35,7 @@ def test_no_point_that_is_tried_is_better(seed):
     for size in (1e-4, 1e-2, 0.3, 1.0, 3.0):
         for _ in range(12):
             factors = parameters.factors(free + size * rng.normal(size=len(free)))
-            assert deviance(fit.problem, solved(fit.problem, fit.parts, factors), True) > fit.best.deviance - 1e-9
+            assert deviance(fit.problem, solve(fit.problem, fit.parts, factors), True) > fit.best.deviance - 1e-9
 
 
 def test_a_search_that_is_cut_short_is_refused_and_not_called_converged(monkeypatch):

@@ -13,7 +13,7 @@ from palpate.analysis.ordinal.friedman import friedman, rank_test
 from palpate.analysis.ordinal.nemenyi import nemenyi
 from palpate.analysis.ordinal.ranks import doubled_ranks, row_rounding
 from palpate.analysis.ordinal.resampling import Interval, w_interval
-from palpate.analysis.ordinal.wilcoxon import in_family, signed_ranks, wilcoxon_tests
+from palpate.analysis.ordinal.wilcoxon import adjust_in_family, signed_ranks, wilcoxon_tests
 from palpate.analysis.statistics.refusals import (
     BadOption,
     BadValue,
@@ -130,9 +130,9 @@ def test_one_factor_is_asked_for_one_way():
 
 
 def test_a_family_fixed_beforehand_keeps_its_size():
-    assert in_family([0.01, 0.04], "bonf", 6) == [0.06, 0.24]
-    assert in_family([0.01, 0.04], "holm", 6) == pytest.approx([0.06, 0.20])
-    assert in_family([0.01, math.nan], "holm", None)[0] == 0.02
+    assert adjust_in_family([0.01, 0.04], "bonf", 6) == [0.06, 0.24]
+    assert adjust_in_family([0.01, 0.04], "holm", 6) == pytest.approx([0.06, 0.20])
+    assert adjust_in_family([0.01, math.nan], "holm", None)[0] == 0.02
     found = CALLS["wilcoxon"](long(CELLS), padjust="bonferroni", family=10)
     assert found["p_corr"].tolist() == pytest.approx([min(1, 10 * p) for p in found["p_unc"]])
     assert (found["family"] == 10).all()
