@@ -12,7 +12,7 @@ from palpate.analysis import apa_t, pairwise_tests
 from palpate.analysis.statistics.pvalues import adjusted
 from palpate.analysis.statistics.references import reference_table, reference_values
 from palpate.analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells
-from tests.analysis.anova_for_tests import long_table, relative_error
+from tests.analysis.statistics.anova_for_tests import long_table, relative_error
 
 R = reference_values("r_reference")
 EXACT = reference_values("exact_reference")

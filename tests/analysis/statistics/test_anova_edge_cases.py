@@ -13,7 +13,7 @@ from palpate.analysis.statistics.exact import exact_one_way, exact_within
 from palpate.analysis.statistics.pvalues import f_tail
 from palpate.analysis.statistics.references import edge_cases, edge_table, reference_values
 from palpate.analysis.statistics.refusals import TooFew
-from tests.analysis.anova_for_tests import NAMES, long_table, relative_error
+from tests.analysis.statistics.anova_for_tests import NAMES, long_table, relative_error
 
 EXACT = reference_values("edge_cases_exact")
 REFUSED = {"n1_k4": "one participant", "k1": "one level"}

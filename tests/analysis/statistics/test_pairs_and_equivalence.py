@@ -13,8 +13,8 @@ from palpate.analysis.statistics.equivalence import equivalence_tests
 from palpate.analysis.statistics.pvalues import adjusted
 from palpate.analysis.statistics.references import reference_table
 from palpate.analysis.statistics.refusals import BadOption
-from tests.analysis.anova_for_tests import long_table, relative_error
-from tests.analysis.variance.variance_for_tests import R
+from tests.analysis.statistics.anova_for_tests import long_table, relative_error
+from tests.analysis.statistics.variance_for_tests import R
 
 KEYS = {"T_low": "T_low", "T_high": "T_high", "dof": "dof", "p_low": "p_low", "p_high": "p_high"}
 BOUNDS = {"low": "bound_low", "high": "bound_high"}

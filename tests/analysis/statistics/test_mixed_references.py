@@ -10,8 +10,8 @@ import pytest
 from palpate.analysis.statistics.anova import rm_anova
 from palpate.analysis.statistics.mixed_anova import mauchly_tests, mixed_anova
 from palpate.analysis.statistics.references import reference_table, reference_values
-from tests.analysis.anova_for_tests import NAMES, relative_error
-from tests.analysis.variance.variance_for_tests import R, r_table
+from tests.analysis.statistics.anova_for_tests import NAMES, relative_error
+from tests.analysis.statistics.variance_for_tests import R, r_table
 
 SHIPPED = {name: entry for name, entry in reference_values("r_reference").items() if "effects" in entry}
 OWN = [(name, kind) for name, entry in R["anova"].items() for kind in (("II", "III") if entry["between"] else ("III",))]

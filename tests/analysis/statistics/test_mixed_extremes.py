@@ -16,8 +16,8 @@ from palpate.analysis.statistics.apa import apa_f
 from palpate.analysis.statistics.exact import self_check
 from palpate.analysis.statistics.hypotheses import EXACT_GROUPS
 from palpate.analysis.statistics.mixed_anova import mixed_anova
-from tests.analysis.anova_for_tests import relative_error, same
-from tests.analysis.variance.variance_for_tests import UNEQUAL, design
+from tests.analysis.statistics.anova_for_tests import relative_error, same
+from tests.analysis.statistics.variance_for_tests import UNEQUAL, design
 from tests.examples import examples
 
 ASKED: dict[str, Any] = {"within": ["A", "B"], "between": ["g", "h"], "subject": "subject"}

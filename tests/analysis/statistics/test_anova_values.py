@@ -11,7 +11,7 @@ import pytest
 
 from palpate.analysis import rm_anova
 from palpate.analysis.statistics.refusals import BadValue
-from tests.analysis.anova_for_tests import rated_table, same, tell
+from tests.analysis.statistics.anova_for_tests import rated_table, same, tell
 
 
 @pytest.fixture

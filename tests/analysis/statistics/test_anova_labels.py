@@ -11,7 +11,7 @@ import pytest
 
 from palpate.analysis import anova, pairwise_tests
 from palpate.analysis.statistics.refusals import BadValue
-from tests.analysis.anova_for_tests import long_table, rated_table, tell
+from tests.analysis.statistics.anova_for_tests import long_table, rated_table, tell
 
 
 @pytest.fixture

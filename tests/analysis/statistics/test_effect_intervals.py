@@ -24,8 +24,8 @@ from palpate.analysis.statistics.effect_intervals import (
 from palpate.analysis.statistics.mixed_anova import mixed_anova
 from palpate.analysis.statistics.references import reference_table
 from palpate.analysis.statistics.refusals import BadOption, UnknownColumn
-from tests.analysis.anova_for_tests import long_table
-from tests.analysis.variance.variance_for_tests import UNEQUAL, R, design
+from tests.analysis.statistics.anova_for_tests import long_table
+from tests.analysis.statistics.variance_for_tests import UNEQUAL, R, design
 from tests.examples import examples
 
 PF = 1e-6  # R's pf with ncp stops at an error of 1e-9 in the probability

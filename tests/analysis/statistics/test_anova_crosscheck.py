@@ -8,7 +8,7 @@ import pytest
 
 from palpate.analysis import anova, pairwise_tests, rm_anova
 from palpate.analysis.crosschecking import packages
-from tests.analysis.anova_for_tests import long_table
+from tests.analysis.statistics.anova_for_tests import long_table
 
 SHAPES = [(12, 4), (9, 2), (20, 7), (10, 2, 3), (8, 3, 4)]
 

@@ -15,7 +15,7 @@ from palpate.analysis.statistics.refusals import (
     TooFew,
     UnknownColumn,
 )
-from tests.analysis.anova_for_tests import rated_table, same, tell
+from tests.analysis.statistics.anova_for_tests import rated_table, same, tell
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ import pytest
 
 from palpate.analysis.statistics.mixed_anova import mauchly_tests
 from palpate.analysis.statistics.references import reference_table
-from tests.analysis.anova_for_tests import long_table, same
-from tests.analysis.variance.variance_for_tests import UNEQUAL, design
+from tests.analysis.statistics.anova_for_tests import long_table, same
+from tests.analysis.statistics.variance_for_tests import UNEQUAL, design
 
 ASKED: dict[str, Any] = {"within": "A", "subject": "subject"}
 

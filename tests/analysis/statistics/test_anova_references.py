@@ -11,7 +11,7 @@ import pytest
 from palpate.analysis import rm_anova
 from palpate.analysis.statistics.exact import exact_within
 from palpate.analysis.statistics.references import reference_table, reference_values
-from tests.analysis.anova_for_tests import NAMES, long_table, relative_error
+from tests.analysis.statistics.anova_for_tests import NAMES, long_table, relative_error
 
 R = reference_values("r_reference")
 EXACT = reference_values("exact_reference")

@@ -14,7 +14,7 @@ from palpate.analysis import anova, pairwise_tests, rm_anova
 from palpate.analysis.plans.answers import Answer, Selected
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.statistics.mixed_anova import mixed_anova
-from tests.analysis.variance.variance_for_tests import UNEQUAL, design
+from tests.analysis.statistics.variance_for_tests import UNEQUAL, design
 
 ORDER = {"A": ("a2", "a0", "a1"), "B": ("b0", "b1"), "g": ("v", "u"), "h": ("f", "m")}
 
