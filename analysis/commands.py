@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from palpate.analysis.first_look.analysis import Analysis
     from palpate.analysis.first_look.compare_reference import Compared
-    from palpate.analysis.ratings.sources import Missing, Wanted
+    from palpate.analysis.ratings.sources import DataRequest, Missing
 
 
 DATABASE = click.option(
@@ -39,7 +39,7 @@ MISSING = click.option(
 
 
 def source_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that say which data set is meant; the command receives them as one `Wanted`."""
+    """The options that say which data set is meant; the command receives them as one `DataRequest`."""
 
     @click.argument("name")
     @LAB
@@ -52,9 +52,9 @@ def source_options(command: Callable[..., None]) -> Callable[..., None]:
         *, name: str, lab: Path, url: str | None, digest: str | None, include_incomplete: bool, simulated: bool | None,
         **others: Any,
     ) -> None:  # fmt: skip
-        from palpate.analysis.ratings.sources import Wanted
+        from palpate.analysis.ratings.sources import DataRequest
 
-        command(Wanted(name, lab, url, digest, include_incomplete, simulated), **others)
+        command(DataRequest(name, lab, url, digest, include_incomplete, simulated), **others)
 
     return with_source
 
@@ -73,7 +73,7 @@ def source_options(command: Callable[..., None]) -> Callable[..., None]:
 )  # fmt: skip
 @JSON
 def analyse(
-    wanted: Wanted, missing: Missing, reference: str, figures: bool, codes: tuple[Path, ...], as_json: bool
+    request: DataRequest, missing: Missing, reference: str, figures: bool, codes: tuple[Path, ...], as_json: bool
 ) -> None:
     """Compute the tables, statistics and figures of NAME, a study with sessions or an imported data set.
 
@@ -91,27 +91,27 @@ def analyse(
     """
     if codes:
         _demand_no_other_option()
-        _analyse_codes(wanted, codes, as_json)
+        _analyse_codes(request, codes, as_json)
         return
     from palpate.analysis.first_look.page import save_figures
     from palpate.analysis.first_look.results import write_results
     from palpate.protocols.files import staged_files
 
     with progress_bar(as_json) as progress:
-        found = _analysed(wanted, missing, progress)
-        folder = _folder(wanted)
+        analysis = _analysed(request, missing, progress)
+        folder = _folder(request)
         with staged_files(folder) as draft:
-            drafts = write_results(found, draft)
+            drafts = write_results(analysis, draft)
             if figures:
                 progress(0, 1, "drawing the figures")
-                drafts += save_figures(found, draft)
+                drafts += save_figures(analysis, draft)
         files = [folder / path.relative_to(draft) for path in drafts]
-    compared = _compared(found, reference)
+    comparisons = _compared(analysis, reference)
     if as_json:
-        echo_json(_summary(found, files) | {"reference": [_compared_row(each) for each in compared]})
+        echo_json(_summary(analysis, files) | {"reference": [_compared_row(comparison) for comparison in comparisons]})
     else:
-        _show(found, files, compared)
-    if not all(each.agrees for each in compared):
+        _show(analysis, files, comparisons)
+    if not all(comparison.agrees for comparison in comparisons):
         raise click.exceptions.Exit(1)
 
 
@@ -123,23 +123,25 @@ def _demand_no_other_option() -> None:
             raise click.UsageError(f"{option} has no effect on codes: leave it or --codes out")
 
 
-def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> None:
+def _analyse_codes(request: DataRequest, paths: tuple[Path, ...], as_json: bool) -> None:
     from palpate.analysis.coding import agreement, answers_in, code_counts, notes_on, read_coders
     from palpate.analysis.exporting.source import open_source
     from palpate.analysis.reports.csv_files import csv_text, json_row
     from palpate.protocols.files import write_texts
     from palpate.protocols.wording import count
 
-    with open_source(wanted) as source:
+    with open_source(request) as source:
         answers = answers_in(source)
     coders = read_coders(paths, answers)
     counts, agreed, notes = code_counts(coders, answers), agreement(coders, answers), list(notes_on(coders, answers))
     tables = {"codes.csv": counts} | ({"agreement.csv": agreed} if len(coders) > 1 else {})
-    files = write_texts(_folder(wanted) / "codes", {name: csv_text(rows) for name, rows in tables.items()})
+    files = write_texts(_folder(request) / "codes", {name: csv_text(rows) for name, rows in tables.items()})
     if as_json:
-        told = [{"coder": coder.name, "sha256": coder.sha256} for coder in coders]
+        named = [{"coder": coder.name, "sha256": coder.sha256} for coder in coders]
         rows = {"codes": [json_row(row) for row in counts], "agreement": [json_row(row) for row in agreed]}
-        echo_json({"name": wanted.name, "coders": told, **rows, "notes": notes, "files": [str(path) for path in files]})
+        echo_json(
+            {"name": request.name, "coders": named, **rows, "notes": notes, "files": [str(path) for path in files]}
+        )
         return
     for row in counts:
         of = f"{row['answers']} of {row['coded']} answers, {count(row['people'], 'participant')}"
@@ -151,7 +153,7 @@ def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> No
         click.echo(f"{row['item']}  {row['code']}: kappa {kappa}{interval}, {row['answers']} answers ({pair})")
     for line in notes:
         click.echo(line)
-    click.echo(f"Written to {_folder(wanted) / 'codes'}: {', '.join(path.name for path in files)}")
+    click.echo(f"Written to {_folder(request) / 'codes'}: {', '.join(path.name for path in files)}")
 
 
 @click.command()
@@ -161,7 +163,7 @@ def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> No
     "--to", type=click.Path(dir_okay=False, path_type=Path), help="The file.  [default: LAB/analysis/NAME/report.html]"
 )
 @JSON
-def report(wanted: Wanted, missing: Missing, to: Path | None, as_json: bool) -> None:
+def report(request: DataRequest, missing: Missing, to: Path | None, as_json: bool) -> None:
     """Write the report of NAME as one HTML file that needs nothing else: mail it, archive it, print it.
 
     Of the same numbers as `palpate analyse`; the report of an analysis plan is written by `palpate regenerate`.
@@ -171,13 +173,13 @@ def report(wanted: Wanted, missing: Missing, to: Path | None, as_json: bool) -> 
     from palpate.analysis.first_look.page import write_report
 
     with progress_bar(as_json) as progress:
-        found = _analysed(wanted, missing, progress)
+        analysis = _analysed(request, missing, progress)
         progress(0, 1, "drawing the figures")
-        path = write_report(found, to or _folder(wanted) / "report.html")
+        path = write_report(analysis, to or _folder(request) / "report.html")
     if as_json:
-        echo_json(_summary(found, [path]))
+        echo_json(_summary(analysis, [path]))
     else:
-        _show(found, [path], [])
+        _show(analysis, [path], [])
 
 
 @click.command("import")
@@ -210,7 +212,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
         echo_json({
             "name": ratings.name, "folder": str(folder), "participants": len(ratings.participants),
             "ratings": len(ratings.table), "attributes": list(ratings.attributes), "within": list(ratings.within),
-            "between": list(ratings.between), "left_out": [vars(each) for each in ratings.exclusions],
+            "between": list(ratings.between), "left_out": [vars(line) for line in ratings.exclusions],
             "notes": list(notes),
         })  # fmt: skip
         return
@@ -223,16 +225,16 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     click.echo(f"Next: {shell_command('analyse', ratings.name, '--lab', lab)}")
 
 
-def _analysed(wanted: Wanted, missing: Missing, progress: Progress) -> Analysis:
+def _analysed(request: DataRequest, missing: Missing, progress: Progress) -> Analysis:
     from palpate.analysis.first_look.analysis import analyse_ratings
     from palpate.analysis.ratings.sources import read_source
 
-    ratings, title = read_source(replace(wanted, missing=missing), progress)
+    ratings, title = read_source(replace(request, missing=missing), progress)
     return analyse_ratings(ratings, title, progress)
 
 
-def _folder(wanted: Wanted) -> Path:
-    return wanted.lab / "analysis" / wanted.name
+def _folder(request: DataRequest) -> Path:
+    return request.lab / "analysis" / request.name
 
 
 def _compared(analysis: Analysis, choice: str) -> list[Compared]:

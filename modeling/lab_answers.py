@@ -12,7 +12,7 @@ from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
-from palpate.analysis.ratings.sources import IMPORTED, Wanted
+from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.analysis.regenerating.regeneration import whole_material
 from palpate.studies.catalogue import find, names
 from palpate.studies.collect import ledgers_in, open_database
@@ -38,7 +38,9 @@ def lab_answers(
         folder = find(study, lab).resolve().parent
         name = folder.name
     here = ledgers_in(lab, name) or (lab / IMPORTED / name).is_dir() or not (lab / COLLECTED).is_file()
-    source = Wanted(name, lab, url or (None if here else f"sqlite:///{lab / COLLECTED}"), digest, simulated=simulated)
+    source = DataRequest(
+        name, lab, url or (None if here else f"sqlite:///{lab / COLLECTED}"), digest, simulated=simulated
+    )
     plan = _plan(source, folder)
     material = whole_material(source, name, plan)
     if plan is None:
@@ -47,14 +49,14 @@ def lab_answers(
     return replace(left.material, exclusions=(*material.exclusions, *left.lines)), folder
 
 
-def _plan(source: Wanted, folder: Path) -> Plan | None:
+def _plan(request: DataRequest, folder: Path) -> Plan | None:
     """Return the lab's own plan for the study, else the study's, or None: a study without a plan excludes nothing."""
-    for file in (source.lab / "studies" / source.name / PLAN_FILE, folder / PLAN_FILE):
+    for file in (request.lab / "studies" / request.name / PLAN_FILE, folder / PLAN_FILE):
         if file.is_file():
             plan = read_plan(file)
-            if plan.declared.study != source.name:
+            if plan.declared.study != request.name:
                 raise PlanError(
-                    f"{file}: study: found {plan.declared.study!r}, the plan of {source.name!r} is expected"
+                    f"{file}: study: found {plan.declared.study!r}, the plan of {request.name!r} is expected"
                 )
             return plan
     return None

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.analysis.ratings.sources import Wanted
+from palpate.analysis.ratings.sources import DataRequest
 from palpate.analysis.regenerating.comparison import differences
 from palpate.analysis.regenerating.files import STATISTICS, file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
@@ -194,7 +194,7 @@ def without(added, name, text):
 @pytest.mark.parametrize("name", ["texture_ratings", "sponges"])
 def test_what_is_regenerated_is_what_was_regenerated_then(lab, name):
     """Of a sample with a second session, one who withdrew and one who was interrupted; and of an imported table."""
-    texts = file_texts(regenerate(Wanted(name, lab)), {})
+    texts = file_texts(regenerate(DataRequest(name, lab)), {})
     for now, then in REWORDED.items():
         texts = {file: text.replace(now, then) for file, text in texts.items()}
     texts |= {file: without(ADDED[file], file, texts[file]) for file in ADDED.keys() & texts.keys()}

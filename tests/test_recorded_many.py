@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from palpate.analysis.ratings.sources import Wanted
+from palpate.analysis.ratings.sources import DataRequest
 from palpate.analysis.regenerating.comparison import differences
 from palpate.analysis.regenerating.files import file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
@@ -48,4 +48,4 @@ def test_the_order_of_session_files_and_where_they_lie_change_nothing(tmp_path):
     for path in LEDGERS:
         if path.name.startswith("texture_similarity"):
             shutil.copy(path, lab / "sessions")
-    assert file_texts(regenerate(Wanted("texture_similarity", lab)), {}) == texts_of("texture_similarity")
+    assert file_texts(regenerate(DataRequest("texture_similarity", lab)), {}) == texts_of("texture_similarity")

@@ -14,7 +14,7 @@ from palpate.studies.options import JSON, echo_json, progress
 
 if TYPE_CHECKING:
     from palpate.analysis.exporting.export import Exported
-    from palpate.analysis.ratings.sources import Wanted
+    from palpate.analysis.ratings.sources import DataRequest
 
 FORMATS = ("bids", "psych-ds", "csv", "parquet")
 
@@ -35,7 +35,7 @@ FORMATS = ("bids", "psych-ds", "csv", "parquet")
 @click.option("--recordings/--no-recordings", default=True, help="Whether BIDS gets the recorded streams.")
 @click.option("--replace", is_flag=True, help="Replace an earlier export in that folder.")
 @JSON
-def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...], redact: bool, with_dates: bool,
+def export(request: DataRequest, folder: Path, as_json: bool, without: tuple[str, ...], redact: bool, with_dates: bool,
            free_text: bool, least_people: int, recordings: bool, replace: bool, **formats: bool) -> None:  # fmt: skip
     """Write the data of the study NAME to a folder that can be shared.
 
@@ -54,7 +54,7 @@ def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...]
 
     chosen = _format(formats)
     choices = Choices(chosen, without, with_dates, redact, recordings, replace, free_text, least_people)
-    exported = write(wanted, folder, choices, _Watched(as_json))
+    exported = write(request, folder, choices, _Watched(as_json))
     if as_json:
         echo_json({**vars(exported), "folder": str(exported.folder)})
     else:

@@ -15,7 +15,7 @@ from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.psych_ds import write_psych_ds
 from palpate.analysis.exporting.source import Watch, no_progress, open_source
 from palpate.analysis.exporting.tables import build_data_set
-from palpate.analysis.ratings.sources import Wanted
+from palpate.analysis.ratings.sources import DataRequest
 from palpate.studies.participants.identities import identities
 
 LEAST_PEOPLE = 3
@@ -56,7 +56,7 @@ class Exported:
     withheld: tuple[str, ...] = ()
 
 
-def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = no_progress) -> Exported:
+def export(request: DataRequest, folder: Path, choices: Choices, watch: Watch = no_progress) -> Exported:
     """Write the study's data to `folder`, all of it or nothing.
 
     Raises ExportRefused on what may not or cannot be shared, DataRefused where no session is left, ParticipantError on
@@ -65,8 +65,8 @@ def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = no_pro
     demand_place(folder, choices.replace)
     if choices.format == "parquet":
         demand_parquet()
-    guard = Guard(identities(wanted.lab), choices.redact)
-    with open_source(wanted, watch) as source:
+    guard = Guard(identities(request.lab), choices.redact)
+    with open_source(request, watch) as source:
         guard.demand_pseudonyms(source.participants)
         data = build_data_set(source, choices.without, choices.dates, choices.free_text, choices.least_people)
         description = describe(source, choices.dates)

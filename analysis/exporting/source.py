@@ -15,7 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.collected_sessions import SessionRow, choose_sessions
 from palpate.analysis.ratings.dataset import natural_key
-from palpate.analysis.ratings.sources import IMPORTED, Wanted
+from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.protocols.canonical import parse
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Study
@@ -84,54 +84,59 @@ class Source:
 
 
 @contextmanager
-def open_source(wanted: Wanted, watch: Watch = no_progress) -> Iterator[Source]:
+def open_source(request: DataRequest, watch: Watch = no_progress) -> Iterator[Source]:
     """Yield the requested study and sessions; session files are gathered into a database in memory first.
 
     Sessions of people who withdrew, declined or were not eligible are never among them. Raises ExportRefused or
     DataRefused where there are none, and LedgerError or CollectError on a file or database that cannot be used.
     """
-    engine = scratch_database() if wanted.url is None else open_database(wanted.url, lab=wanted.lab)
+    engine = scratch_database() if request.url is None else open_database(request.url, lab=request.lab)
     try:
-        if wanted.url is None:
-            _collect_sessions(wanted, engine, watch)
+        if request.url is None:
+            _collect_sessions(request, engine, watch)
         with engine.connect() as connection:
-            yield _source(wanted, connection)
+            yield _source(request, connection)
     finally:
         engine.dispose()
 
 
-def _collect_sessions(wanted: Wanted, engine: Engine, watch: Watch) -> None:
-    paths = ledgers_in(wanted.lab, wanted.name)
+def _collect_sessions(request: DataRequest, engine: Engine, watch: Watch) -> None:
+    paths = ledgers_in(request.lab, request.name)
     if not paths:
-        raise ExportRefused(_no_sessions_message(wanted))
+        raise ExportRefused(_no_sessions_message(request))
     with closing(fill(engine, paths)) as reading:
         for _ in watch(reading, "reading", len(paths)):
             pass
 
 
-def _no_sessions_message(wanted: Wanted) -> str:
-    if (wanted.lab / IMPORTED / wanted.name).is_dir():
+def _no_sessions_message(request: DataRequest) -> str:
+    if (request.lab / IMPORTED / request.name).is_dir():
         return (
-            f"{wanted.name!r} was imported, not recorded here: share {wanted.lab / IMPORTED / wanted.name} as it is,"
+            f"{request.name!r} was imported, not recorded here: share {request.lab / IMPORTED / request.name} as it is,"
             " by the licence of its source"
         )
-    known = sorted({path.name.rsplit("_", 2)[0] for path in ledgers_in(wanted.lab)})
+    known = sorted({path.name.rsplit("_", 2)[0] for path in ledgers_in(request.lab)})
     if not known:
-        return f"{wanted.lab}: no sessions; run one first, or name the lab with --lab or its database with --database"
-    return f"{wanted.lab}: no sessions of a study {wanted.name!r}; {nearest(wanted.name, known)}"
+        return f"{request.lab}: no sessions; run one first, or name the lab with --lab or its database with --database"
+    return f"{request.lab}: no sessions of a study {request.name!r}; {nearest(request.name, known)}"
 
 
-def _source(wanted: Wanted, connection: Connection) -> Source:
-    rows = {row["session"]: row for row in _sessions(connection, wanted)}
+def _source(request: DataRequest, connection: Connection) -> Source:
+    rows = {row["session"]: row for row in _sessions(connection, request)}
     rows_of_choice = [SessionRow(**{name: row[name] for name in _CHOICE_COLUMNS}) for row in rows.values()]
-    _demand_lab(wanted, rows_of_choice)
+    _demand_lab(request, rows_of_choice)
     choice = choose_sessions(
-        rows_of_choice, wanted.name, wanted.digest, wanted.include_incomplete, wanted.simulated, withdrawn(wanted.lab)
+        rows_of_choice,
+        request.name,
+        request.digest,
+        request.include_incomplete,
+        request.simulated,
+        withdrawn(request.lab),
     )
     kept = [_shared_session(rows[row.session]) for row in choice.kept]
     definition = _definition(connection, choice.digest)
     return Source(
-        lab=wanted.lab,
+        lab=request.lab,
         study=Study.model_validate(definition),
         definition=definition,
         digest=choice.digest,
@@ -142,19 +147,19 @@ def _source(wanted: Wanted, connection: Connection) -> Source:
     )
 
 
-def _demand_lab(wanted: Wanted, sessions: Iterable[SessionRow]) -> None:
+def _demand_lab(request: DataRequest, sessions: Iterable[SessionRow]) -> None:
     """Refuse a database of real people without their lab: only the lab knows of withdrawals since it was collected."""
     real = not all(session.simulated for session in sessions)
-    if wanted.url is not None and real and find_registry(wanted.lab) is None:
+    if request.url is not None and real and find_registry(request.lab) is None:
         raise ExportRefused(
-            f"{wanted.lab}: holds no registry of participants, which tells who withdrew since the database was"
+            f"{request.lab}: holds no registry of participants, which tells who withdrew since the database was"
             " collected; name the lab with --lab"
         )
 
 
-def _sessions(connection: Connection, wanted: Wanted) -> list[dict[str, Any]]:
+def _sessions(connection: Connection, request: DataRequest) -> list[dict[str, Any]]:
     table = schema.sessions
-    query = select(table).where(table.c.study == wanted.name).order_by(table.c.participant, table.c.session)
+    query = select(table).where(table.c.study == request.name).order_by(table.c.participant, table.c.session)
     try:
         rows = [dict(row) for row in connection.execute(query).mappings()]
         if rows:
@@ -164,7 +169,7 @@ def _sessions(connection: Connection, wanted: Wanted) -> list[dict[str, Any]]:
         raise ExportRefused(
             f"{describe_url(connection.engine.url)}: not a collected database ({database_reason(error)})"
         ) from None
-    raise ExportRefused(f"no session of study {wanted.name!r} is collected; {nearest(wanted.name, known)}")
+    raise ExportRefused(f"no session of study {request.name!r} is collected; {nearest(request.name, known)}")
 
 
 def _shared_session(row: dict[str, Any]) -> SharedSession:

@@ -85,5 +85,5 @@ def software() -> Mapping[str, str]:
     import platform
 
     packages = ("palpate", "numpy", "scipy", "pandas", "matplotlib")
-    found = {package: installed_version(package) or "not installed" for package in packages}
-    return {"python": platform.python_version(), **found}
+    versions = {package: installed_version(package) or "not installed" for package in packages}
+    return {"python": platform.python_version(), **versions}

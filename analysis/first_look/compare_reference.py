@@ -91,11 +91,11 @@ def read_reference(choice: str, name: str) -> Mapping[str, Any]:
 
 def fitting_test(tests: Iterable[Test], reference: Mapping[str, Any]) -> Test:
     """The test that has every effect of the reference; raises DataRefused where none or several have."""
-    wanted = set(reference["effects"])
-    fitting = [test for test in tests if wanted <= {row.get("Source") for row in test.rows}]
+    effects = set(reference["effects"])
+    fitting = [test for test in tests if effects <= {row.get("Source") for row in test.rows}]
     if len(fitting) != 1:
-        effects = ", ".join(sorted(wanted))
-        raise DataRefused(f"{len(fitting)} tests have the effects {effects}; a reference belongs to exactly one")
+        named = ", ".join(sorted(effects))
+        raise DataRefused(f"{len(fitting)} tests have the effects {named}; a reference belongs to exactly one")
     return fitting[0]
 
 

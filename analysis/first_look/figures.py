@@ -49,12 +49,12 @@ def pictures(ratings: Ratings) -> Iterator[Picture]:
     factors = shown_factors(ratings)
     if not factors:
         return
-    shown, asked = FigureInput(all_ratings(ratings)), {"by": factors, "families": _families(ratings)}
-    means = MEANS.data(shown, MeansSettings(name="means", figure="means", **asked))
+    given, settings = FigureInput(all_ratings(ratings)), {"by": factors, "families": _families(ratings)}
+    means = MEANS.data(given, MeansSettings(name="means", figure="means", **settings))
     yield Picture("means", means, MEANS.draw)
     if _follow_each_other(means.words["levels"]):
-        trends = TrendsSettings(name="trends", figure="trends", whiskers="none", **asked)
-        yield Picture("trends", TRENDS.data(shown, trends), TRENDS.draw)
+        trends = TrendsSettings(name="trends", figure="trends", whiskers="none", **settings)
+        yield Picture("trends", TRENDS.data(given, trends), TRENDS.draw)
 
 
 def _families(ratings: Ratings) -> str | None:

@@ -268,7 +268,7 @@ def _families(analysis: Analysis) -> str:
     apart = f"The {own} attributes are tested one by one and p values are not adjusted across them. " if own > 1 else ""
     ratings, values = averaged(analysis.ratings)
     if ratings:
-        made = f"No value is imputed, but {ratings:,} ratings that shared cells are replaced by {values:,} means."
+        replaced = f"No value is imputed, but {ratings:,} ratings that shared cells are replaced by {values:,} means."
     else:
-        made = "No value is replaced or imputed, and a missing cell is never averaged away: its tests are not made."
-    return f"{apart}No p value is ever rounded to zero. {made}"
+        replaced = "No value is replaced or imputed, and a missing cell is never averaged away: its tests are not made."
+    return f"{apart}No p value is ever rounded to zero. {replaced}"

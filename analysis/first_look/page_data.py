@@ -36,21 +36,21 @@ def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
     yield from _origins(ratings)
     yield "Left out", left_out(ratings.exclusions)
     yield from _not_left_out(ratings.exclusions)
-    for name, told in (("Source", ratings.source), ("Licence", ratings.licence)):
-        if told:
-            yield name, told
+    for name, text in (("Source", ratings.source), ("Licence", ratings.licence)):
+        if text:
+            yield name, text
 
 
 def left_out(exclusions: tuple[Exclusion, ...]) -> str:
     """How much was left out, each kind by itself; what was averaged or never was a rating is not among it."""
-    told = []
+    parts = []
     for what in ("session", "participant"):
         lines = [line for line in exclusions if line.what == what]
         if lines:
-            told.append(f"{count(len(lines), what)} ({count(_rows(lines), 'rating')})")
+            parts.append(f"{count(len(lines), what)} ({count(_rows(lines), 'rating')})")
     single = {what: _rows([line for line in exclusions if line.what == what]) for what in ("practice", "repeated")}
-    told += [count(rows, f"{what} rating") for what, rows in single.items() if rows]
-    return ", ".join(told) or "nothing"
+    parts += [count(rows, f"{what} rating") for what, rows in single.items() if rows]
+    return ", ".join(parts) or "nothing"
 
 
 def averaged(ratings: Ratings) -> tuple[int, int]:
@@ -70,8 +70,12 @@ def check_words(analysis: Analysis) -> str:
     wrong = ["missing", *(["repeated"] if not merged else []), *(["off the scale"] if ratings.scale else [])]
     claim = " or ".join([", ".join(wrong[:-1]), wrong[-1]] if len(wrong) > 1 else wrong)
     who = "Every participant kept" if any(e.what == "participant" for e in ratings.exclusions) else "Every participant"
-    told = f"{who} rated every cell that the design asks for: nothing is {claim}."
-    return f"{told} A cell that held several ratings holds their mean; the ledger below says whose." if merged else told
+    verdict = f"{who} rated every cell that the design asks for: nothing is {claim}."
+    return (
+        f"{verdict} A cell that held several ratings holds their mean; the ledger below says whose."
+        if merged
+        else verdict
+    )
 
 
 def inclusions(ratings: Ratings) -> Iterator[str]:

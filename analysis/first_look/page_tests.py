@@ -45,11 +45,11 @@ def variance_tables(analysis: Analysis) -> Iterator[VarianceTable]:
         if question.kind != "pairs":
             tests = [test for test in analysis.statistics.of(question) if test.rows]
             between = question.kind == "between"
-            shown = _between_table(tests) if between else _within_table(tests)
+            table = _between_table(tests) if between else _within_table(tests)
             if tests:
-                told = question_words(question, tests, grouped=bool(analysis.ratings.between))
-                told = f"{told} {groups_met(analysis)}".rstrip() if between else told
-                yield VarianceTable(_title(question), told, shown, tuple(all_sentences(tests)))
+                description = question_words(question, tests, grouped=bool(analysis.ratings.between))
+                description = f"{description} {groups_met(analysis)}".rstrip() if between else description
+                yield VarianceTable(_title(question), description, table, tuple(all_sentences(tests)))
 
 
 def comparisons(analysis: Analysis) -> Iterator[PairsTable]:
@@ -86,10 +86,10 @@ def groups_met(analysis: Analysis) -> str:
     if not differing:
         return f"The groups met the same levels of {phrase(factors)}." if factors else ""
     groups = levels_by_group(analysis.ratings, differing[0])
-    met = "; ".join(f"{group}: {phrase(levels)}" for group, levels in groups.items())
-    shown = f" ({met})" if max(map(len, groups.values())) <= MOST_LEVELS else ""
+    by_group = "; ".join(f"{group}: {phrase(levels)}" for group, levels in groups.items())
+    listed = f" ({by_group})" if max(map(len, groups.values())) <= MOST_LEVELS else ""
     return (
-        f"The groups met different levels of {phrase(differing)}{shown}, so that an effect of the group may be one "
+        f"The groups met different levels of {phrase(differing)}{listed}, so that an effect of the group may be one "
         "of these levels as well as one of the people."
     )
 
@@ -122,13 +122,15 @@ def per_value(tests: list[Test]) -> str:
 
 def pairs_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
     """What a comparison of pairs compares, and how many ratings the means of each level rest on."""
-    told = f"Levels of {question.factors[0]}, compared within participants."
+    description = f"Levels of {question.factors[0]}, compared within participants."
     least, most = (pick(test.ratings_per_cell[i] for test in tests) for i, pick in ((0, min), (1, max)))
     if most > 1 and least == most:
-        told += f" A participant's value at a level is the mean of {count(most, 'rating')}."
+        description += f" A participant's value at a level is the mean of {count(most, 'rating')}."
     elif most > 1:
-        told += f" A participant's value is the mean of {_by_number(tests)}: the levels' means rest on unequal numbers."
-    return f"{told} {GROUPS_APART}" if grouped else told
+        description += (
+            f" A participant's value is the mean of {_by_number(tests)}: the levels' means rest on unequal numbers."
+        )
+    return f"{description} {GROUPS_APART}" if grouped else description
 
 
 def _by_number(tests: list[Test]) -> str:
@@ -138,8 +140,8 @@ def _by_number(tests: list[Test]) -> str:
         ends = {end for test in tests for end in test.ratings_per_level.get(level, ())}
         levels.setdefault(f"{min(ends)}" if len(ends) == 1 else f"{min(ends)} to {max(ends)}", []).append(level)
     unit = "rating" if next(iter(levels)) == "1" else "ratings"
-    told = [f"{number} for {phrase(names)}" for number, names in levels.items()]
-    return ", ".join(told).replace(" for", f" {unit} for", 1)
+    parts = [f"{number} for {phrase(names)}" for number, names in levels.items()]
+    return ", ".join(parts).replace(" for", f" {unit} for", 1)
 
 
 def _title(question: Question) -> str:
@@ -237,8 +239,8 @@ def headlines(analysis: Analysis) -> Iterator[tuple[str, str]]:
     for attribute in analysis.ratings.attributes:
         test = analysis.headline(attribute)
         if test is not None:
-            told = "; ".join(sentence(row) for row in test.rows)
-            yield attribute_title(analysis, attribute), told or NOT_TESTED
+            sentences = "; ".join(sentence(row) for row in test.rows)
+            yield attribute_title(analysis, attribute), sentences or NOT_TESTED
 
 
 def attribute_title(analysis: Analysis, attribute: str) -> str:

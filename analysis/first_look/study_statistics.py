@@ -157,12 +157,12 @@ def _answer(ratings: Ratings, faults: Faults, question: Question, attribute: str
     try:
         faults.demand_none(attribute, _people(ratings, question))
         _demand_shared_levels(table, question)
-        found = _tested(table, question, ratings)
+        results = _tested(table, question, ratings)
     except ValueError as refusal:
         return Test(question, attribute, refused=str(refusal))
     per_level = _ratings_per_level(table, question, ratings)
     ends = (min(least for least, _ in per_level.values()), max(most for _, most in per_level.values()))
-    rows = tuple(_row(record) for record in found.to_dict("records"))
+    rows = tuple(_row(record) for record in results.to_dict("records"))
     return Test(question, attribute, table["participant"].nunique(), rows, ends, ratings_per_level=per_level)
 
 
@@ -177,12 +177,12 @@ def _people(ratings: Ratings, question: Question) -> tuple[str, ...]:
 def _demand_shared_levels(table: pd.DataFrame, question: Question) -> None:
     """Refuse levels that only some participants were to meet: groups may differ in them without a cell missing."""
     for factor in question.factors if question.kind != "between" else ():
-        met = table.groupby("participant")[factor].agg(frozenset)
+        own_levels = table.groupby("participant")[factor].agg(frozenset)
         every = frozenset(table[factor])
-        lacking = [(str(who), natural(every - own)) for who, own in met.items() if own != every]
-        if lacking:
-            who, levels = lacking[0]
-            more = f" ({count(len(lacking), 'participant')} in all lack a level)" if len(lacking) > 1 else ""
+        missing = [(str(who), natural(every - own)) for who, own in own_levels.items() if own != every]
+        if missing:
+            who, levels = missing[0]
+            more = f" ({count(len(missing), 'participant')} in all lack a level)" if len(missing) > 1 else ""
             raise DataRefused(
                 f"{who} was not to meet {factor} {phrase(levels)}, others were{more};"
                 f" levels of {factor} are compared only where everyone met them all"
@@ -200,8 +200,8 @@ def _tested(table: pd.DataFrame, question: Question, ratings: Ratings) -> pd.Dat
 
 def _pairwise(table: pd.DataFrame, factor: str, order: Sequence[str]) -> pd.DataFrame:
     """The pairs in the order of the study, with p unadjusted, by Bonferroni and by Holm, side by side."""
-    found = pairwise_tests(table, within=factor, **ASKED).drop(columns=["p_corr", "p_adjust"])
-    pairs = pairs_in_order(found, order)
+    tests = pairwise_tests(table, within=factor, **ASKED).drop(columns=["p_corr", "p_adjust"])
+    pairs = pairs_in_order(tests, order)
     p = [pair["p_unc"] for pair in pairs]
     both = zip(pairs, adjusted(p, "bonf"), adjusted(p, "holm"), strict=True)
     return pd.DataFrame([{**pair, "p_bonferroni": bonferroni, "p_holm": holm} for pair, bonferroni, holm in both])
@@ -211,9 +211,9 @@ def _ratings_per_level(table: pd.DataFrame, question: Question, ratings: Ratings
     factor = question.factors[0]
     unit = ["participant", *(question.factors if question.kind != "between" else ())]
     sizes = table.groupby(unit, as_index=False).agg(level=(factor, "first"), size=("value", "size"))
-    found = {str(level): own["size"] for level, own in sizes.groupby("level")}
-    order = (level for level in ratings.levels(factor) if level in found)
-    return {level: (int(found[level].min()), int(found[level].max())) for level in order}
+    by_level = {str(level): own["size"] for level, own in sizes.groupby("level")}
+    order = (level for level in ratings.levels(factor) if level in by_level)
+    return {level: (int(by_level[level].min()), int(by_level[level].max())) for level in order}
 
 
 def _row(record: Mapping[Any, Any]) -> Row:

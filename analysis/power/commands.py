@@ -81,13 +81,13 @@ def power(
     """
     from palpate.analysis.monitoring.words import rough
     from palpate.analysis.power.curve import PowerRequest, estimate_s, needed, power_curve, suffices, write_curve
-    from palpate.analysis.ratings.sources import Wanted
+    from palpate.analysis.ratings.sources import DataRequest
     from palpate.analysis.regenerating.regeneration import find_plan
     from palpate.protocols.sample import planned_people
     from palpate.studies.catalogue import find, read_study
 
     file = find(study, lab)
-    name, plan = find_plan(Wanted(study, lab), plan_file)
+    name, plan = find_plan(DataRequest(study, lab), plan_file)
     planned = planned_people(read_study(file).study)
     sizes = sizes or _sizes_up_to(planned)
     request = PowerRequest(file, plan.path, lab, test, outcome, row, column, effect, plan.declared.alpha, seed)

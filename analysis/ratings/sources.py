@@ -24,7 +24,7 @@ IMPORTED = "imported"
 
 
 @dataclass(frozen=True)
-class Wanted:
+class DataRequest:
     """What is asked for: a study or an imported data set by name, where it lies, and which sessions of it.
 
     `missing` says what is done about a participant who lacks a cell: the tests that need it are refused, or the
@@ -40,34 +40,34 @@ class Wanted:
     missing: Missing = "refuse"
 
 
-def read_source(wanted: Wanted, progress: Progress = lambda *_: None) -> tuple[Ratings, str]:
+def read_source(request: DataRequest, progress: Progress = lambda *_: None) -> tuple[Ratings, str]:
     """The ratings that are asked for and their title ("" where they have none).
 
     Session files are gathered into a database in memory, so that files, a collected database and a lab of one
     session take one path. Raises DataRefused where there is no such data set, or what reading it raises.
     """
-    ratings, title = _read(wanted, progress)
-    return (without_incomplete(ratings) if wanted.missing == "listwise" else ratings), title
+    ratings, title = _read(request, progress)
+    return (without_incomplete(ratings) if request.missing == "listwise" else ratings), title
 
 
-def _read(wanted: Wanted, progress: Progress) -> tuple[Ratings, str]:
-    if wanted.url is not None:
-        return _from_database(open_database(wanted.url, lab=wanted.lab), wanted)
-    paths = ledgers_in(wanted.lab, wanted.name)
-    folder = wanted.lab / IMPORTED / wanted.name
+def _read(request: DataRequest, progress: Progress) -> tuple[Ratings, str]:
+    if request.url is not None:
+        return _from_database(open_database(request.url, lab=request.lab), request)
+    paths = ledgers_in(request.lab, request.name)
+    folder = request.lab / IMPORTED / request.name
     if paths and folder.exists():
-        raise both_of(wanted.name, folder)
+        raise both_of(request.name, folder)
     if paths:
-        return _from_ledgers(paths, wanted, progress)
+        return _from_ledgers(paths, request, progress)
     if not folder.exists():
-        raise nothing_of(wanted.name, wanted.lab)
+        raise nothing_of(request.name, request.lab)
     return load_ratings(folder), ""
 
 
-def _from_ledgers(paths: list[Path], wanted: Wanted, progress: Progress) -> tuple[Ratings, str]:
-    engine = gathered(paths, wanted.lab, progress)
+def _from_ledgers(paths: list[Path], request: DataRequest, progress: Progress) -> tuple[Ratings, str]:
+    engine = gathered(paths, request.lab, progress)
     try:
-        return _from_database(engine, wanted)
+        return _from_database(engine, request)
     finally:
         engine.dispose()
 
@@ -82,14 +82,14 @@ def gathered(paths: list[Path], lab: Path, progress: Progress = lambda *_: None)
     return engine
 
 
-def _from_database(engine: Engine, wanted: Wanted) -> tuple[Ratings, str]:
+def _from_database(engine: Engine, request: DataRequest) -> tuple[Ratings, str]:
     ratings = read_ratings(
         engine,
-        wanted.name,
-        digest=wanted.digest,
-        include_incomplete=wanted.include_incomplete,
-        simulated=wanted.simulated,
-        withdrawn=withdrawn(wanted.lab),
+        request.name,
+        digest=request.digest,
+        include_incomplete=request.include_incomplete,
+        simulated=request.simulated,
+        withdrawn=withdrawn(request.lab),
     )
     return ratings, _title(engine, ratings)
 

@@ -15,7 +15,7 @@ from palpate.protocols.wording import count
 from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
-    from palpate.analysis.ratings.sources import Wanted
+    from palpate.analysis.ratings.sources import DataRequest
     from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 
 
@@ -54,56 +54,57 @@ def regenerate(
 
     Example: palpate regenerate door_ratings --lab LAB; palpate regenerate door_ratings --lab LAB --check
     """
-    from palpate.analysis.ratings.sources import Wanted
+    from palpate.analysis.ratings.sources import DataRequest
     from palpate.analysis.regenerating.outputs import FOLDER
     from palpate.analysis.regenerating.plan_check import check_against_study, refuse_idle_settings
     from palpate.analysis.regenerating.regeneration import find_plan, regenerate_by
 
-    wanted = Wanted(study, lab, url, digest, simulated=simulated)
-    name, plan = find_plan(wanted, plan_file)
-    check_against_study(wanted, plan)
+    request = DataRequest(study, lab, url, digest, simulated=simulated)
+    name, plan = find_plan(request, plan_file)
+    check_against_study(request, plan)
     if check_plan:
         refuse_idle_settings(plan)
-        _plan_told(name, len(plan.tests), len(plan.figures), plan.path, as_json)
+        tests, drawn = len(plan.tests), len(plan.figures)
+        if as_json:
+            echo_json({"study": name, "plan": str(plan.path), "tests": tests, "figures": drawn})
+        else:
+            what = f"{count(tests, 'test')}, {count(drawn, 'figure')}"
+            click.echo(f"{plan.path}: the plan of {name} is in order: {what}")
         return
     with progress_bar(as_json) as progress:
-        found = regenerate_by(wanted, name, plan, progress, crosscheck and not check)
+        result = regenerate_by(request, name, plan, progress, crosscheck and not check)
         folder = to or lab / FOLDER / name
         failed = (
-            _checked(found, folder, as_json) if check else _written(found, wanted, folder, figures, as_json, progress)
+            _compare(result, folder, as_json) if check else _write(result, request, folder, figures, as_json, progress)
         )
     if exact:
-        failed = _exact(found, as_json) or failed
+        failed = _check_exactly(result, as_json) or failed
     if failed:
         raise click.exceptions.Exit(1)
 
 
-def _plan_told(name: str, tests: int, figures: int, path: Path, as_json: bool) -> None:
-    if as_json:
-        echo_json({"study": name, "plan": str(path), "tests": tests, "figures": figures})
-        return
-    click.echo(f"{path}: the plan of {name} is in order: {count(tests, 'test')}, {count(figures, 'figure')}")
-
-
-def _written(
-    study: RegeneratedStudy, wanted: Wanted, folder: Path, figures: bool, as_json: bool, progress: Progress
+def _write(
+    study: RegeneratedStudy, request: DataRequest, folder: Path, figures: bool, as_json: bool, progress: Progress
 ) -> bool:
     from palpate.analysis.regenerating.outputs import times_of, write_all
 
-    paths = write_all(study, folder, times_of(study, wanted.lab), figures, progress)
+    paths = write_all(study, folder, times_of(study, request.lab), figures, progress)
     if as_json:
         echo_json({**_summary(study), "folder": str(folder), "files": [str(path) for path in paths]})
         return False
-    click.echo(f"{study.title}: {_people(study)}")
-    for line in _told(study):
+    people = count(len(study.material.participants), "participant")
+    simulated = ", all simulated" if study.material.simulated else ""
+    excluded = count(len(study.exclusions), "line")
+    click.echo(f"{study.title}: {people}{simulated}; {excluded} in the exclusion ledger")
+    for line in _lines(study):
         click.echo(line)
     click.echo(f"Written to {folder}: {count(len(paths), 'file')}; look at {folder / 'report.html'}" if figures
                else f"Written to {folder}: {count(len(paths), 'file')}")  # fmt: skip
     return False
 
 
-def _checked(study: RegeneratedStudy, folder: Path, as_json: bool) -> bool:
-    from palpate.analysis.regenerating.comparison import differences, told
+def _compare(study: RegeneratedStudy, folder: Path, as_json: bool) -> bool:
+    from palpate.analysis.regenerating.comparison import difference_lines, differences
     from palpate.analysis.regenerating.files import file_texts
 
     different = differences(file_texts(study, {}), folder)
@@ -112,14 +113,14 @@ def _checked(study: RegeneratedStudy, folder: Path, as_json: bool) -> bool:
             {**_summary(study), "folder": str(folder), "differences": [vars(difference) for difference in different]}
         )
         return bool(different)
-    for line in told(different):
+    for line in difference_lines(different):
         click.echo(line)
-    said = "differs from" if different else "equals"
-    click.echo(f"{study.title}: what is regenerated {said} what lies in {folder}")
+    verdict = "differs from" if different else "equals"
+    click.echo(f"{study.title}: what is regenerated {verdict} what lies in {folder}")
     return bool(different)
 
 
-def _exact(study: RegeneratedStudy, as_json: bool) -> bool:
+def _check_exactly(study: RegeneratedStudy, as_json: bool) -> bool:
     from palpate.analysis.regenerating.exact_check import RELATIVE, exact_checks
 
     checks = exact_checks(study.answered)
@@ -130,6 +131,12 @@ def _exact(study: RegeneratedStudy, as_json: bool) -> bool:
 
 
 def _summary(study: RegeneratedStudy) -> dict[str, Any]:
+    from palpate.analysis.crosschecking.checks import disagreements, sentence
+
+    crosscheck = {}
+    if study.checks is not None:
+        disagree = [check.text() for check in disagreements(study.checks)]
+        crosscheck = {"crosscheck": {"summary": sentence(study.checks), "disagreements": disagree}}
     return {
         "study": study.material.name,
         "simulated": study.material.simulated,
@@ -142,27 +149,12 @@ def _summary(study: RegeneratedStudy) -> dict[str, Any]:
             f"{result.asked.name} {result.outcome}".strip() for result in study.answered if result.answer is None
         ],
         "not_drawn": [figure.settings.name for figure in study.figures if figure.data is None],
-        **_second_opinion(study),
+        **crosscheck,
     }
 
 
-def _second_opinion(study: RegeneratedStudy) -> dict[str, Any]:
-    from palpate.analysis.crosschecking.checks import disagreements, sentence
-
-    if study.checks is None:
-        return {}
-    wrong = [check.text() for check in disagreements(study.checks)]
-    return {"crosscheck": {"summary": sentence(study.checks), "disagreements": wrong}}
-
-
-def _people(study: RegeneratedStudy) -> str:
-    people = count(len(study.material.participants), "participant")
-    made_up = ", all simulated" if study.material.simulated else ""
-    return f"{people}{made_up}; {count(len(study.exclusions), 'line')} in the exclusion ledger"
-
-
-def _told(study: RegeneratedStudy) -> Iterator[str]:
-    """What was answered, what another package says of it, and everything that was not answered, with its reason."""
+def _lines(study: RegeneratedStudy) -> Iterator[str]:
+    """Yield what was answered, what another package says of it, and what was not answered, with its reason."""
     from palpate.analysis.crosschecking.checks import disagreements, sentence
 
     for check in disagreements(study.checks):

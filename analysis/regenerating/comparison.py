@@ -52,36 +52,32 @@ def differences(texts: Mapping[str, str], folder: Path) -> list[Difference]:
     there = {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
     committed = {name for name in there if name.startswith(OWN) and (name in promised or not promised)} | {STATISTICS}
     gone = sorted(name for name in promised - set(texts) if not (folder / name).is_file())
-    found = [Difference(name, "the file", "listed", "not there") for name in gone]
-    found += _lacking(committed, set(texts))
+    differing = [Difference(name, "the file", "listed", "not there") for name in gone]
+    differing += [Difference(name, "the file", "present", "no longer made") for name in sorted(committed - set(texts))]
+    differing += [Difference(name, "the file", "absent", "made now") for name in sorted(set(texts) - committed)]
     for name in sorted(committed & set(texts)):
-        # Bytes, so that a line ending that was changed on the way is told as such.
+        # Bytes, so that a line ending that was changed on the way is seen as such.
         before = (folder / name).read_bytes().decode("utf-8")
-        found += _compared(name, before, texts[name])
-    return found
+        if before != texts[name]:
+            compare = _compare_statistics if name == STATISTICS else _compare_tables
+            differing += compare(name, before, texts[name])
+    return differing
 
 
-def _lacking(committed: set[str], texts: set[str]) -> Iterator[Difference]:
-    for name in sorted(committed - texts):
-        yield Difference(name, "the file", "present", "no longer made")
-    for name in sorted(texts - committed):
-        yield Difference(name, "the file", "absent", "made now")
-
-
-def _compared(name: str, before: str, now: str) -> Iterator[Difference]:
-    if before == now:
+def _compare_statistics(name: str, before: str, now: str) -> Iterator[Difference]:
+    try:
+        old = json.loads(before)
+    except ValueError as error:
+        yield Difference(name, "the file", f"no JSON ({error})", "statistics")
         return
-    if name == STATISTICS:
-        try:
-            old = json.loads(before)
-        except ValueError as error:
-            yield Difference(name, "the file", f"no JSON ({error})", "statistics")
-            return
-        fresh = json.loads(now)
-        if isinstance(old, dict) and OUTCOMES not in old:
-            fresh.pop(OUTCOMES, None)  # it names what is compared, and is no result
-        yield from _values(name, "", _results(old), _results(fresh))
-        return
+    new = json.loads(now)
+    if isinstance(old, dict) and OUTCOMES not in old:
+        new.pop(OUTCOMES, None)  # it names what is compared, and is no result
+    yield from _compare_values(name, "", _results(old), _results(new))
+
+
+def _compare_tables(name: str, before: str, now: str) -> Iterator[Difference]:
+    """Yield the lines that differ: of a tidy table in any letter, of others in any number that is not nearly one."""
     exact = name.startswith("tables/")
     old_lines, lines = before.splitlines(), now.splitlines()
     if len(old_lines) != len(lines):
@@ -95,7 +91,7 @@ def _compared(name: str, before: str, now: str) -> Iterator[Difference]:
 
 
 def _results(statistics: Any) -> Any:
-    """Statistics without what may differ between two machines: versions, and the time each answer took."""
+    """Return statistics without what may differ between two machines: versions, and the time each answer took."""
     if not isinstance(statistics, dict):
         return statistics
     rest = {key: value for key, value in statistics.items() if key != "software"}
@@ -110,39 +106,32 @@ def _cells_equal(names: list[str], before: str, now: str) -> bool:
     old, new = split_line(before), split_line(now)
     if not len(old) == len(new) == len(names):
         return False
-    cells = zip(names, old, new, strict=True)
-    return all(a == b or _near(name, _number(a), _number(b)) for name, a, b in cells)
-
-
-def _number(text: str) -> float | None:
     try:
-        return float(text)
+        pairs = zip(names, old, new, strict=True)
+        return all(a == b or _near(name, float(a), float(b)) for name, a, b in pairs)
     except ValueError:
-        return None
+        return False
 
 
-def _near(name: str, a: float | None, b: float | None) -> bool:
-    """Whether the numbers are one, but for rounding; a small p is no rounding."""
-    rounding = 0.0 if is_p(name) else ROUNDING
-    return a is not None and b is not None and abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), rounding)
+def _near(name: str, a: float, b: float) -> bool:
+    """Return whether the numbers are one, but for rounding; a small p is no rounding."""
+    return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), 0.0 if is_p(name) else ROUNDING)
 
 
-def _values(file: str, where: str, before: Any, now: Any) -> Iterator[Difference]:
+def _compare_values(file: str, where: str, before: Any, now: Any) -> Iterator[Difference]:
+    """Yield the values that differ, each with its path; entries of lists have their name and outcome in it."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in sorted({*before, *now}):
-            yield from _values(file, f"{where}.{key}".lstrip("."), before.get(key, ABSENT), now.get(key, ABSENT))
+            path = f"{where}.{key}".lstrip(".")
+            yield from _compare_values(file, path, before.get(key, ABSENT), now.get(key, ABSENT))
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         for place, (old, new) in enumerate(zip(before, now, strict=True)):
-            yield from _values(file, f"{where}[{_named(old, place)}]", old, new)
+            words = [str(old[key]) for key in ("name", "outcome") if old.get(key)] if isinstance(old, dict) else []
+            label = " ".join(words) if isinstance(old, dict) and old.get("name") else place
+            yield from _compare_values(file, f"{where}[{label}]", old, new)
     elif not _same(where.rpartition(".")[2], before, now):
-        yield Difference(file, where, _short(before), _short(now))
-
-
-def _named(entry: Any, place: int) -> str:
-    """An entry of a list by its name and outcome, where it has them."""
-    if isinstance(entry, dict) and entry.get("name"):
-        return " ".join(str(entry[key]) for key in ("name", "outcome") if entry.get(key))
-    return str(place)
+        committed, found = (json.dumps(value, ensure_ascii=False) for value in (before, now))
+        yield Difference(file, where, *(text if len(text) <= 80 else f"{text[:77]}..." for text in (committed, found)))
 
 
 def _same(name: str, before: Any, now: Any) -> bool:
@@ -152,12 +141,7 @@ def _same(name: str, before: Any, now: Any) -> bool:
     return bool(before == now)
 
 
-def _short(value: Any) -> str:
-    text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= 80 else f"{text[:77]}..."
-
-
-def told(differences: list[Difference]) -> list[str]:
-    """The first differences as lines, and how many more there are."""
+def difference_lines(differences: list[Difference]) -> list[str]:
+    """Return the first differences as lines, and how many more there are."""
     lines = [difference.text() for difference in differences[: 4 * SHOWN]]
     return lines + [f"... and {len(differences) - len(lines)} more"] * (len(differences) > len(lines))

@@ -36,8 +36,8 @@ def test_table(results: Sequence[QuestionResult], known: Collection[str] = ()) -
         if result.outcome:
             groups[len(rows)] = result.outcome
         rows += _rows(result)[:MOST_ROWS]
-    found = table(rows)
-    return replace(found, notes=(*found.notes, *_cut(results)), groups=groups)
+    whole = table(rows)
+    return replace(whole, notes=(*whole.notes, *_cut(results)), groups=groups)
 
 
 def _rows(result: QuestionResult) -> Sequence[Row]:
@@ -75,8 +75,8 @@ def test_title(results: Sequence[QuestionResult]) -> str:
 
 def method_of(results: Sequence[QuestionResult]) -> str:
     """The method of the first outcome that has an answer, "" where none has."""
-    found = next((result.answer.method for result in results if result.answer is not None), "")
-    return found if not found or found.endswith(".") else f"{found}."
+    method = next((result.answer.method for result in results if result.answer is not None), "")
+    return method if not method or method.endswith(".") else f"{method}."
 
 
 def notes_of(results: Sequence[QuestionResult]) -> tuple[str, ...]:

@@ -41,7 +41,7 @@ def _of(result: QuestionResult) -> list[ExactCheck]:
     if result.missing.cells and not result.missing.left_out:
         return [ExactCheck(name, "all", None, "not checked: answered by a mixed model")]
     asked = effective(result.asked, TESTS[result.asked.test]).model_dump()
-    found = self_check(
+    checks = self_check(
         result.rows,
         "value",
         within=list(asked["within"]) or None,
@@ -53,5 +53,5 @@ def _of(result: QuestionResult) -> list[ExactCheck]:
     )
     return [
         ExactCheck(name, str(row["Source"]), nan_to_none(row["difference"]), row["note"])
-        for row in found.to_dict("records")
+        for row in checks.to_dict("records")
     ]

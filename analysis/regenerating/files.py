@@ -37,8 +37,8 @@ def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
 
 def _table(columns: Sequence[str], rows: Iterable[dict[str, Any]]) -> str:
     """A table that has its head also where it has no rows."""
-    found = list(rows)
-    return csv_text(found) if found else ",".join(columns) + "\n"
+    records = list(rows)
+    return csv_text(records) if records else ",".join(columns) + "\n"
 
 
 def material_tables(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:

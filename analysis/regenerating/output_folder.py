@@ -41,10 +41,10 @@ def written_whole(folder: Path) -> Iterator[tuple[Path, list[str]]]:
 def listed(folder: Path) -> frozenset[str]:
     """The files that an earlier run made in `folder`, none where none is listed."""
     try:
-        found = json.loads((folder / MARK).read_text(encoding="utf-8"))["files"]
+        files = json.loads((folder / MARK).read_text(encoding="utf-8"))["files"]
     except (OSError, ValueError, KeyError, TypeError):
         return frozenset()
-    return frozenset(filter(_inside, map(str, found))) if isinstance(found, list) else frozenset()
+    return frozenset(filter(_inside, map(str, files))) if isinstance(files, list) else frozenset()
 
 
 def _inside(name: str) -> bool:

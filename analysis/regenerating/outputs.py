@@ -83,12 +83,12 @@ def times_of(study: RegeneratedStudy, lab: Path) -> dict[int, float]:
 def _read(file: Path) -> dict[str, float]:
     """What is on file; a file that is no such record is begun anew, for it holds nothing but times."""
     try:
-        found: Any = json.loads(file.read_text(encoding="utf-8"))
+        times: Any = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    if not isinstance(found, dict):
+    if not isinstance(times, dict):
         return {}
-    return {key: value for key, value in found.items() if isinstance(value, float) and 0 <= value < math.inf}
+    return {key: value for key, value in times.items() if isinstance(value, float) and 0 <= value < math.inf}
 
 
 def _key(result: QuestionResult, study: RegeneratedStudy) -> str:

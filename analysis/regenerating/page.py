@@ -226,7 +226,7 @@ def facts(study: RegeneratedStudy) -> list[tuple[str, str]]:
 def declared(study: RegeneratedStudy) -> list[str]:
     """What the plan fixes for all tests, in sentences."""
     plan: AnalysisPlan = study.plan.declared
-    told = {
+    policies = {
         "refuse": "A test that needs a missing cell is refused.",
         "listwise": "A participant who lacks a cell is left out of the tests that need it (listwise).",
         "mixed_model": "Where cells are missing, a linear mixed model answers an analysis of variance.",
@@ -234,7 +234,7 @@ def declared(study: RegeneratedStudy) -> list[str]:
     sessions = "Interrupted sessions count." if plan.sessions == "also_interrupted" else "Only complete sessions count."
     scale = "" if plan.normalise == "none" else f" Ratings are normalised: {plan.normalise.replace('_', ' ')}."
     drawn = f" What is resampled uses {plan.draws:,} draws from seed {plan.seed}."
-    return [f"Significance level α = {plan.alpha:g}. {sessions} {told[plan.missing]}{scale}{drawn}"]
+    return [f"Significance level α = {plan.alpha:g}. {sessions} {policies[plan.missing]}{scale}{drawn}"]
 
 
 def seconds_told(seconds: float) -> str:

@@ -15,7 +15,7 @@ from palpate.analysis.plans.study_columns import StudyColumns, study_columns
 from palpate.analysis.plans.where import Condition, Range, first_word, levels_of
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import column_name
-from palpate.analysis.ratings.sources import IMPORTED, Wanted
+from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.problems import Problem
 from palpate.protocols.study import Study
@@ -27,19 +27,19 @@ OF_FORMS = ("participant", "session", "group", "attribute")
 ALWAYS = ("participant", "session", "group", "stimulus", "attribute", "category", "trial", "block", "word", "kind")
 
 
-def check_against_study(wanted: Wanted, plan: Plan) -> None:
+def check_against_study(request: DataRequest, plan: Plan) -> None:
     """Raise PlanError with every outcome, column and level that the study does not have, by line and nearest name.
 
     An earlier version of the study (`digest`) is known by its data only: there a test says itself what it lacks.
     """
-    if wanted.digest is not None:
+    if request.digest is not None:
         return
-    study = _study(wanted)
+    study = _study(request)
     design: StudyColumns | None = None
     if study is None:
-        columns, outcomes = _imported(wanted.lab / IMPORTED / wanted.name)
+        columns, outcomes = _imported(request.lab / IMPORTED / request.name)
     else:
-        form = lab_forms(study, wanted.lab, live=False) if "demographics" in study.opening else None
+        form = lab_forms(study, request.lab, live=False) if "demographics" in study.opening else None
         design = study_columns(study, form.questions if form is not None else ())
         columns, outcomes = _known(design)
     both: tuple[tuple[str, Sequence[Asked | FigureSettings]], ...] = (("tests", plan.tests), ("figures", plan.figures))
@@ -76,9 +76,9 @@ def problems_of_test(asked: Asked, design: StudyColumns) -> list[Problem]:
     return list(_problems(asked, _takes(asked), *_known(design), design))
 
 
-def _study(wanted: Wanted) -> Study | None:
-    if (Path(wanted.name) / STUDY_FILE).is_file() or wanted.name in names(wanted.lab):
-        return read_study(find(wanted.name, wanted.lab)).study
+def _study(request: DataRequest) -> Study | None:
+    if (Path(request.name) / STUDY_FILE).is_file() or request.name in names(request.lab):
+        return read_study(find(request.name, request.lab)).study
     return None
 
 
@@ -112,8 +112,8 @@ def _imported(folder: Path) -> tuple[dict[str, Collection[str]], dict[Takes, Col
 
 def _rule_problems(rules: Sequence[Rule], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
     for place, rule in enumerate(rules):
-        for column, wanted in (rule.where or {}).items():
-            for problem in _level_problems(column, wanted, columns):
+        for column, condition in (rule.where or {}).items():
+            for problem in _level_problems(column, condition, columns):
                 yield Problem(("exclusions", place, *problem.path), problem.message)
         for n, column in enumerate(rule.outlying.within if rule.outlying is not None else ()):
             if column not in columns:
@@ -143,8 +143,8 @@ def _problems(
         for n, name in enumerate(asked.outcomes or ()):
             if name not in outcomes[takes]:
                 yield Problem(("outcomes", n), f"no outcome {name!r}; {nearest(name, outcomes[takes])}")
-    for column, wanted in asked.where.items():
-        yield from _level_problems(column, wanted, columns)
+    for column, condition in asked.where.items():
+        yield from _level_problems(column, condition, columns)
     if design is not None and isinstance(asked, Asked) and takes in ("ratings", "forms"):
         of_forms = {*OF_FORMS, *design.people}
         columns = {
@@ -162,17 +162,17 @@ def _problems(
         yield from design.problems(asked, outcomes[takes] if asked.outcomes is None else asked.outcomes)
 
 
-def _level_problems(column: str, wanted: Condition, columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
+def _level_problems(column: str, condition: Condition, columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
     if column not in columns:
         yield Problem(("where", column), f"the study has no column {column!r}; {nearest(column, columns)}")
         return
-    if isinstance(wanted, Range):
+    if isinstance(condition, Range):
         word = "P001" if column == "participant" else first_word(columns[column])
         if word is not None:
-            message = f"{column!r} holds words, as {word!r}; a range ({wanted}) asks about numbers"
+            message = f"{column!r} holds words, as {word!r}; a range ({condition}) asks about numbers"
             yield Problem(("where", column), message)
-        elif columns[column] and not any(map(wanted.holds, columns[column])):
-            yield Problem(("where", column), f"no {column} {wanted}; there are {', '.join(sorted(columns[column]))}")
-    for level in levels_of(wanted):
+        elif columns[column] and not any(map(condition.holds, columns[column])):
+            yield Problem(("where", column), f"no {column} {condition}; there are {', '.join(sorted(columns[column]))}")
+    for level in levels_of(condition):
         if columns[column] and level not in columns[column]:
             yield Problem(("where", column), f"no {column} {level!r}; {nearest(level, sorted(columns[column]))}")

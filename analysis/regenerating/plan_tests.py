@@ -56,14 +56,14 @@ def run_tests(
     selecting: Selecting, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
 ) -> tuple[QuestionResult, ...]:
     """Every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
-    tests, found, digests = selecting.plan.tests, [], _Digests()
+    tests, results, digests = selecting.plan.tests, [], _Digests()
     with one_thread():
         for done, asked in enumerate(tests):
             for question in _questions(selecting, asked):  # one by one: the rows of all would not fit into memory
                 progress(done, len(tests), " ".join((asked.name, question.outcome)))
-                found.append(_answered(selecting, question, clock, digests))
+                results.append(_answer(selecting, question, clock, digests))
     progress(len(tests), len(tests), "")
-    return tuple(found)
+    return tuple(results)
 
 
 def _questions(selecting: Selecting, asked: Asked) -> Iterator[Question]:
@@ -97,40 +97,36 @@ class _Digests:
         return self.known[id(table)][1]
 
 
-def _answered(selecting: Selecting, question: Question, clock: Clock, digests: _Digests) -> QuestionResult:
-    policy = question.asked.missing or selecting.plan.declared.missing
-    selected, kind = question.selected, question.kind
-    told = MissingSummary(policy, unanswered=() if selected is None else selected.unanswered)
-    own = question.asked.table is not None
+def _answer(selecting: Selecting, question: Question, clock: Clock, digests: _Digests) -> QuestionResult:
+    """Return the answer to a question, or the reason why there is none."""
+    settings, kind, selected = question.asked, question.kind, question.selected
+    policy = settings.missing or selecting.plan.declared.missing
+    missing = MissingSummary(policy, unanswered=() if selected is None else selected.unanswered)
+    if selected is None:
+        return QuestionResult(settings, question.outcome, None, question.refused, "", missing, 0.0)
+    own = settings.table is not None
     start = clock()
     try:
-        if selected is None:
-            return QuestionResult(question.asked, question.outcome, None, question.refused, "", told, 0.0)
-        if kind.complete is not None and not own and _rates(question):
-            trials = selecting.trials(question.asked.where)
-            selected, found = handled(selected, selecting.faults(question.asked), question.asked.where, policy, trials)
-            told = replace(found, unanswered=told.unanswered)
+        if kind.complete is not None and not own and (settings.source or kind.takes) == "ratings":
+            trials, faults = selecting.trials(settings.where), selecting.faults(settings)
+            selected, gaps = handled(selected, faults, settings.where, policy, trials)
+            missing = replace(gaps, unanswered=missing.unanswered)
         start = clock()
-        gaps = kind.with_gaps if told.cells and policy == "mixed_model" else None
-        if told.cells and policy == "mixed_model" and gaps is None:
-            raise NoModel(
-                f"{told.found()}, and {question.asked.test!r} has no form that takes gaps; give this test"
-                " `missing: listwise`, or ask a test of kind mixed_model instead"
-            )
-        asked = effective(question.asked, kind)
-        answer = (gaps or kind.answer)(selected, asked.model_copy(update={"missing": policy}))
-        answer = replace(answer, notes=(*answer.notes, *idle_notes(question.asked, kind)))
+        answer_of = kind.answer
+        if missing.cells and policy == "mixed_model":
+            if kind.with_gaps is None:
+                raise NoModel(
+                    f"{missing.found()}, and {settings.test!r} has no form that takes gaps; give this test"
+                    " `missing: listwise`, or ask a test of kind mixed_model instead"
+                )
+            answer_of = kind.with_gaps
+        answer = answer_of(selected, effective(settings, kind).model_copy(update={"missing": policy}))
+        answer = replace(answer, notes=(*answer.notes, *idle_notes(settings, kind)))
     except ValueError as refusal:
-        inputs = "" if selected is None else digests.of(selected.table, own)
-        return QuestionResult(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)
-    seconds = clock() - start
-    return QuestionResult(
-        question.asked, question.outcome, answer, "", digests.of(selected.table, own), told, seconds, selected.table
-    )
-
-
-def _rates(question: Question) -> bool:
-    return (question.asked.source or question.kind.takes) == "ratings"
+        inputs = digests.of(selected.table, own)
+        return QuestionResult(settings, question.outcome, None, str(refusal), inputs, missing, clock() - start)
+    seconds, inputs = clock() - start, digests.of(selected.table, own)
+    return QuestionResult(settings, question.outcome, answer, "", inputs, missing, seconds, selected.table)
 
 
 class NoModel(ValueError):
@@ -153,7 +149,7 @@ def digest(table: pd.DataFrame, own: bool = False) -> str:
 def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answer]]:
     """The answers of each test by outcome, as figures look for them."""
     answers: dict[str, dict[str, Answer]] = {}
-    for each in results:
-        if each.answer is not None:
-            answers.setdefault(each.asked.name, {})[each.outcome] = each.answer
+    for result in results:
+        if result.answer is not None:
+            answers.setdefault(result.asked.name, {})[result.outcome] = result.answer
     return answers

@@ -20,7 +20,7 @@ from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.notes import data_notes
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.sample import collected_sample
-from palpate.analysis.ratings.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
+from palpate.analysis.ratings.sources import IMPORTED, DataRequest, both_of, gathered, nothing_of
 from palpate.analysis.regenerating.plan_figures import PlannedFigure, figure_data
 from palpate.analysis.regenerating.plan_tests import QuestionResult, by_name, run_tests
 from palpate.protocols.did_you_mean import nearest
@@ -66,19 +66,21 @@ class RegeneratedStudy:
         return self.plan.declared.title or self.material.title
 
 
-def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress = lambda *_: None) -> RegeneratedStudy:
+def regenerate(
+    request: DataRequest, plan_file: Path | None = None, progress: Progress = lambda *_: None
+) -> RegeneratedStudy:
     """Read the plan, gather the sessions, leave out what the plan leaves out, and answer all its questions.
 
     Raises PlanError (or YamlError) on a plan that cannot be used, DataRefused on data that cannot be read.
     """
-    return regenerate_by(wanted, *find_plan(wanted, plan_file), progress)
+    return regenerate_by(request, *find_plan(request, plan_file), progress)
 
 
 def regenerate_by(
-    wanted: Wanted, name: str, plan: Plan, progress: Progress = lambda *_: None, crosscheck: bool = False
+    request: DataRequest, name: str, plan: Plan, progress: Progress = lambda *_: None, crosscheck: bool = False
 ) -> RegeneratedStudy:
     """As `regenerate`, by a plan that was found before; with `crosscheck` also held against other packages."""
-    whole = whole_material(wanted, name, plan, progress)
+    whole = whole_material(request, name, plan, progress)
     left = apply_exclusions(whole, plan.declared)
     tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}
     selecting = Selecting(left.material, plan, tables)
@@ -108,14 +110,14 @@ def _qualified(result: QuestionResult, notes: Sequence[str]) -> QuestionResult:
     return replace(result, refused=f"{result.refused} (of the data: {shorten('; '.join(notes), MOST_LETTERS)})")
 
 
-def find_plan(wanted: Wanted, plan_file: Path | None) -> tuple[str, Plan]:
+def find_plan(request: DataRequest, plan_file: Path | None) -> tuple[str, Plan]:
     """The study's name and its plan: the file given, else the lab's own for it, else the one in the study's folder.
 
     The lab's own lies in LAB/studies/NAME/analysis.yaml, also for a shipped study or an imported data set.
     Raises PlanError where there is none, and where the plan is that of another study.
     """
-    folder, name = _folder(wanted)
-    own = wanted.lab / "studies" / name / PLAN_FILE
+    folder, name = _folder(request)
+    own = request.lab / "studies" / name / PLAN_FILE
     file = plan_file or (own if own.is_file() else folder / PLAN_FILE)
     if not file.is_file():
         raise PlanError(f"{file}: no analysis plan; write one (docs/reference/analysis-plan.md) or name it with --plan")
@@ -125,45 +127,45 @@ def find_plan(wanted: Wanted, plan_file: Path | None) -> tuple[str, Plan]:
     return name, plan
 
 
-def _folder(wanted: Wanted) -> tuple[Path, str]:
-    path = Path(wanted.name)
+def _folder(request: DataRequest) -> tuple[Path, str]:
+    path = Path(request.name)
     if (path / STUDY_FILE).is_file():
         return path, path.resolve().name
-    known = names(wanted.lab)
-    if wanted.name in known:
-        return known[wanted.name].parent, wanted.name
-    if (wanted.lab / IMPORTED / wanted.name).is_dir():
-        return wanted.lab / "studies" / wanted.name, wanted.name
-    raise PlanError(f"no study and no imported data set is called {wanted.name!r}; {nearest(wanted.name, known)}")
+    known = names(request.lab)
+    if request.name in known:
+        return known[request.name].parent, request.name
+    if (request.lab / IMPORTED / request.name).is_dir():
+        return request.lab / "studies" / request.name, request.name
+    raise PlanError(f"no study and no imported data set is called {request.name!r}; {nearest(request.name, known)}")
 
 
 def whole_material(
-    wanted: Wanted, name: str, plan: Plan | None = None, progress: Progress = lambda *_: None
+    request: DataRequest, name: str, plan: Plan | None = None, progress: Progress = lambda *_: None
 ) -> Material:
     """A study's answers before its plan's exclusions: from a database, the lab's session files or what was imported.
 
     Without a plan only complete sessions count. Raises DataRefused on data that cannot be read.
     """
-    paths = [] if wanted.url is not None else ledgers_in(wanted.lab, name)
-    imported = wanted.lab / IMPORTED / name
+    paths = [] if request.url is not None else ledgers_in(request.lab, name)
+    imported = request.lab / IMPORTED / name
     if paths and imported.exists():
         raise both_of(name, imported)
-    if wanted.url is None and not paths:
+    if request.url is None and not paths:
         if not imported.is_dir():
-            raise nothing_of(name, wanted.lab)
+            raise nothing_of(name, request.lab)
         return imported_material(load_ratings(imported), (plan.declared.title if plan else None) or "")
-    if wanted.url is not None:
-        engine = open_database(wanted.url, lab=wanted.lab)
+    if request.url is not None:
+        engine = open_database(request.url, lab=request.lab)
     else:
-        engine = gathered(paths, wanted.lab, progress)
+        engine = gathered(paths, request.lab, progress)
     try:
         return read_material(
             engine,
             name,
-            digest=wanted.digest,
+            digest=request.digest,
             include_incomplete=plan is not None and plan.declared.sessions == "also_interrupted",
-            simulated=wanted.simulated,
-            withdrawn=withdrawn(wanted.lab),
+            simulated=request.simulated,
+            withdrawn=withdrawn(request.lab),
         )
     finally:
         engine.dispose()

@@ -37,8 +37,8 @@ def latex_text(title: str, lead: str, tables: Sequence[NumberedTable]) -> str:
     )
     if letters:
         head.append(f"% Holds letters that pdflatex does not know (lualatex does): {' '.join(letters)}")
-    said = [escaped(lead)] if lead else []
-    return "\n\n".join(["\n".join(head), *said, *map(_table, tables)]) + "\n"
+    leads = [escaped(lead)] if lead else []
+    return "\n\n".join(["\n".join(head), *leads, *map(_table, tables)]) + "\n"
 
 
 def _letters(numbered: NumberedTable) -> str:

@@ -81,9 +81,9 @@ def grouped_table(heads: Iterable[str | Head], rows: Iterable[Sequence[str]], no
     table = text_table(heads, rows, notes)
     first = [row[0] for row in table.rows]
     repeats = [place > 0 and text == first[place - 1] for place, text in enumerate(first)]
-    shown = tuple(("", *row[1:]) if again else row for row, again in zip(table.rows, repeats, strict=True))
-    starts = {place for place, text in enumerate(row[0] for row in shown) if text and place > 0}
-    return replace(table, rows=shown, ruled=frozenset(starts if any(repeats) else ()))
+    cells = tuple(("", *row[1:]) if again else row for row, again in zip(table.rows, repeats, strict=True))
+    starts = {place for place, text in enumerate(row[0] for row in cells) if text and place > 0}
+    return replace(table, rows=cells, ruled=frozenset(starts if any(repeats) else ()))
 
 
 def number(name: str) -> Head:

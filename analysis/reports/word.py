@@ -69,9 +69,9 @@ def _add(document: Document, numbered: NumberedTable) -> None:
 
 def _label(number: int) -> str:
     """ "Table 3" as Word numbers tables itself, so that a list of tables and cross-references work."""
-    shown = f"<w:r><w:rPr><w:b/></w:rPr><w:t>{number}</w:t></w:r>"
+    number_xml = f"<w:r><w:rPr><w:b/></w:rPr><w:t>{number}</w:t></w:r>"
     words = '<w:r><w:rPr><w:b/></w:rPr><w:t xml:space="preserve">Table </w:t></w:r>'
-    field = rf'<w:fldSimple w:instr=" SEQ Table \* ARABIC ">{shown}</w:fldSimple>'
+    field = rf'<w:fldSimple w:instr=" SEQ Table \* ARABIC ">{number_xml}</w:fldSimple>'
     return f'<w:p><w:pPr><w:keepNext/><w:spacing w:before="240" w:after="0"/></w:pPr>{words}{field}</w:p>'
 
 
@@ -102,12 +102,12 @@ def _grid(table: Table) -> str:
 def _row(table: Table, cells: Sequence[str], size: int, *, head: bool) -> str:
     rule = f"<w:tcPr><w:tcBorders>{_RULE.format(side='bottom', size=6)}</w:tcBorders></w:tcPr>" * head
     look = f'<w:sz w:val="{size}"/>'
-    made = []
+    cells_xml = []
     for text, column in zip(cells, table.heads, strict=True):
         side = "right" if column.kind == "number" else "left"
         layout = f'<w:pPr>{"<w:keepNext/>" * head}<w:spacing w:after="0"/><w:jc w:val="{side}"/></w:pPr>'
-        made.append(f"<w:tc>{rule}<w:p>{layout}{_run(text, look)}</w:p></w:tc>")
-    return f"<w:tr><w:trPr><w:cantSplit/>{'<w:tblHeader/>' * head}</w:trPr>{''.join(made)}</w:tr>"
+        cells_xml.append(f"<w:tc>{rule}<w:p>{layout}{_run(text, look)}</w:p></w:tc>")
+    return f"<w:tr><w:trPr><w:cantSplit/>{'<w:tblHeader/>' * head}</w:trPr>{''.join(cells_xml)}</w:tr>"
 
 
 def _group(table: Table, name: str, size: int) -> str:

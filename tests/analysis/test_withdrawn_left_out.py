@@ -6,7 +6,7 @@ import pytest
 
 from palpate.analysis.exporting.export import Choices, export
 from palpate.analysis.exporting.tabular import ExportRefused
-from palpate.analysis.ratings.sources import Wanted, read_source
+from palpate.analysis.ratings.sources import DataRequest, read_source
 from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.studies.collect import collect, open_database
 from palpate.studies.participants.people import add as enter
@@ -41,7 +41,7 @@ def lab(tmp_path):
 
 @pytest.fixture(params=["files", "database"])
 def wanted(lab, request):
-    return Wanted("doors_small", lab, f"sqlite:///{lab / 'lab.sqlite'}" if request.param == "database" else None)
+    return DataRequest("doors_small", lab, f"sqlite:///{lab / 'lab.sqlite'}" if request.param == "database" else None)
 
 
 def test_analyses_and_reports_hold_nobody_who_withdrew(wanted):
@@ -78,5 +78,5 @@ def test_a_database_of_real_people_is_shared_only_beside_the_registry_that_tells
     list(collect([tmp_path / "doors_small_P005_s1.sqlite"], engine))
     engine.dispose()
     with pytest.raises(ExportRefused, match="no registry of participants.*--lab"):
-        export(Wanted("doors_small", tmp_path, url), tmp_path / "out", Choices("csv"))
-    assert export(Wanted("doors_small", lab, url), tmp_path / "out", Choices("csv")).participants == 1
+        export(DataRequest("doors_small", tmp_path, url), tmp_path / "out", Choices("csv"))
+    assert export(DataRequest("doors_small", lab, url), tmp_path / "out", Choices("csv")).participants == 1

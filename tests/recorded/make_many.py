@@ -10,7 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from palpate.analysis.ratings.sources import Wanted
+from palpate.analysis.ratings.sources import DataRequest
 from palpate.analysis.regenerating.files import file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.protocols.files import write_texts
@@ -53,7 +53,7 @@ def record() -> None:
 
 def texts_of(name: str) -> dict[str, str]:
     """Everything that is regenerated for a study, but times, pictures and pages: its statistics and all tables."""
-    return file_texts(regenerate(Wanted(name, MANY)), {})
+    return file_texts(regenerate(DataRequest(name, MANY)), {})
 
 
 def expect() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from palpate import command_line
 from palpate.analysis.exporting.export import Choices, export
-from palpate.analysis.ratings.sources import Wanted
+from palpate.analysis.ratings.sources import DataRequest
 from palpate.protocols.canonical import canonical
 from palpate.protocols.forms import LabForms
 from palpate.protocols.plan import compile_plan
@@ -36,8 +36,8 @@ def lab_of(folder, *studies):
 
 def exported(lab, study, to, fmt, *, include_incomplete=False, simulated=None, url=None, **choices):
     """What `palpate export --least-people 1` does."""
-    wanted = Wanted(study, lab, url, None, include_incomplete, simulated)
-    return export(wanted, to, Choices(fmt, **{"least_people": 1, **choices}))
+    request = DataRequest(study, lab, url, None, include_incomplete, simulated)
+    return export(request, to, Choices(fmt, **{"least_people": 1, **choices}))
 
 
 def told(monkeypatch, *arguments):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from palpate.analysis.ratings.dataset import Ratings, Scale
 from palpate.analysis.ratings.rating_files import save_ratings
-from palpate.analysis.ratings.sources import IMPORTED, Wanted
+from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.analysis.regenerating.page import report_html
 from palpate.analysis.regenerating.plan_figures import draw_all
 from palpate.analysis.regenerating.regeneration import RegeneratedStudy, regenerate
@@ -61,9 +61,9 @@ def small_study(lab: Path) -> RegeneratedStudy:
     if not (lab / IMPORTED / "small").exists():
         save_ratings(small_set(), lab / IMPORTED / "small")
         (lab / "plan.yaml").write_text(PLAN.lstrip(), encoding="utf-8")
-    return regenerate(Wanted("small", lab), lab / "plan.yaml")
+    return regenerate(DataRequest("small", lab), lab / "plan.yaml")
 
 
-def page_of(found: RegeneratedStudy) -> str:
+def page_of(study: RegeneratedStudy) -> str:
     """Its report."""
-    return report_html(found, list(draw_all(found.figures, None)), 1.5)
+    return report_html(study, list(draw_all(study.figures, None)), 1.5)

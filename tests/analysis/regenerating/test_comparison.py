@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from palpate.analysis.regenerating.comparison import NothingCommitted, differences, told
+from palpate.analysis.regenerating.comparison import NothingCommitted, difference_lines, differences
 from palpate.analysis.regenerating.output_folder import MARK
 
 STATISTICS = {"tests": [{"name": "a", "outcome": "Hard", "seconds": 1.0, "results": [{"F": 3.25, "p": 0.01, "n": 4}]}]}
@@ -118,6 +118,6 @@ def test_nothing_committed_is_refused(tmp_path):
 
 def test_many_differences_are_counted(committed):
     many = {**texts(), **{f"tests/x{n}.csv": "a\n" for n in range(50)}}
-    lines = told(differences(many, committed))
+    lines = difference_lines(differences(many, committed))
     assert len(lines) == 21
     assert lines[-1] == "... and 30 more"

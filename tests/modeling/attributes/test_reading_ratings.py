@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.ratings.sources import Wanted, read_source
+from palpate.analysis.ratings.sources import DataRequest, read_source
 from palpate.modeling.attributes.material import MaterialError, Pair
 from palpate.modeling.attributes.reading_ratings import attributes_of, read_ratings
 from palpate.studies.participants.people import add as enter
@@ -21,7 +21,7 @@ PAIRS = (Pair("Rough", "Smooth"), Pair("Flat", "Bumpy"), Pair("Sticky", "Slipper
 
 def answers(lab, people=None):
     """What each person answered: (people, textures, attributes)."""
-    table = read_source(Wanted("texture_ratings", lab))[0].table
+    table = read_source(DataRequest("texture_ratings", lab))[0].table
     people = people or sorted(set(table["participant"]))
     cell = {(r.participant, r.stimulus, r.attribute): r.value for r in table.itertuples()}
     return np.array([[[cell[p, t, pair.low] for pair in PAIRS] for t in ("T01", "T02", "T03")] for p in people])
@@ -73,7 +73,7 @@ def test_who_withdrew_and_whom_the_plan_leaves_out_do_not_count(tmp_path):
 
 def test_somebody_who_rated_twice_counts_once(tmp_path):
     rated_by(tmp_path, ("P001", "P002"), order={"design": "williams", "repeats": 2})
-    table = read_source(Wanted("texture_ratings", tmp_path))[0].table
+    table = read_source(DataRequest("texture_ratings", tmp_path))[0].table
     rated = read_ratings(tmp_path).rated["T01"]
     of_one = table[(table["stimulus"] == "T01") & (table["attribute"] == "Rough")]
     assert len(of_one) == 4 and rated.raters == 2
