@@ -39,7 +39,7 @@ def demand_finite(signal: Array, least: int = 2) -> None:
 
 
 def low_pass(signal: Array, rate_hz: float, edge_hz: float = HAND_HZ, order: int = HAND_ORDER) -> Array:
-    """(n,) or (n, channels) without what is above an edge; no delay; 3 dB down at the edge, both ways together.
+    """Return (n,) or (n, channels) without what is above an edge; no delay; 3 dB down at the edge, both ways together.
 
     An edge at or above 0.98 of half the rate leaves the signal as it is. Raises SignalError.
     """
@@ -52,7 +52,7 @@ def low_pass(signal: Array, rate_hz: float, edge_hz: float = HAND_HZ, order: int
 
 
 def band_pass(signal: Array, rate_hz: float, band_hz: tuple[float, float] = BAND_HZ, order: int = BAND_ORDER) -> Array:
-    """(n,) or (n, channels) between two edges; no delay; 3 dB down at each edge, both ways together.
+    """Return (n,) or (n, channels) between two edges; no delay; 3 dB down at each edge, both ways together.
 
     The upper edge is left out where it is at or above 0.98 of half the rate (`has_upper_edge`): a high-pass then.
     Raises SignalError, also where the lower edge is not below half the rate.

@@ -43,7 +43,9 @@ def burg(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
 
 
 def reflections(filters: Array) -> Array:
-    """(n, p + 1) error filters to their reflection coefficients (n, p); all within 1 where, and only where, stable."""
+    """Return (n, p + 1) error filters to their reflection coefficients (n, p); all within 1 where, and only where,
+    stable.
+    """
     left = np.array(filters, dtype=np.float64)
     order = left.shape[1] - 1
     found = np.empty((len(left), order))
@@ -56,7 +58,7 @@ def reflections(filters: Array) -> Array:
 
 
 def stable_within(filters: Array, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """(n,): whether all poles of 1 / filter lie inside the radius (Schur and Cohn)."""
+    """Return (n,): whether all poles of 1 / filter lie inside the radius (Schur and Cohn)."""
     with np.errstate(invalid="ignore"):
         is_stable = np.abs(reflections(expanded(filters, radius))) < 1
     return np.asarray(is_stable.all(axis=1))
@@ -75,7 +77,7 @@ def damped_within(filter_: Array, radius: float) -> Array:
 
 
 def power_gain(filters: Array) -> Array:
-    """(n,): the variance of what 1 / filter makes of white noise of variance 1."""
+    """Return (n,): the variance of what 1 / filter makes of white noise of variance 1."""
     return np.asarray(np.prod(1 / (1 - reflections(filters) ** 2), axis=1))
 
 
@@ -93,7 +95,7 @@ def frequencies_of(filter_: Array) -> Array:
 
 
 def filters_of(frequencies: Array) -> Array:
-    """(n, p) line spectral frequencies to error filters (n, p + 1).
+    """Return (n, p) line spectral frequencies to error filters (n, p + 1).
 
     Both halves are products of 2 cos(angle) - 2 cos(frequency) on the unit circle, but for a turn: multiplied there,
     they keep their digits at any order, which products of polynomials do not.

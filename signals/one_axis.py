@@ -21,7 +21,7 @@ what other lengths cost."""
 
 
 def dft321(axes: Array) -> Array:
-    """Several axes (n, k) on one (n,), by one spectrum: the energy of all, the phase of their sum.
+    """Return several axes (n, k) on one (n,), by one spectrum: the energy of all, the phase of their sum.
 
     |A(f)| is the root of the axes' summed squares, so that energy is kept; its phase is that of the sum of the axes
     (Landin, Romano, McMahan and Kuchenbecker 2010); 0 where they cancel out. One axis is given back as it is. Take
@@ -34,7 +34,8 @@ def dft321(axes: Array) -> Array:
 
 
 def one_axis(axes: Array, rate_hz: float, frame_s: float = FRAME_S) -> Array:
-    """Several axes (n, k) on one (n,) by DFT321 in frames that overlap by half, energy kept where and when it was.
+    """Return several axes (n, k) on one (n,) by DFT321 in frames that overlap by half, energy kept where and when it
+    was.
 
     Frames are weighed by half a sine before and after, so that one axis comes back as it is. What the frames' overlap
     takes is given back, frame by frame, then in all: the energy is that of the axes. Raises SignalError.

@@ -130,7 +130,7 @@ def _middle(picture: Image, where: str) -> Image:
 
 
 def _gray(cut: Image, where: str) -> Gray:
-    """Brightness from 0 to 1."""
+    """Return the brightness from 0 to 1."""
     if cut.mode.startswith("I"):
         return _of_16_bits(cut, where)
     if cut.mode == "F":

@@ -208,17 +208,17 @@ class _Sheet:
 
     @property
     def head(self) -> float:
-        """The room for a panel's title."""
+        """Return the room for a panel's title."""
         return 0.1 + 1.35 * self.title_pt / 72 * max(title.count("\n") + 1 for title in self.titles)
 
     @property
     def key_high(self) -> float:
-        """The room for the key."""
+        """Return the room for the key."""
         return 0.1 + 0.19 * math.ceil(len(self.keys) / self.key_columns) if self.keys else 0.04
 
     @property
     def size(self) -> tuple[float, float]:
-        """Width and height."""
+        """Return the width and height."""
         wide = self.left + self.columns * (self.side + GAP)
         return wide, FOOT + self.lines * (self.side + self.head) + self.key_high
 

@@ -40,7 +40,7 @@ class Prediction:
 
     @property
     def error(self) -> float:
-        """Predicted minus actual."""
+        """Return predicted minus actual."""
         return self.predicted - self.actual
 
 

@@ -277,7 +277,7 @@ class _Bars:
     digits: int
 
     def look(self, bar: str) -> dict[str, Any]:
-        """Colour and hatch of a method."""
+        """Return the colour and hatch of a method."""
         place = self.data.words["bars"].index(bar)
         colour = OKABE_ITO[place % len(OKABE_ITO)]
         return {

@@ -85,7 +85,7 @@ def _matching(column_map: ColumnMap, folder: Path) -> list[Path]:
 
 
 def _short_names(paths: Sequence[Path], folder: Path) -> list[str]:
-    """File names, with their folders where two files share one."""
+    """Return the file names, with their folders where two files share one."""
     names = [path.name for path in paths]
     if len(set(names)) == len(names):
         return names

@@ -43,7 +43,7 @@ class Aligned:
 
     @property
     def empty(self) -> int:
-        """Grid points without a value."""
+        """Return the grid points without a value."""
         return int(np.isnan(self.values[:, 0]).sum())
 
 
@@ -87,7 +87,7 @@ def _holes(times_s: Array, step_s: float, longest_gap_s: float) -> Iterator[Hole
 
 
 def _stretches(times_s: Array, holes: tuple[Hole, ...]) -> Iterator[tuple[int, int]]:
-    """First and last sample of each stretch between long holes."""
+    """Yield the first and last sample of each stretch between long holes."""
     cuts = np.searchsorted(times_s, [hole.before_s for hole in holes if not hole.bridged])
     firsts, lasts = [0, *cuts], [*(cuts - 1), len(times_s) - 1]
     for first, last in zip(firsts, lasts, strict=True):

@@ -100,7 +100,7 @@ def _filled(places: Array, values: Array) -> Array:
 
 
 def _kernel(passband: Band, step_s: float) -> Array:
-    """Weights (phases + 1, 2 reach) of the samples around a point, by its phase; each row sums to 1."""
+    """Return the weights (phases + 1, 2 reach) of the samples around a point, by its phase; each row sums to 1."""
     cut = (passband.passes_hz + passband.stops_hz) * step_s  # of the stream's Nyquist frequency
     beta = 0.1102 * (REJECTION_DB - 8.7)
     phases = ceil(PHASES * min(cut, 1.0))  # a kernel that is wider needs fewer

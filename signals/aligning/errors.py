@@ -19,7 +19,8 @@ MARGIN_S = 1.0
 
 @lru_cache(maxsize=256)
 def sine_error(method: str, rate_hz: float, grid_hz: float, at_hz: float = HAND_HZ) -> float:
-    """RMS error relative to the sine's RMS, over all phases, away from edges; 1 where the stream cannot hold it.
+    """Return the RMS error relative to the sine's RMS, over all phases, away from edges; 1 where the stream cannot hold
+    it.
 
     No signal with its power below `at_hz` has a larger one: for pchip, which is not linear, that is no theorem.
     """
@@ -42,7 +43,7 @@ def leak(method: str, rate_hz: float, grid_hz: float) -> float | None:
 
 
 def _through(method: str, rate_hz: float, grid_hz: float, at_hz: float) -> tuple[Array, Array]:
-    """Sine and cosine sampled and aligned, and the grid, both without what lies near the edges."""
+    """Return the sine and cosine sampled and aligned, and the grid, both without what lies near the edges."""
     seconds = 2 * MARGIN_S + max(2.0, 400 / rate_hz)
     times_s = np.arange(int(seconds * rate_hz)) / (rate_hz * OFF)
     grid_s = grid_points(MARGIN_S, times_s[-1] - MARGIN_S, grid_hz)

@@ -33,7 +33,9 @@ class Hinge:
     misfit: float
 
     def angle_deg(self, positions: Array) -> Array:
-        """Angles (n,) of positions (n, 3); 0 where the fitted path began, rising as it went; NaN where unknown."""
+        """Return the angles (n,) of positions (n, 3); 0 where the fitted path began, rising as it went; NaN where
+        unknown.
+        """
         from_centre = positions - self.centre
         turned = np.arctan2(from_centre @ self.ahead, from_centre @ self.across)
         return np.asarray(np.degrees(turned))
@@ -68,7 +70,7 @@ def fit_hinge(positions: Array) -> Hinge:
 
 
 def _circle(flat: Array) -> tuple[Array, float]:
-    """Centre and radius: Kasa's algebraic circle, then Gauss and Newton on the distances."""
+    """Return the centre and radius: Kasa's algebraic circle, then Gauss and Newton on the distances."""
     scale = np.sqrt((flat**2).sum(axis=1).mean())
     points = flat / scale
     rows = np.column_stack([2 * points, np.ones(len(points))])

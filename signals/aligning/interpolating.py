@@ -33,14 +33,14 @@ def linear(times_s: Array, values: Array, wanted_s: Array) -> Array:
 
 
 def pchip(times_s: Array, values: Array, wanted_s: Array) -> Array:
-    """Piecewise cubic Hermite, monotone where the samples are: never overshoots (Fritsch and Butland 1984)."""
+    """Return the piecewise cubic Hermite, monotone where the samples are: never overshoots (Fritsch and Butland 1984)."""
     from scipy.interpolate import PchipInterpolator
 
     return np.asarray(PchipInterpolator(times_s, values, axis=0)(_inside(times_s, wanted_s)))
 
 
 def cubic(times_s: Array, values: Array, wanted_s: Array) -> Array:
-    """Cubic spline with continuous curvature, not-a-knot at its ends."""
+    """Return a cubic spline with continuous curvature, not-a-knot at its ends."""
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(times_s, values, axis=0)(_inside(times_s, wanted_s)))

@@ -34,7 +34,7 @@ class Slope:
 
     @property
     def noise_gain_per_s(self) -> float:
-        """Standard deviation of a velocity per standard deviation of the positions (white noise), in 1/s."""
+        """Return the standard deviation of a velocity per standard deviation of the positions (white noise), in 1/s."""
         return math.sqrt(math.fsum(weight * weight for weight in self.weights))
 
     @property
@@ -67,7 +67,7 @@ class Slope:
         return self.moment(self.bias_order)
 
     def response(self, frequency_hz: float) -> complex:
-        """Estimated over true velocity of a sinusoid: 1 is perfect; its angle is the phase."""
+        """Return the estimated over true velocity of a sinusoid: 1 is perfect; its angle is the phase."""
         omega = 2 * math.pi * frequency_hz
         whole = sum(w * np.exp(1j * omega * t) for w, t in zip(self.weights, self._times_s(), strict=True))
         return complex(whole / (1j * omega))
@@ -103,7 +103,9 @@ def slope(window: int, degree: int, rate_hz: float, place: Place = "middle") -> 
 
 
 def velocity(positions: Array, estimate: Slope) -> Array:
-    """Velocities of shape (n, axes) from positions of that shape, sampled evenly; lost samples stand as NaN in it.
+    """Return the velocities of shape (n, axes) from positions of that shape, sampled evenly; lost samples stand as NaN
+    in
+    it.
 
     NaN where the window holds a NaN or reaches beyond the recording: nothing is bridged or extrapolated.
     """
@@ -120,7 +122,9 @@ def velocity(positions: Array, estimate: Slope) -> Array:
 
 
 def speed(positions: Array, estimate: Slope, normal: Sequence[float] | None = None) -> Array:
-    """Speeds of shape (n,): lengths of the velocities, in the surface with that normal where one is given (4.3.3)."""
+    """Return the speeds of shape (n,): lengths of the velocities, in the surface with that normal where one is given
+    (4.3.3).
+    """
     velocities = velocity(positions, estimate)
     if normal is not None:
         unit = np.asarray(normal, float) / np.linalg.norm(normal)

@@ -35,7 +35,7 @@ class Landmarks:
 
 
 def peaks_of(force_N: Array, least_N: float) -> list[int]:
-    """Indices of the local maxima that stand out by at least `least_N`.
+    """Return the indices of the local maxima that stand out by at least `least_N`.
 
     A peak's prominence is its height over the higher of the two lowest points between it and higher ground (or
     the profile's end) on either side; of a flat top, the middle counts; the two ends are never peaks.
@@ -71,7 +71,7 @@ def require_cycles(force_N: Array, count: int, purpose: str) -> Landmarks:
 
 
 def plateau_after_second_peak(force_N: Array, purpose: str) -> tuple[int, int]:
-    """First and last grid index of the plateau on the way from the second peak to its valley.
+    """Return the first and last grid index of the plateau on the way from the second peak to its valley.
 
     It is where the descent slows down between two steep parts. Raises DoorDataError where the force falls from
     the second peak in one go.
@@ -136,7 +136,7 @@ def as_profile(force_N: Array | tuple[float, ...] | list[float], where: str = "p
 
 
 def _tops(force_N: Array) -> list[tuple[int, float]]:
-    """Middle and prominence of every run of equal values with lower values on both sides, in order."""
+    """Return the middle and prominence of every run of equal values with lower values on both sides, in order."""
     starts = np.flatnonzero(np.diff(force_N, prepend=np.nan) != 0)
     values = force_N[starts]
     inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] > values[2:])) + 1
@@ -165,13 +165,13 @@ def _lowest_before(heights: list[float], lowest: list[float]) -> list[float]:
 
 
 def _largest_drop(moving: Array, felt: list[int]) -> float:
-    """Largest fall from a counted peak to the lowest point before the next one (0 without a peak)."""
+    """Return the largest fall from a counted peak to the lowest point before the next one (0 without a peak)."""
     ends = [*felt[1:], len(moving)]
     return max((float(moving[a] - moving[a:b].min()) for a, b in zip(felt, ends, strict=False)), default=0.0)
 
 
 def _slope(force_N: Array) -> float:
-    """Least-squares slope in newtons per degree (0 for a single point)."""
+    """Return the least-squares slope in newtons per degree (0 for a single point)."""
     if len(force_N) < 2:
         return 0.0
     angle = np.arange(len(force_N)) / POINTS_PER_DEG
@@ -180,13 +180,13 @@ def _slope(force_N: Array) -> float:
 
 
 def _roughness(moving: Array) -> float:
-    """Root mean square of what a two-degree moving average leaves, without the first and last degree."""
+    """Return the root mean square of what a two-degree moving average leaves, without the first and last degree."""
     detail = (moving - _smooth(moving, SMOOTH_POINTS))[POINTS_PER_DEG:-POINTS_PER_DEG]
     return float(np.sqrt(np.mean(detail**2))) if detail.size else 0.0
 
 
 def _smooth(values: Array, points: int) -> Array:
-    """Centred moving average; near the ends the end value stands in for what is missing."""
+    """Return the centred moving average; near the ends the end value stands in for what is missing."""
     points = points | 1
     padded = np.pad(values, points // 2, mode="edge")
     return np.convolve(padded, np.full(points, 1 / points), mode="valid")

@@ -19,17 +19,17 @@ class DoorDataError(ValueError):
 
 
 def grid_angle_deg(index: int) -> float:
-    """Angle of one grid point, in degrees, correctly rounded (3 -> 0.3)."""
+    """Return the angle of one grid point, in degrees, correctly rounded (3 -> 0.3)."""
     return index / POINTS_PER_DEG
 
 
 def grid_index(angle_deg: float) -> int:
-    """Nearest grid point to an angle in degrees, kept inside the grid."""
+    """Return the nearest grid point to an angle in degrees, kept inside the grid."""
     return min(max(round(angle_deg * POINTS_PER_DEG), 0), POINTS - 1)
 
 
 def motion_end(force_N: list[float] | tuple[float, ...]) -> int:
-    """Index of the last point before the zero padding of a door that opens less than 62 degrees.
+    """Return the index of the last point before the zero padding of a door that opens less than 62 degrees.
 
     A profile that is zero throughout has its end at 0.
     """

@@ -95,7 +95,7 @@ CHECK_RANGES: dict[str, tuple[float, float]] = {
 
 
 def simulate(door: Door, where: str = "door") -> Array:
-    """Force at the handle in newtons on the 621 grid points, zero-padded beyond `opens_to_deg`.
+    """Return the force at the handle in newtons on the 621 grid points, zero-padded beyond `opens_to_deg`.
 
     There is no sensor noise: the measured door that stands beside the simulated ones is low-pass filtered.
 
@@ -110,7 +110,7 @@ def simulate(door: Door, where: str = "door") -> Array:
 
 
 def hand_force(door: Door, angle_deg: Array) -> Array:
-    """Force at the handle in newtons at any angles, in degrees, within the door's travel.
+    """Return the force at the handle in newtons at any angles, in degrees, within the door's travel.
 
     The hand takes up its play first: at 0 degrees the reading is 0 unless `take_up_deg` is.
     """
@@ -128,14 +128,14 @@ def hand_force(door: Door, angle_deg: Array) -> Array:
 
 
 def gravity_torque(door: Door, angle_deg: Array) -> Array:
-    """Torque of the weight about an inclined hinge axis: none where the door hangs lowest."""
+    """Return the torque of the weight about an inclined hinge axis: none where the door hangs lowest."""
     weight_Nm = door.mass_kg * GRAVITY_M_S2 * door.centre_of_mass_m
     swing = np.sin(np.radians(angle_deg - door.lowest_at_deg))
     return np.asarray(weight_Nm * math.sin(math.radians(door.hinge_tilt_deg)) * swing)
 
 
 def friction_torque(door: Door, angle_deg: Array) -> Array:
-    """Coulomb friction with its breakaway rise (Stribeck), viscous damping, and the ripple of a worn hinge."""
+    """Return Coulomb friction with its breakaway rise (Stribeck), viscous damping, and the ripple of a worn hinge."""
     speed = _speed_deg_s(door, angle_deg)
     rise = (door.breakaway_Nm - door.coulomb_Nm) * np.exp(-((speed / door.stribeck_speed_deg_s) ** 2))
     ripple = door.ripple_Nm * np.sin(2 * np.pi * angle_deg / door.ripple_period_deg)
@@ -143,7 +143,7 @@ def friction_torque(door: Door, angle_deg: Array) -> Array:
 
 
 def inertia_torque(door: Door, angle_deg: Array) -> Array:
-    """Torque that brings the door to speed: the kinetic energy's derivative over the angle."""
+    """Return the torque that brings the door to speed: the kinetic energy's derivative over the angle."""
     share = np.clip(angle_deg / door.start_deg, 0, 1)
     inertia_kg_m2 = door.mass_kg * door.gyration_radius_m**2
     energy_J = 0.5 * inertia_kg_m2 * math.radians(door.speed_deg_s) ** 2
@@ -151,7 +151,7 @@ def inertia_torque(door: Door, angle_deg: Array) -> Array:
 
 
 def check_torque(check: tuple[CheckFeature, ...], angle_deg: Array) -> Array:
-    """Torque of the check link: minus to plus through each detent, plus to minus over each crest."""
+    """Return the torque of the check link: minus to plus through each detent, plus to minus over each crest."""
     total = np.zeros_like(angle_deg)
     for feature in check:
         away = np.radians(angle_deg - feature.angle_deg)
@@ -161,12 +161,12 @@ def check_torque(check: tuple[CheckFeature, ...], angle_deg: Array) -> Array:
 
 
 def seal_torque(door: Door, angle_deg: Array) -> Array:
-    """Torque of the compressed weatherstrip, which pushes the door open and is gone after a few degrees."""
+    """Return the torque of the compressed weatherstrip, which pushes the door open and is gone after a few degrees."""
     return np.asarray(-door.seal_Nm * np.exp(-angle_deg / door.seal_range_deg))
 
 
 def stop_force(door: Door, angle_deg: Array) -> Array:
-    """Force of the end stop: a smooth onset, then its stiffness, and never more than the hand pulls.
+    """Return the force of the end stop: a smooth onset, then its stiffness, and never more than the hand pulls.
 
     The limit makes any stiffness safe: a person stops pulling, and the recording ends there.
     """

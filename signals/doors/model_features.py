@@ -77,7 +77,7 @@ def _found(profile: Array) -> dict[str, float]:
 
 
 def _extremes(moving: Array, marks: Landmarks) -> dict[str, float]:
-    """Major peaks and valleys; one that is missing stands at the end of the motion."""
+    """Return the major peaks and valleys; one that is missing stands at the end of the motion."""
     peaks = [*marks.peaks, *[marks.end] * PEAKS][:PEAKS]
     valleys = [*marks.valleys, *[marks.end] * VALLEYS][:VALLEYS]
     values = {"major_peak_count": float(len(marks.peaks))}
@@ -91,7 +91,7 @@ def _extremes(moving: Array, marks: Landmarks) -> dict[str, float]:
 
 
 def _slopes(moving: Array, slope: Array) -> dict[str, float]:
-    """Change of force over one degree: the steepest rise and fall and where they are, and its RMS."""
+    """Return the change of force over one degree: the steepest rise and fall and where they are, and its RMS."""
     rise, fall = int(np.argmax(slope)), int(np.argmin(slope))
     return {
         "rise_N_deg": max(float(slope[rise]), 0.0),
@@ -125,7 +125,9 @@ def _plateaus(profile: Array, moving: Array, slope: Array, marks: Landmarks) -> 
 
 
 def _work(profile: Array) -> dict[str, float]:
-    """Work over the whole grid in J per metre of handle radius: the integral of the force over the angle in radians."""
+    """Return the work over the whole grid in J per metre of handle radius: the integral of the force over the angle in
+    radians.
+    """
     width = np.radians(1 / POINTS_PER_DEG)
     pieces = (profile[1:] + profile[:-1]) / 2 * width
     values = {
@@ -140,7 +142,7 @@ def _work(profile: Array) -> dict[str, float]:
 
 
 def _slope_over_a_degree(moving: Array) -> Array:
-    """N/deg between points a degree apart; of a shorter motion, over all of it."""
+    """Return N/deg between points a degree apart; of a shorter motion, over all of it."""
     span = min(POINTS_PER_DEG, len(moving) - 1)
     if span == 0:
         return np.zeros(1)
@@ -148,7 +150,7 @@ def _slope_over_a_degree(moving: Array) -> Array:
 
 
 def _longest(true: NDArray[np.bool_]) -> tuple[int, int]:
-    """Start and length of the longest run, the first of equals; length 0 where there is none."""
+    """Return the start and length of the longest run, the first of equals; length 0 where there is none."""
     edges = np.diff(true.astype(np.int8), prepend=0, append=0)
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     if not starts.size:

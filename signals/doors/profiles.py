@@ -156,7 +156,7 @@ def _refuse_gaps(angle: Array, largest_deg: float) -> float:
 
 
 def _resample(angle: Array, force: Array) -> tuple[Array, int]:
-    """Means of the straight-line force over each tenth of a degree, and the number of padded points."""
+    """Return the means of the straight-line force over each tenth of a degree, and the number of padded points."""
     grid = np.array([grid_angle_deg(index) for index in range(POINTS)])
     reached = int(np.searchsorted(grid, angle[-1] + SAME_ANGLE_DEG, side="right"))
     half = 0.5 / POINTS_PER_DEG
@@ -170,7 +170,9 @@ def _resample(angle: Array, force: Array) -> tuple[Array, int]:
 
 
 def _area_until(angle: Array, force: Array, upper: Array) -> Array:
-    """Integral of the straight-line force from the first angle to each upper limit; the first force holds before."""
+    """Return the integral of the straight-line force from the first angle to each upper limit; the first force holds
+    before.
+    """
     areas = np.r_[0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(angle))]
     before = np.clip(np.searchsorted(angle, upper, side="right") - 1, 0, len(angle) - 1)
     rest = upper - angle[before]

@@ -61,6 +61,6 @@ def straighten(force_N: Array, first: int, last: int) -> Array:
 
 
 def ease(share: Array) -> Array:
-    """Smooth step from 0 to 1 without a slope at either end."""
+    """Return a smooth step from 0 to 1 without a slope at either end."""
     share = np.clip(share, 0, 1)
     return share * share * (3 - 2 * share)

@@ -35,7 +35,7 @@ def activation(step: Activation, form: Form, at: At) -> Built:  # noqa: ARG001 -
 
 
 def soft(x: Values, axis: int) -> Values:
-    """exp(x) / sum of exp(x) along an axis, in place; from its greatest, where it would overflow or vanish else."""
+    """Return exp(x) / sum of exp(x) along an axis, in place; from its greatest, where it would overflow or vanish else."""
     if not (x.max() < SAFE and x.min() > -SAFE):
         x -= np.maximum.reduce(x, axis=axis, keepdims=True)
     np.exp(x, out=x)
@@ -53,7 +53,7 @@ def _softmax(form: Form) -> Callable[[Values, Kept], Values]:
 
 
 def _gelu() -> Callable[[Values, Kept], Values]:
-    """x times the normal distribution function; by erfc, which keeps its digits far below zero."""
+    """Return x times the normal distribution function; by erfc, which keeps its digits far below zero."""
     from scipy.special import erfc
 
     def run(x: Values, _kept: Kept) -> Values:
@@ -90,7 +90,7 @@ def _leaky(x: Values, into: Values | None) -> Values:
 
 
 def _softplus(x: Values, into: Values | None) -> Values:
-    """log(1 + exp(x)), also where exp(x) would overflow."""
+    """Return log(1 + exp(x)), also where exp(x) would overflow."""
     beyond = np.log1p(np.exp(-np.abs(x)))
     return np.asarray(np.add(np.maximum(x, 0, out=into), beyond, out=beyond))
 

@@ -12,7 +12,9 @@ from palpate.signals.models.triangles import Triangles
 
 
 def autoregression(step: Autoregression, form: Form, at: At) -> Built:
-    """Mean and log SD of the next acceleration; computed in double precision whatever the numbers are stored in."""
+    """Return the mean and log SD of the next acceleration; computed in double precision whatever the numbers are stored
+    in.
+    """
     if len(form.shape) != 2 or form.shape[0] != 3:
         raise at.refuse(f"shape {form.shape} comes to it; (3, length) is expected: acceleration, speed, force")
     _, length = sides(form, at)

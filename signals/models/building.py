@@ -53,7 +53,7 @@ def _chain(steps: Sequence[Step], form: Form, at: At) -> Built:
 
 
 def _one_step(steps: Sequence[Step], at: At) -> bool:
-    """Copies need not be made, and places not scaled, where what follows can have that in its weights."""
+    """Leave out copies and scales of places where what follows can have them in its weights."""
     if len(steps) < 2:
         return False
     if isinstance(steps[0], Upsample):

@@ -90,7 +90,9 @@ def apart(runs: Runs, model: Model) -> float:
 
 
 def _tried(card: Card) -> Array:
-    """Inputs (TRIED, in) about what a texture's recording held, or about 0, within what the model answers to."""
+    """Return the inputs (TRIED, in) about what a texture's recording held, or about 0, within what the model answers
+    to.
+    """
     chance, takes, texture = np.random.Generator(np.random.PCG64(1)), card.takes, card.texture
     rows = chance.standard_normal((TRIED, takes.size))
     if texture is not None and takes.size % 3 == 0:

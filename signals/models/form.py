@@ -95,7 +95,7 @@ class At:
 
 
 def flattened(form: Form) -> Callable[[Values], Values]:
-    """(n, *shape) as it is kept to (n, size) in C order."""
+    """Return (n, *shape) as it is kept to (n, size) in C order."""
 
     def run(x: Values) -> Values:
         return (x.swapaxes(1, 2) if form.length_first else x).reshape(len(x), -1)

@@ -126,7 +126,9 @@ def _error_filters(frequencies: Array) -> Array:
 
 
 def _without_average(hatt: Hatt) -> tuple[Array, Array]:
-    """Error filters of a higher order and their error, for an excitation of variance 1 (Levinson and Durbin)."""
+    """Return the error filters of a higher order and their error, for an excitation of variance 1 (Levinson and
+    Durbin).
+    """
     spectra = [np.abs(np.fft.rfft(_error_filters(filter_), SPECTRUM)) ** 2 for filter_ in (hatt.ma, hatt.ar)]
     lags = np.fft.irfft(spectra[0] / spectra[1] * hatt.gain[:, None] ** 2)[:, : HIGHER + 1]
     filters = np.zeros_like(lags)
@@ -140,7 +142,7 @@ def _without_average(hatt: Hatt) -> tuple[Array, Array]:
 
 
 def _drawn_in(filters: Array) -> Array:
-    """Filters (k, order + 1) with all poles inside RADIUS: where one is not, they are damped again and again."""
+    """Return filters (k, order + 1) with all poles inside RADIUS: where one is not, they are damped again and again."""
     damped = filters.copy()
     while (out := ~_stable(damped / RADIUS ** np.arange(damped.shape[1]))).any():
         damped[out] *= DAMP ** np.arange(damped.shape[1])
@@ -148,7 +150,7 @@ def _drawn_in(filters: Array) -> Array:
 
 
 def _stable(filters: Array) -> NDArray[np.bool_]:
-    """(k,): whether all poles lie within 1: all reflection coefficients do (Schur and Cohn)."""
+    """Return (k,): whether all poles lie within 1: all reflection coefficients do (Schur and Cohn)."""
     left, stable = filters, np.ones(len(filters), dtype=bool)
     for place in range(filters.shape[1] - 1, 0, -1):
         last = left[:, place : place + 1]
@@ -159,7 +161,7 @@ def _stable(filters: Array) -> NDArray[np.bool_]:
 
 
 def _frequencies(filter_: Array) -> Array:
-    """Line spectral frequencies of the filter whose poles are the given one's divided by RADIUS."""
+    """Return the line spectral frequencies of the filter whose poles are the given one's divided by RADIUS."""
     longer = np.append(filter_ / RADIUS ** np.arange(len(filter_)), 0.0)
     signs = (-1.0) ** np.arange(len(longer))
     symmetric, other = longer + longer[::-1], np.cumsum(longer - longer[::-1])[:-1]  # the other has a root at 1
@@ -213,7 +215,7 @@ def _card(path: Path, hatt: Hatt, points: _Points, content: bytes, window: int) 
 
 
 def _gains(filters: Array) -> Array:
-    """(k,): how much stronger than its innovations a predictor's signal is, by the energy of its response."""
+    """Return (k,): how much stronger than its innovations a predictor's signal is, by the energy of its response."""
     return np.asarray(np.fft.irfft(1 / np.abs(np.fft.rfft(filters, SPECTRUM)) ** 2)[:, 0])
 
 

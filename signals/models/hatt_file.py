@@ -119,7 +119,7 @@ def _ordered(models: Sequence[ElementTree.Element]) -> list[ElementTree.Element]
 
 
 def _rows(models: Sequence[ElementTree.Element], name: str) -> Array:
-    """(k, order), of each model as many."""
+    """Return (k, order), of each model as many."""
     rows = []
     for number, model in enumerate(models, start=1):
         element = model.find(name)

@@ -36,7 +36,7 @@ def recall(step: Recall, form: Form, at: At) -> Built:  # noqa: ARG001 - what ca
 
 
 def add(step: Add, form: Form, at: At) -> Built:
-    """x + what was kept."""
+    """Add what was kept."""
     other = at.was_kept(step.kept)
     if other.shape != form.shape:
         raise at.refuse(f"shape {form.shape} comes to it and {step.kept!r} has {other.shape}; one shape is expected")
@@ -73,7 +73,7 @@ def join(step: Join, form: Form, at: At) -> Built:
 
 
 def part(step: Part, form: Form, at: At) -> Built:
-    """Some channels or numbers, or some places."""
+    """Take some channels or numbers, or some places."""
     if step.along == "length":
         sides(form, at)
     side = form.shape[1 if step.along == "length" else 0]
@@ -92,7 +92,7 @@ def part(step: Part, form: Form, at: At) -> Built:
 
 
 def turn(step: Turn, form: Form, at: At) -> Built:  # noqa: ARG001 - a step that says nothing more
-    """Channels become places; nothing is moved, it is only read the other way."""
+    """Turn channels into places; nothing is moved, it is only read the other way."""
     channels, length = sides(form, at)
 
     def run(x: Values, _kept: Kept) -> Values:
@@ -102,7 +102,7 @@ def turn(step: Turn, form: Form, at: At) -> Built:  # noqa: ARG001 - a step that
 
 
 def polar(step: Polar, form: Form, at: At) -> Built:  # noqa: ARG001
-    """Magnitude and phase."""
+    """Return the magnitude and phase."""
     require_two(form, at, "real and imaginary parts")
 
     def run(x: Values, _kept: Kept) -> Values:

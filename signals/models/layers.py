@@ -12,7 +12,7 @@ from palpate.signals.models.form import LARGEST, At, Built, Form, Kept, Run, Val
 
 
 def affine(step: Affine, form: Form, at: At) -> Built:
-    """y = gain * x + offset."""
+    """Return y = gain * x + offset."""
     gain, offset = _factor(step.gain, form, at), _factor(step.offset, form, at)
 
     def run(x: Values, _kept: Kept) -> Values:
@@ -22,7 +22,7 @@ def affine(step: Affine, form: Form, at: At) -> Built:
 
 
 def dense(step: Dense, form: Form, at: At, times: int = 1) -> Built:
-    """y = weight x + bias; `times`: every element along the length stands for so many equal ones."""
+    """Return y = weight x + bias; `times`: every element along the length stands for so many equal ones."""
     weight = at.reals(step.weight, None, form.size * times)
     bias = at.reals(step.bias, len(weight)).astype(weight.dtype)
     if times > 1:
@@ -40,7 +40,7 @@ def dense(step: Dense, form: Form, at: At, times: int = 1) -> Built:
 
 
 def conv(step: Conv, form: Form, at: At) -> Built:
-    """Cross-correlation along the length: all windows side by side, times the weights."""
+    """Return the cross-correlation along the length: all windows side by side, times the weights."""
     channels, length = sides(form, at)
     weight = at.reals(step.weight, None, channels, None)
     filters, _, width = weight.shape
@@ -65,7 +65,7 @@ def conv(step: Conv, form: Form, at: At) -> Built:
 
 
 def by_place(matrix: Values, bias: Values, form: Form) -> Run:
-    """x matrix + bias at each place: (n, length, channels) to (n, length, filters)."""
+    """Return x matrix + bias at each place: (n, length, channels) to (n, length, filters)."""
     length = form.shape[1]
 
     def run(x: Values, _kept: Kept) -> Values:
@@ -77,7 +77,7 @@ def by_place(matrix: Values, bias: Values, form: Form) -> Run:
 
 
 def rows_of(x: Values, form: Form) -> Values:
-    """(n * length, channels), the places of all inputs one below the other."""
+    """Return (n * length, channels), the places of all inputs one below the other."""
     return (x if form.length_first else x.swapaxes(1, 2)).reshape(-1, form.shape[0])
 
 
@@ -132,7 +132,7 @@ def clip(step: Clip, form: Form, at: At) -> Built:
 
 
 def require_sides(step: Upsample, form: Form, at: At) -> tuple[int, int]:
-    """Channels and length, where so many copies can be held."""
+    """Return the channels and length, where so many copies can be held."""
     channels, length = sides(form, at)
     if form.size * step.times > LARGEST:
         raise at.refuse(f"{form.size} numbers {step.times} times; at most {LARGEST} are run")
@@ -140,7 +140,7 @@ def require_sides(step: Upsample, form: Form, at: At) -> tuple[int, int]:
 
 
 def sides(form: Form, at: At) -> tuple[int, int]:
-    """Channels and length. Raises ModelFileError for a list."""
+    """Return the channels and length. Raises ModelFileError for a list."""
     if len(form.shape) != 2:
         raise at.refuse(f"shape {form.shape} comes to it; (channels, length) is expected")
     return form.shape[0], form.shape[1]

@@ -9,7 +9,7 @@ from palpate.signals.models.form import LARGEST, At, Built, Form, Kept, Values, 
 
 
 def kernel(step: Kernel, form: Form, at: At) -> Built:
-    """y = weights^T k(x), the mean of a Gaussian process (Rasmussen and Williams 2006, equation 2.25)."""
+    """Return y = weights^T k(x), the mean of a Gaussian process (Rasmussen and Williams 2006, equation 2.25)."""
     points = at.reals(step.points, None, form.size)
     weights = at.reals(step.weights, len(points), None)
     flat, narrow = flattened(form), -0.5 / step.length / step.length
@@ -75,5 +75,5 @@ def _nodes(step: Forest, form: Form, at: At) -> tuple[Values, ...]:
 
 
 def _squared_distances(x: Values, points: Values) -> Values:
-    """(n, in) and (m, in) to (n, m), by differences: exact also where both lie far from 0."""
+    """Return (n, in) and (m, in) to (n, m), by differences: exact also where both lie far from 0."""
     return np.stack([((row - points) ** 2).sum(axis=1) for row in x])

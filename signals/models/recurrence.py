@@ -32,7 +32,7 @@ def lstm(step: Lstm, form: Form, at: At) -> Built:
 
 
 def _turned(step: Lstm, weight: Values, hidden: int, at: At) -> tuple[Values, Values, Values]:
-    """Weights for rows, gates in the order input, forget, output, cell; the first three halved."""
+    """Return the weights for rows, gates in the order input, forget, output, cell; the first three halved."""
     state = at.reals(step.state, 4 * hidden, hidden).astype(weight.dtype)
     bias = at.reals(step.bias, 4 * hidden).astype(weight.dtype)
     place = np.arange(hidden)

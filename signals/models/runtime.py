@@ -63,7 +63,7 @@ class Model:
 
 
 def _rows(given: Any, takes: Port, name: str) -> Array:
-    """(n, in) in float64, checked."""
+    """Return (n, in) in float64, checked."""
     rows = _reals(given, name)
     if rows.ndim not in (1, 2) or rows.shape[-1] != takes.size:
         raise ModelInputError(

@@ -51,7 +51,7 @@ def norm_before(
 
 
 def _standard(step: Norm, form: Form, kind: Callable[[float], Any]) -> Run:
-    """(n, *shape) as it is kept to (n, length, channels), or a list, of mean 0 and variance 1."""
+    """Return (n, *shape) as it is kept to (n, length, channels), or a list, of mean 0 and variance 1."""
     size = form.shape[0]
     share, least = np.full(size, kind(1 / size)), kind(size * step.tiny)
     root, turned = kind(size**0.5), len(form.shape) == 2 and not form.length_first
@@ -85,13 +85,13 @@ class _Heads:
     heads: int
 
     def split(self, rows: Values, length: int, parts: int) -> tuple[Values, ...]:
-        """(n * length, parts * width) to `parts` of (n, heads, length, width / heads); nothing is moved."""
+        """Return (n * length, parts * width) to `parts` of (n, heads, length, width / heads); nothing is moved."""
         shaped = rows.reshape(-1, length, parts, self.heads, len(self.out) // self.heads)
         return tuple(shaped[:, :, part].swapaxes(1, 2) for part in range(parts))
 
 
 def attention(step: Attention, form: Form, at: At) -> Built:
-    """Multi-head scaled dot-product attention; `sparse` as in Zhou et al. 2021, with all keys looked at."""
+    """Return multi-head scaled dot-product attention; `sparse` as in Zhou et al. 2021, with all keys looked at."""
     width, length = sides(form, at)
     memory = None if step.memory is None else _memory(step, form, at)
     heads = _heads(step, width, at)
@@ -163,7 +163,8 @@ def _linear(rows: Values, matrix: Values, bias: Values) -> Values:
 
 
 def _lazy(scores: Values, chosen: int) -> Values:
-    """(n, heads, queries): all but the `chosen` places whose greatest score stands out most, of equals the first.
+    """Return (n, heads, queries): all but the `chosen` places whose greatest score stands out most, of equals the
+    first.
 
     A place whose scores overflowed is not among them, and its scores are made NaN.
     """

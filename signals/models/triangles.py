@@ -77,7 +77,7 @@ class Triangles:
 
 
 def _share_matrix(corners: Values, one: Values, two: Values, area: Values) -> Values:
-    """(3 t, 3): what turns (x, y, 1) into the shares of all first corners, all second ones, all third ones."""
+    """Return (3 t, 3): what turns (x, y, 1) into the shares of all first corners, all second ones, all third ones."""
     second = np.stack([two[:, 1], -two[:, 0]], axis=1) / area[:, None]
     third = np.stack([-one[:, 1], one[:, 0]], axis=1) / area[:, None]
     others = [np.column_stack([slope, -(slope * corners[:, 0]).sum(axis=1)]) for slope in (second, third)]
@@ -86,7 +86,7 @@ def _share_matrix(corners: Values, one: Values, two: Values, area: Values) -> Va
 
 
 def _rim(triangles: Values, full: Values) -> Values:
-    """(s, 2): the edges of one triangle only, and all edges of those without an area."""
+    """Return (s, 2): the edges of one triangle only, and all edges of those without an area."""
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
     kinds, counts = np.unique(edges[full].reshape(-1, 2), axis=0, return_counts=True)
     return np.unique(np.concatenate([kinds[counts == 1], edges[~full].reshape(-1, 2)]), axis=0)

@@ -64,7 +64,7 @@ class Blocks:
         return np.concatenate([self._added(frame) for frame in self._asked(speed_mm_s, force_N)])
 
     def _asked(self, speed_mm_s: float, force_N: float) -> Array:
-        """Log magnitudes (frames, bins). Raises ModelInputError."""
+        """Return the log magnitudes (frames, bins). Raises ModelInputError."""
         drive = [speed_mm_s, force_N, *(self._noise.next() for _ in range(self._drawn))]
         answer = self._runs.run(np.array(drive)).reshape(self._bins, self._frames)
         return np.minimum(answer.T, LARGEST_LOG)
@@ -83,7 +83,9 @@ class Blocks:
 
 
 def shape(card: Card, texture: Texture) -> tuple[int, int, int, int]:
-    """Frame length, hop, bins and frames of a card. Raises RenderError where its numbers contradict each other."""
+    """Return the frame length, hop, bins and frames of a card. Raises RenderError where its numbers contradict each
+    other.
+    """
     size, hop, bins = texture.window, texture.hop, texture.window // 2 + 1
     if hop is None or not 1 <= hop <= size // 2:
         raise RenderError(
@@ -105,7 +107,8 @@ def hann(size: int) -> Array:
 
 
 def synthesis(size: int, hop: int) -> Array:
-    """Weights (size,) so that overlapped frames of independent phases have the level that the analysed signal had.
+    """Return the weights (size,) so that overlapped frames of independent phases have the level that the analysed signal
+    had.
 
     Of a signal of variance 1, the inverse FFT with drawn phases has the mean of the squared analysis window.
     """

@@ -40,7 +40,7 @@ class InstructionSet:
 
     @property
     def panel(self) -> int:
-        """Columns side by side: two vectors."""
+        """Return columns side by side: two vectors."""
         return 2 * self.lanes
 
 

@@ -104,7 +104,7 @@ def _program(model: Model, instructions: InstructionSet, x: Array, y: Array) -> 
 
 
 def _aligned(count: int, kind: type[Any], to: int = 64) -> NDArray[Any]:
-    """Zeros that begin at a line of the processor's cache."""
+    """Return zeros that begin at a line of the processor's cache."""
     size = np.dtype(kind).itemsize
     room = np.zeros(count * size + to, dtype=np.uint8)
     start = -room.ctypes.data % to

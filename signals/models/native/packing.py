@@ -20,7 +20,9 @@ def single(numbers: Array) -> NDArray[np.float32]:
 
 
 def packed(matrix: Array, instructions: InstructionSet, half: bool = False) -> NDArray[np.float32]:
-    """(k, n) in panels; the last is one vector wide where that is enough. `half`: two numbers in the place of one."""
+    """Return (k, n) in panels; the last is one vector wide where that is enough. `half`: two numbers in the place of
+    one.
+    """
     k, n = matrix.shape
     numbers, parts = single(matrix), []
     for col in range(0, n, instructions.panel):

@@ -130,7 +130,7 @@ def recall(step: Recall, _value: Value, draft: Draft, _tensors: Tensors) -> Valu
 
 
 def add(step: Add, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Part of the product before it, if there is one."""
+    """Make it a part of the product before it, if there is one."""
     return added(settled(draft, value), draft.kept[step.kept], draft, False)
 
 
@@ -156,7 +156,7 @@ def _last(draft: Draft, product: Product) -> None:
 
 
 def join(step: Join, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Channels below each other, or lists behind each other."""
+    """Join channels below each other, or lists behind each other."""
     values = [value, *(draft.kept[name] for name in step.kept)]
     if all(each.linear is not None for each in values):
         return _joined_formulas(values)

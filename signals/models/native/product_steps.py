@@ -20,7 +20,7 @@ NARROW = 4
 
 
 def dense(step: Dense, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Weights are put into the order in which the numbers lie."""
+    """Put weights into the order in which the numbers lie."""
     weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
     if value.linear is None and not is_list(value):
         value = _as_list(draft, value)
@@ -71,7 +71,7 @@ def multiplied(
 
 
 def conv(step: Conv, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Windows side by side need no copies: rows of places overlap."""
+    """Lay windows side by side without copies: rows of places overlap."""
     weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
     filters, channels, width = weight.shape
     length = sides(value)[1] + 2 * step.pad - width + 1
@@ -97,7 +97,7 @@ def projected(draft: Draft, value: Value, weight: Array, bias: Array) -> Value:
 
 
 def _padded(draft: Draft, value: Value, pad: int) -> Value:
-    """Places without gaps, zeros before and after."""
+    """Return places without gaps, zeros before and after."""
     value = tight(draft, by_length(draft, value))
     if not pad:
         return value

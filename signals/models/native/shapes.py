@@ -17,7 +17,7 @@ def is_list(value: Value) -> bool:
 
 
 def sides(value: Value) -> tuple[int, int]:
-    """Channels and length."""
+    """Return the channels and length."""
     if is_list(value):
         raise NotCompiled("a list comes where channels and length are needed")
     return value.shape[0], value.shape[1]
