@@ -35,7 +35,7 @@ def activation(step: Activation, form: Form, at: At) -> Built:  # noqa: ARG001 -
 
 
 def soft(x: Values, axis: int) -> Values:
-    """Return exp(x) / sum of exp(x) along an axis, in place; from its greatest, where it would overflow or vanish else."""
+    """Return exp(x) / sum of exp(x) along an axis, in place; from its greatest where it would overflow or vanish."""
     if not (x.max() < SAFE and x.min() > -SAFE):
         x -= np.maximum.reduce(x, axis=axis, keepdims=True)
     np.exp(x, out=x)

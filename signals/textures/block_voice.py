@@ -107,8 +107,7 @@ def hann(size: int) -> Array:
 
 
 def synthesis(size: int, hop: int) -> Array:
-    """Return the weights (size,) so that overlapped frames of independent phases have the level that the analysed signal
-    had.
+    """Return the weights (size,) by which overlapped frames of independent phases have the analysed signal's level.
 
     Of a signal of variance 1, the inverse FFT with drawn phases has the mean of the squared analysis window.
     """
