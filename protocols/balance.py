@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 from palpate.protocols.plan import main_order
 from palpate.protocols.study import Study
@@ -86,3 +87,27 @@ def _times(low: int, high: int) -> str:
     if low != high:
         return f"{low} to {high} times"
     return "once" if low == 1 else f"{low} times"
+
+
+def balance_lines(group: str, certified: Mapping[str, Balance]) -> Iterator[str]:
+    """Say how balanced the orders of a group are: of all sessions together, then of each where there are several."""
+    together = f", all {len(certified) - 1} sessions" if len(certified) > 1 else ""
+    for session, balance in certified.items():
+        yield f"group {group}{f', {session}' if session else together}: {balance.text()}"
+
+
+def balance_data(certified: Mapping[str, Balance]) -> dict[str, Any]:
+    """A group's certificates as JSON data: of all sessions together, with those of each where there are several."""
+    of_sessions = {session: _balance_data(each) for session, each in certified.items() if session}
+    return {**_balance_data(certified[""]), **({"sessions": of_sessions} if of_sessions else {})}
+
+
+def _balance_data(balance: Balance) -> dict[str, Any]:
+    return {
+        "sequences": balance.sequences,
+        "balanced": balance.balanced,
+        "position_range": balance.position_range,
+        "carry_over_range": balance.carry_over_range,
+        "positions": balance.positions,
+        "carry_over": [[a, b, count] for (a, b), count in sorted(balance.carry_over.items())],
+    }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,6 @@ from palpate.protocols.wording import count
 from palpate.studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
-    from palpate.protocols.balance import Balance
     from palpate.protocols.plan import Plan
     from palpate.protocols.study import Study
     from palpate.studies.catalogue import Found
@@ -245,7 +243,7 @@ def _anchors(compiled: Plan) -> list[dict[str, Any]]:
 
 def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:
     """Certificates by group, over all sessions and for each, of the first `people` participants P001, P002, ..."""
-    from palpate.protocols.balance import certificates
+    from palpate.protocols.balance import balance_data, balance_lines, certificates
     from palpate.studies.allocation import allocate
 
     groups: dict[str, list[Any]] = {}
@@ -259,27 +257,3 @@ def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:
     for group, several in found.items():
         for line in balance_lines(group, several):
             click.echo(line)
-
-
-def balance_lines(group: str, certified: Mapping[str, Balance]) -> Iterator[str]:
-    """Say how balanced the orders of a group are: of all sessions together, then of each where there are several."""
-    together = f", all {len(certified) - 1} sessions" if len(certified) > 1 else ""
-    for session, balance in certified.items():
-        yield f"group {group}{f', {session}' if session else together}: {balance.text()}"
-
-
-def balance_data(certified: Mapping[str, Balance]) -> dict[str, Any]:
-    """A group's certificates as JSON data: of all sessions together, with those of each where there are several."""
-    of_sessions = {session: _balance_data(each) for session, each in certified.items() if session}
-    return {**_balance_data(certified[""]), **({"sessions": of_sessions} if of_sessions else {})}
-
-
-def _balance_data(found: Balance) -> dict[str, Any]:
-    return {
-        "sequences": found.sequences,
-        "balanced": found.balanced,
-        "position_range": found.position_range,
-        "carry_over_range": found.carry_over_range,
-        "positions": found.positions,
-        "carry_over": [[a, b, count] for (a, b), count in sorted(found.carry_over.items())],
-    }

@@ -131,7 +131,7 @@ def _opened(study: str, lab: Path) -> tuple[Study, Registry]:
 
 
 def _show_group(found: GroupStanding) -> None:
-    from palpate.studies.commands import balance_lines
+    from palpate.protocols.balance import balance_lines
 
     name = "all" if found.group is None else found.group
     nobody = [f"group {name}: nobody holds a row yet."]
@@ -146,7 +146,7 @@ def _show_group(found: GroupStanding) -> None:
 
 
 def _group_data(found: GroupStanding) -> dict[str, Any]:
-    from palpate.studies.commands import balance_data
+    from palpate.protocols.balance import balance_data
 
     data = balance_data(found.certificates)
     counts = ("sequences", "balanced", "position_range", "carry_over_range", "sessions")
