@@ -11,7 +11,7 @@ from palpate.protocols.files import file_sha256
 from palpate.protocols.study import Study, conditions_of
 from palpate.studies.model_versions import SHOWN, models_before, models_in
 from palpate.studies.record import read_header
-from palpate.studies.session import ledger_path
+from palpate.studies.session_files import ledger_path
 from palpate.studies.session_headers import in_person
 from palpate.studies.study_sessions import headers_of
 

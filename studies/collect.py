@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 import sqlite3
 from collections import Counter
@@ -63,18 +62,6 @@ class Refused:
 
     path: Path
     problem: str
-
-
-def ledgers_in(lab: Path, study: str | None = None) -> list[Path]:
-    """The lab's ledgers, by name; those of one study if it is given."""
-    wanted = re.compile(rf"{re.escape(study) if study else '[^.].*'}_[A-Za-z0-9]+_s[0-9]+\.sqlite")
-    return sorted(path for path in (lab / "sessions").glob("*.sqlite") if wanted.fullmatch(path.name))
-
-
-def others_in(lab: Path) -> list[Path]:
-    """SQLite files among the lab's sessions that are not named as a session: copies, for instance."""
-    named = set(ledgers_in(lab))
-    return sorted(path for path in (lab / "sessions").glob("*.sqlite") if path not in named and path.name[0] != ".")
 
 
 def open_database(url: str | URL, rebuild: bool = False, lab: Path | None = None) -> Engine:

@@ -30,7 +30,8 @@ def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bo
     Example:
       palpate replay LAB/sessions/*.sqlite
     """
-    from palpate.studies.collect import CollectError, ledgers_in
+    from palpate.studies.collect import CollectError
+    from palpate.studies.session_files import ledgers_in
 
     for path in ledger:
         if not path.exists():
@@ -74,9 +75,10 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, workers: in
     """
     from sqlalchemy import URL
 
-    from palpate.studies.collect import DATABASE, CollectError, Collector, Refused, ledgers_in, open_database, others_in
+    from palpate.studies.collect import DATABASE, CollectError, Collector, Refused, open_database
     from palpate.studies.messages import describe_url
     from palpate.studies.participants.registry import withdrawn
+    from palpate.studies.session_files import ledgers_in, others_in
 
     paths = ledgers_in(lab)
     if not paths:

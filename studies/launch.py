@@ -19,7 +19,7 @@ from palpate.studies.lab_forms import lab_forms
 from palpate.studies.participants.admission import admit, demand_known_here, demand_not_finished
 from palpate.studies.participants.allocations import place_told
 from palpate.studies.record import LedgerError, read
-from palpate.studies.session import fresh_path, ledger_path
+from palpate.studies.session_files import fresh_path, ledger_path
 
 
 def plans_of(

@@ -11,7 +11,6 @@ from typing import Any
 from palpate.protocols.events import Event
 from palpate.protocols.plan import Plan
 from palpate.protocols.runner import run
-from palpate.protocols.shell_command import shell_command
 from palpate.protocols.wording import count
 from palpate.protocols.worlds import Recorded
 from palpate.studies.environment import environment, wall_time
@@ -20,6 +19,7 @@ from palpate.studies.ledger import Ledger, create, take_up
 from palpate.studies.record import LedgerError, Record, read
 from palpate.studies.replay import recompiled
 from palpate.studies.rig import Rig, RigPlan
+from palpate.studies.session_files import fresh_path
 
 
 @dataclass(frozen=True)
@@ -65,30 +65,6 @@ class Sat:
     def complete(self) -> bool:
         """Whether the session came to its regular end."""
         return self.status == "complete"
-
-
-def ledger_path(lab: Path, study: str, participant: str, number: int = 1) -> Path:
-    """Where a session's ledger lies: LAB/sessions/STUDY_PARTICIPANT_sN.sqlite."""
-    return lab / "sessions" / f"{study}_{participant}_s{number}.sqlite"
-
-
-def fresh_path(lab: Path, study: str, participant: str, number: int) -> Path:
-    """Where a new session will lie. Raises LedgerError if there is one already."""
-    path = ledger_path(lab, study, participant, number)
-    if path.exists():
-        raise LedgerError(_taken(path, study, participant, number))
-    return path
-
-
-def _taken(path: Path, study: str, who: str, number: int) -> str:
-    """What to say where the participant has a session of this number."""
-    status = read(path).status
-    if status == "interrupted":
-        return f"{path} exists and is not over: resume it: {shell_command('resume', path)}"
-    return (
-        f"{path}: {who} has had session {number} of {study} ({status}); if a further one is meant, give"
-        f" --session {number + 1}"
-    )
 
 
 def header_of(plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, Any] | None = None) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 from palpate.protocols.study import Study
 from palpate.protocols.wording import count
 from palpate.studies.record import read
-from palpate.studies.session import ledger_path
+from palpate.studies.session_files import ledger_path
 
 
 class WrongTime(ValueError):

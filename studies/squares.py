@@ -7,8 +7,7 @@ from pathlib import Path
 
 from palpate.protocols.plan import Plan
 from palpate.studies.allocation import AllocationError
-from palpate.studies.collect import ledgers_in
-from palpate.studies.session import fresh_path
+from palpate.studies.session_files import fresh_path, ledgers_in
 from palpate.studies.session_headers import session_starts
 
 

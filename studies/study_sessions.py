@@ -7,9 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from palpate.studies.collect import ledgers_in
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.record import LedgerError, Record, read, read_header
+from palpate.studies.session_files import ledgers_in
 
 
 class Recorded(Protocol):

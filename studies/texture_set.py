@@ -15,14 +15,14 @@ from palpate.protocols.study import Study
 from palpate.protocols.wording import count, some
 from palpate.studies.catalogue import Found
 from palpate.studies.changes import study_change
-from palpate.studies.collect import ledgers_in
 from palpate.studies.console.words import about
 from palpate.studies.launch import plans_of
 from palpate.studies.participants.lab import SIDECAR
 from palpate.studies.participants.making import make_lab
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.record import Record, read
-from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.session import resume, start
+from palpate.studies.session_files import ledger_path, ledgers_in
 from palpate.studies.session_headers import session_starts
 from palpate.studies.texture_set_pace import Pace, cpu_s
 from palpate.studies.texture_set_rig import rig_for

@@ -24,9 +24,9 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import some
 from palpate.signals.arrays import Array
-from palpate.studies.collect import ledgers_in
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.record import LedgerError
+from palpate.studies.session_files import ledgers_in
 from palpate.studies.session_headers import by_twins, stimulus_columns
 from palpate.studies.study_sessions import real_or_simulated, sessions_of
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from palpate.protocols.balance import Balance, certificates
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.collect import ledgers_in
 from palpate.studies.participants.allocations import Allocation, every_allocation
 from palpate.studies.participants.places import Places, places, recorded_rows
 from palpate.studies.participants.registry import Registry, withdrawn
+from palpate.studies.session_files import ledgers_in
 from palpate.studies.session_headers import session_starts
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from sqlalchemy import Connection, select, update
 
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.collect import ledgers_in
 from palpate.studies.participants import schema
 from palpate.studies.participants.allocations import Allocation, allocation_of
 from palpate.studies.participants.errors import ParticipantError
@@ -17,6 +16,7 @@ from palpate.studies.participants.identities import demand_nameless, erase
 from palpate.studies.participants.people import status_of, unknown
 from palpate.studies.participants.registry import Registry, note, write
 from palpate.studies.participants.rows import give_up
+from palpate.studies.session_files import ledgers_in
 from palpate.studies.session_headers import session_starts
 
 

@@ -21,7 +21,8 @@ from palpate.studies.participants.allocations import allocations_of
 from palpate.studies.participants.identities import identities, store
 from palpate.studies.participants.registry import find_registry, gone, reading
 from palpate.studies.record import read
-from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.session import resume, start
+from palpate.studies.session_files import ledger_path
 from tests.faults.disk import Disk, Mark, Names, Truncate, record
 from tests.faults.machine import MEMORY
 from tests.studies import nursery

@@ -14,6 +14,7 @@ from palpate.studies.interrupts import Interrupted
 from palpate.studies.ledger import take_up
 from palpate.studies.record import Record, read
 from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.session_files import ledger_path
 from tests.protocols.studies_for_tests import toy_plan
 
 LIVELY = {"simulation": {"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.2, "lapse_rate": 0.2}}
@@ -47,7 +48,7 @@ class Lab:
         whole = read(Lab(self.path / "whole").start(participant)) if events else None
         assert whole is not None
         plan = self.plan(participant)
-        path = session.ledger_path(self.path, "toy", participant)
+        path = ledger_path(self.path, "toy", participant)
         session.create(path, whole.header, {"at": "2026-01-01T00:00:00+00:00"})
         ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
         assert plan.digest == whole.header["plan"]
@@ -59,7 +60,7 @@ class Lab:
         return path
 
     def read(self, participant: str = "P001") -> Record:
-        return read(session.ledger_path(self.path, "toy", participant))
+        return read(ledger_path(self.path, "toy", participant))
 
 
 @dataclass

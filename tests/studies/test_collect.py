@@ -12,12 +12,13 @@ from sqlalchemy import create_engine, inspect, make_url, select, text
 
 from palpate.protocols.canonical import digest
 from palpate.studies import collected_schema as schema
-from palpate.studies.collect import CollectError, collect, ledgers_in, open_database, rebuild_command
+from palpate.studies.collect import CollectError, collect, open_database, rebuild_command
 from palpate.studies.messages import hide_passwords
 from palpate.studies.participants.identities import Identity, identify
 from palpate.studies.participants.registry import reading
 from palpate.studies.record import LedgerError, read
-from palpate.studies.session import ledger_path, resume
+from palpate.studies.session import resume
+from palpate.studies.session_files import ledger_path, ledgers_in
 from tests.studies.labs import Lab, stopping
 from tests.studies.participants.labs import filled, new_lab, postgres_schema
 

@@ -11,9 +11,9 @@ from sqlalchemy import select
 
 from palpate.studies import collect as collecting
 from palpate.studies import collected_schema as schema
-from palpate.studies.collect import CollectError, Collector, collect, ledgers_in, open_database
+from palpate.studies.collect import CollectError, Collector, collect, open_database
 from palpate.studies.record import LedgerError
-from palpate.studies.session import ledger_path
+from palpate.studies.session_files import ledger_path, ledgers_in
 from tests.studies.labs import Lab
 
 PEOPLE = ("P001", "P002", "P003")

@@ -6,9 +6,10 @@ from sqlalchemy import text
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.reading import read_ratings
 from palpate.protocols.requests import Aside, Ask, Confirm, Reply
-from palpate.studies.collect import collect, ledgers_in, open_database
+from palpate.studies.collect import collect, open_database
 from palpate.studies.rig import Rig, RigPlan, simulated
-from palpate.studies.session import ledger_path, start
+from palpate.studies.session import start
+from palpate.studies.session_files import ledger_path, ledgers_in
 from tests.protocols.every_task import plan_of
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from palpate.protocols.plan import Plan
 from palpate.studies.record import read
-from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.session import resume, start
+from palpate.studies.session_files import ledger_path
 from tests.studies import nursery
 
 ROOT = Path(__file__).resolve().parents[2]

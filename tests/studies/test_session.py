@@ -11,7 +11,8 @@ from palpate.studies.errors import RigError
 from palpate.studies.record import LedgerError, read
 from palpate.studies.replay import replay
 from palpate.studies.rig import Rig
-from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.session import resume, start
+from palpate.studies.session_files import ledger_path
 from tests.studies.labs import HEADER, Lab, stopping
 
 

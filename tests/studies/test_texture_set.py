@@ -30,7 +30,8 @@ from palpate.studies.record import read
 from palpate.studies.replay import replay
 from palpate.studies.rig import simulated
 from palpate.studies.scenes import WHOLE, Strokes
-from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.session import resume, start
+from palpate.studies.session_files import ledger_path
 from palpate.studies.session_headers import SessionStart
 from palpate.studies.texture_set import QUICK, SetWanted, estimate, make_set, room_bytes
 from palpate.studies.texture_set_pace import Pace

@@ -7,10 +7,10 @@ import pytest
 
 from palpate.analysis.monitoring import following
 from palpate.analysis.monitoring.following import catch_up, follow
-from palpate.studies import session
 from palpate.studies.ledger import take_up
 from palpate.studies.ledger_state import file_state, held
 from palpate.studies.record import LedgerError, read
+from palpate.studies.session_files import ledger_path
 from tests.studies.labs import Lab
 
 AT = {"at": "2026-01-01T00:00:00+00:00"}
@@ -24,7 +24,7 @@ def lab(tmp_path):
 def growing(lab, first):
     """A ledger of `first` events, open for writing, and the events still to come."""
     path = lab.cut(first)
-    whole = read(session.ledger_path(lab.path / "whole", "toy", "P001"))
+    whole = read(ledger_path(lab.path / "whole", "toy", "P001"))
     return path, take_up(path, AT), whole.events[first:]
 
 

@@ -23,6 +23,7 @@ from palpate.studies import session
 from palpate.studies.ledger import take_up
 from palpate.studies.record import read
 from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.session_files import ledger_path
 from tests.analysis.monitoring.people_for_tests import PLAIN, play, run, straight
 from tests.protocols.studies_for_tests import toy, toy_plan
 from tests.studies.labs import Lab
@@ -56,7 +57,7 @@ def test_each_way_a_session_can_stand_is_told_apart(lab):
 
 
 def test_who_did_not_consent_declined(lab):
-    path = session.ledger_path(lab.path, "toy", "P002")
+    path = ledger_path(lab.path, "toy", "P002")
     session.create(path, session.header_of(toy_plan("P002"), lab.rig), AT)
     ledger = take_up(path, AT)
     ledger.append(Event(1, 5, "session_ended", canonical({"trials": 4, "as": "declined"})))
@@ -178,7 +179,7 @@ def test_bad_ledgers_are_named_with_their_reason_and_the_rest_goes_on(lab):
 
 
 def test_a_session_whose_trials_are_not_those_of_its_plan_is_refused(lab):
-    path = session.ledger_path(lab.path, "toy", "P002")
+    path = ledger_path(lab.path, "toy", "P002")
     session.create(path, session.header_of(toy_plan("P002"), lab.rig), AT)
     ledger = take_up(path, AT)
     ledger.append(Event(1, 5, "trial_started", canonical({"stimulus": "Z", "block": "main"}), 1, 1))
@@ -244,7 +245,7 @@ def test_a_lab_without_sessions_is_shown_empty(tmp_path):
 
 def test_an_answer_off_the_scale_refuses_its_session_and_no_other(lab):
     whole = read(run(Lab(lab.path / "whole"), "P001", change=straight(7.0)))
-    session.create(path := session.ledger_path(lab.path, "toy", "P001"), whole.header, AT)
+    session.create(path := ledger_path(lab.path, "toy", "P001"), whole.header, AT)
     ledger = take_up(path, AT)
     for event in whole.events[1:]:  # Nobody writes such a ledger, but its hashes would be good.
         ledger.append(replace(event, body=event.body.replace(b"7.0", b"99.0")))

@@ -14,7 +14,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from palpate.studies.rig import RigPlan
-from palpate.studies.session import ledger_path, start
+from palpate.studies.session import start
+from palpate.studies.session_files import ledger_path
 from tests.studies.live.halls import Hall, sheets_plan
 from tests.studies.nursery import child, kill_after
 

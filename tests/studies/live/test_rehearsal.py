@@ -12,13 +12,13 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Simulated, VirtualClock
 from palpate.studies.catalogue import SHIPPED, Found, read_study
-from palpate.studies.collect import ledgers_in, others_in
 from palpate.studies.launch import lab_forms
 from palpate.studies.live_options import LiveOptions
 from palpate.studies.record import read
 from palpate.studies.rehearsal import Rehearsed, rehearsal_plan, rehearse
 from palpate.studies.replay import replay
 from palpate.studies.session import start
+from palpate.studies.session_files import ledgers_in, others_in
 from palpate.studies.twins import HandedOver
 from tests.studies.live.halls import Hall, sheets, sheets_plan
 

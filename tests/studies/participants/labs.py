@@ -14,11 +14,11 @@ from sqlalchemy import create_engine
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.study import Study
-from palpate.studies import session
 from palpate.studies.ledger import create, take_up
 from palpate.studies.participants.making import make_lab
 from palpate.studies.participants.people import add
 from palpate.studies.participants.registry import Registry, open_registry
+from palpate.studies.session_files import ledger_path
 from tests.protocols.studies_for_tests import toy
 from tests.studies.labs import HEADER
 
@@ -69,7 +69,7 @@ def sat(
         **HEADER, "study": {"study": study}, "participant": participant, "group": row[0], "row": row[1], "seed": seed,
         "rig": {"kind": kind}, "session": number,
     }  # fmt: skip
-    path = session.ledger_path(lab, study, participant, number)
+    path = ledger_path(lab, study, participant, number)
     create(path, header, {"at": at})
     ledger = take_up(path, {"at": at})
     if answers is not None:

@@ -10,7 +10,7 @@ from palpate.studies.ledger import take_up
 from palpate.studies.record import read
 from palpate.studies.replay import recompiled, replay
 from palpate.studies.rig import simulated
-from palpate.studies.session import ledger_path
+from palpate.studies.session_files import ledger_path
 from tests.studies.window.robot import Robot, Sitting
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")

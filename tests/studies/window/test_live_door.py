@@ -14,7 +14,7 @@ from palpate.protocols.requests import Present
 from palpate.studies.live_doors import FORCES, SETTINGS
 from palpate.studies.record import read
 from palpate.studies.replay import replay
-from palpate.studies.session import ledger_path
+from palpate.studies.session_files import ledger_path
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.window.robot import MOVED, Robot, Sitting, pending
 
