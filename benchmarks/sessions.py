@@ -24,8 +24,8 @@ from palpate.studies.lab_forms import lab_forms
 from palpate.studies.ledger import create, take_up
 from palpate.studies.record import read
 from palpate.studies.replay import replay
-from palpate.studies.rig import simulated
 from palpate.studies.session import start
+from palpate.studies.simulated_rig import simulated
 
 DOORS = SHIPPED / "door_ratings"
 HEAVY = ("numpy", "pandas", "scipy", "sqlalchemy", "torch", "psychopy", "matplotlib")

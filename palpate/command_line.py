@@ -27,7 +27,7 @@ VERBS = {
     "check": ("palpate.studies.commands:check", "Check a study file and everything it names."),
     "plan": ("palpate.studies.commands:plan", "Show what a participant will meet, and how balanced the orders are."),
     "run": ("palpate.studies.commands_sessions:run", "Run a session of a study."),
-    "record": ("palpate.studies.commands_record:record", "Record stimuli with the station's sensors."),
+    "record": ("palpate.studies.commands_sessions:record", "Record stimuli with the station's sensors."),
     "resume": ("palpate.studies.commands_sessions:resume", "Go on with an interrupted session where it stopped."),
     "replay": ("palpate.studies.commands_records:replay", "Prove that recorded sessions repeat, event by event."),
     "collect": ("palpate.studies.commands_records:collect", "Gather a lab's sessions into one database."),

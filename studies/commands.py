@@ -88,9 +88,9 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
     from palpate.protocols.yaml_text import YamlError
     from palpate.signals.doors.grid import DoorDataError
     from palpate.studies.catalogue import read_study
-    from palpate.studies.errors import RigError
     from palpate.studies.lab_forms import unasked_questions
     from palpate.studies.participants.errors import ParticipantError
+    from palpate.studies.rig import RigError
 
     try:
         found = read_study(path)
@@ -117,7 +117,7 @@ def _demand_playable(found: Found) -> None:
     """Every stimulus of every group can be presented."""
     from palpate.protocols.plan import compile_plan
     from palpate.protocols.trial import ParticipantRow
-    from palpate.studies.rig import simulated
+    from palpate.studies.simulated_rig import simulated
 
     rig = simulated(found.study, found.folder)
     groups: list[str | None] = [*sorted(found.study.groups)]

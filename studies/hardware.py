@@ -11,10 +11,10 @@ from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import Found
-from palpate.studies.errors import RigError
 from palpate.studies.live import Station, TwinInRealTime, compose_station
 from palpate.studies.live_options import LiveOptions
-from palpate.studies.rig import simulated
+from palpate.studies.rig import RigError
+from palpate.studies.simulated_rig import simulated
 
 if TYPE_CHECKING:
     from palpate.devices.render.window.tablet_screen import TabletScreen

@@ -17,7 +17,7 @@ from palpate.devices.suspend import SuspendWatch
 from palpate.protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
 from palpate.protocols.study import Study
 from palpate.protocols.worlds import Done, Twin
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 
 if TYPE_CHECKING:
     from palpate.devices.window.presenter import Presenter

@@ -15,11 +15,10 @@ from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import Found
 from palpate.studies.changes import demand_same_devices, demand_same_screen
-from palpate.studies.errors import RigError
 from palpate.studies.hardware import hardware_for
 from palpate.studies.live import LiveWorld, Station, clock_from
 from palpate.studies.live_options import LiveOptions
-from palpate.studies.rig import Rig, RigPlan
+from palpate.studies.rig import Rig, RigError, RigPlan
 from palpate.studies.windowless import Windowless, asks_anything
 
 if TYPE_CHECKING:

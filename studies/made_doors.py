@@ -14,8 +14,8 @@ from palpate.devices.door.making import HIGHEST, LOWEST, Doors, maker_for
 from palpate.protocols.forms import Sliders
 from palpate.protocols.requests import Came, Chunk, Fault, Present, Reply
 from palpate.protocols.trial import Trial
-from palpate.studies.errors import RigError
 from palpate.studies.live_doors import LiveForm, LiveRecord, ShowsForms
+from palpate.studies.rig import RigError
 
 if TYPE_CHECKING:
     from palpate.devices.door.link.showing import Changes

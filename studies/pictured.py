@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from palpate.protocols.requests import Aside, Reply, Request, Sense
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 from palpate.studies.scenes import SECONDS_A_PICTURE, demand_surface, photos_of, sensing
 from palpate.studies.virtual_recording import Leaping
 from palpate.studies.windowless import Windowless

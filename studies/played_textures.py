@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from palpate.protocols.tables import Mistake, TableFormat, read_table
 from palpate.protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 from palpate.signals.arrays import Array
-from palpate.studies.errors import RigError
 from palpate.studies.renderings import MET, SEED, Alike, Rendered, told_of
+from palpate.studies.rig import RigError
 
 if TYPE_CHECKING:
     from palpate.signals.textures.voice import Voice

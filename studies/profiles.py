@@ -8,7 +8,7 @@ from pathlib import Path
 from palpate.protocols.files import file_sha256
 from palpate.protocols.study import Stimulus
 from palpate.signals.doors.profile_file import read_profile
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 
 MID_SIZE = "K8"
 """The door of the catalogue that stands for a car of which no profile is known."""

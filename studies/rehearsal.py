@@ -16,9 +16,10 @@ from palpate.protocols.requests import Aside, Came, Present, Reply, Request, Sen
 from palpate.studies.catalogue import Found
 from palpate.studies.live_options import REHEARSALS, LiveOptions
 from palpate.studies.live_rig import LANGUAGE, Opening, draw_forces, last_page, seat_at, window_calibration, window_of
-from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.rig import Rig, RigPlan
 from palpate.studies.session import Sat, start
 from palpate.studies.session_files import ledger_path
+from palpate.studies.simulated_rig import simulated
 from palpate.studies.windowless import asks_anything
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import Any
 
 from palpate.protocols.canonical import canonical
 from palpate.protocols.files import file_sha256, write_bytes
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 
 SEED = 0
 MET = ("sounding", "held", "restarts", "quiet", "muted")

@@ -1,24 +1,24 @@
-"""Putting a world together: the one module between sessions and devices."""
+"""What a session needs of its rig, live or simulated: a world, how it is made safe, and how it is opened."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from palpate.protocols.events import Event, World
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import Plan
-from palpate.protocols.study import Study
-from palpate.protocols.worlds import Simulated, VirtualClock
 
 
-def _nothing_moves() -> None:
-    """A simulated rig holds no energy: it is safe as it is."""
+class RigError(ValueError):
+    """The rig that a study needs cannot be had."""
 
 
-def _nothing_to_tell(_event: Event) -> None:
+def _do_nothing() -> None:
+    """Nothing moves, as in a simulated rig, and nothing is held."""
+
+
+def _watch_nothing(_event: Event) -> None:
     """Nobody looks on."""
 
 
@@ -31,9 +31,9 @@ class Rig:
     """
 
     world: World
-    safe: Callable[[], None]
-    watch: Callable[[Event], None] = _nothing_to_tell
-    finish: Callable[[], None] = _nothing_moves
+    safe: Callable[[], None] = _do_nothing
+    watch: Callable[[Event], None] = _watch_nothing
+    finish: Callable[[], None] = _do_nothing
 
 
 @dataclass(frozen=True)
@@ -48,28 +48,5 @@ class RigPlan:
     check: Callable[[Plan], None]
     open: Callable[[Plan, int], Rig]
     calibration: dict[str, Any] | None = None
-    drop: Callable[[], None] = _nothing_moves
+    drop: Callable[[], None] = _do_nothing
     """Lets go of what `check` opened, where it comes to no `open`."""
-
-
-def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int | None = None) -> RigPlan:
-    """A simulated participant at the twins of the devices that the study needs; `folder` holds its stimulus files.
-
-    A `lab` brings its own models, where it has any; a camera keeps so many `pictures` of each stimulus there, none
-    where it is None.
-    """
-    from palpate.studies.profiles import Profiles
-    from palpate.studies.twins import renderings_of, twin_for
-
-    profiles = Profiles(folder)
-    renderings = renderings_of(folder, lab) if "texture_renderer" in study.needs else None
-
-    def check(plan: Plan) -> None:
-        twin_for(study, plan, folder, profiles, lab, renderings, pictures).check(plan)
-
-    def opened(plan: Plan, t_ns: int) -> Rig:
-        device = twin_for(study, plan, folder, profiles, lab, renderings, pictures)
-        return Rig(Simulated(Perceiver(plan, feels=device.feels), device, VirtualClock(t_ns)), _nothing_moves)
-
-    kept = {} if pictures is None else {"pictures": pictures}
-    return RigPlan({"kind": "simulated", "twins": list(study.needs), **kept}, check, opened)

@@ -13,8 +13,8 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Request, Sense
 from palpate.protocols.study import Stimulus
 from palpate.protocols.trial import Trial
-from palpate.studies.errors import RigError
 from palpate.studies.profiles import Profiles, profile_of
+from palpate.studies.rig import RigError
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -14,7 +14,7 @@ from palpate.protocols.keyed import Key, keyed_bits, uniform
 from palpate.protocols.wording import some
 from palpate.signals.arrays import Array
 from palpate.studies.catalogue import stimulus_rows
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 
 if TYPE_CHECKING:
     from palpate.devices.surfaces.hand import Hand, Motion

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import multiprocessing
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from palpate.protocols.events import Event
 from palpate.protocols.perceiver import Perceiver
@@ -12,13 +16,14 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Request, Sense
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done, Simulated, VirtualClock
-from palpate.studies.ahead import Ahead
 from palpate.studies.catalogue import Found
 from palpate.studies.pictured import KeptCameraTwin, jpegs_of
 from palpate.studies.profiles import Profiles
-from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.rig import Rig, RigError, RigPlan
 from palpate.studies.scenes import WHOLE, Strokes, sensing
+from palpate.studies.simulated_rig import simulated
 from palpate.studies.twins import DeviceTwin, ToolTwin, twin_for
+from palpate.studies.workers import serve_the_parent
 
 Watch = Callable[[Event], None]
 
@@ -85,3 +90,52 @@ def _ahead(
         seen = Ahead(Seen(pictures), plan, workers)
         return {"camera": KeptCameraTwin(lab, pictures, seen)}, seen.close
     return dict(records), lambda: None
+
+
+T = TypeVar("T")
+
+
+@dataclass
+class Ahead(Generic[T]):
+    """`make(plan, request)`, where the plan's next requests to record are begun by `workers` processes meanwhile.
+
+    The answers are those of `make` alone, whichever way: it depends on its arguments only, and pickles by name. One
+    worker: it is called here. At most one answer more than there are workers waits in memory.
+    """
+
+    make: Callable[[Plan, Sense], T]
+    plan: Plan
+    workers: int = 1
+    pools: list[ProcessPoolExecutor] = field(default_factory=list)
+    coming: dict[int, Future[T]] = field(default_factory=dict)
+
+    def __call__(self, request: Sense) -> T:
+        """The answer to a request. Raises what `make` raises; RigError where a process died."""
+        if self.workers == 1 or request.trial.attempt > 1:
+            return self.make(self.plan, request)
+        self._begin(request)
+        try:
+            return self.coming.pop(request.trial.number).result()
+        except BrokenProcessPool:
+            told = f"{request.trial.stimulus.id}: a process that computed it died, likely for want of memory"
+            raise RigError(f"{told}; go on with one worker") from None
+
+    def close(self) -> None:
+        """End the processes; what they are at is waited for, a few seconds."""
+        self.coming.clear()
+        while self.pools:
+            self.pools.pop().shutdown(cancel_futures=True)
+
+    def _begin(self, request: Sense) -> None:
+        if not self.pools:
+            spawned = multiprocessing.get_context("spawn")
+            self.pools.append(ProcessPoolExecutor(self.workers, spawned, initializer=serve_the_parent))
+        for each in self._next(request):
+            if each.trial.number not in self.coming:
+                self.coming[each.trial.number] = self.pools[0].submit(self.make, self.plan, each)
+
+    def _next(self, request: Sense) -> list[Sense]:
+        """This request and those of the trials after it."""
+        later = [trial for trial in self.plan.trials if trial.number > request.trial.number]
+        asked = [Sense(t.recording.device, t.recording.seconds, t) for t in later if t.recording is not None]
+        return [request, *asked[: self.workers]]

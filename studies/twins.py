@@ -15,8 +15,8 @@ from palpate.protocols.requests import Present, Reply, Request, Samples, Sense
 from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done
-from palpate.studies.errors import RigError
 from palpate.studies.profiles import Profiles, profile_of
+from palpate.studies.rig import RigError
 from palpate.studies.scenes import (
     SECONDS_A_PICTURE,
     WHOLE,

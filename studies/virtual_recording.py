@@ -12,7 +12,7 @@ from palpate.devices.kinds import KINDS
 from palpate.protocols.events import NS
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.requests import Samples
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 from palpate.protocols.canonical import digest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.study import Stimulus
-from palpate.studies.errors import RigError
 from palpate.studies.renderings import SEED, Rendered, demand_whole, keep, read_kept, restored
+from palpate.studies.rig import RigError
 
 if TYPE_CHECKING:
     from palpate.signals.arrays import Array

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from palpate.devices.desk import Desk, confirmed
 from palpate.protocols.requests import Aside, Confirm, Reply
 from palpate.protocols.study import Study
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 
 if TYPE_CHECKING:
     from palpate.devices.window.presenter import Shown

@@ -28,9 +28,9 @@ from palpate.studies.catalogue import SHIPPED
 from palpate.studies.ledger_schema import SEED, event_hash
 from palpate.studies.record import read
 from palpate.studies.replay import recompiled, replay
-from palpate.studies.rig import simulated
 from palpate.studies.session import resume
 from palpate.studies.session_files import ledgers_in
+from palpate.studies.simulated_rig import simulated
 from tests.recorded.make_frozen import EXPECTED, LAB, STUDIES, answers
 from tests.studies.small_textures import write
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from palpate.protocols.plan import compile_plan
 from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import read_study
-from palpate.studies.rig import simulated
 from palpate.studies.session import resume, start
+from palpate.studies.simulated_rig import simulated
 from tests.studies.labs import stopping
 
 HERE = Path(__file__).resolve().parent

@@ -28,9 +28,10 @@ from palpate.signals.textures.voice import play
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.launch import plans_of
 from palpate.studies.record import read
-from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.rig import Rig, RigPlan
 from palpate.studies.session import start
 from palpate.studies.session_files import ledger_path
+from palpate.studies.simulated_rig import simulated
 from tests.modeling.attributes import small_evaluation as judged_attributes
 from tests.studies.small_textures import TEXTURES, write_all
 from tools.half_precision import halved

@@ -18,8 +18,8 @@ from palpate.protocols.plan import compile_plan
 from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.lab_forms import lab_forms
-from palpate.studies.rig import simulated
 from palpate.studies.session import start
+from palpate.studies.simulated_rig import simulated
 
 HERE = Path(__file__).resolve().parent
 MANY = HERE / "many"

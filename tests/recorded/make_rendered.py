@@ -10,8 +10,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from palpate.studies.rig import simulated
 from palpate.studies.session import resume, start
+from palpate.studies.simulated_rig import simulated
 from tests.studies.labs import stopping
 from tests.studies.small_textures import write_all
 from tests.studies.ten import found_study, plan_for

@@ -21,8 +21,9 @@ from typing import Any
 
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Aside, Ask, Reply, Request
-from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.rig import Rig, RigPlan
 from palpate.studies.session import resume, start
+from palpate.studies.simulated_rig import simulated
 from tests.studies.labs import stopping
 from tests.studies.ten import TEN, found_study, plan_for
 

@@ -13,8 +13,9 @@ from palpate.studies import session
 from palpate.studies.interrupts import Interrupted
 from palpate.studies.ledger import take_up
 from palpate.studies.record import Record, read
-from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.rig import Rig, RigPlan
 from palpate.studies.session_files import ledger_path
+from palpate.studies.simulated_rig import simulated
 from tests.protocols.studies_for_tests import toy_plan
 
 LIVELY = {"simulation": {"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.2, "lapse_rate": 0.2}}

@@ -18,9 +18,10 @@ from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies import catalogue
-from palpate.studies.rig import RigPlan, simulated
+from palpate.studies.rig import RigPlan
 from palpate.studies.session import resume, start
 from palpate.studies.session_files import ledger_path
+from palpate.studies.simulated_rig import simulated
 from tests.needs import has_seccomp
 
 SHORT = {"1": {"car": ["BC3", "FORD"]}, "2": {"car": ["K3"]}}

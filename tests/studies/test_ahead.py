@@ -7,9 +7,9 @@ import pytest
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Sense
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.ahead import Ahead
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
+from palpate.studies.texture_set_rig import Ahead
 
 STUDY = read_study(SHIPPED / "texture_photos" / "study.yaml").study
 PLAN = compile_plan(STUDY, ParticipantRow("E001", "all"))

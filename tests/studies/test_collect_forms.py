@@ -7,9 +7,10 @@ from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.reading import read_ratings
 from palpate.protocols.requests import Aside, Ask, Confirm, Reply
 from palpate.studies.collect import collect, open_database
-from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.rig import Rig, RigPlan
 from palpate.studies.session import start
 from palpate.studies.session_files import ledger_path, ledgers_in
+from palpate.studies.simulated_rig import simulated
 from tests.protocols.every_task import plan_of
 
 

@@ -104,7 +104,7 @@ def test_a_life_of_a_lab(said, tmp_path):
 
 def test_an_interrupted_session_is_told_and_resumed(said, tmp_path, monkeypatch):
     lab = Lab(tmp_path)
-    monkeypatch.setattr("palpate.studies.rig.simulated", lambda *_: stopping(lab.rig, 5))
+    monkeypatch.setattr("palpate.studies.simulated_rig.simulated", lambda *_: stopping(lab.rig, 5))
     text = said("run", "toy", "--participant", "P001..P003", "--simulate", status=1)
     ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     kept = len(read(ledger).events)
@@ -246,7 +246,7 @@ def test_several_are_refused_before_the_first_starts(said, tmp_path):
 
 def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(said, tmp_path, monkeypatch):
     lab = Lab(tmp_path)
-    monkeypatch.setattr("palpate.studies.rig.simulated", lambda *_: stopping(lab.rig, 5))
+    monkeypatch.setattr("palpate.studies.simulated_rig.simulated", lambda *_: stopping(lab.rig, 5))
     said("run", "toy", "--participant", "P001", "--simulate", status=1)
     monkeypatch.undo()
     (tmp_path / "studies" / "toy" / "study.yaml").write_text("broken: [")

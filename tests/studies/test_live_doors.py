@@ -14,15 +14,15 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Aside, Fault, Present, Reply
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import read_study
-from palpate.studies.errors import RigError
 from palpate.studies.live_doors import FORCES, SETTINGS
 from palpate.studies.live_options import LiveOptions
 from palpate.studies.live_rig import live_plan
 from palpate.studies.made_doors import PresentsMade, made_doors
 from palpate.studies.record import read
 from palpate.studies.replay import replay
-from palpate.studies.rig import simulated
+from palpate.studies.rig import RigError
 from palpate.studies.session import start
+from palpate.studies.simulated_rig import simulated
 from tests.devices.door.link.lines_for_tests import Bench, Lab
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.ten import found_study

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.protocols.vibration_threshold import threshold_m_s2
-from palpate.studies.errors import RigError
 from palpate.studies.played_textures import alike, friction_apart
+from palpate.studies.rig import RigError
 
 N = 3000
 HAND = np.stack([np.full(N, 100.0), np.ones(N)])

@@ -11,9 +11,9 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Aside, Ask, Fault, Present, Reply
 from palpate.signals.textures.sounds import RenderError
 from palpate.studies.catalogue import Found
-from palpate.studies.errors import RigError
 from palpate.studies.hardware import Hardware
 from palpate.studies.live import Mounted, Station
+from palpate.studies.rig import RigError
 from palpate.studies.rig_renderer import RigRenderer, demand_usable
 from palpate.studies.rig_station import rig_station
 from palpate.studies.virtual_textures import VirtualTextures

@@ -7,10 +7,9 @@ import pytest
 from palpate.protocols.events import Event
 from palpate.protocols.tasks import Task
 from palpate.protocols.worlds import Divergence
-from palpate.studies.errors import RigError
 from palpate.studies.record import LedgerError, read
 from palpate.studies.replay import replay
-from palpate.studies.rig import Rig
+from palpate.studies.rig import Rig, RigError
 from palpate.studies.session import resume, start
 from palpate.studies.session_files import ledger_path
 from tests.studies.labs import HEADER, Lab, stopping

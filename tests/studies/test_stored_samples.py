@@ -11,8 +11,7 @@ from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.requests import Samples
 from palpate.studies.ledger import create, take_up
-from palpate.studies.record import read
-from palpate.studies.stored_samples import SMALL_BYTES, SamplesGone, StoredSamples
+from palpate.studies.record import SMALL_BYTES, SamplesGone, StoredSamples, read
 from palpate.studies.tables import tables
 from tests.studies.labs import HEADER
 

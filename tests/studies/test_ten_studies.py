@@ -18,8 +18,8 @@ from palpate.protocols.study import LARGEST_STUDY
 from palpate.studies.catalogue import SHIPPED, names
 from palpate.studies.record import read
 from palpate.studies.replay import replay
-from palpate.studies.rig import simulated
 from palpate.studies.session import resume, start
+from palpate.studies.simulated_rig import simulated
 from tests.studies.labs import stopping
 from tests.studies.matching_raters import expected, off_what_is_felt, table_rows
 from tests.studies.ten import TEN, found_study, plan_for

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 from palpate.studies.texture_capturing import captured, scene
 
 SECONDS = 1.5

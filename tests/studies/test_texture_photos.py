@@ -9,12 +9,12 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Sense
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.errors import RigError
 from palpate.studies.record import read
 from palpate.studies.replay import replay
-from palpate.studies.rig import simulated
+from palpate.studies.rig import RigError
 from palpate.studies.scenes import pictures_of
 from palpate.studies.session import start
+from palpate.studies.simulated_rig import simulated
 from palpate.studies.windowless import asks_anything
 
 FOUND = read_study(SHIPPED / "texture_photos" / "study.yaml")

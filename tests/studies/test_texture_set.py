@@ -5,6 +5,7 @@ import os
 import signal
 
 import pytest
+from palpate.studies.ahead import Ahead
 from PIL import Image
 
 from palpate.analysis.features.touch import SEGMENT_S, TRIM_S
@@ -19,7 +20,6 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Sense
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies import texture_set
-from palpate.studies.ahead import Ahead
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.lab import demand_lab
 from palpate.studies.participants.making import make_lab
@@ -28,13 +28,12 @@ from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw
 from palpate.studies.record import read
 from palpate.studies.replay import replay
-from palpate.studies.rig import simulated
 from palpate.studies.scenes import WHOLE, Strokes
 from palpate.studies.session import resume, start
 from palpate.studies.session_files import ledger_path
 from palpate.studies.session_headers import SessionStart
-from palpate.studies.texture_set import QUICK, SetWanted, estimate, make_set, room_bytes
-from palpate.studies.texture_set_pace import Pace
+from palpate.studies.simulated_rig import simulated
+from palpate.studies.texture_set import QUICK, Pace, SetWanted, estimate, make_set, room_bytes
 from palpate.studies.texture_set_rig import ToolAhead, felt, rig_for
 from palpate.studies.texture_set_studies import LEAST_S, STUDIES, TextureSetError, all_textures, chosen, planned
 from palpate.studies.texture_simulator import SimulatedTextures

@@ -11,10 +11,10 @@ from palpate.devices.door.making import Doors, maker_for
 from palpate.protocols.canonical import canonical, parse
 from palpate.protocols.requests import Aside, Present, Reply, Rest, Sense
 from palpate.signals.doors.grid import DoorDataError
-from palpate.studies.errors import RigError
 from palpate.studies.made_doors import PresentsMade, made_doors
 from palpate.studies.profiles import Profiles
-from palpate.studies.rig import simulated
+from palpate.studies.rig import RigError
+from palpate.studies.simulated_rig import simulated
 from palpate.studies.twins import twin_for
 from tests.protocols.every_task import plan_of
 from tests.studies.ten import found_study, plan_for

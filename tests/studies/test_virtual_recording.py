@@ -3,7 +3,7 @@
 import pytest
 
 from palpate.devices.door.opening_scene import OpeningScene
-from palpate.studies.errors import RigError
+from palpate.studies.rig import RigError
 from palpate.studies.virtual_recording import recorded_at_once
 
 

@@ -11,9 +11,9 @@ from click.testing import CliRunner
 from palpate.devices.render.found import SHIPPED
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Present
-from palpate.studies.errors import RigError
 from palpate.studies.played_textures import read_felt
-from palpate.studies.rig import simulated
+from palpate.studies.rig import RigError
+from palpate.studies.simulated_rig import simulated
 from palpate.studies.twins import twin_for
 from palpate.studies.virtual_textures import VirtualTextures
 from tests.protocols.every_task import LAB

@@ -17,7 +17,8 @@ from palpate.protocols.plan import Plan, compile_plan
 from palpate.studies import catalogue
 from palpate.studies.allocation import allocate
 from palpate.studies.launch import lab_forms
-from palpate.studies.rig import RigPlan, simulated
+from palpate.studies.rig import RigPlan
+from palpate.studies.simulated_rig import simulated
 from tests.analysis.monitoring.people_for_tests import as_they_are, gate, play, straight
 from tests.protocols.studies_for_tests import toy
 from tests.studies.nursery import child

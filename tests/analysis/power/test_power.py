@@ -27,8 +27,8 @@ from palpate.protocols.plan import compile_plan
 from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, find, read_study
 from palpate.studies.lab_forms import lab_forms
-from palpate.studies.rig import simulated
 from palpate.studies.session import start
+from palpate.studies.simulated_rig import simulated
 
 STUDY = """
 study: pairs

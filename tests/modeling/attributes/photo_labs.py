@@ -9,8 +9,8 @@ from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.ledger import create, take_up
 from palpate.studies.record import read
-from palpate.studies.rig import simulated
 from palpate.studies.session import start
+from palpate.studies.simulated_rig import simulated
 from tests.analysis.features.picture_specimens import write_picture
 from tests.analysis.streams.ledgers import DOOR, Written
 

@@ -11,8 +11,8 @@ from palpate.modeling.doors.simulated import simulated_data, simulated_ratings
 from palpate.protocols.plan import compile_plan
 from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.rig import simulated
 from palpate.studies.session import start
+from palpate.studies.simulated_rig import simulated
 from tests.modeling.doors.labs_for_doors import RECORDED, doors_small
 from tests.modeling.doors.made_up import ANTONYMS, ATTRIBUTES
 

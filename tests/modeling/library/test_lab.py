@@ -30,8 +30,8 @@ from palpate.studies.collect import collect, open_database
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw
-from palpate.studies.rig import simulated
 from palpate.studies.session import start
+from palpate.studies.simulated_rig import simulated
 from tests.modeling.attributes.captured_textures import session
 from tests.modeling.attributes.photo_labs import TWINS, photos, rated_by, taken
 

@@ -18,12 +18,12 @@ from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done
 from palpate.studies.catalogue import SHIPPED, Found, read_study
 from palpate.studies.changes import ScreenChanged
-from palpate.studies.errors import RigError
 from palpate.studies.hardware import twin_station as station
 from palpate.studies.live import Mounted, Station, TwinInRealTime
 from palpate.studies.live_options import LiveOptions, to_go_on, to_start
 from palpate.studies.live_rig import live_plan, plan_to_go_on, window_of
 from palpate.studies.record import read
+from palpate.studies.rig import RigError
 from palpate.studies.session import start
 from palpate.studies.windowless import Windowless, asks_anything
 from tests.studies.live.halls import Hall, Stage, sheets, sheets_plan

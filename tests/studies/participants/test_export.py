@@ -62,7 +62,7 @@ def test_simulated_people_are_nobody(home):
 def test_a_simulated_session_that_asks_is_read_as_a_real_one(home):
     from palpate.studies import session
     from palpate.studies.launch import plans_of
-    from palpate.studies.rig import simulated
+    from palpate.studies.simulated_rig import simulated
 
     study = toy(opening=["demographics"])
     [plan] = plans_of(study, home.lab, ["P001"], 1, live=False)

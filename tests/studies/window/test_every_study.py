@@ -9,8 +9,8 @@ from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.ledger import take_up
 from palpate.studies.record import read
 from palpate.studies.replay import recompiled, replay
-from palpate.studies.rig import simulated
 from palpate.studies.session_files import ledger_path
+from palpate.studies.simulated_rig import simulated
 from tests.studies.window.robot import Robot, Sitting
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
