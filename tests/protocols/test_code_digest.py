@@ -160,7 +160,6 @@ def test_a_partial_is_of_the_module_of_its_function():
             {
                 "palpate.analysis.features.touch_features",
                 "palpate.analysis.streams.recorded_streams",
-                "palpate.studies.stored_samples",
                 "palpate.studies.record",
             },
             {"palpate.modeling.attributes.registry"},

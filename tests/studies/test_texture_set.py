@@ -5,7 +5,6 @@ import os
 import signal
 
 import pytest
-from palpate.studies.ahead import Ahead
 from PIL import Image
 
 from palpate.analysis.features.touch import SEGMENT_S, TRIM_S
@@ -34,7 +33,7 @@ from palpate.studies.session_files import ledger_path
 from palpate.studies.session_headers import SessionStart
 from palpate.studies.simulated_rig import simulated
 from palpate.studies.texture_set import QUICK, Pace, SetWanted, estimate, make_set, room_bytes
-from palpate.studies.texture_set_rig import ToolAhead, felt, rig_for
+from palpate.studies.texture_set_rig import Ahead, ToolAhead, felt, rig_for
 from palpate.studies.texture_set_studies import LEAST_S, STUDIES, TextureSetError, all_textures, chosen, planned
 from palpate.studies.texture_simulator import SimulatedTextures
 from palpate.studies.twins import ToolTwin
