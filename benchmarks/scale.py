@@ -22,10 +22,10 @@ from sqlalchemy import delete
 from palpate.protocols.bench import Case
 from palpate.protocols.tables import table_text
 from palpate.studies.catalogue import SHIPPED, stimulus_rows
-from palpate.studies.collect import Collector, open_database
-from palpate.studies.collected_rows import OF_A_SESSION
-from palpate.studies.collected_schema import metadata
-from palpate.studies.session_files import ledgers_in
+from palpate.studies.collecting.collect import Collector, open_database
+from palpate.studies.collecting.rows import OF_A_SESSION
+from palpate.studies.collecting.schema import metadata
+from palpate.studies.sessions.session_files import ledgers_in
 from palpate.studies.workers import available_cores
 
 SIZES = (20, 200, 2000)

@@ -18,14 +18,14 @@ from palpate.protocols.events import NS, Event
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.requests import Samples
 from palpate.protocols.runner import run
-from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.lab_forms import lab_forms
-from palpate.studies.ledger import create, take_up
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.session import start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.participants.lab_forms import lab_forms
+from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session import start
+from palpate.studies.simulation.rig import simulated
 
 DOORS = SHIPPED / "door_ratings"
 HEAVY = ("numpy", "pandas", "scipy", "sqlalchemy", "torch", "psychopy", "matplotlib")

@@ -37,7 +37,7 @@ class Desk(Protocol):
     def poll(self) -> Aside | None:
         """What the experimenter did since the last poll, one thing at a time, or None.
 
-        Raises palpate.studies.interrupts.Interrupted where the experimenter ends the sitting.
+        Raises palpate.studies.sessions.interrupts.Interrupted where the experimenter ends the sitting.
         """
 
     def demand(self, prompt: Prompt | None) -> None:

@@ -15,9 +15,9 @@ from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.analysis.regenerating.regeneration import whole_material
 from palpate.studies.catalogue import find, names
-from palpate.studies.collect import open_database
-from palpate.studies.record import read_header
-from palpate.studies.session_files import ledgers_in
+from palpate.studies.collecting.collect import open_database
+from palpate.studies.sessions.record import read_header
+from palpate.studies.sessions.session_files import ledgers_in
 
 COLLECTED = "lab.sqlite"
 """Where `palpate collect` gathers a lab's sessions."""

@@ -29,8 +29,8 @@ VERBS = {
     "run": ("palpate.studies.commands_sessions:run", "Run a session of a study."),
     "record": ("palpate.studies.commands_sessions:record", "Record stimuli with the station's sensors."),
     "resume": ("palpate.studies.commands_sessions:resume", "Go on with an interrupted session where it stopped."),
-    "replay": ("palpate.studies.commands_records:replay", "Prove that recorded sessions repeat, event by event."),
-    "collect": ("palpate.studies.commands_records:collect", "Gather a lab's sessions into one database."),
+    "replay": ("palpate.studies.commands_recorded:replay", "Prove that recorded sessions repeat, event by event."),
+    "collect": ("palpate.studies.commands_recorded:collect", "Gather a lab's sessions into one database."),
     "rig": ("palpate.devices.rig.commands:rig", "Check a lab's devices; write a rig of simulated ones."),
     "window": ("palpate.devices.window.commands:window", "Calibrate and check the participant's window."),
     "monitor": ("palpate.analysis.monitoring.commands:monitor", "Watch a lab's sessions on a small local page."),
@@ -140,7 +140,7 @@ def cli(ctx: click.Context) -> None:
 
 def texture_simulator() -> Any:
     """Return the simulator of textures: it is handed to modeling, which may not import a device."""
-    return load_object("palpate.studies.texture_simulator:SimulatedTextures")()
+    return load_object("palpate.studies.simulation.texture_simulator:SimulatedTextures")()
 
 
 @click.command()

@@ -88,9 +88,9 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
     from palpate.protocols.yaml_text import YamlError
     from palpate.signals.doors.grid import DoorDataError
     from palpate.studies.catalogue import read_study
-    from palpate.studies.lab_forms import unasked_questions
     from palpate.studies.participants.errors import ParticipantError
-    from palpate.studies.rig import RigError
+    from palpate.studies.participants.lab_forms import unasked_questions
+    from palpate.studies.sessions.rig import RigError
 
     try:
         found = read_study(path)
@@ -117,7 +117,7 @@ def _demand_playable(found: Found) -> None:
     """Every stimulus of every group can be presented."""
     from palpate.protocols.plan import compile_plan
     from palpate.protocols.trial import ParticipantRow
-    from palpate.studies.simulated_rig import simulated
+    from palpate.studies.simulation.rig import simulated
 
     rig = simulated(found.study, found.folder)
     groups: list[str | None] = [*sorted(found.study.groups)]
@@ -183,9 +183,9 @@ def plan(
     """
     from palpate.protocols.plan import compile_plan
     from palpate.protocols.sample import describe_sample
-    from palpate.studies.allocation import allocate
     from palpate.studies.catalogue import find, read_study
-    from palpate.studies.lab_forms import lab_forms
+    from palpate.studies.participants.lab_forms import lab_forms
+    from palpate.studies.participants.row_assignment import allocate
 
     declared = read_study(find(study, lab)).study
     if people is not None:
@@ -244,7 +244,7 @@ def _anchors(compiled: Plan) -> list[dict[str, Any]]:
 def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:
     """Certificates by group, over all sessions and for each, of the first `people` participants P001, P002, ..."""
     from palpate.protocols.balance import balance_data, balance_lines, certificates
-    from palpate.studies.allocation import allocate
+    from palpate.studies.participants.row_assignment import allocate
 
     groups: dict[str, list[Any]] = {}
     for number in range(1, people + 1):

@@ -13,16 +13,16 @@ import click
 
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.wording import count
-from palpate.studies.live_options import REHEARSALS, LiveOptions, to_go_on, to_start
+from palpate.studies.live.options import REHEARSALS, LiveOptions, to_go_on, to_start
 from palpate.studies.options import JSON, LAB, echo_json, progress, with_options
 
 if TYPE_CHECKING:
     from palpate.protocols.events import Event
     from palpate.protocols.plan import Plan
     from palpate.studies.catalogue import Found
-    from palpate.studies.record import Record
-    from palpate.studies.rig import RigPlan
-    from palpate.studies.session import Sat
+    from palpate.studies.sessions.record import Record
+    from palpate.studies.sessions.rig import RigPlan
+    from palpate.studies.sessions.session import Sat
 
 
 _SEVERAL = re.compile(r"^([A-Za-z]+)([0-9]+)\.\.\1([0-9]+)$")
@@ -71,8 +71,8 @@ def sat_through(
     lab: Path, live: LiveOptions,
 ) -> list[Sat]:  # fmt: skip
     """Begin a session, or several simulated ones, and run them as far as they go."""
-    from palpate.studies.hardware import hardware_for
-    from palpate.studies.lab_forms import unasked_questions
+    from palpate.studies.live.hardware import hardware_for
+    from palpate.studies.participants.lab_forms import unasked_questions
 
     if simulate and (live.rehearse or live.twins or live.rig is not None):
         raise click.UsageError("--simulate needs no window and no rig: leave --rehearse, --twins and --rig out, or it")
@@ -92,15 +92,15 @@ def _plans(
     found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions,
     real: bool, number: int = 1,
 ) -> list[Plan]:  # fmt: skip
-    from palpate.studies.launch import plans_of
+    from palpate.studies.launching.launch import plans_of
 
     return plans_of(found.study, lab, people, seed, real, live.language or "en", *place, number)
 
 
 def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions) -> list[Sat]:
-    from palpate.studies.session import start
-    from palpate.studies.simulated_rig import simulated
-    from palpate.studies.squares import demand_free
+    from palpate.studies.participants.taken_rows import demand_free
+    from palpate.studies.sessions.session import start
+    from palpate.studies.simulation.rig import simulated
 
     rig = simulated(found.study, found.folder, lab)
     people = [plan.who.participant for plan in plans]
@@ -119,9 +119,9 @@ def _live(
     found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], number: int,
     live: LiveOptions,
 ) -> Sat:  # fmt: skip
-    from palpate.studies.launch import demand_new
-    from palpate.studies.live_rig import live_plan
-    from palpate.studies.session import start
+    from palpate.studies.launching.launch import demand_new
+    from palpate.studies.live.opening import live_plan
+    from palpate.studies.sessions.session import start
 
     [who] = people
     demand_new(lab, found.study.study, who, number)
@@ -153,10 +153,10 @@ def _before(
 
     Returns for each participant what was accepted of a change or of a time, to go on record.
     """
-    from palpate.studies.changes import demand_same_models, demand_unchanged, earlier_header, sample_ledgers
-    from palpate.studies.launch import demand_next
-    from palpate.studies.record import read_header
-    from palpate.studies.session_times import demand_in_time
+    from palpate.studies.launching.changes import demand_same_models, demand_unchanged, earlier_header, sample_ledgers
+    from palpate.studies.launching.launch import demand_next
+    from palpate.studies.launching.session_times import demand_in_time
+    from palpate.studies.sessions.record import read_header
 
     study, today = found.study.study, datetime.now().astimezone().date() if real else None
     for who in people:
@@ -176,7 +176,7 @@ def _before(
 def _rehearsed(
     found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions
 ) -> Sat:
-    from palpate.studies.rehearsal import rehearsal_plan, rehearse
+    from palpate.studies.live.rehearsal import rehearsal_plan, rehearse
 
     [plan] = _plans(found, lab, people, seed, place, live, real=False)
     return rehearse(lab, plan, rehearsal_plan(found, lab, live))
@@ -198,9 +198,9 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     Example:
       palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
     """
-    from palpate.studies.record import LedgerError, read
-    from palpate.studies.session import resume as go_on
-    from palpate.studies.session_headers import in_person
+    from palpate.studies.sessions.record import LedgerError, read
+    from palpate.studies.sessions.session import resume as go_on
+    from palpate.studies.sessions.session_headers import in_person
 
     if ledger.is_dir():
         raise LedgerError(f"{ledger}: a folder; name one ledger, as {ledger / 'STUDY_P001_s1.sqlite'}")
@@ -223,13 +223,13 @@ def _to_go_on(
 ) -> tuple[Found, RigPlan, dict[str, Any] | None]:
     """The recorded study at its folder, its rig, and what of changes since then goes on record."""
     from palpate.studies.catalogue import Found, find
-    from palpate.studies.changes import demand_same_models, sample_ledgers
-    from palpate.studies.launch import changed_since
-    from palpate.studies.live_rig import plan_to_go_on
+    from palpate.studies.launching.changes import demand_same_models, sample_ledgers
+    from palpate.studies.launching.launch import changed_since
+    from palpate.studies.live.opening import plan_to_go_on
     from palpate.studies.participants.admission import admit, readmit
-    from palpate.studies.replay import recompiled
-    from palpate.studies.session_headers import in_person
-    from palpate.studies.simulated_rig import simulated
+    from palpate.studies.sessions.replay import recompiled
+    from palpate.studies.sessions.session_headers import in_person
+    from palpate.studies.simulation.rig import simulated
 
     plan = recompiled(record)
     header, declared = record.header, plan.study
@@ -250,7 +250,7 @@ def _people(participant: str, simulate: bool) -> list[str]:
     several = _SEVERAL.fullmatch(participant)
     if several is None:
         return [participant]
-    from palpate.studies.allocation import AllocationError
+    from palpate.studies.participants.row_assignment import AllocationError
 
     letters, first, last = several.groups()
     if not simulate:
@@ -335,7 +335,7 @@ def record(study: str, as_json: bool, **asked: Any) -> None:
         raise click.UsageError(told)
     sat = sat_through(found, **asked)
     if not as_json:
-        from palpate.studies.record import read
+        from palpate.studies.sessions.record import read
 
         for line in (line for each in sat for line in recorded(read(each.path))):
             click.echo(line)

@@ -14,9 +14,9 @@ from tests.needs import NEEDS, missing, needs_of_file, tests_of_file
 
 TRACED = ("tests/protocols/", "tests/studies/", "tests/devices/streams/")
 """The tests of the two rooms whose coverage `make test-all` demands, wherever they lie; no others count."""
-ELSEWHERE = ("tests/studies/window/", "tests/studies/test_kill.py")
+ELSEWHERE = ("tests/studies/window/", "tests/studies/sessions/test_kill.py")
 """What these test runs in processes of its own."""
-LONGEST = ("tests/faults/test_commands.py", "tests/studies/test_kill.py", "tests/studies/window/")
+LONGEST = ("tests/faults/test_commands.py", "tests/studies/sessions/test_kill.py", "tests/studies/window/")
 """Minutes each: begun first, nobody waits for them in the end."""
 LONG = "long"
 AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/test_recorded")

@@ -10,7 +10,7 @@ from contextlib import closing
 
 import pytest
 
-from palpate.studies.ledger_schema import APPLICATION_ID, SEED
+from palpate.studies.sessions.ledger_schema import APPLICATION_ID, SEED
 from tests import frozen_words as frozen
 from tests import words_in_files as collected
 from tests.recorded.make_frozen import LAB

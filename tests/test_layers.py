@@ -21,14 +21,14 @@ from tests import names
 ROOT = names.ROOT
 NOT_INSTALLED = {"benchmarks", "tools"}
 LIVE = (
-    *(f"palpate.studies.{name}" for name in ("live_rig", "hardware", "rig_station", "rig_renderer", "session")),
-    *(f"palpate.studies.{name}" for name in ("commands_record", "commands_sessions")),
+    *(f"palpate.studies.live.{name}" for name in ("opening", "hardware", "station", "renderer")),
+    "palpate.studies.sessions.session", "palpate.studies.commands_sessions",
     "palpate.devices.window.presenter_window", "palpate.devices.rig.opened",
     *(place.partition(":")[0] for place in KINDS.places.values()),
 )  # fmt: skip
 """What runs a session with real devices, and the module of every kind of device."""
 SIMULATED = re.compile(
-    r"(.*\.)?(twin|twins|twin_\w+|\w+_twin|hand_simulated|simulator)|palpate\.studies\.(virtual_\w+|scenes|rehearsal)"
+    r"(.*\.)?(twin|twins|twin_\w+|\w+_twin|hand_simulated|simulator)|palpate\.studies\.(simulation\..*|stimuli\.scenes|live\.rehearsal)"
     r"|palpate\.devices\.(surfaces|door\.firmware)(\..*)?|palpate\.devices\.door\.opening_scene"
 )
 """Modules of simulated people, devices and surfaces: a live session imports one when its rig has a simulated device."""
@@ -38,9 +38,9 @@ LOADED_ALL_THE_SAME = {
     ("palpate.devices.door.link.device", "palpate.devices.door.link.simulator"),
     ("palpate.devices.tablet.device", "palpate.devices.tablet.twin"),
     ("palpate.devices.tracker.device", "palpate.devices.tracker.twin"),
-    ("palpate.studies.rig_renderer", "palpate.studies.scenes"),
-    ("palpate.studies.rig_renderer", "palpate.studies.virtual_textures"),
-    ("palpate.studies.rig_station", "palpate.studies.scenes"),
+    ("palpate.studies.live.renderer", "palpate.studies.stimuli.scenes"),
+    ("palpate.studies.live.renderer", "palpate.studies.simulation.virtual_textures"),
+    ("palpate.studies.live.station", "palpate.studies.stimuli.scenes"),
 }
 """Imports of simulated modules that a live session makes whatever its rig is. There may be fewer, never more."""
 
@@ -154,10 +154,10 @@ def is_for_types(statement: ast.stmt) -> bool:
 
 def test_an_import_within_a_function_is_not_eager():
     source = (
-        "import palpate.studies.live\nif TYPE_CHECKING:\n    import palpate.studies.rig\nclass A:\n"
-        "    import palpate.studies.ledger\n"
+        "import palpate.studies.live.world\nif TYPE_CHECKING:\n    import palpate.studies.sessions.rig\nclass A:\n"
+        "    import palpate.studies.sessions.ledger\n"
     )
-    assert eager_imports(f"{source}def f():\n    import palpate.studies.twins\n") == {
-        "palpate.studies.live",
-        "palpate.studies.ledger",
+    assert eager_imports(f"{source}def f():\n    import palpate.studies.simulation.twins\n") == {
+        "palpate.studies.live.world",
+        "palpate.studies.sessions.ledger",
     }

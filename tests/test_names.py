@@ -20,10 +20,11 @@ from tests.names import (
     names_in_source,
 )
 
-PICKLED = ("palpate.studies.texture_simulator:SimulatedTextures",
+PICKLED = ("palpate.studies.simulation.texture_simulator:SimulatedTextures",
            "palpate.modeling.doors.evaluating_jobs:Context", "palpate.modeling.textures.domain:TextureDomain",
            "palpate.modeling.attributes.domain:AttributeDomain",
-           "palpate.studies.texture_set_rig:ToolAhead", "palpate.studies.texture_set_rig:Seen")  # fmt: skip
+           "palpate.studies.simulation.texture_set_rig:ToolAhead",
+           "palpate.studies.simulation.texture_set_rig:Seen")  # fmt: skip
 """What travels to worker processes: pickle names its class by module and name. None of it lies in a file."""
 STARTED = ("palpate.devices.door.firmware.process", "benchmarks.window.stage", "benchmarks.window.session",
            "benchmarks.streams.run", "tools.similarity_table")  # fmt: skip

@@ -13,9 +13,9 @@ from palpate.analysis.ratings.reading import read_ratings
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Ask
 from palpate.protocols.tasks import Task
-from palpate.studies.collect import collect, open_database
-from palpate.studies.record import read
-from palpate.studies.replay import recompiled, replay
+from palpate.studies.collecting.collect import collect, open_database
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import recompiled, replay
 
 HERE = Path(__file__).resolve().parent / "recorded"
 LEDGERS = sorted((HERE / "sessions").glob("*.sqlite"))

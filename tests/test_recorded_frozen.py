@@ -25,14 +25,14 @@ from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.command_line import _status
 from palpate.devices.rig.file import read_rig
 from palpate.studies.catalogue import SHIPPED
-from palpate.studies.ledger_schema import SEED, event_hash
-from palpate.studies.record import read
-from palpate.studies.replay import recompiled, replay
-from palpate.studies.session import resume
-from palpate.studies.session_files import ledgers_in
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions.ledger_schema import SEED, event_hash
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import recompiled, replay
+from palpate.studies.sessions.session import resume
+from palpate.studies.sessions.session_files import ledgers_in
+from palpate.studies.simulation.rig import simulated
 from tests.recorded.make_frozen import EXPECTED, LAB, STUDIES, answers
-from tests.studies.small_textures import write
+from tests.studies.simulation.small_textures import write
 
 HEADS, ANSWERS = (json.loads(EXPECTED.read_text())[key] for key in ("heads", "models"))
 LEDGERS = [path.name for path in ledgers_in(LAB)]

@@ -10,8 +10,8 @@ from palpate.analysis.regenerating.comparison import differences
 from palpate.analysis.regenerating.files import file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.record import read
-from palpate.studies.replay import replay
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
 from tests.recorded.make_many import EXPECTED, MANY, PEOPLE, texts_of
 
 LEDGERS = sorted((MANY / "sessions").glob("*.sqlite"))

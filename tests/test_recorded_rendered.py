@@ -4,9 +4,9 @@ import pytest
 
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Ask
-from palpate.studies.record import read
-from palpate.studies.renderings import MET, SEED
-from palpate.studies.replay import recompiled, replay
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import recompiled, replay
+from palpate.studies.stimuli.renderings import MET, SEED
 from tests.recorded.make_rendered import OWN, RENDERED, STOPPED, STUDY
 
 LEDGERS = {who: RENDERED / f"{STUDY}_{who}_s1.sqlite" for who in STOPPED}

@@ -6,11 +6,11 @@ from collections import defaultdict
 import pytest
 from sqlalchemy import text
 
-from palpate.studies.collect import collect, open_database
-from palpate.studies.record import read
-from palpate.studies.replay import recompiled, replay
+from palpate.studies.collecting.collect import collect, open_database
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import recompiled, replay
 from tests.recorded.make_ten import COLUMNS, HERE, INTERRUPTED
-from tests.studies.ten import TEN
+from tests.studies.shipped import TEN
 
 LEDGERS = {name: HERE / "ten" / f"{name}_P001_s1.sqlite" for name in TEN}
 

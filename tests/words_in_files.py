@@ -35,9 +35,10 @@ from palpate.protocols.needs import NEEDS, Need, needs_with
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 from palpate.signals.models.card import Card
-from palpate.studies import collected_schema, ledger_schema
+from palpate.studies.collecting import schema as collected_schema
 from palpate.studies.participants import identities, lab
 from palpate.studies.participants import schema as registry
+from palpate.studies.sessions import ledger_schema
 
 Words = dict[str, set[str]]
 """The words of one group, by the place in a file that they stand at."""

@@ -13,8 +13,8 @@ from palpate.protocols.canonical import json_text
 from palpate.protocols.files import file_sha256, write_text
 from palpate.protocols.study import Stimulus
 from palpate.protocols.tables import table_text
-from palpate.studies.played_textures import friction_apart
-from palpate.studies.virtual_textures import VirtualTextures
+from palpate.studies.simulation.played_textures import friction_apart
+from palpate.studies.simulation.virtual_textures import VirtualTextures
 
 FOLDER = Path(__file__).resolve().parent.parent / "studies" / "texture_similarity"
 TEXTURES = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
@@ -57,7 +57,7 @@ def main(renew: bool) -> None:
 
 def write_felt(file: Path, texture: str) -> None:
     """A hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
-    from palpate.studies.texture_capturing import scene
+    from palpate.studies.simulation.texture_capturing import scene
 
     felt = zip(*scene(texture, SECONDS, SEED), strict=True)
     rows = ([f"{place / 1000:.3f}", *(f"{value:.4g}" for value in values)] for place, values in enumerate(felt))
@@ -81,7 +81,7 @@ def planned() -> Iterator[Stimulus]:
 def kinetic(texture: str) -> float:
     """Kinetic friction of a simulated surface."""
     from palpate.devices.surfaces.choice import surface_for
-    from palpate.studies.texture_capturing import stimuli
+    from palpate.studies.simulation.texture_capturing import stimuli
 
     return surface_for(texture, stimuli()[texture]).kinetic_friction
 

@@ -30,7 +30,7 @@ from palpate.analysis.streams.recorded_streams import (
 from palpate.protocols.files import open_bytes, write_text
 from palpate.protocols.wording import count
 from palpate.signals.arrays import Array
-from palpate.studies.record import Record, read
+from palpate.studies.sessions.record import Record, read
 
 EVENTS = {
     "onset": {"Description": "Since the recording began.", "Units": "s"},

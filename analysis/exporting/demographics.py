@@ -15,7 +15,7 @@ from palpate.analysis.exporting.session_rows import AGE, OLDEST, SessionRows
 from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.tabular import Column, Row, Table
 from palpate.protocols.forms import LabForms, Question
-from palpate.studies import collected_schema as schema
+from palpate.studies.collecting import schema
 from palpate.studies.participants.lab import SIDECAR
 from palpate.studies.participants.sidecar import columns as described_columns
 from palpate.studies.participants.sidecar import level_label

@@ -11,7 +11,7 @@ from typing import Any
 from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.tabular import Row
 from palpate.protocols.events import NS
-from palpate.studies import collected_schema as schema
+from palpate.studies.collecting import schema
 
 Key = tuple[int, int]
 AGE, OLDEST = "age", 89

@@ -19,13 +19,13 @@ from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.protocols.canonical import parse
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Study
-from palpate.studies import collected_schema as schema
-from palpate.studies.collect import fill, open_database, scratch_database
+from palpate.studies.collecting import schema
+from palpate.studies.collecting.collect import fill, open_database, scratch_database
 from palpate.studies.messages import database_reason, describe_url
 from palpate.studies.participants.registry import find_registry, withdrawn
-from palpate.studies.session_files import ledgers_in
-from palpate.studies.session_headers import in_person
-from palpate.studies.tables import session_number
+from palpate.studies.sessions.session_files import ledgers_in
+from palpate.studies.sessions.session_headers import in_person
+from palpate.studies.sessions.tables import session_number
 
 _CHOICE_COLUMNS = tuple(column.name for column in fields(SessionRow))
 

@@ -14,8 +14,8 @@ from palpate.analysis.monitoring.sessions import Note, Session
 from palpate.analysis.ratings.diagnostics import Diagnostic
 from palpate.protocols.files import write_text
 from palpate.protocols.study import Study
-from palpate.studies.environment import palpate_version
-from palpate.studies.ledger_state import FileState, file_state, last_hash
+from palpate.studies.sessions.environment import palpate_version
+from palpate.studies.sessions.ledger_state import FileState, file_state, last_hash
 
 FILE = Path(".cache") / "monitor.jsonl"
 """A line for the version, and one for each study and finished session; it may be removed at any time."""

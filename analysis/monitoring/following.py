@@ -9,9 +9,9 @@ from pathlib import Path
 
 from palpate.protocols.event_shapes import EventShapes
 from palpate.protocols.session_state import SessionState
-from palpate.studies.ledger_schema import connect_to_read, event_hash
-from palpate.studies.ledger_state import FileState, file_state
-from palpate.studies.record import Sitting, demand_shape, linked_events, read, stored_sittings
+from palpate.studies.sessions.ledger_schema import connect_to_read, event_hash
+from palpate.studies.sessions.ledger_state import FileState, file_state
+from palpate.studies.sessions.record import Sitting, demand_shape, linked_events, read, stored_sittings
 
 
 @dataclass
@@ -36,7 +36,7 @@ class Followed:
 
 
 def follow(path: Path) -> Followed:
-    """Read a ledger whole. Raises as `palpate.studies.record.read` does, FileNotFoundError where there is none."""
+    """Read a ledger whole. Raises as `record.read` does, FileNotFoundError where there is none."""
     file = file_state(path)
     record = read(path)
     times_ns = [event.t_ns for event in record.events]

@@ -22,11 +22,11 @@ from palpate.protocols.canonical import digest
 from palpate.protocols.plan import Plan
 from palpate.protocols.progress import Progress
 from palpate.protocols.study import Study
-from palpate.studies.ledger_state import FileState, file_state, held
 from palpate.studies.participants.allocations import Allocation
-from palpate.studies.record import LedgerError
-from palpate.studies.replay import plan_from_header
-from palpate.studies.session_files import ledgers_in, others_in
+from palpate.studies.sessions.ledger_state import FileState, file_state, held
+from palpate.studies.sessions.record import LedgerError
+from palpate.studies.sessions.replay import plan_from_header
+from palpate.studies.sessions.session_files import ledgers_in, others_in
 from palpate.studies.workers import map_in_order, workers_for
 
 

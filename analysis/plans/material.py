@@ -18,7 +18,7 @@ from palpate.analysis.ratings.dataset import Exclusion, Input, Ratings
 from palpate.analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, query, read_ratings
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.study import Study
-from palpate.studies.model_versions import models_in
+from palpate.studies.sessions.model_versions import models_in
 
 OF_A_RATING = ("attribute", "value", "response_time_s", "revised")
 """The columns of a rating that its trial does not have."""

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.studies.tables import session_number
+from palpate.studies.sessions.tables import session_number
 
 SESSION = "session"
 ANSWER = "answer."

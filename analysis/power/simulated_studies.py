@@ -17,9 +17,9 @@ from palpate.protocols.requests import Present, Reply, Request
 from palpate.protocols.runner import run
 from palpate.protocols.study import Study
 from palpate.protocols.worlds import Done, Simulated, VirtualClock
-from palpate.studies.allocation import allocate
-from palpate.studies.lab_forms import lab_forms
-from palpate.studies.tables import Answers, answers_of
+from palpate.studies.participants.lab_forms import lab_forms
+from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.sessions.tables import Answers, answers_of
 
 INTERCEPT = "intercept"
 IN_MEMORY = "kept in memory only"

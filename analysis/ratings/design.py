@@ -15,7 +15,7 @@ from palpate.analysis.ratings.dataset import Crossing, DataRefused, Ratings, Sca
 from palpate.analysis.ratings.design_report import NOTES, DesignReport, Kind, Place, Problem, gathered
 from palpate.protocols.lookalikes import looks
 from palpate.protocols.wording import count
-from palpate.studies.tables import session_number
+from palpate.studies.sessions.tables import session_number
 
 __all__ = ["DesignReport", "Kind", "Place", "Problem", "check_design", "check_ratings"]
 

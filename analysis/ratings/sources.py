@@ -16,9 +16,9 @@ from palpate.analysis.ratings.reading import read_ratings
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import UNFINISHED
 from palpate.protocols.progress import Progress
-from palpate.studies.collect import fill, open_database, scratch_database
+from palpate.studies.collecting.collect import fill, open_database, scratch_database
 from palpate.studies.participants.registry import withdrawn
-from palpate.studies.session_files import ledgers_in
+from palpate.studies.sessions.session_files import ledgers_in
 
 Missing = Literal["refuse", "listwise"]
 IMPORTED = "imported"

@@ -20,7 +20,7 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.problems import Problem
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import STUDY_FILE, find, names, read_study
-from palpate.studies.lab_forms import lab_forms
+from palpate.studies.participants.lab_forms import lab_forms
 
 WORDS_ONLY = ("word", "kind", "category")
 OF_FORMS = ("participant", "session", "group", "attribute")

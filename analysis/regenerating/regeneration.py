@@ -27,9 +27,9 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.progress import Progress
 from palpate.studies.catalogue import STUDY_FILE, names
-from palpate.studies.collect import open_database
+from palpate.studies.collecting.collect import open_database
 from palpate.studies.participants.registry import withdrawn
-from palpate.studies.session_files import ledgers_in
+from palpate.studies.sessions.session_files import ledgers_in
 
 MOST_LETTERS = 300
 """Of what qualifies the data, beside a refusal."""

@@ -53,7 +53,7 @@ def list_command(ledger: tuple[Path, ...], trial: int | None, as_json: bool) -> 
       palpate streams LAB/sessions/texture_capture_P001_s1.sqlite --trial 2
     """
     from palpate.analysis.streams.listing import list_streams
-    from palpate.studies.record import read
+    from palpate.studies.sessions.record import read
 
     rows = [list_streams(read(path), trial) for path in _ledgers(ledger)]
     if as_json:
@@ -100,7 +100,7 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
         --angle-column door_angle_angle --force-column door_force_force
     """
     from palpate.analysis.streams.export import ExportSelection, export
-    from palpate.studies.record import read
+    from palpate.studies.sessions.record import read
 
     chosen = ExportSelection(trial, how["attempt"], how["act"], how["hinge"], how["by_stamps"])
     _demand_speed_options(how, raw)

@@ -24,7 +24,7 @@ from palpate.protocols.extras import installed_version
 from palpate.protocols.files import file_sha256, open_text, staged_files, write_text
 from palpate.protocols.wording import count
 from palpate.signals.arrays import Array
-from palpate.studies.record import Record
+from palpate.studies.sessions.record import Record
 
 DIGITS = 9
 """A float32 comes back from so many."""

@@ -13,8 +13,8 @@ from palpate.analysis.streams.recorded_streams import (
     counting_attempts,
     streams_in,
 )
-from palpate.studies.record import Record
-from palpate.studies.tables import session_name
+from palpate.studies.sessions.record import Record
+from palpate.studies.sessions.tables import session_name
 
 Row = dict[str, Any]
 TEXTS = ("stimulus", "stream", "unit", "clock", "calibration")

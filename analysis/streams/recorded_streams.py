@@ -17,7 +17,7 @@ from palpate.protocols.requests import Samples
 from palpate.protocols.session_state import Attempt
 from palpate.signals.aligning.stamps import Stamps, stamps_of
 from palpate.signals.arrays import Array
-from palpate.studies.record import Record
+from palpate.studies.sessions.record import Record
 
 Numbers = NDArray[np.int64]
 

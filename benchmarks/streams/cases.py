@@ -64,7 +64,7 @@ def kept(ledger: Path) -> dict[str, int]:
     import numpy as np
 
     from benchmarks.streams.recordings import RAMP
-    from palpate.studies.record import read
+    from palpate.studies.sessions.record import read
 
     right: dict[str, int] = {}
     for event in read(ledger).events:

@@ -27,10 +27,10 @@ from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.requests import Aside, Came, Chunk, Present, Reply, Samples, Sense
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.live import LiveWorld, Station, clock_from
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.session import start
-from palpate.studies.windowless import Windowless
+from palpate.studies.console.headless import Windowless
+from palpate.studies.live.world import LiveWorld, Station, clock_from
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session import start
 
 TURN_S = 0.01
 """The writer looks as often whether there is anything to write; a window does at every frame."""

@@ -9,7 +9,7 @@ from benchmarks.synthesis import steps, training
 from benchmarks.synthesis.runtimes import other_runtimes
 from palpate.devices.render.found import SHIPPED, available
 from palpate.protocols.bench import Case
-from palpate.studies.texture_simulator import SimulatedTextures
+from palpate.studies.simulation.texture_simulator import SimulatedTextures
 
 
 def cases(quick: bool) -> Iterator[Case]:

@@ -19,10 +19,10 @@ from palpate.devices.window.presenter_window import WindowPresenter, open_presen
 from palpate.protocols.events import Event
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Came, Present, Reply, Request, Sense
-from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.session import start
+from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session import start
 
 STUDY = "door_ratings"
 

@@ -19,7 +19,7 @@ from palpate.modeling.attributes.reading_ratings import RatedTextures, read_rati
 from palpate.modeling.attributes.resnet_weights import weights_from
 from palpate.modeling.attributes.seeing import Album, Seen, Sight, in_a_hurry, seen, sight_with
 from palpate.protocols.progress import Report, silent
-from palpate.studies.session_files import ledgers_in
+from palpate.studies.sessions.session_files import ledgers_in
 
 if TYPE_CHECKING:
     from palpate.modeling.attributes.reading_touch import FeltRows, Recorded

@@ -10,9 +10,9 @@ from typing import Any
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.seeing import Album, Picture
 from palpate.protocols.files import file_sha256
-from palpate.studies.record import LedgerError, Record
-from palpate.studies.session_headers import by_twins, stimulus_columns
-from palpate.studies.study_sessions import real_or_simulated, sessions_of
+from palpate.studies.collecting.study_sessions import real_or_simulated, sessions_of
+from palpate.studies.sessions.record import LedgerError, Record
+from palpate.studies.sessions.session_headers import by_twins, stimulus_columns
 
 STUDY = "texture_photos"
 PICTURES = "pictures"

@@ -19,7 +19,7 @@ from palpate.analysis.features.touch_features import touch_features
 from palpate.modeling.attributes.touching import filtering, touch_of
 from palpate.modeling.textures.preparing import UP, Filtering, Touched
 from palpate.modeling.textures.reading_ledgers import SIMULATED, STUDY, Capture, captures_by_texture, touched_in
-from palpate.studies.ledger_schema import event_hash
+from palpate.studies.sessions.ledger_schema import event_hash
 
 STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 

@@ -12,7 +12,7 @@ from palpate.modeling.attributes.reading_folder import is_picture
 from palpate.modeling.attributes.reading_pictures import STUDY, folders_of, picture_of, pictured_trials
 from palpate.modeling.library.entries import LibraryError
 from palpate.protocols.wording import some
-from palpate.studies.study_sessions import real_or_simulated
+from palpate.studies.collecting.study_sessions import real_or_simulated
 
 NUMBER = re.compile(r"[_\-. ](\d+)")
 """What may stand behind a texture's name: the number of its picture."""

@@ -24,11 +24,11 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import some
 from palpate.signals.arrays import Array
+from palpate.studies.collecting.study_sessions import real_or_simulated, sessions_of
 from palpate.studies.participants.registry import withdrawn
-from palpate.studies.record import LedgerError
-from palpate.studies.session_files import ledgers_in
-from palpate.studies.session_headers import by_twins, stimulus_columns
-from palpate.studies.study_sessions import real_or_simulated, sessions_of
+from palpate.studies.sessions.record import LedgerError
+from palpate.studies.sessions.session_files import ledgers_in
+from palpate.studies.sessions.session_headers import by_twins, stimulus_columns
 
 STUDY = "texture_capture"
 AXES = ("x", "y", "z")

@@ -43,7 +43,7 @@ class SetSession(Protocol):
 
 
 class TextureSimulator(Protocol):
-    """Simulated surfaces and a rig's twins; `palpate.studies.texture_simulator.SimulatedTextures`. Pickles by name."""
+    """Simulated surfaces and a rig's twins, as `SimulatedTextures` of palpate.studies has them. Pickles by name."""
 
     def captured(self, texture: str, seconds: float, seed: int) -> Mapping[str, tuple[float, Array]]:
         """A free exploration of a simulated surface through the twins of the tool's sensors, as a session records it.

@@ -23,7 +23,7 @@ from palpate.studies.console.orders import LINES, Order, OrderError, order_of
 from palpate.studies.console.scans import burst
 from palpate.studies.console.view import Display, View
 from palpate.studies.console.words import doing, how_to_answer, line, where
-from palpate.studies.interrupts import Interrupted
+from palpate.studies.sessions.interrupts import Interrupted
 
 REACTION_S = 0.3
 """A key that comes sooner after a demand or a trial's start was meant for what stood there before."""

@@ -7,9 +7,9 @@ from typing import Any
 
 from sqlalchemy import Connection, Select, insert, select, update
 
-from palpate.studies.environment import wall_time
 from palpate.studies.participants import schema
 from palpate.studies.participants.registry import Registry, reading
+from palpate.studies.sessions.environment import wall_time
 
 table = schema.allocations
 

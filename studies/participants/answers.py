@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from palpate.studies.record import LedgerError, Record, read
-from palpate.studies.session_files import ledgers_in
+from palpate.studies.sessions.record import LedgerError, Record, read
+from palpate.studies.sessions.session_files import ledgers_in
 
 FORM = "demographics"
 

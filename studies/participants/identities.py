@@ -33,9 +33,9 @@ from sqlalchemy import (
 from sqlalchemy.exc import SQLAlchemyError
 
 from palpate.protocols.files import make_folder, write_text
-from palpate.studies.ledger_schema import DURABLE
 from palpate.studies.messages import database_reason
 from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.sessions.ledger_schema import DURABLE
 
 metadata = MetaData()
 table = Table(

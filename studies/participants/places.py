@@ -8,7 +8,7 @@ from itertools import count
 from pathlib import Path
 
 from palpate.studies.participants.allocations import Allocation
-from palpate.studies.squares import rows_taken
+from palpate.studies.participants.taken_rows import rows_taken
 
 Place = tuple[str | None, int]
 Recorded = Mapping[str, Place]

@@ -17,12 +17,12 @@ from sqlalchemy.exc import ArgumentError, IntegrityError, SQLAlchemyError
 
 from palpate.protocols.canonical import canonical
 from palpate.protocols.files import make_folder
-from palpate.studies.environment import wall_time
-from palpate.studies.ledger_schema import DURABLE
 from palpate.studies.messages import database_reason, describe_url
 from palpate.studies.participants import schema
 from palpate.studies.participants.errors import ParticipantError
 from palpate.studies.participants.lab import SETTINGS, settings
+from palpate.studies.sessions.environment import wall_time
+from palpate.studies.sessions.ledger_schema import DURABLE
 
 T = TypeVar("T")
 TRIES = 20

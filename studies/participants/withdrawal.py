@@ -16,8 +16,8 @@ from palpate.studies.participants.identities import demand_nameless, erase
 from palpate.studies.participants.people import status_of, unknown
 from palpate.studies.participants.registry import Registry, note, write
 from palpate.studies.participants.rows import give_up
-from palpate.studies.session_files import ledgers_in
-from palpate.studies.session_headers import session_starts
+from palpate.studies.sessions.session_files import ledgers_in
+from palpate.studies.sessions.session_headers import session_starts
 
 
 @dataclass(frozen=True)

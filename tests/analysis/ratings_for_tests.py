@@ -11,7 +11,7 @@ from sqlalchemy import Engine, create_engine, insert
 from sqlalchemy.pool import StaticPool
 
 from palpate.analysis.ratings.dataset import Ratings
-from palpate.studies import collected_schema as schema
+from palpate.studies.collecting import schema
 
 STUDY = "doors"
 CARS = {"1": ("BC3", "FORD"), "2": ("K3", "K8")}

@@ -9,9 +9,9 @@ from click.testing import CliRunner
 from palpate.analysis.commands import analyse
 from palpate.analysis.importing.dialects import TableRefused
 from palpate.protocols.requests import Ask, Reply
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.session import start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session import start
+from palpate.studies.simulation.rig import simulated
 from tests.analysis.exporting.labs import exported
 from tests.protocols.every_task import plan_of
 

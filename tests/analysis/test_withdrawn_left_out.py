@@ -8,7 +8,7 @@ from palpate.analysis.exporting.export import Choices, export
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.sources import DataRequest, read_source
 from palpate.analysis.regenerating.regeneration import regenerate
-from palpate.studies.collect import collect, open_database
+from palpate.studies.collecting.collect import collect, open_database
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw

@@ -11,22 +11,22 @@ from tempfile import TemporaryDirectory
 import pytest
 from sqlalchemy import event, select
 
-import palpate.studies.ledger
-import palpate.studies.session
+import palpate.studies.sessions.ledger
+import palpate.studies.sessions.session
 from palpate import command_line
 from palpate.protocols.files import staged_files, staged_folder, write_text
-from palpate.studies.ledger import Ledger
 from palpate.studies.participants import schema
 from palpate.studies.participants.allocations import allocations_of
 from palpate.studies.participants.identities import identities, store
 from palpate.studies.participants.registry import find_registry, gone, reading
-from palpate.studies.record import read
-from palpate.studies.session import resume, start
-from palpate.studies.session_files import ledger_path
+from palpate.studies.sessions.ledger import Ledger
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.session import resume, start
+from palpate.studies.sessions.session_files import ledger_path
 from tests.faults.disk import Disk, Mark, Names, Truncate, record
 from tests.faults.machine import MEMORY
-from tests.studies import nursery
-from tests.studies.test_kill import timeless
+from tests.studies.sessions import nursery
+from tests.studies.sessions.test_kill import timeless
 
 pytestmark = pytest.mark.needs("seccomp")
 PLAN = nursery.the_plan({"1": {"car": ["BC3"]}, "2": {"car": ["K3"]}})
@@ -62,7 +62,7 @@ def cuts(recording, count, seed, place):
 
 def acknowledging(mark):
     """In a child: mark each event once it is appended, for then the runner goes on."""
-    append, create = Ledger.append, palpate.studies.session.create
+    append, create = Ledger.append, palpate.studies.sessions.session.create
 
     def marked(act, name):
         def acted(*args):
@@ -72,7 +72,7 @@ def acknowledging(mark):
         return acted
 
     Ledger.append = marked(append, lambda _ledger, happened: str(happened.seq))
-    palpate.studies.session.create = marked(create, lambda *_: "0")
+    palpate.studies.sessions.session.create = marked(create, lambda *_: "0")
 
 
 def fate(lab, acknowledged, over, whole):
@@ -125,14 +125,14 @@ def test_a_killed_session_that_is_resumed_survives_a_cut_with_its_log_and_its_ch
 
     def session(mark):
         acknowledging(mark)
-        make = palpate.studies.ledger.engine_to_write
+        make = palpate.studies.sessions.ledger.engine_to_write
 
         def with_small_log(path):
             engine = make(path)
             event.listen(engine, "connect", lambda connection, _: connection.execute("PRAGMA wal_autocheckpoint=20"))
             return engine
 
-        palpate.studies.ledger.engine_to_write = with_small_log
+        palpate.studies.sessions.ledger.engine_to_write = with_small_log
         resume(path, RIG)
         mark(OVER)
 

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from palpate.modeling.commands_textures import evaluate_textures, train_textures
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.signals.models.file import read_model
-from palpate.studies.texture_simulator import SimulatedTextures
+from palpate.studies.simulation.texture_simulator import SimulatedTextures
 from tests.modeling.textures.made_up_recording import recording
 
 pytestmark = pytest.mark.needs("torch")

@@ -13,7 +13,7 @@ from palpate.protocols.runner import run
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Recorded, Simulated, VirtualClock
-from palpate.studies.tables import answers_of
+from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import LAB, plan_of, study_of
 from tests.protocols.test_every_task import device, ran, simulated
 from tests.protocols.worlds_for_tests import Kept

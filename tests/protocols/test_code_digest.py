@@ -113,14 +113,14 @@ def test_a_partial_is_of_the_module_of_its_function():
         (
             {"modules": ("palpate.signals.textures.voice",), "registries": True},
             {"palpate.signals.models.native.library", "palpate.signals.models.runtime"},
-            {"palpate.studies.texture_capturing", "palpate.devices.surfaces.hand"},
+            {"palpate.studies.simulation.texture_capturing", "palpate.devices.surfaces.hand"},
         ),
         (
-            {"modules": ("palpate.studies.texture_capturing",), "registries": True},
+            {"modules": ("palpate.studies.simulation.texture_capturing",), "registries": True},
             {"palpate.devices.daq.force_torque", "palpate.devices.surfaces.hand", "palpate.protocols.keyed"},
             {
-                "palpate.studies.texture_set",
-                "palpate.studies.session",
+                "palpate.studies.simulation.texture_set",
+                "palpate.studies.sessions.session",
                 "palpate.devices.window.presenter",
                 "palpate.devices.render.commands",
             },
@@ -160,7 +160,7 @@ def test_a_partial_is_of_the_module_of_its_function():
             {
                 "palpate.analysis.features.touch_features",
                 "palpate.analysis.streams.recorded_streams",
-                "palpate.studies.record",
+                "palpate.studies.sessions.record",
             },
             {"palpate.modeling.attributes.registry"},
         ),

@@ -12,7 +12,7 @@ from palpate.protocols.runner import run
 from palpate.protocols.session_state import Pause, SessionState, active_ns, fold, repeated_trial
 from palpate.protocols.worlds import BROKEN_OFF, Recorded
 from palpate.studies.console.board import board_of
-from palpate.studies.tables import answers_of
+from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import PARTS
 from tests.protocols.random_sessions import ABORT, FAULT, HEADER, Chance, go_on, plan_for, rough_session
 from tests.protocols.worlds_for_tests import Kept

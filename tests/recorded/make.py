@@ -10,10 +10,10 @@ import tempfile
 from pathlib import Path
 
 from palpate.protocols.plan import compile_plan
-from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import read_study
-from palpate.studies.session import resume, start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.sessions.session import resume, start
+from palpate.studies.simulation.rig import simulated
 from tests.studies.labs import stopping
 
 HERE = Path(__file__).resolve().parent

@@ -26,14 +26,14 @@ from palpate.protocols.requests import Reply, Request
 from palpate.signals.models.file import read_model
 from palpate.signals.textures.voice import play
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.launch import plans_of
-from palpate.studies.record import read
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.session import start
-from palpate.studies.session_files import ledger_path
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.launching.launch import plans_of
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session import start
+from palpate.studies.sessions.session_files import ledger_path
+from palpate.studies.simulation.rig import simulated
 from tests.modeling.attributes import small_evaluation as judged_attributes
-from tests.studies.small_textures import TEXTURES, write_all
+from tests.studies.simulation.small_textures import TEXTURES, write_all
 from tools.half_precision import halved
 
 HERE = Path(__file__).resolve().parent

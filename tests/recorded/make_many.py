@@ -15,11 +15,11 @@ from palpate.analysis.regenerating.files import file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.protocols.files import write_texts
 from palpate.protocols.plan import compile_plan
-from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.lab_forms import lab_forms
-from palpate.studies.session import start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.participants.lab_forms import lab_forms
+from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.sessions.session import start
+from palpate.studies.simulation.rig import simulated
 
 HERE = Path(__file__).resolve().parent
 MANY = HERE / "many"

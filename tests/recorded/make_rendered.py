@@ -10,11 +10,11 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from palpate.studies.session import resume, start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions.session import resume, start
+from palpate.studies.simulation.rig import simulated
 from tests.studies.labs import stopping
-from tests.studies.small_textures import write_all
-from tests.studies.ten import found_study, plan_for
+from tests.studies.shipped import found_study, plan_for
+from tests.studies.simulation.small_textures import write_all
 
 RENDERED = Path(__file__).resolve().parent / "rendered"
 STUDY, SEED = "texture_similarity", 7

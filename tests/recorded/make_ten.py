@@ -21,11 +21,11 @@ from typing import Any
 
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Aside, Ask, Reply, Request
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.session import resume, start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session import resume, start
+from palpate.studies.simulation.rig import simulated
 from tests.studies.labs import stopping
-from tests.studies.ten import TEN, found_study, plan_for
+from tests.studies.shipped import TEN, found_study, plan_for
 
 HERE = Path(__file__).resolve().parent
 SEED, SEEDS = 3, {"door_ratings": 5}

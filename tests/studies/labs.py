@@ -9,13 +9,13 @@ from typing import Any
 
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Reply, Request
-from palpate.studies import session
-from palpate.studies.interrupts import Interrupted
-from palpate.studies.ledger import take_up
-from palpate.studies.record import Record, read
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.session_files import ledger_path
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions import session
+from palpate.studies.sessions.interrupts import Interrupted
+from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.record import Record, read
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session_files import ledger_path
+from palpate.studies.simulation.rig import simulated
 from tests.protocols.studies_for_tests import toy_plan
 
 LIVELY = {"simulation": {"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.2, "lapse_rate": 0.2}}

@@ -5,10 +5,10 @@ import pytest
 
 from palpate.protocols.reading import StudyError
 from palpate.protocols.yaml_text import YamlError
-from palpate.studies.allocation import AllocationError, allocate
 from palpate.studies.catalogue import SHIPPED, find, names, read_study
+from palpate.studies.participants.row_assignment import AllocationError, allocate
 from tests.protocols.studies_for_tests import toy
-from tests.studies.ten import TEN
+from tests.studies.shipped import TEN
 
 STUDY = """\
 study: mine

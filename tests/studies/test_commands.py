@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from palpate.command_line import _status
-from palpate.studies.record import read
+from palpate.studies.sessions.record import read
 from tests.studies.labs import Lab, stopping
 
 TOY = """\
@@ -104,7 +104,7 @@ def test_a_life_of_a_lab(said, tmp_path):
 
 def test_an_interrupted_session_is_told_and_resumed(said, tmp_path, monkeypatch):
     lab = Lab(tmp_path)
-    monkeypatch.setattr("palpate.studies.simulated_rig.simulated", lambda *_: stopping(lab.rig, 5))
+    monkeypatch.setattr("palpate.studies.simulation.rig.simulated", lambda *_: stopping(lab.rig, 5))
     text = said("run", "toy", "--participant", "P001..P003", "--simulate", status=1)
     ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     kept = len(read(ledger).events)
@@ -246,7 +246,7 @@ def test_several_are_refused_before_the_first_starts(said, tmp_path):
 
 def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(said, tmp_path, monkeypatch):
     lab = Lab(tmp_path)
-    monkeypatch.setattr("palpate.studies.simulated_rig.simulated", lambda *_: stopping(lab.rig, 5))
+    monkeypatch.setattr("palpate.studies.simulation.rig.simulated", lambda *_: stopping(lab.rig, 5))
     said("run", "toy", "--participant", "P001", "--simulate", status=1)
     monkeypatch.undo()
     (tmp_path / "studies" / "toy" / "study.yaml").write_text("broken: [")
@@ -287,8 +287,8 @@ def test_a_study_that_changed_is_not_run_with_the_next_participant_unless_that_i
 
 
 def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tmp_path):
-    from palpate.studies.ledger import take_up
-    from palpate.studies.session import create, header_of
+    from palpate.studies.sessions.ledger import take_up
+    from palpate.studies.sessions.session import create, header_of
 
     lab = Lab(tmp_path)
     path = tmp_path / "sessions" / "toy_P001_s1.sqlite"

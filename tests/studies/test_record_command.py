@@ -11,7 +11,7 @@ from click.exceptions import Exit
 from palpate.command_line import _status
 from palpate.devices.rig.file import rig_path
 from palpate.studies.commands_sessions import recorded, report
-from palpate.studies.session import Sat
+from palpate.studies.sessions.session import Sat
 from tests.analysis.streams.ledgers import Written
 
 STUDY = """study: quick

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import pytest
 
-from palpate.studies.ledger import create
+from palpate.studies.collecting.study_sessions import headers_of, real_or_simulated, sessions_of
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw
-from palpate.studies.record import LedgerError, read
-from palpate.studies.study_sessions import headers_of, real_or_simulated, sessions_of
+from palpate.studies.sessions.ledger import create
+from palpate.studies.sessions.record import LedgerError, read
 from tests.analysis.streams.ledgers import DOOR
 
 AT = {"at": "2026-01-01T00:00:00+00:00"}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from palpate.studies.commands_records import replay
+from palpate.studies.commands_recorded import replay
 from palpate.studies.workers import WorkerDied, map_in_order, workers_for
 
 INTERRUPTED = """

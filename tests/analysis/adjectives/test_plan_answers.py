@@ -14,7 +14,7 @@ from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import Answer, Selected
 from palpate.analysis.plans.material import read_material
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.studies.collect import collect, open_database
+from palpate.studies.collecting.collect import collect, open_database
 from tests.analysis.adjectives.tables import WORDS, random_ticks, tables
 
 RECORDED = Path(__file__).parents[2] / "recorded" / "ten"

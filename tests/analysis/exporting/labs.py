@@ -18,8 +18,8 @@ from palpate.protocols.forms import LabForms
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.ledger import create, take_up
-from palpate.studies.record import read
+from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.record import read
 
 RECORDED = Path(__file__).parents[2] / "recorded"
 AT = {"at": "1987-06-05T04:03:02+00:00"}

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis.streams.recorded_streams import streams_of
-from palpate.studies.record import read
+from palpate.studies.sessions.record import read
 from tests.analysis.exporting.labs import AT, RECORDED, exported, lab_of, rewritten
 from tests.analysis.streams.ledgers import Written, block, told
 

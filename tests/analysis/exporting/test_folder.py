@@ -6,7 +6,7 @@ import pytest
 
 from palpate.analysis.exporting.folder import MARK
 from palpate.analysis.exporting.tabular import ExportRefused
-from palpate.studies.record import LedgerError
+from palpate.studies.sessions.record import LedgerError
 from tests.analysis.exporting.labs import exported, lab_of
 
 STUDY = "door_authoring"

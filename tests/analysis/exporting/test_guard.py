@@ -7,7 +7,7 @@ import pytest
 from palpate.analysis.exporting.guard import Guard, identifying_word
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.studies.participants.identities import Identity
-from palpate.studies.record import read
+from palpate.studies.sessions.record import read
 from tests.analysis.exporting.labs import RECORDED, answering, exported, rewritten
 
 LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"

@@ -11,7 +11,7 @@ from pyarrow import parquet
 from palpate.analysis.exporting.reading_back import exported_ratings
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.reading import read_ratings
-from palpate.studies.collect import collect, open_database
+from palpate.studies.collecting.collect import collect, open_database
 from tests.analysis.exporting.labs import RECORDED, exported, lab_of
 
 pytestmark = pytest.mark.needs("pyarrow")

@@ -10,9 +10,9 @@ import pytest
 from palpate.analysis.exporting.demographics import ParticipantTable, without_small_groups
 from palpate.analysis.exporting.tabular import Column, ExportRefused
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.studies.collect import collect, open_database
+from palpate.studies.collecting.collect import collect, open_database
 from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten, told
-from tests.studies.test_collect_forms import ran
+from tests.studies.collecting.test_collect_forms import ran
 
 LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"
 

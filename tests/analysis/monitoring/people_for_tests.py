@@ -11,10 +11,10 @@ from typing import Any
 
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Aside, Ask, Reply, Request
-from palpate.studies import session
-from palpate.studies.interrupts import Interrupted
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions import session
+from palpate.studies.sessions.interrupts import Interrupted
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.simulation.rig import simulated
 from tests.protocols.studies_for_tests import toy_plan
 
 PLAIN: dict[str, Any] = {"navigation": "forward", "rest": None}

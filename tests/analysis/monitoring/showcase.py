@@ -15,13 +15,13 @@ from typing import Any
 
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.studies import catalogue
-from palpate.studies.allocation import allocate
-from palpate.studies.launch import lab_forms
-from palpate.studies.rig import RigPlan
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.launching.launch import lab_forms
+from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.sessions.rig import RigPlan
+from palpate.studies.simulation.rig import simulated
 from tests.analysis.monitoring.people_for_tests import as_they_are, gate, play, straight
 from tests.protocols.studies_for_tests import toy
-from tests.studies.nursery import child
+from tests.studies.sessions.nursery import child
 
 NOTES: list[tuple[int, dict[str, Any]]] = [
     (4, {"do": "note", "text": "Headphones slipped; put right. <script>alert(1)</script>"}),

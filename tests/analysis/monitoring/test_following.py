@@ -7,10 +7,10 @@ import pytest
 
 from palpate.analysis.monitoring import following
 from palpate.analysis.monitoring.following import catch_up, follow
-from palpate.studies.ledger import take_up
-from palpate.studies.ledger_state import file_state, held
-from palpate.studies.record import LedgerError, read
-from palpate.studies.session_files import ledger_path
+from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.ledger_state import file_state, held
+from palpate.studies.sessions.record import LedgerError, read
+from palpate.studies.sessions.session_files import ledger_path
 from tests.studies.labs import Lab
 
 AT = {"at": "2026-01-01T00:00:00+00:00"}

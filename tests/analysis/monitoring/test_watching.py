@@ -19,12 +19,12 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Fault, Present
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies import session
-from palpate.studies.ledger import take_up
-from palpate.studies.record import read
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.session_files import ledger_path
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions import session
+from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session_files import ledger_path
+from palpate.studies.simulation.rig import simulated
 from tests.analysis.monitoring.people_for_tests import PLAIN, play, run, straight
 from tests.protocols.studies_for_tests import toy, toy_plan
 from tests.studies.labs import Lab

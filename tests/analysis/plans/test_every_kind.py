@@ -14,7 +14,7 @@ from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.sources import gathered
 from palpate.analysis.regenerating.regeneration import read_table
 from palpate.studies.catalogue import SHIPPED
-from palpate.studies.session_files import ledgers_in
+from palpate.studies.sessions.session_files import ledgers_in
 from tests.recorded.make_many import MANY, PEOPLE
 
 RELATIVE = 1e-9

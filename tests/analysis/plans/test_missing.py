@@ -12,7 +12,7 @@ from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.regenerating.exact_check import exact_checks
 from palpate.analysis.regenerating.plan_tests import run_tests
-from palpate.studies.collect import collect, open_database
+from palpate.studies.collecting.collect import collect, open_database
 from tests.test_recorded import LEDGERS
 
 GAP = {"participant": "P003", "car": "K3", "variant": "g3"}

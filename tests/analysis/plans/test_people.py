@@ -17,7 +17,7 @@ from palpate.analysis.regenerating.plan_check import problems_of_test
 from palpate.analysis.regenerating.plan_tests import run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load
-from palpate.studies.lab_forms import lab_forms
+from palpate.studies.participants.lab_forms import lab_forms
 
 LAB = Path("no lab")
 STUDY = Study.model_validate(

@@ -12,7 +12,7 @@ from palpate.analysis.plans.where import Range, keeps, kept_rows
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.regenerating.plan_check import problems_of_test
 from palpate.protocols.study import Study
-from palpate.studies.lab_forms import lab_forms
+from palpate.studies.participants.lab_forms import lab_forms
 from tests.analysis.plans.test_people import LAB, STUDY, answered, plan_of
 
 ANOVA = {"test": "anova", "within": ["cloth"], "outcomes": ["Soft"]}

@@ -24,11 +24,11 @@ from palpate.analysis.power.p_values import PowerError, p_of
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
 from palpate.analysis.ratings.sources import gathered
 from palpate.protocols.plan import compile_plan
-from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, find, read_study
-from palpate.studies.lab_forms import lab_forms
-from palpate.studies.session import start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.participants.lab_forms import lab_forms
+from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.sessions.session import start
+from palpate.studies.simulation.rig import simulated
 
 STUDY = """
 study: pairs

@@ -10,8 +10,8 @@ import numpy as np
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
 from palpate.protocols.requests import Samples
-from palpate.studies.ledger import create, take_up
-from palpate.studies.record import read
+from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.record import read
 
 RECORDED = Path(__file__).parents[2] / "recorded" / "ten"
 DOOR = RECORDED / "door_capture_P001_s1.sqlite"

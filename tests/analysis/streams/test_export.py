@@ -21,7 +21,7 @@ from palpate.devices.door.recording import read_columns
 from palpate.signals.aligning.refusals import AlignError
 from palpate.signals.doors.profile_file import read_profile
 from palpate.signals.doors.profiles import normalise
-from palpate.studies.ledger import LedgerError
+from palpate.studies.sessions.ledger import LedgerError
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks
 
 ROOT = Path(__file__).parents[3]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis.streams.recorded_streams import Gap, StreamError, attempts_of, counting_attempts, streams_of
-from palpate.studies.record import read
+from palpate.studies.sessions.record import read
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks, told
 
 

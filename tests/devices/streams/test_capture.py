@@ -150,7 +150,7 @@ def test_what_cannot_be_made_safe_is_told_with_the_fault():
 
 
 class Quits(BaseException):
-    """As palpate.studies.interrupts.Interrupted: no Exception."""
+    """As palpate.studies.sessions.interrupts.Interrupted: no Exception."""
 
 
 def test_an_end_of_the_sitting_in_the_middle_leaves_nothing_running():

@@ -18,11 +18,11 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Chunk, Reply
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.live import LiveWorld, Station
-from palpate.studies.record import LedgerError, read
-from palpate.studies.replay import replay
-from palpate.studies.rig import Rig, RigPlan
-from palpate.studies.session import resume, start
+from palpate.studies.live.world import LiveWorld, Station
+from palpate.studies.sessions.record import LedgerError, read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session import resume, start
 from tests.devices.streams.labs import Desk, Fed, Time, Window, block, fed_until, values
 
 STREAM = "tool_acceleration"
@@ -222,7 +222,7 @@ def test_a_wall_clock_that_is_set_meanwhile_changes_nothing(tmp_path, monkeypatc
     plain = Drill(tmp_path / "plain")
     assert plain.run().complete
     steps = (datetime(2026, 3, 1, 12, tzinfo=UTC) + timedelta(hours=hours * n) for n in itertools.count())
-    monkeypatch.setattr("palpate.studies.session.wall_time", lambda: next(steps).isoformat())
+    monkeypatch.setattr("palpate.studies.sessions.session.wall_time", lambda: next(steps).isoformat())
     stepped = Drill(tmp_path / "stepped", seconds=2.0)
     assert stepped.run().complete
     record = whole(stepped.path)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from palpate.studies.ledger import create, take_up
-from palpate.studies.record import read
+from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.record import read
 from tests.analysis.streams.ledgers import DOOR, Written, block, told
 from tests.modeling.textures.made_textures import vibration
 

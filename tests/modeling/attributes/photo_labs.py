@@ -7,10 +7,10 @@ import hashlib
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.ledger import create, take_up
-from palpate.studies.record import read
-from palpate.studies.session import start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.session import start
+from palpate.studies.simulation.rig import simulated
 from tests.analysis.features.picture_specimens import write_picture
 from tests.analysis.streams.ledgers import DOOR, Written
 

@@ -87,7 +87,7 @@ def test_a_lab_without_ratings_has_the_study_s_attributes(tmp_path):
 
 
 def test_ratings_that_were_collected_are_read_without_their_files(tmp_path):
-    from palpate.studies.collect import collect, open_database
+    from palpate.studies.collecting.collect import collect, open_database
 
     paths = rated_by(tmp_path, ("P001", "P002"))
     engine = open_database(f"sqlite:///{tmp_path / 'lab.sqlite'}")

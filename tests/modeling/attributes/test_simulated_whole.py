@@ -11,7 +11,7 @@ from palpate.modeling.attributes.reading import read_material
 from palpate.modeling.attributes.registry import METHODS
 from palpate.modeling.attributes.training import train_attributes
 from palpate.modeling.commands_library import textures
-from palpate.studies.texture_simulator import SimulatedTextures
+from palpate.studies.simulation.texture_simulator import SimulatedTextures
 
 pytestmark = [pytest.mark.long, pytest.mark.needs("torch", "librosa", "pywt", "skimage")]
 

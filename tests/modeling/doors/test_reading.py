@@ -17,7 +17,7 @@ from palpate.modeling.doors.rated import Asked, Shown, rated_of
 from palpate.modeling.doors.reading import rated_in_lab, read_lab
 from palpate.protocols.reading import StudyError
 from palpate.signals.doors.profile_file import read_profile as read_by_the_door
-from palpate.studies.collect import collect, open_database
+from palpate.studies.collecting.collect import collect, open_database
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw
@@ -107,7 +107,7 @@ def test_whom_the_plan_excludes_is_left_out(lab):
 
 def test_people_who_felt_another_version_of_the_study_are_never_mixed_in(lab):
     source = RECORDED / "sessions" / "doors_small_P005_s1.sqlite"
-    from palpate.studies.record import read
+    from palpate.studies.sessions.record import read
 
     changed = {**read(source).header["study"], "title": "Doors, changed"}
     rewritten(source, lab / "sessions" / "doors_small_P005_s1.sqlite", header={"study": changed})

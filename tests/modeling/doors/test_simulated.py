@@ -9,10 +9,10 @@ from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.reading import rated_in_lab
 from palpate.modeling.doors.simulated import simulated_data, simulated_ratings
 from palpate.protocols.plan import compile_plan
-from palpate.studies.allocation import allocate
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.session import start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.sessions.session import start
+from palpate.studies.simulation.rig import simulated
 from tests.modeling.doors.labs_for_doors import RECORDED, doors_small
 from tests.modeling.doors.made_up import ANTONYMS, ATTRIBUTES
 

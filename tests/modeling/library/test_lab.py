@@ -26,12 +26,12 @@ from palpate.modeling.library.sources import Wanted, predictor_of
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.collect import collect, open_database
+from palpate.studies.collecting.collect import collect, open_database
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw
-from palpate.studies.session import start
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions.session import start
+from palpate.studies.simulation.rig import simulated
 from tests.modeling.attributes.captured_textures import session
 from tests.modeling.attributes.photo_labs import TWINS, photos, rated_by, taken
 

@@ -10,7 +10,7 @@ from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
 from palpate.signals.models.card import Dense
-from palpate.studies.texture_simulator import SimulatedTextures
+from palpate.studies.simulation.texture_simulator import SimulatedTextures
 from tests.modeling.textures.made_up_recording import recording
 
 ORDER = 12

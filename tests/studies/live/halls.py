@@ -22,9 +22,9 @@ from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.console.listening import Heard
 from palpate.studies.console.seat import Seat
-from palpate.studies.live import LiveWorld, Station
-from palpate.studies.live_rig import Opening
-from palpate.studies.rig import RigPlan
+from palpate.studies.live.opening import Opening
+from palpate.studies.live.world import LiveWorld, Station
+from palpate.studies.sessions.rig import RigPlan
 from tests.protocols.studies_for_tests import toy
 
 TURN_NS = NS // 10
@@ -185,7 +185,7 @@ class Hall:
         return self.stage
 
     def _furnish(self, plan: Plan, t_ns: int, presenter: Any, opened: ExitStack):
-        from palpate.studies.rig import Rig
+        from palpate.studies.sessions.rig import Rig
 
         self.time.t_ns = t_ns
         script = Script(self.time, self.orders, self.by_line)

@@ -1,6 +1,6 @@
 """Live sessions with an experimenter at work, killed at random instants: `python -m tests.studies.live.nursery LABS`.
 
-One process imports everything once; each session is a fork of it (tests.studies.nursery).
+One process imports everything once; each session is a fork of it (tests.studies.sessions.nursery).
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from palpate.studies.rig import RigPlan
-from palpate.studies.session import start
-from palpate.studies.session_files import ledger_path
+from palpate.studies.sessions.rig import RigPlan
+from palpate.studies.sessions.session import start
+from palpate.studies.sessions.session_files import ledger_path
 from tests.studies.live.halls import Hall, sheets_plan
-from tests.studies.nursery import child, kill_after
+from tests.studies.sessions.nursery import child, kill_after
 
 BUSY = (
     (0.0, "confirm"), (0.5, "note one"), (1.0, "pause"), (3.0, "go on"), (3.1, "repeat"), (3.2, "confirm"),

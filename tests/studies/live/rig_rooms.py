@@ -14,9 +14,9 @@ from palpate.protocols.requests import Ask, Present, Reply
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, Found, read_study
-from palpate.studies.live_options import LiveOptions
-from palpate.studies.live_rig import live_plan
-from palpate.studies.session import start
+from palpate.studies.live.opening import live_plan
+from palpate.studies.live.options import LiveOptions
+from palpate.studies.sessions.session import start
 
 DOORS = read_study(SHIPPED / "door_ratings" / "study.yaml")
 TWINS = """rig: twins

@@ -14,9 +14,9 @@ import pytest
 
 from benchmarks.window.display import virtual_display
 from palpate.devices.window.calibration import Calibration, write_calibration
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.session_files import ledger_path, ledgers_in
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session_files import ledger_path, ledgers_in
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from palpate.studies.ledger import take_up
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.session import create, resume
+from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session import create, resume
 from tests.studies.live.halls import Hall
 from tests.studies.live.nursery import KILLS, begin, ledger
 

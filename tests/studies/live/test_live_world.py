@@ -10,12 +10,12 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Aside, Present, Reply
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done
-from palpate.studies.interrupts import Interrupted
-from palpate.studies.live import LiveWorld, Mounted, Station, TwinInRealTime, clock_from
-from palpate.studies.live_rig import last_page
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.session import resume, start
+from palpate.studies.live.opening import last_page
+from palpate.studies.live.world import LiveWorld, Mounted, Station, TwinInRealTime, clock_from
+from palpate.studies.sessions.interrupts import Interrupted
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session import resume, start
 from tests.studies.live.halls import Hall, Stage, sheets, sheets_plan
 
 ALL = [(0.0, "confirm")] * 8

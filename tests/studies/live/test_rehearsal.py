@@ -12,14 +12,14 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Simulated, VirtualClock
 from palpate.studies.catalogue import SHIPPED, Found, read_study
-from palpate.studies.launch import lab_forms
-from palpate.studies.live_options import LiveOptions
-from palpate.studies.record import read
-from palpate.studies.rehearsal import Rehearsed, rehearsal_plan, rehearse
-from palpate.studies.replay import replay
-from palpate.studies.session import start
-from palpate.studies.session_files import ledgers_in, others_in
-from palpate.studies.twins import HandedOver
+from palpate.studies.launching.launch import lab_forms
+from palpate.studies.live.options import LiveOptions
+from palpate.studies.live.rehearsal import Rehearsed, rehearsal_plan, rehearse
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session import start
+from palpate.studies.sessions.session_files import ledgers_in, others_in
+from palpate.studies.simulation.twins import HandedOver
 from tests.studies.live.halls import Hall, sheets, sheets_plan
 
 FAST = LiveOptions(rehearse=True, no_window=True, pace_s=0.0)

@@ -23,16 +23,16 @@ from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies import live_rig
 from palpate.studies.catalogue import SHIPPED, Found, read_study
-from palpate.studies.hardware import hardware_for
-from palpate.studies.interrupts import Interrupted
-from palpate.studies.live import Station
-from palpate.studies.live_options import LiveOptions
-from palpate.studies.live_rig import live_plan, plan_to_go_on
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.session import resume, start
+from palpate.studies.live import opening as live_rig
+from palpate.studies.live.hardware import hardware_for
+from palpate.studies.live.opening import live_plan, plan_to_go_on
+from palpate.studies.live.options import LiveOptions
+from palpate.studies.live.world import Station
+from palpate.studies.sessions.interrupts import Interrupted
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session import resume, start
 from tests.devices.door.link.twin_processes import children
 from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, doors, ends, kinds, lasting, live_doors, plan_of
 
@@ -365,7 +365,7 @@ def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, roo
     firmware(1)
     found = live_doors(lab / "study", practice=False)
     with monkeypatch.context() as former:
-        former.setattr("palpate.studies.rig_station.demand_follows", lambda *_given: None)
+        former.setattr("palpate.studies.live.station.demand_follows", lambda *_given: None)
         path = begun(found, lab).path
     kept = read(path)
     assert kept.header["rig"]["devices"]["door"]["firmware"] == 1

@@ -14,11 +14,11 @@ from sqlalchemy import create_engine
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.study import Study
-from palpate.studies.ledger import create, take_up
 from palpate.studies.participants.making import make_lab
 from palpate.studies.participants.people import add
 from palpate.studies.participants.registry import Registry, open_registry
-from palpate.studies.session_files import ledger_path
+from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.session_files import ledger_path
 from tests.protocols.studies_for_tests import toy
 from tests.studies.labs import HEADER
 

@@ -60,9 +60,9 @@ def test_simulated_people_are_nobody(home):
 
 
 def test_a_simulated_session_that_asks_is_read_as_a_real_one(home):
-    from palpate.studies import session
-    from palpate.studies.launch import plans_of
-    from palpate.studies.simulated_rig import simulated
+    from palpate.studies.launching.launch import plans_of
+    from palpate.studies.sessions import session
+    from palpate.studies.simulation.rig import simulated
 
     study = toy(opening=["demographics"])
     [plan] = plans_of(study, home.lab, ["P001"], 1, live=False)

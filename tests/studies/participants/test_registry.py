@@ -167,7 +167,7 @@ def test_settings_are_plain_yaml(tmp_path):
 
 
 def test_a_registry_shares_a_server_with_what_was_collected_and_its_own_file_with_nothing(registry):
-    from palpate.studies.collect import CollectError, open_database
+    from palpate.studies.collecting.collect import CollectError, open_database
 
     url = registry.engine.url
     if url.get_backend_name() == "sqlite":  # the lab's own file, not a database that stations share

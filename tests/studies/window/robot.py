@@ -26,9 +26,9 @@ from palpate.devices.window.screens.base import DOUBLE_CLICK_S
 from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.worlds import EndOfRecord, Recorded
-from palpate.studies.made_doors import made_doors
-from palpate.studies.record import LedgerError, read
-from palpate.studies.replay import recompiled
+from palpate.studies.sessions.record import LedgerError, read
+from palpate.studies.sessions.replay import recompiled
+from palpate.studies.stimuli.made_doors import made_doors
 
 PATIENCE_S = 60.0
 READ_S = 2 * DOUBLE_CLICK_S

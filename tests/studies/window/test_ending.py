@@ -9,9 +9,9 @@ from palpate.studies.catalogue import SHIPPED
 from palpate.studies.participants.admission import admit
 from palpate.studies.participants.people import add, status_of
 from palpate.studies.participants.registry import open_registry
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.session_files import ledger_path
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session_files import ledger_path
 from tests.studies.window.robot import Robot, Sitting, pending
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")

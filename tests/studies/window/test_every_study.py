@@ -6,11 +6,11 @@ from palpate.protocols.requests import Ask, Present, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.worlds import Recorded
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.ledger import take_up
-from palpate.studies.record import read
-from palpate.studies.replay import recompiled, replay
-from palpate.studies.session_files import ledger_path
-from palpate.studies.simulated_rig import simulated
+from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import recompiled, replay
+from palpate.studies.sessions.session_files import ledger_path
+from palpate.studies.simulation.rig import simulated
 from tests.studies.window.robot import Robot, Sitting
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")

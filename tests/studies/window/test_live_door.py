@@ -11,10 +11,10 @@ from palpate.devices.door.live import RATE_HZ
 from palpate.devices.rig.file import rig_path
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Present
-from palpate.studies.live_doors import FORCES, SETTINGS
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.session_files import ledger_path
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session_files import ledger_path
+from palpate.studies.stimuli.live_doors import FORCES, SETTINGS
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.window.robot import MOVED, Robot, Sitting, pending
 

@@ -4,9 +4,9 @@ import pytest
 
 from palpate.devices.rig.file import rig_path
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.session_files import ledger_path
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.session_files import ledger_path
 from tests.studies.live.rig_rooms import TWINS
 from tests.studies.window.robot import Robot, Sitting
 

@@ -1,0 +1,314 @@
+"""Gathering ledgers into one database: idempotent, and always free to be dropped and rebuilt."""
+
+from __future__ import annotations
+
+import shlex
+import sqlite3
+from collections import Counter
+from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import (
+    URL,
+    Connection,
+    Engine,
+    StaticPool,
+    create_engine,
+    delete,
+    insert,
+    inspect,
+    make_url,
+    select,
+)
+from sqlalchemy.exc import OperationalError, SQLAlchemyError
+
+from palpate.studies.collecting import schema
+from palpate.studies.collecting.rows import CollectError as CollectError  # noqa: PLC0414  what others catch is offered here
+from palpate.studies.collecting.rows import bring_in
+from palpate.studies.messages import database_reason, describe_url
+from palpate.studies.participants.schema import metadata as registry
+from palpate.studies.sessions.ledger_schema import APPLICATION_ID
+from palpate.studies.sessions.ledger_state import FileState, file_state, last_hash
+from palpate.studies.sessions.record import LedgerError, read
+from palpate.studies.sessions.tables import SessionTables, tables
+from palpate.studies.workers import map_in_order, workers_for
+
+DATABASE = "lab.sqlite"
+LOCK = 0x50414C43
+"""Key of the PostgreSQL advisory lock that lets stations collect into one database one after another."""
+_KNOWN = select(
+    *(schema.sessions.c[name] for name in ("session", "file", "participant", "status", "trials_answered", "head_hash")),
+    *(schema.ledgers.c[column.name] for column in fields(FileState)),
+).join(schema.ledgers, schema.ledgers.c.session == schema.sessions.c.session)
+
+
+@dataclass(frozen=True)
+class Collected:
+    """What became of one ledger."""
+
+    path: Path
+    session: str
+    what: str
+    trials_answered: int
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A ledger that cannot be trusted, or contradicts the database, and why."""
+
+    path: Path
+    problem: str
+
+
+def open_database(url: str | URL, rebuild: bool = False, lab: Path | None = None) -> Engine:
+    """A database for collecting, its tables made where missing; to `rebuild` drops them first, and nothing else.
+
+    `lab` is the folder that a message about rebuilding it names.
+
+    Raises CollectError on a URL that cannot be used, a database of another version, or one that holds other tables.
+    """
+    try:
+        target = make_url(url)
+        engine = create_engine(target, connect_args={"timeout": 60} if target.drivername.startswith("sqlite") else {})
+        with engine.begin() as connection:
+            _wait_for_others(connection)
+            _demand_ours(connection)
+            if rebuild:
+                schema.drop_all(connection)
+            _demand_version(connection, lab)
+    except CollectError as error:
+        engine.dispose()
+        raise CollectError(f"{describe_url(url)}: {error}") from None
+    except (SQLAlchemyError, ModuleNotFoundError, ValueError) as error:
+        raise CollectError(f"{describe_url(url)}: {database_reason(error, url)}") from None
+    return engine
+
+
+def collect(
+    paths: Iterable[Path], engine: Engine, withdrawn: Collection[str] = (), verify: bool = False
+) -> Iterator[Collected]:
+    """Bring each ledger's session into the database, one transaction each; again is as good as once.
+
+    As `Collector.bring`, which see.
+    """
+    collector = Collector(engine, withdrawn, verify)
+    return map(collector.bring, paths)
+
+
+def scratch_database(cache_MB: int = 64) -> Engine:
+    """An empty database to collect into for one run: in memory, and beyond `cache_MB` in a nameless temporary file."""
+
+    def connect() -> sqlite3.Connection:
+        connection = sqlite3.connect("")
+        connection.execute(f"PRAGMA cache_size = -{1000 * cache_MB}")
+        connection.execute("PRAGMA synchronous = OFF")
+        return connection
+
+    engine = create_engine("sqlite://", creator=connect, poolclass=StaticPool)
+    with engine.begin() as connection:
+        _demand_version(connection)
+    return engine
+
+
+def fill(
+    engine: Engine, paths: Sequence[Path], withdrawn: Collection[str] = (), with_events: bool = True,
+    workers: int | None = None,
+) -> Generator[Path]:  # fmt: skip
+    """Read these ledgers, every chain checked, into an empty database; yield each once it is there.
+
+    Where there are many, several processes read. Raises as `Collector.bring` does.
+    """
+    reading = partial(_read_tables, withdrawn=frozenset(withdrawn), with_events=with_events)
+    sessions = map_in_order(reading, paths, workers_for(len(paths), workers))
+    with closing(sessions), engine.begin() as connection:
+        for path, session in zip(paths, sessions, strict=True):
+            try:
+                bring_in(connection, session, path)
+            except SQLAlchemyError as error:
+                raise CollectError(f"{path}: could not be brought in ({database_reason(error)})") from None
+            yield path
+
+
+def _read_tables(path: Path, withdrawn: Collection[str], with_events: bool) -> SessionTables:
+    record = read(path)
+    return tables(record, record.header["participant"] in withdrawn, with_events)
+
+
+def _read_with_state(path: Path, withdrawn: Collection[str]) -> tuple[FileState | None, SessionTables]:
+    """The session, and the state of its file before it was read."""
+    state = file_state(path) if path.is_file() else None
+    return state, _read_tables(path, withdrawn, with_events=True)
+
+
+def _read_or_refuse(path: Path, withdrawn: Collection[str]) -> tuple[FileState | None, SessionTables] | Refused:
+    try:
+        return _read_with_state(path, withdrawn)
+    except LedgerError as error:
+        return Refused(path, str(error))
+
+
+@dataclass
+class Collector:
+    """Brings ledgers into a database, and reads only those that changed since they were collected.
+
+    Sessions of the pseudonyms in `withdrawn` are marked, so that no analysis holds them. With `verify` every ledger is
+    read and its chain checked, also where its file is as it was.
+    """
+
+    engine: Engine
+    withdrawn: Collection[str] = ()
+    verify: bool = False
+
+    def bring(self, path: Path) -> Collected:
+        """Collect one ledger, in one transaction.
+
+        Raises LedgerError on a refused ledger, CollectError on one that contradicts the database.
+        """
+        return self._unchanged(path) or self._write(path, *_read_with_state(path, self.withdrawn))
+
+    def bring_all(self, paths: Sequence[Path], workers: int | None = None) -> Generator[Collected | Refused]:
+        """Collect these ledgers, first those that did not change; where many did, several processes read them.
+
+        This process alone writes to the database. A ledger that is refused stops no other.
+        """
+        changed = []
+        for path in paths:
+            if (collected := self._unchanged(path)) is None:
+                changed.append(path)
+            else:
+                yield collected
+        reading = partial(_read_or_refuse, withdrawn=frozenset(self.withdrawn))
+        sessions = map_in_order(reading, changed, workers_for(len(changed), workers))
+        with closing(sessions):
+            for path, read_session in zip(changed, sessions, strict=True):
+                yield read_session if isinstance(read_session, Refused) else self._write_or_refuse(path, *read_session)
+
+    def _unchanged(self, path: Path) -> Collected | None:
+        """The ledger as it was collected, None where it has to be read."""
+        known = self._known.get(path.name)
+        if known is None or self.verify or not path.is_file() or not self._is_unchanged(path, known):
+            return None
+        return Collected(path, known.session, "unchanged", known.trials_answered)
+
+    def _write_or_refuse(self, path: Path, state: FileState | None, session: SessionTables) -> Collected | Refused:
+        try:
+            return self._write(path, state, session)
+        except CollectError as error:
+            return Refused(path, str(error))
+
+    def _write(self, path: Path, state: FileState | None, session: SessionTables) -> Collected:
+        try:
+            with self.engine.begin() as connection:
+                _wait_for_others(connection)
+                what = bring_in(connection, session, path)
+                if state is not None:
+                    _note_state(connection, session.session["session"], state)
+        except SQLAlchemyError as error:
+            reason = database_reason(error, self.engine.url)
+            raise CollectError(f"{path}: could not be collected: {reason}") from None
+        return Collected(path, session.session["session"], what, session.session["trials_answered"])
+
+    def _is_unchanged(self, path: Path, known: _Known) -> bool:
+        """Whether the file, the end of its chain and the participant's withdrawal are as when it was collected."""
+        if file_state(path) != known.state or (known.participant in self.withdrawn) != known.is_withdrawn:
+            return False
+        return last_hash(path) == known.head_hash
+
+    @cached_property
+    def _known(self) -> dict[str, _Known]:
+        """The collected sessions by the name of their file; without those whose file's name another session has."""
+        with self.engine.connect() as connection:
+            rows = connection.execute(_KNOWN).all()
+        times = Counter(row.file for row in rows)
+        return {row.file: _known(row) for row in rows if times[row.file] == 1}
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A session as it was collected, and the state of its file then."""
+
+    session: str
+    participant: str
+    is_withdrawn: bool
+    trials_answered: int
+    head_hash: str
+    state: FileState
+
+
+def _known(row: Any) -> _Known:
+    state = FileState(row.size, row.mtime_ns, row.wal_size, row.wal_mtime_ns)
+    is_withdrawn = row.status == "withdrawn"
+    return _Known(row.session, row.participant, is_withdrawn, row.trials_answered, row.head_hash, state)
+
+
+def _note_state(connection: Connection, session: str, state: FileState) -> None:
+    connection.execute(delete(schema.ledgers).where(schema.ledgers.c.session == session))
+    connection.execute(insert(schema.ledgers), {"session": session, **asdict(state)})
+
+
+def _wait_for_others(connection: Connection) -> None:
+    """Take the lock that lets one writer after another in: two at once would each find a table or a study missing."""
+    if connection.dialect.name == "sqlite":
+        try:
+            connection.exec_driver_sql("BEGIN IMMEDIATE")
+        except OperationalError as error:
+            if "readonly" not in str(error):  # a database that is only read needs no lock
+                raise
+    if connection.dialect.name == "postgresql":
+        connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({LOCK})")
+
+
+def rebuild_command(url: URL, lab: Path | None) -> str:
+    """Return the command that rebuilds a collected database, and say where its URL is shown without the password."""
+    words = ["palpate", "collect", "--rebuild", "--lab", "LAB" if lab is None else str(lab)]
+    shown = url._replace(password=None).difference_update_query(  # `set` takes None for unchanged
+        [key for key in url.query if "password" in key.lower() or key.lower() in {"pwd", "passwd"}]
+    )
+    if lab is None or url != URL.create("sqlite", database=str(lab / DATABASE)):
+        words += ["--to", shown.render_as_string(hide_password=False)]
+    return shlex.join(words) + ("" if shown == url else " (the URL is shown without its password: add it)")
+
+
+def _demand_version(connection: Connection, lab: Path | None = None) -> None:
+    """Make what is missing; what is there must be of this version."""
+    schema.palpate.create(connection, checkfirst=True)
+    found = connection.execute(select(schema.palpate.c.version)).scalar_one_or_none()
+    if found is None:
+        connection.execute(insert(schema.palpate), {"version": schema.VERSION})
+    elif found != schema.VERSION:
+        raise CollectError(
+            f"collected in version {found}, and this Palpate writes {schema.VERSION}; make it anew from the ledgers:"
+            f" {rebuild_command(connection.engine.url, lab)}"
+        )
+    schema.create_all(connection)
+
+
+def _demand_ours(connection: Connection) -> None:
+    """Raise CollectError unless the database is empty or holds the table `palpate`, the mark of a collected database.
+
+    In PostgreSQL a lab's registry may lie beside it. A table under one of our names must have our key columns.
+    """
+    sqlite = connection.dialect.name == "sqlite"
+    if sqlite and connection.exec_driver_sql("PRAGMA application_id").scalar_one() == APPLICATION_ID:
+        raise CollectError("this file is a session's ledger; collect into a database of its own")
+    inspector = inspect(connection)
+    names = {*inspector.get_table_names(), *inspector.get_view_names()} - (set() if sqlite else set(registry.tables))
+    columns = {
+        name: {str(column["name"]) for column in inspector.get_columns(name)}
+        for name in names.intersection(schema.metadata.tables)
+    }
+    if names and columns.get(schema.palpate.name) != {"version"}:
+        raise CollectError(
+            f"holds the table {min(names)}, and no mark that palpate collect made it; nothing was changed. Collect "
+            "into a new database" + ("" if sqlite else ", or a schema of its own: add ?options=-csearch_path%3DSCHEMA")
+        )
+    for name, present in sorted(columns.items()):
+        if missing := {column.name for column in schema.metadata.tables[name].primary_key} - present:
+            raise CollectError(
+                f"its table {name} has no column {min(missing)}: palpate collect did not make it; nothing was changed. "
+                "Rename that table, or collect into a new database"
+            )

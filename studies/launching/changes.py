@@ -1,0 +1,241 @@
+"""What has changed in a study, or in the screen, since a participant began: refused by name, or accepted on record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from palpate.protocols.canonical import canonical, digest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.study import Study, conditions_of
+from palpate.studies.collecting.study_sessions import headers_of
+from palpate.studies.sessions.model_versions import SHOWN, models_before, models_in
+from palpate.studies.sessions.record import read_header
+from palpate.studies.sessions.session_files import ledger_path
+from palpate.studies.sessions.session_headers import in_person
+
+if TYPE_CHECKING:
+    from palpate.devices.window.calibration import Calibration
+
+MOST_NAMED = 3
+LONGEST = 60
+NAMES = ("id", "name", "word", "low")
+"""What the items of a study's lists are called by."""
+
+
+class StudyChanged(ValueError):
+    """The study is not the one that the participant began with."""
+
+
+class ModelsChanged(ValueError):
+    """The models are not those that the session, or the sample, was played with."""
+
+
+class ScreenChanged(ValueError):
+    """The screen is not the one that the session was begun on."""
+
+
+class DevicesChanged(ValueError):
+    """The devices are not those that the session was begun with."""
+
+
+def study_change(recorded: Mapping[str, Any], current: Study) -> str | None:
+    """The first differences of the study from its recorded definition, in plain words; None where it is the same.
+
+    What a participant meets is compared: a sample, planned minutes or questions that changed are no change of it.
+    """
+    found = list(differences(conditions_of(recorded), current.conditions()))
+    if not found:
+        return None
+    more = f"; and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    return "; ".join(found[:MOST_NAMED]) + more
+
+
+def demand_unchanged(header: Mapping[str, Any], current: Study, accept: bool) -> dict[str, Any] | None:
+    """What is to be put on record where the study has changed since `header` was written; None where it has not.
+
+    `header` is the first event's body of the session, of the participant's earlier session, or else of the sample's
+    latest one.
+    Raises StudyChanged naming the differences, unless they are accepted.
+    """
+    told = study_change(header["study"], current)
+    if told is None:
+        return None
+    before, now = digest(conditions_of(header["study"])), digest(current.conditions())
+    if not accept:
+        raise StudyChanged(
+            f"{current.study}: the study has changed since participant {header['participant']} began session "
+            f"{header['session']} (digest {before[:SHOWN]}, now {now[:SHOWN]}): {told}. Put it back as it was, or "
+            "accept the change for this participant with --accept-change, which goes on record"
+        )
+    since = {"since_participant": header["participant"], "since_session": header["session"]}
+    return {**since, "study_before": before, "study_now": now, "differences": told}
+
+
+def earlier_header(lab: Path, study: str, participant: str, number: int) -> dict[str, Any] | None:
+    """The first event of the participant's latest session before this one; None where there is none."""
+    for earlier in range(number - 1, 0, -1):
+        path = ledger_path(lab, study, participant, earlier)
+        if path.is_file():
+            return read_header(path)
+    return None
+
+
+def sample_ledgers(lab: Path, study: str, real: bool) -> list[Path]:
+    """Return the ledgers of a study's real, or simulated, sessions, the one written to last first.
+
+    Those of people who withdrew, and those whose first event cannot be read, are left out.
+    """
+    headers = headers_of(lab, study)
+    ledgers = [path for path, header in headers if header is not None and in_person(header) == real]
+    return sorted(ledgers, key=lambda path: path.stat().st_mtime_ns, reverse=True)
+
+
+def models_now(study: Study, lab: Path | None) -> dict[str, str]:
+    """Return the SHA-256 of each model that the study would play now, by name; models that are missing are left out.
+
+    Raises ModelFileError on a model of doors that cannot be read.
+    """
+    models: dict[str, str] = {}
+    if "texture_renderer" in study.needs:
+        from palpate.devices.render.found import SHIPPED, available
+
+        cards = available(lab or SHIPPED)
+        for stimulus in study.stimuli:
+            texture, method = stimulus.columns.get("texture", ""), stimulus.columns.get("model", "")
+            if (card := cards.get(texture, {}).get(method)) is not None:
+                models[card.stem] = file_sha256(card)
+    if "door_generator" in study.needs:
+        from palpate.devices.door.making import maker_for
+
+        models |= models_in({"made": {"models": maker_for(lab).identity}})
+    return models
+
+
+def demand_same_models(study: Study, lab: Path, ledgers: Iterable[Path], accept: bool) -> dict[str, Any] | None:
+    """Return what goes on record where a model is another one than when `ledgers` last played it; None where none is.
+
+    Raises ModelsChanged naming the models and both digests, unless the change is accepted.
+    """
+    now = models_now(study, lab)
+    before = models_before(now, ledgers)
+    changed = {name: (*before[name], now[name]) for name in sorted(before) if before[name][0] != now[name]}
+    if not changed:
+        return None
+    if not accept:
+        shown = [
+            f"{name} was {old[:SHOWN]} in {path.name} and is {new[:SHOWN]}"
+            for name, (old, path, new) in list(changed.items())[:MOST_NAMED]
+        ]
+        more = f"; and {len(changed) - MOST_NAMED} more" if len(changed) > MOST_NAMED else ""
+        raise ModelsChanged(
+            f"{study.study}: models have changed under their names: {'; '.join(shown)}{more}. Put them back as they "
+            "were, or accept the change with --accept-change, which goes on record"
+        )
+    return {"models_changed": {name: {"before": old, "now": new} for name, (old, _, new) in changed.items()}}
+
+
+def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool) -> dict[str, Any] | None:
+    """What is to be put on record where a session goes on at another screen; None where it is the same.
+
+    A screen is the same where its pixels are, and where 127 mm stay within half a millimetre.
+    Raises ScreenChanged unless the change is accepted.
+    """
+    before = header.get("calibration")
+    if before is None or _same_screen(before, now):
+        return None
+    if not accept:
+        raise ScreenChanged(
+            f"the session was begun on a screen of {_screen(before)}, this one has {_screen(now.definition())}: go on "
+            "where it was begun, or accept the change with --accept-change, which goes on record"
+        )
+    return {"calibration_before": dict(before), "calibration_now": now.definition()}
+
+
+def demand_same_devices(header: Mapping[str, Any], now: Mapping[str, Any], accept: bool) -> dict[str, Any] | None:
+    """What is to be put on record where a session goes on with other devices or settings; None where they are the same.
+
+    Where a device is plugged in does not matter. Raises DevicesChanged naming the differences unless it is accepted.
+    """
+    before, after = _unplugged(header["rig"].get("settings")), _unplugged(now.get("settings"))
+    found = list(differences(before, after))
+    if not found:
+        return None
+    told = "; ".join(found[:MOST_NAMED])
+    if not accept:
+        raise DevicesChanged(
+            f"the rig has changed since the session was begun: {told}. Put it back as it was, or accept the change "
+            "with --accept-change, which goes on record"
+        )
+    return {"settings_before": before, "settings_now": after, "devices_changed": told}
+
+
+def _unplugged(settings: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Settings without the ports; one that is none counts as one that is not there, as before Palpate had it."""
+    return {
+        name: {key: value for key, value in given.items() if key != "port" and value is not None}
+        for name, given in (settings or {}).items()
+    }
+
+
+def _same_screen(before: Mapping[str, Any], now: Calibration) -> bool:
+    from palpate.devices.window.calibration import TOLERANCE_MM
+
+    drawn_mm = now.nominal_mm * now.px_per_mm / before["px_per_mm"]
+    return tuple(before["size_px"]) == now.size_px and abs(drawn_mm - now.nominal_mm) <= TOLERANCE_MM
+
+
+def _screen(calibration: Mapping[str, Any]) -> str:
+    width, height = calibration["size_px"]
+    return f"{width}x{height} px at {calibration['px_per_mm']:.3f} px/mm"
+
+
+def differences(before: Any, now: Any, place: str = "") -> Iterator[str]:
+    """Every difference of two definitions in plain words, keys in order; items of lists go by their names."""
+    if isinstance(before, Mapping) and isinstance(now, Mapping):
+        yield from _of_mappings(before, now, place)
+    elif _is_list(before) and _is_list(now):
+        yield from _of_lists(before, now, place)
+    elif canonical(before) != canonical(now):
+        yield f"{place} was {_short(before)} and is {_short(now)}"
+
+
+def _of_mappings(before: Mapping[str, Any], now: Mapping[str, Any], place: str) -> Iterator[str]:
+    for key in sorted({*before, *now}):
+        inner = f"{place}.{key}" if place else key
+        if key not in now:
+            yield f"{inner} was {_short(before[key])} and is gone"
+        elif key not in before:
+            yield f"{inner} is new: {_short(now[key])}"
+        else:
+            yield from differences(before[key], now[key], inner)
+
+
+def _of_lists(before: Sequence[Any], now: Sequence[Any], place: str) -> Iterator[str]:
+    old, new = _named(before), _named(now)
+    if old is None or new is None:
+        if canonical(before) != canonical(now):
+            yield f"{place} was {_short(before)} and is {_short(now)}"
+        return
+    found = list(_of_mappings(old, new, place))
+    if not found and list(old) != list(new):
+        found = [f"{place} stands in another order"]
+    yield from found
+
+
+def _named(items: Sequence[Any]) -> dict[str, Any] | None:
+    """Items by what they are called; None where they have no names, or one stands twice."""
+    names = [next((str(item[key]) for key in NAMES if key in item), "") for item in items if isinstance(item, Mapping)]
+    if len(names) < len(items) or "" in names or len(set(names)) < len(names):
+        return None
+    return dict(zip(names, items, strict=True))
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str)
+
+
+def _short(value: Any) -> str:
+    text = canonical(value).decode()
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."

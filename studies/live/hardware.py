@@ -1,0 +1,204 @@
+"""The devices of a live session: those of the station's rig, or simulated ones in their place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from palpate.protocols.needs import NEEDS
+from palpate.protocols.plan import Plan
+from palpate.protocols.study import Study
+from palpate.studies.catalogue import Found
+from palpate.studies.live.options import LiveOptions
+from palpate.studies.live.world import Station, TwinInRealTime, compose_station
+from palpate.studies.sessions.rig import RigError
+
+if TYPE_CHECKING:
+    from palpate.devices.render.window.tablet_screen import TabletScreen
+    from palpate.devices.rig.file import RigFile
+    from palpate.devices.rig.opened import OpenRig
+    from palpate.devices.tablet.device import Display
+
+
+def driven(study: Study) -> list[str]:
+    """The study's needs that take devices of a rig; samples are put in place by hand where the rig has no stage."""
+    return [need for need in study.needs if NEEDS[need].role is not None]
+
+
+@dataclass
+class Hardware:
+    """The devices of one study at one station; `twins` are the needs that simulated ones of this process stand for."""
+
+    found: Found
+    lab: Path
+    twins: Sequence[str] = ()
+    file: RigFile | None = None
+    opened: OpenRig | None = None
+    tablet: TabletScreen | None = None
+    description: dict[str, Any] = field(default_factory=dict)
+    begun: Mapping[str, Any] = field(default_factory=dict)
+    """What each device said of itself when the session was begun that is resumed."""
+
+    @property
+    def simulated_needs(self) -> list[str]:
+        """The needs that are simulated, in this process or by a rig's twins; every record says so."""
+        if self.file is None:
+            return list(self.twins)
+        file = self.file
+        return [need for need in self._needs() if any(file.is_twin(name) for name in file.names_for(need))]
+
+    def settings(self) -> dict[str, Any]:
+        """What the rig file says of the devices that are used, for the ledger: {name: settings}."""
+        return {} if self.file is None else self.file.definition(self._names())
+
+    def open(self, plan: Plan) -> None:
+        """Check the stimuli and open the devices. Raises RigError or DeviceError; then none is open."""
+        presented = any(NEEDS[need].role == "presents" for need in self.found.study.needs)
+        if self.simulated_needs or presented:  # what is presented comes from files, which may be wrong
+            from palpate.studies.simulation.rig import simulated
+
+            simulated(self.found.study, self.found.folder, self.lab).check(plan)
+        if self.file is not None:
+            from palpate.devices.rig.opened import open_rig
+
+            self.opened = open_rig(self.file, self._names())
+            self._look_at(self.opened, plan)
+
+    def safe(self) -> None:
+        """Bring every device to rest; also where none is open."""
+        if self.opened is not None:
+            self.opened.safe()
+
+    def close(self) -> None:
+        """Make every device safe and let go of it; also where none is open."""
+        opened, self.opened = self.opened, None
+        tablet, self.tablet = self.tablet, None
+        try:
+            if opened is not None:
+                opened.close()
+        finally:
+            if tablet is not None:
+                tablet.close()
+
+    def station(self, plan: Plan) -> Station:
+        """What presents and what records. Call it once the devices are open."""
+        if self.opened is not None:
+            from palpate.studies.live.station import rig_station
+
+            return rig_station(self.opened, self.found, plan, self.lab, self.tablet)
+        return twin_station(plan, self.found.folder, self.twins, self.lab)
+
+    def _look_at(self, opened: OpenRig, plan: Plan) -> None:
+        """What the devices are; every profile is within the door's limits. Raises DeviceError; then none is open."""
+        from palpate.studies.live.station import demand_follows, demand_within_limits
+
+        try:
+            self.description.update(opened.describe())
+            demand_within_limits(opened, self.found, plan)
+            demand_follows(opened, plan, self.begun)
+            self._open_tablet(plan)
+        except BaseException:
+            self.close()
+            raise
+
+    def changed_firmware(self) -> list[str]:
+        """Sentences for the record: which devices have another firmware than when the session was begun."""
+        pairs = {name: (self.begun.get(name, {}).get("firmware"), now.get("firmware"))
+                 for name, now in self.description.items()}  # fmt: skip
+        return [
+            f"The firmware of {name} was {before} when the session was begun, and is {now}."
+            for name, (before, now) in pairs.items()
+            if before is not None and before != now
+        ]
+
+    def demand_other_screen(self, screen: int) -> None:
+        """Raise RigError where the tablet is to be the screen that the participant's window is on."""
+        display = self._tablet_display()
+        if display is not None and display.number == screen:
+            raise RigError(
+                f"screen {screen} is the participant's window's, and the tablet's as well by the rig file: give the"
+                " tablet the number of its own screen (screen: {number: N, ...}), or leave its `screen` out"
+            )
+
+    def _tablet_display(self) -> Display | None:
+        """The screen that the renderer's tablet is, where the rig file says so."""
+        if self.file is None or "texture_renderer" not in self.found.study.needs:
+            return None
+        names = self.file.names_for("texture_renderer")
+        settings: Any = next(self.file.devices[name] for name in names if self.file.kind(name) == "tablet")
+        return cast("Display | None", settings.screen)
+
+    def _open_tablet(self, plan: Plan) -> None:
+        """Open the window on the tablet's screen, dark, where it is one. Raises DeviceError."""
+        if (display := self._tablet_display()) is None:
+            return
+        from palpate.devices.device import DeviceError
+        from palpate.devices.render.window.tablet_screen import TabletScreen
+        from palpate.signals.textures.sounds import RenderError
+        from palpate.studies.live.renderer import demand_pictures
+
+        demand_pictures(plan, self.found.folder, self.lab)
+        try:
+            self.tablet = TabletScreen(display).__enter__()
+        except RenderError as error:
+            raise DeviceError(str(error)) from None
+
+    def _needs(self) -> list[str]:
+        """The needs that the rig serves."""
+        needs = driven(self.found.study)
+        stage = "samples" in self.found.study.needs and self.file is not None and "samples" in self.file.needs
+        return [*needs, *(["samples"] if stage else [])]
+
+    def _names(self) -> list[str]:
+        """The devices to open, each once."""
+        if self.file is None:
+            return []
+        return list(dict.fromkeys(name for need in self._needs() for name in self.file.names_for(need)))
+
+
+def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
+    """The devices that a live session of the study gets.
+
+    Raises RigError where there is neither a rig file nor stand-ins, RigFileError where the file lacks something.
+    """
+    needs = driven(found.study)
+    if options.twins:
+        return Hardware(found, lab, twins=[need for need in needs if NEEDS[need].role != "beside"])
+    file = _rig_file(found.study, lab, options.rig)
+    if file is None:
+        return Hardware(found, lab)
+    for need in needs:
+        file.names_for(need)
+    return Hardware(found, lab, file=file)
+
+
+def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:
+    """The station's rig; None where the study needs no device and none is named."""
+    from palpate.devices.rig.file import read_rig, rig_path
+
+    path = given or rig_path(lab)
+    if given is None and not path.is_file():
+        if not driven(study):
+            return None
+        named = ", ".join(each.replace("_", " ") for each in driven(study))
+        raise RigError(
+            f"{study.study} needs {named}, and this station has no rig file {path}: write one (palpate rig simulate "
+            "begins with twins). Or rehearse the procedure with simulated devices and a real window: --twins (every "
+            "record says so); or without a participant: --simulate"
+        )
+    return read_rig(path)
+
+
+def twin_station(plan: Plan, folder: Path, twins: Sequence[str], lab: Path | None = None) -> Station:
+    """The study's devices as simulated ones; a stimulus that no device presents is put in place by hand."""
+    by_twin: dict[str, TwinInRealTime] = {}
+    if twins:
+        from palpate.studies.simulation.twins import twin_for
+
+        twin = twin_for(plan.study, plan, folder, lab=lab)
+        by_twin = {name: TwinInRealTime(name, twin) for name in twins}
+    device = next((twin for name, twin in by_twin.items() if NEEDS[name].role == "presents"), None)
+    records = {name: twin for name, twin in by_twin.items() if NEEDS[name].role == "records"}
+    return compose_station(plan.study, device, records)

@@ -1,0 +1,234 @@
+"""Putting a live session together: the window, the desk, and devices or their stand-ins, opened and closed as one."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from palpate.protocols.extras import demand_packages
+from palpate.protocols.plan import Plan
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.study import Study
+from palpate.studies.catalogue import Found
+from palpate.studies.console.headless import Windowless, asks_anything
+from palpate.studies.launching.changes import demand_same_devices, demand_same_screen
+from palpate.studies.live.hardware import hardware_for
+from palpate.studies.live.options import LiveOptions
+from palpate.studies.live.world import LiveWorld, Station, clock_from
+from palpate.studies.sessions.rig import Rig, RigError, RigPlan
+
+if TYPE_CHECKING:
+    from palpate.devices.window.calibration import Calibration
+    from palpate.devices.window.presenter import Presenter
+    from palpate.studies.console.seat import Seat
+
+LANGUAGE = "en"
+LAST_PAGE = {"declined": "thanks", "ineligible": "ineligible", "aborted": "aborted"}
+"""The last page, where a session does not end as it should."""
+
+
+def live_plan(found: Found, lab: Path, options: LiveOptions, begun: Mapping[str, Any] | None = None) -> RigPlan:
+    """How a live session of the study gets its rig; `begun` is what its devices said of themselves when it was begun.
+
+    Raises RigError where devices can be had in no way, WindowError where this station's screen is not calibrated. The
+    devices and the window are opened by `check`, before anything is recorded.
+    """
+    hardware = hardware_for(found, lab, options)
+    hardware.begun = begun or {}
+    if found.study.live is not None and "door_generator" in hardware.twins:
+        raise RigError(
+            "a door that follows the sliders needs a rig, and here a stand-in would take its place. `palpate rig "
+            "simulate` writes a rig of simulated devices, which follow as real ones do"
+        )
+    calibration = window_calibration(found.study, lab, options)
+    if calibration is not None:
+        hardware.demand_other_screen(calibration.screen)
+    language = options.language or LANGUAGE
+    twins = hardware.simulated_needs
+    description: dict[str, Any] = {"kind": "live", "window": None, "twins": twins, "language": language}
+    if settings := hardware.settings():
+        description |= {"settings": settings, "devices": hardware.description}
+
+    def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
+        now_ns = clock_from(t_ns)
+        seat = seat_at(plan, now_ns, presenter, options.as_json, opened)
+        opened.callback(hardware.close)
+        seat.tell(dict.fromkeys(twins, "simulated, idle"))
+        station = hardware.station(plan)
+        draw_forces(presenter, plan, lab)
+        presenter.on_side = lambda side: _switched(side, seat, station)
+        opened.callback(station.stop)
+        opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
+        notes = hardware.changed_firmware()
+        world = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused, notes=notes)
+        return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
+
+    window = window_of(found, lab, calibration, language, options.windowed is None)
+    opening = Opening(description, hardware.open, window, furnish, hardware.close)
+    measured = None if calibration is None else calibration.definition()
+    return RigPlan(description, opening.check, opening.open, measured, opening.drop)
+
+
+def draw_forces(presenter: Presenter, plan: Plan, lab: Path) -> None:
+    """Let the window draw the force of what is set, where the study shows it."""
+    if plan.study.live is not None and plan.study.live.show_force:
+        from palpate.studies.stimuli.made_doors import made_doors
+
+        presenter.force_of = made_doors(lab).doors.force_N
+
+
+def _switched(side: str, seat: Seat, station: Station) -> None:
+    """The participant has switched sides: the experimenter sees it, and the device that presents hears of it."""
+    seat.tell({"side": side})
+    station.switch_side(side)
+
+
+def plan_to_go_on(
+    found: Found, lab: Path, options: LiveOptions, header: Mapping[str, Any]
+) -> tuple[RigPlan, dict[str, Any] | None]:
+    """The rig plan to go on with a recorded live session, and what of the screen's change is to be put on record.
+
+    Stand-ins and the language are those of the session's beginning. Raises RigError on a rehearsal, ScreenChanged on
+    another screen and DevicesChanged on other devices unless that is accepted, and what `live_plan` raises.
+    """
+    rig = header["rig"]
+    if rig["kind"] == "rehearsal":
+        raise RigError("a rehearsal is not gone on with: rehearse again")
+    as_begun = replace(
+        options,
+        twins=options.twins or (options.rig is None and "settings" not in rig),  # begun without a rig file
+        language=options.language or rig.get("language"),
+    )
+    calibration = window_calibration(found.study, lab, as_begun)
+    accepted: dict[str, Any] = {}
+    if calibration is not None:
+        accepted |= demand_same_screen(header, calibration, options.accept_change) or {}
+    planned = live_plan(found, lab, as_begun, rig.get("devices"))
+    accepted |= demand_same_devices(header, planned.description, options.accept_change) or {}
+    return planned, accepted or None
+
+
+def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibration | None:
+    """This station's calibration, cut to the window where one is asked for; None where nothing is shown.
+
+    Raises ExtraMissing where there is nothing to make a window with, WindowError where the screen is not calibrated,
+    RigError where another screen was.
+    """
+    if not asks_anything(study):
+        return None
+    from palpate.devices.window.calibration import read_calibration, station_file
+
+    if not station_file(lab).is_file():  # calibrating needs it, too: say it first
+        demand_packages("a window", "psychopy")
+    calibration = read_calibration(lab)
+    if options.screen not in (None, calibration.screen):
+        raise RigError(
+            f"screen {calibration.screen} is calibrated, and screen {options.screen} is asked for: "
+            f"{shell_command('window', 'calibrate', '--screen', options.screen)}"
+        )
+    return replace(calibration, size_px=options.windowed) if options.windowed is not None else calibration
+
+
+@dataclass
+class Opening:
+    """A rig between being planned and being open; `check` opens the window, so that a refusal leaves nothing behind.
+
+    `description` goes into the ledger; its `window` is filled in once the window is open. `devices` checks that they
+    can be had and opens them, `let_go` closes them again; `furnish` makes the rest of the rig around the window and
+    puts what is to be closed on the stack.
+    """
+
+    description: dict[str, Any]
+    devices: Callable[[Plan], None]
+    window: Callable[[Plan], Presenter]
+    furnish: Callable[[Plan, int, Presenter, ExitStack], Rig]
+    let_go: Callable[[], None] = lambda: None
+    presenter: Presenter | None = None
+
+    def check(self, plan: Plan) -> None:
+        """Raise RigError or WindowError unless everything is to be had."""
+        self._begin(plan)
+        if self.presenter is not None:
+            self.description["window"] = dict(self.presenter.description) or None
+
+    def open(self, plan: Plan, t_ns: int) -> Rig:
+        """The rig, with session time going on from t_ns. On an error all that was opened is closed."""
+        presenter = self.presenter or self._begin(plan)
+        self.presenter = None
+        opened = ExitStack()
+        opened.callback(self.let_go)
+        opened.callback(presenter.close)
+        try:
+            rig = self.furnish(plan, t_ns, presenter, opened)
+        except BaseException:
+            opened.close()
+            raise
+        return replace(rig, safe=opened.close)
+
+    def drop(self) -> None:
+        """Close what `check` opened, the devices first; also where nothing is open."""
+        presenter, self.presenter = self.presenter, None
+        with ExitStack() as ends:
+            if presenter is not None:
+                ends.callback(presenter.close)
+            ends.callback(self.let_go)
+
+    def _begin(self, plan: Plan) -> Presenter:
+        """Open the devices and the window."""
+        self.devices(plan)
+        try:
+            self.presenter = self.window(plan)
+        except BaseException:
+            self.let_go()
+            raise
+        return self.presenter
+
+
+def seat_at(plan: Plan, now_ns: Callable[[], int], presenter: Presenter, as_json: bool, opened: ExitStack) -> Seat:
+    """The experimenter's console at this process' terminal; it hears which side the participant has switched to."""
+    from palpate.studies.console.open import open_seat
+
+    seat = open_seat(plan, now_ns, sys.stdin, sys.stderr if as_json else sys.stdout)
+    opened.callback(seat.close)
+    seat.tell(_screen(presenter.description))
+    presenter.on_side = lambda side: seat.tell({"side": side})
+    return seat
+
+
+def _screen(description: Mapping[str, Any]) -> dict[str, Any]:
+    """What the console says of the participant's window throughout."""
+    if "size_px" not in description:
+        return {}
+    width, height = description["size_px"]
+    return {"screen": f"{width}x{height}, {description['px_per_mm']:.2f} px/mm, {description['language']}"}
+
+
+def window_of(
+    found: Found, lab: Path, calibration: Calibration | None, language: str, full: bool
+) -> Callable[[Plan], Presenter]:
+    """How the participant's window is opened for a plan; without a calibration there is none.
+
+    The screens' words are those of LAB/texts/LANGUAGE.yaml, where the lab has brought that file.
+    """
+    own = lab / "texts" / f"{language}.yaml"
+
+    def opened(plan: Plan) -> Presenter:
+        if calibration is None:
+            return Windowless()
+        from palpate.devices.window.presenter_window import open_presenter
+
+        return open_presenter(
+            found.study, calibration, language, found.folder, fullscreen=full, plan=plan,
+            texts_file=own if own.is_file() else None,
+        )  # fmt: skip
+
+    return opened
+
+
+def last_page(seat: Seat) -> str:
+    """The text key of the page that a session of this end closes with."""
+    return LAST_PAGE.get(seat.board.ended or "", "end")

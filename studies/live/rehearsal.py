@@ -1,0 +1,132 @@
+"""Rehearsal: the whole study played fast, every screen filled in by a simulated participant, for the experimenter."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from palpate.devices.desk import Desk
+from palpate.protocols.events import World
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Aside, Came, Present, Reply, Request, Sense
+from palpate.studies.catalogue import Found
+from palpate.studies.console.headless import asks_anything
+from palpate.studies.live.opening import (
+    LANGUAGE,
+    Opening,
+    draw_forces,
+    last_page,
+    seat_at,
+    window_calibration,
+    window_of,
+)
+from palpate.studies.live.options import REHEARSALS, LiveOptions
+from palpate.studies.sessions.rig import Rig, RigPlan
+from palpate.studies.sessions.session import Sat, start
+from palpate.studies.sessions.session_files import ledger_path
+from palpate.studies.simulation.rig import simulated
+
+if TYPE_CHECKING:
+    from palpate.devices.window.calibration import Calibration
+    from palpate.devices.window.presenter import Presenter
+
+NEVER = "not measured"
+UNCALIBRATED_PX, UNCALIBRATED_PX_PER_MM = (1280, 720), 96 / 25.4
+"""The window of a rehearsal at a station whose screen was never measured."""
+
+
+@dataclass
+class Rehearsed:
+    """A simulated session, each of whose acts is shown for a moment; its time is the simulated one.
+
+    A page that only waits for a device is shown once, the first time that it comes.
+    """
+
+    session: World
+    presenter: Presenter
+    desk: Desk
+    pace_s: float
+    clock: Callable[[], float] = time.monotonic
+    shown: set[str] = field(default_factory=set)
+    under_way: tuple[Request, Came] | None = None
+
+    def now(self) -> int:
+        """Simulated nanoseconds since the session began."""
+        return self.session.now()
+
+    def perform(self, request: Request) -> Came:
+        """The simulated reply, once it has been seen; an aside comes first."""
+        if self.under_way is None or self.under_way[0] is not request:
+            self.under_way = (request, self.session.perform(request))
+        came = self.under_way[1]
+        aside = self._show(request, came) if isinstance(came, Reply) else None
+        if aside is None:
+            self.under_way = None
+        return came if aside is None else aside
+
+    def show_page(self, page: str) -> Aside | None:
+        """Show a page for a moment, the first time that it comes; later ones pass at once."""
+        until_s = self.clock() + (0.0 if page in self.shown else self.pace_s)
+        aside = self.presenter.wait_for(page, self.desk, lambda: self.clock() >= until_s)
+        if aside is None:
+            self.shown.add(page)
+        return aside
+
+    def _show(self, request: Request, reply: Reply) -> Aside | None:
+        match request:
+            case Sense():
+                return self.show_page("recording")
+            case Present():
+                return self.show_page("changing_sample") or self.show_page("feel_now")
+            case _:
+                return self.presenter.show_answered(request, reply, self.pace_s, self.desk)
+
+
+def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
+    """How a rehearsal gets its rig: simulated people and devices, the real window, the console.
+
+    Raises WindowError where the window cannot be had; RigError on a device that cannot be simulated either.
+    """
+    inner = simulated(found.study, found.folder, lab)
+    language = options.language or LANGUAGE
+    calibration = _calibration(found, lab, options)
+    description = {**inner.description, "kind": "rehearsal", "window": None, "language": language}
+
+    def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
+        session = inner.open(plan, t_ns).world
+        seat = seat_at(plan, session.now, presenter, options.as_json, opened)
+        draw_forces(presenter, plan, lab)
+        rehearsed = Rehearsed(session, presenter, seat, options.pace_s)
+
+        def finish() -> None:
+            rehearsed.show_page(last_page(seat))
+
+        return Rig(rehearsed, opened.close, seat.watch, finish)
+
+    full = options.windowed is None and calibration is not None and calibration.confirmed_at != NEVER
+    opening = Opening(description, inner.check, window_of(found, lab, calibration, language, full), furnish)
+    return RigPlan(description, opening.check, opening.open, drop=opening.drop)
+
+
+def rehearse(lab: Path, plan: Plan, rig: RigPlan) -> Sat:
+    """Rehearse the plan; its ledger lies in LAB/rehearsals/sessions, where nothing collects or analyses it."""
+    folder, number = lab / REHEARSALS, 1
+    while ledger_path(folder, plan.study.study, plan.who.participant, number).exists():
+        number += 1
+    return start(folder, plan, rig, number)
+
+
+def _calibration(found: Found, lab: Path, options: LiveOptions) -> Calibration | None:
+    """This station's calibration; an invented one, for a small window, where the screen was never measured."""
+    if options.no_window or not asks_anything(found.study):
+        return None
+    from palpate.devices.window.calibration import Calibration, station_file
+
+    if station_file(lab).is_file():
+        return window_calibration(found.study, lab, options)
+    size = options.windowed or UNCALIBRATED_PX
+    return Calibration(size, UNCALIBRATED_PX_PER_MM, options.screen or 0, NEVER)

@@ -1,0 +1,270 @@
+"""Virtual textures at a rig: a study's models on the station's stylus and actuator, and what its record keeps of them.
+
+The loop runs in a process of its own, which opens both devices itself: neither the window nor the ledger can hold it
+up. A texture is there from its presentation until it is answered for, since people answer while they feel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+from palpate.devices.acts import Mending
+from palpate.devices.actuator.device import VoiceCoil
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import DeviceError, DeviceFault
+from palpate.devices.render.job import Job
+from palpate.devices.render.process import Rendering
+from palpate.devices.render.sinks import MOST_AHEAD, on_coil
+from palpate.devices.render.window.photo import photo_file, read_photo
+from palpate.devices.rig.opened import OpenRig
+from palpate.devices.window.geometry import WindowError
+from palpate.protocols.events import NS
+from palpate.protocols.files import file_sha256
+from palpate.protocols.keyed import keyed_bits
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Ask, Came, Fault, Present, Reply
+from palpate.protocols.trial import Trial
+from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.file import read_card
+from palpate.signals.textures.sounds import RenderError, Sounds
+from palpate.studies.simulation.virtual_textures import VirtualTextures
+from palpate.studies.stimuli.renderings import MET, told_of
+from palpate.studies.stimuli.scenes import drawn
+
+NEED = "texture_renderer"
+COUNTED = ("steps", "late", "skipped")
+OUTPUT = ("underruns", "missing", "limited")
+VIRTUAL = "virtual"
+"""The side on which a texture's picture is seen; without such a side it is seen as long as the texture is on."""
+
+
+class Plays(Protocol):
+    """What renders: `palpate.devices.render.process.Rendering`, or something that stands for it."""
+
+    @property
+    def running(self) -> bool:
+        """Whether it plays."""
+
+    def switch(self, sounds: Sounds | None) -> None:
+        """Go over to another texture, or to silence. Raises RenderError."""
+
+    def record(self) -> Mapping[str, Any]:
+        """How it goes. Raises RenderError."""
+
+    def __exit__(self, *_raised: object) -> None:
+        """Be silent and let go of everything."""
+
+
+class Shows(Protocol):
+    """The tablet's screen: `palpate.devices.render.window.tablet_screen.TabletScreen` or a stand-in."""
+
+    def show(self, picture: Path | None) -> None:
+        """Have the picture seen, or nothing. Raises RenderError."""
+
+
+@dataclass
+class RigRenderer:
+    """Presents a study's virtual textures. Its replies name the model and count deadlines, at the beginning of a
+    texture and again with the answer, for the time between. A tablet that is a screen shows the texture's picture
+    while the virtual side is on."""
+
+    plan: Plan
+    renderings: VirtualTextures
+    begin: Callable[[], Plays]
+    plays: Plays | None = None
+    tablet: Shows | None = None
+    on: bool = False
+    mending: Mending = field(default_factory=Mending)
+    counted: dict[str, Any] = field(default_factory=dict)
+    told: dict[str, Any] = field(default_factory=dict)
+    picture: Path | None = None
+    side: str | None = None
+    trouble: RenderError | None = None
+    """What the tablet's screen failed with while a form was answered."""
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+        """Go over to the stimulus' texture; it is there when this returns. After a fault somebody mends it first."""
+        if aside := self.mending.asked("changing_sample", window, desk):
+            return aside
+        begun_ns = now_ns()
+        try:
+            self._put_on(request.trial)
+        except (ValueError, OSError) as error:
+            return self._fault(error)
+        blind = self.plan.study.blind
+        desk.tell({NEED: "renders" if blind else f"{self.told['model']}, {self.told['runtime']}"})
+        seconds = round((now_ns() - begun_ns) / NS, 3)
+        made = {**self.told, "deadlines": self.counted}
+        return Reply({"presented": True, "by": "renderer", "seconds": seconds, "rendered": made})
+
+    def before(self, request: Ask) -> Came | None:
+        """Before a form: what is rated sounds, also where the session was taken up again within the trial.
+
+        None; or what came instead. Where an answer is only revised nothing is felt again.
+        """
+        if self.on or request.trial is None or request.trial.previous is not None:
+            return None
+        try:
+            self._put_on(request.trial)
+        except (ValueError, OSError) as error:
+            return self._fault(error)
+        return None
+
+    def _put_on(self, trial: Trial) -> None:
+        """Raises RigError, RenderError, ModelFileError, DeviceError."""
+        card = self.renderings.card(trial.stimulus)
+        seed = keyed_bits("rendered", *drawn(self.plan, trial)) % 2**31
+        plays = self._running()
+        plays.switch(Sounds(card, seed))
+        self.on, record = True, plays.record()
+        self.counted = counts_of(record)
+        self.told = {**told_of(card, read_card(card)), "runtime": runtime_of(record), "seed": seed}
+        self.picture = None
+        if self.tablet is not None:
+            self.picture, self.told["picture"] = picture_of(card)
+            self._show()
+
+    def switch_side(self, side: str) -> None:
+        """The participant has switched to this side: the picture is seen on the virtual one alone."""
+        self.side = side
+        try:
+            self._show()
+        except RenderError as error:  # the form goes on; with its answer the trial is marked
+            self.trouble = error
+
+    def _show(self) -> None:
+        """Have the picture seen where the texture is on, on the virtual side. Raises RenderError."""
+        if self.tablet is not None:
+            seen = self.on and (VIRTUAL not in self.plan.study.sides or self.side == VIRTUAL)
+            self.tablet.show(self.picture if seen else None)
+
+    def _running(self) -> Plays:
+        if self.plays is None or not self.plays.running:
+            self.close()
+            self.plays = self.begin()
+        return self.plays
+
+    def _fault(self, error: Exception) -> Fault:
+        """The trial is marked, and met again once somebody has seen to it."""
+        self.close()
+        return self.mending.fault(DeviceFault(NEED, "refused", str(error)))
+
+    def after(self, came: Came) -> Came:
+        """What came of the form that was answered meanwhile, with what the renderer did; then it is silent."""
+        if not self.on or self.plays is None:
+            return came
+        self.on, self.side = False, None
+        try:
+            trouble, self.trouble = self.trouble, None
+            if trouble is not None:
+                raise trouble
+            self._show()
+            record = self.plays.record()
+            if not self.plays.running:
+                raise RenderError("the renderer ended while the texture was felt")
+            self.plays.switch(None)
+        except RenderError as error:
+            fault = self._fault(error)
+            return fault if isinstance(came, Reply) else came
+        if not isinstance(came, Reply):
+            return came
+        made = {**self.told, "deadlines": since(self.counted, counts_of(record)), "met": met_in(record)}
+        return replace(came, value={**came.value, "rendered": made})
+
+    def close(self) -> None:
+        """Silence; the process ends."""
+        plays, self.plays, self.on, self.side = self.plays, None, False, None
+        if plays is not None:
+            plays.__exit__()
+
+
+def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path, tablet: Shows | None = None) -> RigRenderer:
+    """The renderer at a rig's stylus and actuator, which this process lets go of for it; `tablet` shows pictures.
+
+    Raises DeviceError where they cannot be had again, or cannot be used for a study.
+    """
+    coil = demand_usable(rig)
+    for device in rig.of(NEED).values():
+        device.close()
+    job = Job(None, None, rig.file.path, min(MOST_AHEAD, coil.settings.ahead_ms))
+    made = RigRenderer(plan, VirtualTextures(folder, lab), lambda: begun(job), tablet=tablet)
+    made.plays = made.begin()
+    return made
+
+
+def begun(job: Job) -> Rendering:
+    """The loop in its process, silent. Raises DeviceError where the devices cannot be had."""
+    try:
+        return Rendering(job).__enter__()
+    except RenderError as error:
+        raise DeviceError(f"{NEED}: {error}") from None
+
+
+def demand_usable(rig: OpenRig) -> VoiceCoil:
+    """The rig's voice coil, identified; its tablet is one that another process can read. Raises DeviceError."""
+    devices = rig.of(NEED)
+    coil, tablet = devices["voice_coil"], devices["tablet"]
+    if not isinstance(coil, VoiceCoil):
+        raise DeviceError(f"{coil.name} is no voice coil")
+    try:
+        on_coil(coil, 1)
+    except RenderError as error:
+        raise DeviceError(str(error)) from None
+    if getattr(tablet, "settings", None) is not None and tablet.settings.driver == "pyglet":  # type: ignore[attr-defined]
+        raise DeviceError(
+            f"{tablet.name}: a study reads its tablet beside the window, and the driver pyglet only through one. Use "
+            "`evdev`; `palpate render` takes either."
+        )
+    return coil
+
+
+def picture_of(card: Path) -> tuple[Path, dict[str, Any]]:
+    """A model's picture, and what the record keeps of it: name, SHA-256, size in mm. Raises RenderError."""
+    file = photo_file(read_card(card), card.parent)
+    if file is None:
+        raise RenderError(
+            f"{card.name}: the tablet shows the texture's picture, and the card names none (texture.picture); add one,"
+            " or leave `screen` out of the tablet's settings in the rig file"
+        )
+    try:
+        size_mm = read_photo(file).size_mm
+        digest = file_sha256(file)
+    except (WindowError, OSError) as error:
+        raise RenderError(str(error)) from None
+    return file, {"file": file.name, "sha256": digest, "size_mm": [round(side, 2) for side in size_mm]}
+
+
+def demand_pictures(plan: Plan, folder: Path, lab: Path) -> None:
+    """Every texture of the plan has a picture that can be shown. Raises DeviceError naming the model that has none."""
+    renderings = VirtualTextures(folder, lab)
+    for card in {renderings.card(trial.stimulus) for trial in plan.presented}:
+        try:
+            picture_of(card)
+        except (RenderError, ModelFileError) as error:
+            raise DeviceError(str(error)) from None
+
+
+def runtime_of(record: Mapping[str, Any]) -> str:
+    """What runs the model that is on."""
+    return str((record.get("voice") or {}).get("runtime", "none"))
+
+
+def met_in(record: Mapping[str, Any]) -> dict[str, Any]:
+    """How the model fared that is on: for how long it sounded, was begun anew, was dead or given a pause."""
+    voice = record.get("voice") or {}
+    return {name: voice.get(name, 0) for name in MET}
+
+
+def counts_of(record: Mapping[str, Any]) -> dict[str, Any]:
+    """The counts of a record, and what they are to be read with."""
+    ready, output = record.get("ready", {}), record.get("output", {})
+    counted = {**{name: ready.get(name, 0) for name in COUNTED}, **{name: output.get(name, 0) for name in OUTPUT}}
+    return {**counted, "ahead_ms": output.get("ahead_ms"), "priority": record.get("priority")}
+
+
+def since(before: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+    """What was counted between two looks."""
+    return {name: value - before[name] if name in (*COUNTED, *OUTPUT) else value for name, value in now.items()}

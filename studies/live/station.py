@@ -1,0 +1,177 @@
+"""A station of a rig's open devices: which presents, which records, and what each is told of the stimulus."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from palpate.devices.device import Device, Presents, Records, Sensor
+from palpate.devices.door.link.codes import FOLLOWS_FROM
+from palpate.devices.kinds import KINDS
+from palpate.devices.rig.opened import OpenRig
+from palpate.devices.samples import HandMounted
+from palpate.devices.streams.capture import Capture
+from palpate.protocols.needs import NEEDS, needs_with
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Present, Sense
+from palpate.studies.catalogue import Found
+from palpate.studies.live.world import Station, compose_station
+from palpate.studies.stimuli.profiles import Profiles
+from palpate.studies.stimuli.scenes import pictures_of, scenes_for
+
+if TYPE_CHECKING:
+    from palpate.devices.door.link.simulator import DoorSimulator
+    from palpate.devices.scene import Scene
+    from palpate.devices.sound.device import Masked, MaskingNoise
+    from palpate.studies.live.renderer import RigRenderer, Shows
+
+CAPTURED = tuple(need for need in needs_with("records") if need != "camera")
+"""Needs that sensors record together; a camera does so alone."""
+
+
+def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows | None = None) -> Station:
+    """The station of a study at open devices; pictures that a camera takes are kept in the lab, textures' pictures are
+    shown on the `tablet`."""
+    records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
+    if "camera" in plan.study.needs:
+        records["camera"] = _camera(rig, lab)
+    renderer = _renderer(rig, found, plan, lab, tablet)
+    presents = _door(rig, found, plan, lab) if renderer is None else renderer
+    made = replace(compose_station(plan.study, presents, records, lambda: _stage(rig, plan)), beside=renderer)
+    if renderer is not None:
+        made = replace(made, switch_side=renderer.switch_side)
+    if "masking_noise" not in plan.study.needs:
+        return made
+    masked = _masked(rig, made.presents)
+    return replace(made, presents=masked, heed=masked.heed)
+
+
+def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
+    return [need for need in plan.study.needs if need in among]
+
+
+def _camera(rig: OpenRig, lab: Path) -> Records:
+    """The camera, told what its twin sees and where its pictures go."""
+    camera: Any = rig.of("camera")["camera"]
+    camera.pictures_of = pictures_of
+    camera.keep_in(lab)
+    return cast(Records, camera)
+
+
+def _door(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Presents | None:
+    """The door, told where its profiles come from: the study's files, or what is wished for."""
+    for need in _needed(plan, ("door", "door_generator")):
+        door: Any = rig.of(need)["door"]
+        if need == "door_generator":
+            return _generator(door, lab)
+        door.profile_for = profiles_of(found)
+        return cast(Presents, door)
+    return None
+
+
+def _generator(door: Any, lab: Path) -> Presents:
+    """The door, which plays what the lab's models make of a wish."""
+    from palpate.studies.stimuli.made_doors import PresentsMade, made_doors
+
+    made = made_doors(lab)
+    door.profile_for = made.force_N
+    return PresentsMade(door, made, lambda changes: setattr(door, "changes", changes))
+
+
+def _renderer(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows | None) -> RigRenderer | None:
+    """The renderer of virtual textures, where the study needs one."""
+    if "texture_renderer" not in plan.study.needs:
+        return None
+    from palpate.studies.live.renderer import rig_renderer
+
+    return rig_renderer(rig, plan, found.folder, lab, tablet)
+
+
+def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
+    """The door can play every stimulus of the plan, and whatever may be wished for; the renderer's devices are fit for
+    textures; the noise is bearable. Raises DeviceError naming which."""
+    if plan.study.noise is not None:
+        noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
+        noise.demand_bearable(plan.study.noise.at_most_db_a)
+    if "texture_renderer" in plan.study.needs:
+        from palpate.studies.live.renderer import demand_usable
+
+        demand_usable(rig)
+    if "door_generator" in plan.study.needs:
+        from palpate.signals.doors.limits import hardest
+
+        door = cast("DoorSimulator", rig.of("door_generator")["door"])
+        door.check(hardest(), "the hardest door that may be wished for")
+    if "door" not in plan.study.needs:
+        return
+    door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(found.folder)
+    for stimulus in {trial.stimulus.id: trial.stimulus for trial in plan.presented}.values():
+        door.check(files.of(stimulus), stimulus.id)
+
+
+def demand_follows(rig: OpenRig, plan: Plan, begun: Mapping[str, Any]) -> None:
+    """A door that is to follow the sliders can be changed while it is felt; one that could not when the session was
+    `begun` (what each device said of itself then) may go on as it is. Raises DeviceError."""
+    if plan.study.live is None:
+        return
+    door = cast("DoorSimulator", rig.of("door_generator")["door"])
+    if begun.get(door.name, {}).get("firmware", FOLLOWS_FROM) >= FOLLOWS_FROM:
+        door.demand_follows()
+
+
+def profiles_of(found: Found) -> Callable[[Present], Sequence[float]]:
+    """Where the 621 forces, in N, of a request come from: the study's files."""
+    files = Profiles(found.folder)
+
+    def from_file(request: Present) -> Sequence[float]:
+        return files.of(request.trial.stimulus)
+
+    return from_file
+
+
+def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:
+    """The sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
+    devices = rig.of(need)
+    sensors = {device.name: cast(Sensor, device) for device in devices.values()}
+    names = dict(_stream_names(need, devices))
+    may_hide = [stream for (name, _), stream in names.items() if KINDS[rig.file.kind(name)].may_hide]
+    return Capture(sensors, names, _scenes(rig, need, found, plan), may_hide=may_hide)
+
+
+def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[str, str], str]]:
+    """The first signal of each device is called by its need and what it is; further ones by the need and their own."""
+    return [
+        (
+            (device.name, signal.name),
+            f"{need.removesuffix('_sensors')}_{signal.name}" if place else NEEDS[need].takes[kind].stream,
+        )
+        for kind, device in devices.items()
+        for place, signal in enumerate(device.signals)
+    ]
+
+
+def _scenes(rig: OpenRig, need: str, found: Found, plan: Plan) -> Callable[[Sense], Scene | None]:
+    if not any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
+        return lambda _request: None
+    return scenes_for(need, plan, Profiles(found.folder))
+
+
+def _stage(rig: OpenRig, plan: Plan) -> Presents:
+    """Who mounts the samples: somebody who says so, or somebody whose scanner does."""
+    if "samples" not in rig.file.needs:
+        return HandMounted(blind=plan.study.blind)
+    from palpate.devices.stage.scanner import known_codes
+
+    stage: Any = rig.of("samples")["stage"]
+    stage.hand.blind = plan.study.blind
+    stage.known = known_codes([trial.stimulus for trial in plan.presented])
+    return cast(Presents, stage)
+
+
+def _masked(rig: OpenRig, presents: Presents) -> Masked:
+    from palpate.devices.sound.device import Masked
+
+    noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
+    return Masked(presents, noise)

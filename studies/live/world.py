@@ -1,0 +1,214 @@
+"""The live world: a person at the window, an experimenter at the desk, devices between them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Protocol
+
+from palpate.devices.acts import Act, going_on
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import Presents, Records
+from palpate.devices.samples import HandMounted
+from palpate.devices.suspend import SuspendWatch
+from palpate.protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
+from palpate.protocols.study import Study
+from palpate.protocols.worlds import Done, Twin
+from palpate.studies.sessions.rig import RigError
+
+if TYPE_CHECKING:
+    from palpate.devices.window.presenter import Presenter
+
+
+def clock_from(t_ns: int, count_ns: Callable[[], int] = time.perf_counter_ns) -> Callable[[], int]:
+    """A clock of session time that stands at t_ns now and never runs backwards."""
+    begun = count_ns()
+    return lambda: t_ns + count_ns() - begun
+
+
+@dataclass
+class LiveWorld:
+    """Requests go to the window or to a device; what the experimenter does meanwhile comes back as asides.
+
+    `left_paused` tells, once everything recorded has been seen, whether the last sitting ended in a pause: to take
+    the session up again is to go on. `notes` go on record before anything else is done.
+    """
+
+    presenter: Presenter
+    desk: Desk
+    device: Station
+    clock: Callable[[], int]
+    left_paused: Callable[[], bool] = lambda: False
+    suspend: SuspendWatch = field(default_factory=SuspendWatch)
+    notes: list[str] = field(default_factory=list)
+    _taken_up: bool = False
+    _held: Came | None = None
+
+    def now(self) -> int:
+        """Nanoseconds since the session began, time between sittings left out."""
+        return self.clock()
+
+    def perform(self, request: Request) -> Came:
+        """Do what is asked; a demand to the experimenter goes with a request that is given up.
+
+        Where the computer was suspended meanwhile, a note of it comes first, and what came of the request after it.
+        """
+        if self._held is not None:
+            held, self._held = self._held, None
+            return held
+        if not self._taken_up:
+            self._taken_up = True
+            self.desk.demand(None)  # the desk hears of it first: all that was recorded has been seen
+            if self.left_paused():
+                return Aside({"do": "go_on"})
+        if self.notes:
+            return Aside({"do": "note", "text": self.notes.pop(0)})
+        came = self._act(request)
+        if _gives_up(came):
+            self.desk.demand(None)
+        if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
+            self.desk.tell({"side": None})
+        if (message := self.suspend.message()) is not None:
+            self._held = came
+            return Aside({"do": "note", "text": f"{message[:1].upper()}{message[1:]}."})
+        return came
+
+    def _act(self, request: Request) -> Came:
+        if isinstance(request, Present | Sense):
+            return self.device.perform(request, self.presenter, self.desk, self.clock)
+        if isinstance(request, Ask) and (instead := self.device.before(request)) is not None:
+            return instead
+        came = self.presenter.perform(request, self.desk, self.clock)
+        if isinstance(request, Ask) and isinstance(came, Aside):
+            self.device.heed(came)
+        if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
+            return self.device.after(came)
+        return came
+
+
+def _gives_up(came: Came) -> bool:
+    """Whether the request is left without a reply."""
+    return isinstance(came, Fault) or (isinstance(came, Aside) and came.value["do"] in {"repeat", "abort"})
+
+
+@dataclass
+class TwinInRealTime:
+    """A simulated device that takes its simulated time in earnest; pauses stop it. Its replies say what they are."""
+
+    name: str
+    twin: Twin
+    act: Act | None = None
+    done: Done | None = None
+
+    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+        """Wait as long as the simulated act takes, then give its reply."""
+        act = going_on(self.act, request, now_ns)
+        if act is not self.act or self.done is None:
+            self.act, self.done = act, self.twin(request, act.begun_ns)
+            desk.tell({self.name: f"simulated, {self.done.seconds:.1f} s"})
+        done = self.done
+        page = "recording" if isinstance(request, Sense) else "feel_now"
+        aside = act.wait(page, window, desk, now_ns, lambda: act.seconds(now_ns()) >= done.seconds)
+        if aside is not None:
+            return aside
+        self.act = self.done = None
+        desk.tell({self.name: "simulated, idle"})
+        return Reply({**done.reply.value, "by": "twin"}, done.reply.samples)
+
+
+@dataclass
+class Mounted:
+    """A sample that a person mounts, and a device that then presents something with it."""
+
+    presents: Presents
+    hand: Presents = field(default_factory=HandMounted)
+    mounted: tuple[Request, Reply] | None = None
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+        """First the hand, then the device; the reply holds what both said, and the sum of their seconds."""
+        if self.mounted is None or self.mounted[0] is not request:
+            by_hand = self.hand.perform(request, window, desk, now_ns)
+            if not isinstance(by_hand, Reply):
+                return by_hand
+            self.mounted = (request, by_hand)
+        came = self.presents.perform(request, window, desk, now_ns)
+        if not isinstance(came, Reply):
+            return came
+        by_hand, self.mounted = self.mounted[1], None
+        return _both(by_hand, came)
+
+
+class Beside(Protocol):
+    """A device that goes on while a form is answered."""
+
+    def before(self, request: Ask) -> Came | None:
+        """Be at work while the form is answered, also where another process presented; what came where it cannot."""
+
+    def after(self, came: Came) -> Came:
+        """What came of the form, with what the device did meanwhile; then it is at rest."""
+
+    def close(self) -> None:
+        """Let go of everything."""
+
+
+@dataclass
+class Station:
+    """All devices of a study: what presents, and what records, by the name that a request has for it."""
+
+    presents: Presents
+    records: Mapping[str, Records] = field(default_factory=dict)
+    beside: Beside | None = None
+    heed: Callable[[Aside], None] = lambda _aside: None
+    """Told of what comes while a form is answered: a pause is silent."""
+    switch_side: Callable[[str], None] = lambda _side: None
+    """Told which side the participant has switched to."""
+
+    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+        """Hand the request to the device that it is for."""
+        if isinstance(request, Present):
+            return self.presents.perform(request, window, desk, now_ns)
+        if request.device not in self.records:
+            raise RigError(f"{request.device} is to record, and the study's needs lack it")
+        return self.records[request.device].perform(request, window, desk, now_ns)
+
+    def before(self, request: Ask) -> Came | None:
+        """A device is at work before a form is answered; None, or what came instead."""
+        return None if self.beside is None else self.beside.before(request)
+
+    def after(self, came: Came) -> Came:
+        """What came of a form, with what a device did while it was answered."""
+        return came if self.beside is None else self.beside.after(came)
+
+    def stop(self) -> None:
+        """End what is being recorded, all of it; the devices themselves are made safe by whoever opened them."""
+        with ExitStack() as ends:
+            if self.beside is not None:
+                ends.callback(self.beside.close)
+            for each in self.records.values():
+                if callable(end := getattr(each, "close", None)):
+                    ends.callback(end)
+
+
+def compose_station(
+    study: Study,
+    device: Presents | None,
+    records: Mapping[str, Records],
+    stage: Callable[[], Presents] = HandMounted,
+) -> Station:
+    """Return the station of what presents, if anything does, what records by its name, and who mounts the samples."""
+    if stage is HandMounted:
+        stage = partial(HandMounted, blind=study.blind)
+    if device is None:
+        return Station(stage(), records)
+    if "samples" in study.needs:
+        return Station(Mounted(device, stage()), records)
+    return Station(device, records)
+
+
+def _both(by_hand: Reply, by_device: Reply) -> Reply:
+    seconds = round(by_hand.value["seconds"] + by_device.value.get("seconds", 0.0), 3)
+    value = {**by_hand.value, **by_device.value, "by": f"experimenter, {by_device.value.get('by', 'device')}"}
+    return Reply({**value, "seconds": seconds}, by_device.samples)

@@ -1,0 +1,1 @@
+"""Sessions and their ledgers: written, read, resumed, replayed, and turned into plain rows."""

@@ -1,0 +1,87 @@
+"""Replaying a recorded session: the same study, the recorded replies, every event compared byte for byte."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from palpate.protocols.canonical import difference
+from palpate.protocols.events import NS
+from palpate.protocols.forms import LabForms
+from palpate.protocols.plan import Plan, compile_plan
+from palpate.protocols.requests import ReplyError
+from palpate.protocols.runner import run
+from palpate.protocols.study import Study
+from palpate.protocols.trial import ParticipantRow
+from palpate.protocols.worlds import Divergence, EndOfRecord, Recorded
+from palpate.studies.sessions.record import LedgerError, Record, read
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A session that the code of today repeats exactly."""
+
+    path: Path
+    events: int
+    complete: bool
+    session_s: float
+    seconds: float
+    lacks_wal: bool = False
+
+    @property
+    def speed(self) -> float:
+        """How many times faster than the session was."""
+        return self.session_s / self.seconds if self.seconds > 0 else float("inf")
+
+
+def replay(path: Path) -> Replayed:
+    """Replay one ledger; an interrupted one up to where it ends.
+
+    Raises LedgerError if the file is refused or the plan differs, Divergence if an event does.
+    """
+    begun = time.perf_counter()
+    record = read(path)
+    compare(record)
+    seconds = time.perf_counter() - begun
+    return Replayed(path, len(record.events), record.complete, record.events[-1].t_ns / NS, seconds, record.lacks_wal)
+
+
+def compare(record: Record) -> None:
+    """Run the recorded study on the recorded replies. Raises as `replay` does."""
+    tape = Recorded(record.events)
+    try:
+        run(recompiled(record), tape, tape, record.header)
+    except EndOfRecord:
+        return
+    except ReplyError as error:
+        raise Divergence(f"event {tape.position} does not answer its request: {error}") from None
+    tape.demand_end()
+
+
+def recompiled(record: Record) -> Plan:
+    """The plan, made anew from the study in the header. Raises LedgerError unless its digest is the recorded one."""
+    header = record.header
+    try:
+        plan = plan_from_header(header, Study.model_validate(header["study"]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise LedgerError(
+            f"{record.path}: its first event declares no session that this version reads: {error}"
+        ) from None
+    if plan.digest != header["plan"]:
+        how = difference(header["study"], plan.study.definition()) or "the order of the trials differs"
+        raise LedgerError(f"{record.path}: the recorded study now compiles to another plan: {how}")
+    return plan
+
+
+def plan_from_header(header: Mapping[str, Any], study: Study) -> Plan:
+    """Compile the plan that a session's first event declares, by the rule that the session began with.
+
+    A later session that says nothing of its order (`over_sessions`) is from before sessions had orders of their own:
+    it repeats the first one. Raises KeyError, TypeError or ValueError on a header that declares no plan.
+    """
+    who = ParticipantRow(header["participant"], header["group"], header["row"])
+    forms = LabForms.from_definition(header["lab_forms"]) if "lab_forms" in header else None
+    return compile_plan(study, who, header["seed"], forms, header["session"] if "over_sessions" in header else 1)

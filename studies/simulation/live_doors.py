@@ -1,0 +1,85 @@
+"""A simulated participant moves the sliders while the simulated door is felt, by the same loop as at a rig."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from palpate.devices.device import interleaved
+from palpate.devices.door.live import PERIOD_NS, LiveDoor
+from palpate.devices.door.making import Doors
+from palpate.devices.door.plant.parameters import DEFAULT
+from palpate.devices.door.plant.rendering import STEP_RAD, Passage, Rendered
+from palpate.protocols.answering import moved_while_felt
+from palpate.protocols.events import NS
+from palpate.protocols.forms import Sliders
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Present, Samples
+from palpate.protocols.worlds import Done
+from palpate.signals.doors.grid import POINTS_PER_DEG
+from palpate.signals.doors.limits import HANDLE_RADIUS_M
+from palpate.studies.stimuli.live_doors import LiveRecord, Setting
+
+BEGINS_S, MOVES_S = 0.3, 1.5
+"""The hand lies at the sliders for so long, and then takes so long to move them."""
+TICKS_A_S = 1000
+
+
+def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) -> Done:
+    """The presentation `done`, with the sliders moved meanwhile and the force that the hand then met.
+
+    In virtual time the models and the line take none: `made` and `taken` are the moment that a setting was seen.
+    """
+    form, begun_with = request.live_form, dict(request.wish or {})
+    if form is None:
+        return done
+    setting = dict(begun_with)
+    live: LiveDoor[Setting] = LiveDoor(lambda: dict(setting), doors.force_N, begun_with, count_ns=lambda: 0)
+    force_N = doors.force_N(begun_with)
+    record = LiveRecord(form.items(), begun_with, force_N, live, t_ns)
+    to = _moves(form, begun_with, moved_while_felt(Perceiver(plan), request, form))
+    for tick_ns in range(t_ns, t_ns + round(done.seconds * NS), PERIOD_NS):
+        setting.update(to((tick_ns - t_ns) / NS))
+        if live.newer(tick_ns) is not None:
+            live.took(tick_ns, "")
+    (door,) = done.reply.samples
+    reply = replace(done.reply, value={**done.reply.value, **record.summary()}, samples=(_met(door, record),))
+    return replace(done, reply=replace(reply, samples=(*reply.samples, *record.take())))
+
+
+def _moves(form: Sliders, begun_with: Setting, end: Setting) -> Callable[[float], Setting]:
+    """The setting at a time: every slider that is moved goes there evenly."""
+
+    def at(t_s: float) -> Setting:
+        share = min(max((t_s - BEGINS_S) / MOVES_S, 0.0), 1.0)
+        return {
+            name: end[name] if share == 1 else form.scale.nearest(start + share * (end[name] - start))
+            for name, start in begun_with.items()
+        }
+
+    return at
+
+
+def _met(door: Samples, record: LiveRecord) -> Samples:
+    """The opening's block, its forces those of the profile that the door had, or was passing over to, by then."""
+    values = array.array("f", door.data)
+    angles = [float(angle) for angle in values[0::2]]
+    return replace(door, data=interleaved(angles, list(_forces(angles, door, record))))
+
+
+def _forces(angles: list[float], door: Samples, record: LiveRecord) -> Iterator[float]:
+    """The force at each sample, by the rule that the device passes from one profile to another."""
+    stiffness = DEFAULT.control.end_stiffness_Nm_rad
+    end_rad = (len(record.force_N) - 1) * STEP_RAD
+    rendered = Rendered([force * HANDLE_RADIUS_M for force in record.force_N], end_rad, stiffness)
+    waiting = list(record.live.changes)
+    ticks = round(TICKS_A_S / door.rate_hz)
+    for number, angle_deg in enumerate(angles):
+        while waiting and (waiting[0].taken_ns or 0) <= door.t0_ns + round(number * NS / door.rate_hz):
+            rendered = Passage(rendered, [force * HANDLE_RADIUS_M for force in waiting.pop(0).force_N])
+        place_rad = angle_deg * POINTS_PER_DEG * STEP_RAD
+        yield rendered.at(min(place_rad, end_rad)) / HANDLE_RADIUS_M
+        for _ in range(ticks):
+            rendered = rendered.after_tick() if isinstance(rendered, Passage) else rendered

@@ -1,0 +1,108 @@
+"""Pictures that the camera's twin takes in no time and keeps, as at a rig: for sessions that need them later."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from palpate.protocols.requests import Aside, Reply, Request, Sense
+from palpate.protocols.trial import Trial
+from palpate.protocols.worlds import Done
+from palpate.studies.console.headless import Windowless
+from palpate.studies.sessions.rig import RigError
+from palpate.studies.simulation.virtual_recording import Leaping
+from palpate.studies.stimuli.scenes import SECONDS_A_PICTURE, demand_surface, photos_of, sensing
+
+if TYPE_CHECKING:
+    from palpate.devices.camera.device import Camera
+    from palpate.devices.camera.sources import PicturesOf
+    from palpate.devices.desk import Prompt
+
+QUALITY = 92
+"""Of the JPEG files, which take a fifth of the PNG files' room; a camera's are about as good."""
+
+
+def jpegs_of(request: Sense, count: int) -> Iterator[bytes]:
+    """The trial's texture under the first `count` lights, each as the bytes of a JPEG file."""
+    for _, photo in zip(range(count), photos_of(request), strict=False):
+        taken = BytesIO()
+        photo.save(taken, "JPEG", quality=QUALITY)
+        yield taken.getvalue()
+
+
+@dataclass
+class KeptCameraTwin:
+    """The simulated camera, whose pictures are kept in LAB/pictures; what it gives is what it gives at a rig.
+
+    `taken` makes the pictures of a request; None: `jpegs_of`.
+    """
+
+    lab: Path
+    lights: int
+    taken: PicturesOf | None = None
+    made: list[Camera] = field(default_factory=list)
+
+    def check(self, trial: Trial) -> None:
+        """The stimulus says what the simulation needs to know of it, and there are so many lights."""
+        self._camera()
+        demand_surface(trial)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
+        """Take the pictures of a stimulus, and keep them. Raises RigError where they cannot be kept."""
+        sense = sensing(request, "camera")
+        clock = Leaping()
+
+        def rest(_seconds: float) -> None:
+            clock.at_s += SECONDS_A_PICTURE
+
+        came = self._camera().perform(sense, Windowless(clock, rest), _Nobody(), clock.ns)
+        if not isinstance(came, Reply):
+            raise RigError(f"{sense.trial.stimulus.id}: {came.value.get('message', 'no pictures came')}")
+        return Done(came, float(came.value["seconds"]))
+
+    def _camera(self) -> Camera:
+        """One for the session: it knows which pictures came before. Raises RigError on lights that a twin lacks."""
+        if not self.made:
+            self.made.append(_camera(self.lab, self.lights, self.taken))
+        return self.made[0]
+
+
+def _camera(lab: Path, lights: int, taken: PicturesOf | None) -> Camera:
+    from palpate.devices.camera.device import TWIN_LIGHTS, Settings, make
+
+    if not 1 <= lights <= TWIN_LIGHTS:
+        raise RigError(f"{lights} pictures of each texture: from 1 to {TWIN_LIGHTS} are expected, as many as a twin's")
+    camera = make("camera", Settings(kind="camera", driver="twin", lights=lights), Path())
+    camera.source.suffix = ".jpg"  # type: ignore[union-attr]
+    camera.pictures_of = taken or _jpegs(lights)
+    camera.keep_in(lab)
+    return camera
+
+
+def _jpegs(lights: int) -> PicturesOf:
+    def taken(request: Sense) -> Iterable[bytes]:
+        return jpegs_of(request, lights)
+
+    return taken
+
+
+@dataclass(frozen=True)
+class _Nobody:
+    """A desk at which nobody sits, and nobody needs to."""
+
+    def poll(self) -> Aside | None:
+        """Nothing happens."""
+        return None
+
+    def demand(self, prompt: Prompt | None) -> None:
+        """Nobody reads it."""
+
+    def answer(self) -> float | bool | str | None:
+        """Nobody answers."""
+        return None
+
+    def tell(self, state: Mapping[str, Any]) -> None:
+        """Nobody looks."""

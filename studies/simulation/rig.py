@@ -1,0 +1,34 @@
+"""The rig of a simulated session: a simulated participant at the twins of the devices that the study needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import Plan
+from palpate.protocols.study import Study
+from palpate.protocols.worlds import Simulated, VirtualClock
+from palpate.studies.sessions.rig import Rig, RigPlan
+
+
+def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int | None = None) -> RigPlan:
+    """A simulated participant at the twins of the devices that the study needs; `folder` holds its stimulus files.
+
+    A `lab` brings its own models, where it has any; a camera keeps so many `pictures` of each stimulus there, none
+    where it is None.
+    """
+    from palpate.studies.simulation.twins import renderings_of, twin_for
+    from palpate.studies.stimuli.profiles import Profiles
+
+    profiles = Profiles(folder)
+    renderings = renderings_of(folder, lab) if "texture_renderer" in study.needs else None
+
+    def check(plan: Plan) -> None:
+        twin_for(study, plan, folder, profiles, lab, renderings, pictures).check(plan)
+
+    def opened(plan: Plan, t_ns: int) -> Rig:
+        device = twin_for(study, plan, folder, profiles, lab, renderings, pictures)
+        return Rig(Simulated(Perceiver(plan, feels=device.feels), device, VirtualClock(t_ns)))
+
+    kept = {} if pictures is None else {"pictures": pictures}
+    return RigPlan({"kind": "simulated", "twins": list(study.needs), **kept}, check, opened)

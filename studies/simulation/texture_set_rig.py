@@ -1,0 +1,141 @@
+"""The rig of a set of simulated textures: the twins of a simulated session, whose work is done ahead."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from palpate.protocols.events import Event
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Request, Sense
+from palpate.protocols.trial import Trial
+from palpate.protocols.worlds import Done, Simulated, VirtualClock
+from palpate.studies.catalogue import Found
+from palpate.studies.sessions.rig import Rig, RigError, RigPlan
+from palpate.studies.simulation.photographs import KeptCameraTwin, jpegs_of
+from palpate.studies.simulation.rig import simulated
+from palpate.studies.simulation.twins import DeviceTwin, ToolTwin, twin_for
+from palpate.studies.stimuli.profiles import Profiles
+from palpate.studies.stimuli.scenes import WHOLE, Strokes, sensing
+from palpate.studies.workers import serve_the_parent
+
+Watch = Callable[[Event], None]
+
+
+@dataclass(frozen=True)
+class ToolAhead:
+    """The simulated tool, what it does with a request done ahead, and given as of when it is asked for."""
+
+    tool: DeviceTwin
+    felt: Ahead[Done]
+
+    def check(self, trial: Trial) -> None:
+        """As the tool's."""
+        self.tool.check(trial)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Record acceleration, force and position."""
+        done = self.felt(sensing(request, "tool"))
+        samples = tuple(replace(block, t0_ns=t_ns) for block in done.reply.samples)
+        return replace(done, reply=replace(done.reply, samples=samples))
+
+
+def felt(plan: Plan, request: Sense) -> Done:
+    """What the simulated tool does with a request, from second 0 on. It pickles by name."""
+    return ToolTwin(plan, Strokes(plan, WHOLE))(request, 0)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The pictures of the request's texture under so many lights. It pickles."""
+
+    lights: int
+
+    def __call__(self, _plan: Plan, request: Sense) -> list[bytes]:
+        """Each as the bytes of a JPEG file."""
+        return list(jpegs_of(request, self.lights))
+
+
+def rig_for(found: Found, lab: Path, pictures: int, workers: int, watch: Watch) -> RigPlan:
+    """The rig of a simulated session whose pictures are kept; events are the same whatever the workers.
+
+    `watch` is told of every event once it is kept.
+    """
+    kept = pictures if "camera" in found.study.needs else None
+    plain = simulated(found.study, found.folder, lab, kept)
+
+    def opened(plan: Plan, t_ns: int) -> Rig:
+        device = twin_for(found.study, plan, found.folder, Profiles(found.folder), lab, pictures=kept)
+        records, close = _ahead(plan, lab, pictures, workers, device.records)
+        world = Simulated(Perceiver(plan), replace(device, records=records), VirtualClock(t_ns))
+        return Rig(world, close, watch)
+
+    return RigPlan(plain.description, plain.check, opened)
+
+
+def _ahead(
+    plan: Plan, lab: Path, pictures: int, workers: int, records: Mapping[str, DeviceTwin]
+) -> tuple[dict[str, DeviceTwin], Callable[[], None]]:
+    """What records, its work done ahead; and what ends that work."""
+    if "tool" in records:
+        tool = Ahead(felt, plan, workers)
+        return {"tool": ToolAhead(records["tool"], tool)}, tool.close
+    if "camera" in records:
+        seen = Ahead(Seen(pictures), plan, workers)
+        return {"camera": KeptCameraTwin(lab, pictures, seen)}, seen.close
+    return dict(records), lambda: None
+
+
+T = TypeVar("T")
+
+
+@dataclass
+class Ahead(Generic[T]):
+    """`make(plan, request)`, where the plan's next requests to record are begun by `workers` processes meanwhile.
+
+    The answers are those of `make` alone, whichever way: it depends on its arguments only, and pickles by name. One
+    worker: it is called here. At most one answer more than there are workers waits in memory.
+    """
+
+    make: Callable[[Plan, Sense], T]
+    plan: Plan
+    workers: int = 1
+    pools: list[ProcessPoolExecutor] = field(default_factory=list)
+    coming: dict[int, Future[T]] = field(default_factory=dict)
+
+    def __call__(self, request: Sense) -> T:
+        """The answer to a request. Raises what `make` raises; RigError where a process died."""
+        if self.workers == 1 or request.trial.attempt > 1:
+            return self.make(self.plan, request)
+        self._begin(request)
+        try:
+            return self.coming.pop(request.trial.number).result()
+        except BrokenProcessPool:
+            told = f"{request.trial.stimulus.id}: a process that computed it died, likely for want of memory"
+            raise RigError(f"{told}; go on with one worker") from None
+
+    def close(self) -> None:
+        """End the processes; what they are at is waited for, a few seconds."""
+        self.coming.clear()
+        while self.pools:
+            self.pools.pop().shutdown(cancel_futures=True)
+
+    def _begin(self, request: Sense) -> None:
+        if not self.pools:
+            spawned = multiprocessing.get_context("spawn")
+            self.pools.append(ProcessPoolExecutor(self.workers, spawned, initializer=serve_the_parent))
+        for each in self._next(request):
+            if each.trial.number not in self.coming:
+                self.coming[each.trial.number] = self.pools[0].submit(self.make, self.plan, each)
+
+    def _next(self, request: Sense) -> list[Sense]:
+        """This request and those of the trials after it."""
+        later = [trial for trial in self.plan.trials if trial.number > request.trial.number]
+        asked = [Sense(t.recording.device, t.recording.seconds, t) for t in later if t.recording is not None]
+        return [request, *asked[: self.workers]]

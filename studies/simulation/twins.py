@@ -1,0 +1,282 @@
+"""The simulated twins of a study's devices, each performing the requests that its device would."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from palpate.devices.door.twin import open_door
+from palpate.protocols.keyed import normal
+from palpate.protocols.needs import NEEDS
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Present, Reply, Request, Samples, Sense
+from palpate.protocols.study import Stimulus, Study
+from palpate.protocols.trial import Trial
+from palpate.protocols.worlds import Done
+from palpate.studies.sessions.rig import RigError
+from palpate.studies.stimuli.profiles import Profiles, profile_of
+from palpate.studies.stimuli.scenes import (
+    SECONDS_A_PICTURE,
+    WHOLE,
+    Openings,
+    Strokes,
+    demand_surface,
+    seed_of,
+    sensing,
+    surface_of,
+)
+
+if TYPE_CHECKING:
+    from palpate.devices.scene import Scene
+    from palpate.studies.simulation.virtual_textures import VirtualTextures
+    from palpate.studies.stimuli.made_doors import MadeDoors
+
+DOOR_RATE_HZ = 100.0
+
+
+class DeviceTwin(Protocol):
+    """A simulated device."""
+
+    def check(self, trial: Trial) -> None:
+        """Raise RigError, or the device's own error, if the trial's stimulus cannot be had."""
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Perform a request that begins at t_ns."""
+
+
+@dataclass(frozen=True)
+class Twins:
+    """The simulated devices of one study: what presents its stimuli, and what records them."""
+
+    presents: DeviceTwin
+    records: Mapping[str, DeviceTwin]
+
+    def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
+        """What of a stimulus people feel by what is made of it, rather than by what its table says."""
+        return self.presents.renderings.feels(stimulus) if isinstance(self.presents, RendererTwin) else {}
+
+    def check(self, plan: Plan) -> None:
+        """Raise RigError, or a device's own error, if a stimulus of the plan cannot be had."""
+        for trial in plan.trials:
+            for device in (self.presents, *self.records.values()):
+                device.check(trial)
+        if plan.study.task != "authoring":  # a wish was checked with the study
+            for anchor in plan.presented[len(plan.trials) :]:
+                self.presents.check(anchor)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Hand the request to the device that it is for. Raises RigError where the study has none."""
+        if isinstance(request, Present):
+            return self.presents(request, t_ns)
+        if isinstance(request, Sense) and request.device in self.records:
+            return self.records[request.device](request, t_ns)
+        raise RigError(f"no device of this study can do {request.body()['do']!r}")
+
+
+def twin_for(
+    study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None, lab: Path | None = None,
+    renderings: VirtualTextures | None = None, pictures: int | None = None,
+) -> Twins:  # fmt: skip
+    """The twins of the devices that the study needs; `folder` holds its files, `profiles` what was read of them,
+    `renderings` what was rendered. So many `pictures` of each stimulus are kept in the lab, none where it is None.
+
+    Doors and textures are made by the models of the `lab`, where it has any, else by the shipped ones.
+    Samples need no twin: somebody hands them over, whatever else presents something with them.
+    """
+    profiles = profiles if profiles is not None else Profiles(folder)
+    makers: dict[str, Callable[[], DeviceTwin]] = {
+        "door": lambda: DoorTwin(plan, profiles),
+        "door_generator": lambda: _generator(plan, lab),
+        "door_sensors": lambda: DoorSensorsTwin(plan, Openings(plan, profiles)),
+        "tool": lambda: ToolTwin(plan, Strokes(plan, WHOLE)),
+        "camera": lambda: _camera(lab, pictures),
+        "texture_renderer": lambda: RendererTwin(plan, renderings or renderings_of(folder, lab)),
+    }
+    twins = {need: makers[need]() for need in study.needs if need in makers}
+    presents = next((twin for need, twin in twins.items() if NEEDS[need].role == "presents"), HandedOver(plan))
+    return Twins(presents, {need: twin for need, twin in twins.items() if NEEDS[need].role == "records"})
+
+
+def renderings_of(folder: Path, lab: Path | None) -> VirtualTextures:
+    """The virtual textures of a study in `folder`, by a lab's models or the shipped ones."""
+    from palpate.studies.simulation.virtual_textures import VirtualTextures
+
+    return VirtualTextures(folder, lab)
+
+
+def _camera(lab: Path | None, pictures: int | None) -> DeviceTwin:
+    if lab is None or pictures is None:
+        return CameraTwin()
+    from palpate.studies.simulation.photographs import KeptCameraTwin
+
+    return KeptCameraTwin(lab, pictures)
+
+
+def _generator(plan: Plan, lab: Path | None) -> GeneratorTwin:
+    from palpate.studies.stimuli.made_doors import made_doors
+
+    return GeneratorTwin(plan, made_doors(lab))
+
+
+@dataclass(frozen=True)
+class DoorTwin:
+    """The simulated door: a simulated hand opens it once along the stimulus' profile."""
+
+    plan: Plan
+    profiles: Profiles
+
+    def check(self, trial: Trial) -> None:
+        """The stimulus has a profile."""
+        self.profiles.of(trial.stimulus)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Present a stimulus; the reply carries the angle and the force that the hand met."""
+        if not isinstance(request, Present):
+            raise RigError(f"the simulated door cannot do {request.body()['do']!r}")
+        return opened(self.plan, request, self.profiles.of(request.trial.stimulus), t_ns)
+
+
+@dataclass(frozen=True)
+class GeneratorTwin:
+    """The simulated door with the models that turn wishes into a profile (thesis 5.7.2)."""
+
+    plan: Plan
+    made: MadeDoors
+
+    def check(self, trial: Trial) -> None:
+        """The attributes and their scale are those that doors can be made from."""
+        self.made.check(trial)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Make the door that is wished for, and let the hand open it. Raises RigError where there is no wish."""
+        if not isinstance(request, Present):
+            raise RigError(f"the simulated door generator cannot do {request.body()['do']!r}")
+        force_N = self.made.force_N(request)
+        done = opened(self.plan, request, force_N, t_ns)
+        done = replace(done, reply=self.made.on_record(force_N, done.reply))
+        if request.live_form is None:
+            return done
+        from palpate.studies.simulation.live_doors import followed
+
+        return followed(self.plan, request, self.made.doors, done, t_ns)
+
+
+@dataclass(frozen=True)
+class RendererTwin:
+    """The simulated renderer: its models play for a simulated hand, by the same loop as at a rig (thesis 4.5)."""
+
+    plan: Plan
+    renderings: VirtualTextures
+
+    def check(self, trial: Trial) -> None:
+        """The stimulus has a model."""
+        self.renderings.check(trial.stimulus)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
+        """Render the stimulus; the reply names the model, what ran it, its deadlines, and how alike it is."""
+        if not isinstance(request, Present):
+            raise RigError(f"the simulated texture renderer cannot do {request.body()['do']!r}")
+        made = self.renderings.of(request.trial.stimulus).record()
+        return Done(Reply({"presented": True, "rendered": made}), seconds_to_present(self.plan))
+
+
+@dataclass(frozen=True)
+class HandedOver:
+    """Where a study needs no device, somebody hands its stimuli over."""
+
+    plan: Plan
+
+    def check(self, trial: Trial) -> None:
+        """Whatever can be handed over, can be had."""
+
+    def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
+        """Present the stimulus."""
+        if not isinstance(request, Present):
+            raise RigError(f"no device of this study can do {request.body()['do']!r}")
+        return Done(Reply({"presented": True}), seconds_to_present(self.plan))
+
+
+@dataclass(frozen=True)
+class ToolTwin:
+    """The simulated tool: a simulated hand strokes over the texture while its sensors are recorded."""
+
+    plan: Plan
+    scenes: Strokes
+
+    def check(self, trial: Trial) -> None:
+        """The stimulus says what the simulation needs to know of it."""
+        demand_surface(trial)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Record acceleration, force and position."""
+        sense = sensing(request, "tool")
+        return recorded(self.plan, "tool", self.scenes(sense), sense, t_ns)
+
+
+@dataclass(frozen=True)
+class DoorSensorsTwin:
+    """The simulated sensors at a real door: a simulated hand opens it once while force and position are recorded.
+
+    The car that is simulated is the profile in the stimulus' column `file`; a lab's own cars need none, and are then
+    simulated as a mid-size door.
+    """
+
+    plan: Plan
+    scenes: Openings
+
+    def check(self, trial: Trial) -> None:
+        """The profile can be read, where there is one, and opened in the time there is."""
+        from palpate.devices.door.opening import demand_recordable
+
+        profile_N = profile_of(trial.stimulus, self.scenes.profiles)
+        if trial.recording is not None:
+            demand_recordable(profile_N, trial.recording.seconds)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Record the force at the handle, and where the marker beside it is."""
+        sense = sensing(request, "door_sensors")
+        return recorded(self.plan, "door_sensors", self.scenes(sense), sense, t_ns)
+
+
+@dataclass(frozen=True)
+class CameraTwin:
+    """The simulated camera. What it would show can be made from surface and light at any time: no picture is kept."""
+
+    def check(self, trial: Trial) -> None:
+        """The stimulus says what the simulation needs to know of it."""
+        demand_surface(trial)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
+        """Say which pictures were taken of what."""
+        from palpate.devices.surfaces.photo import LIGHTS
+
+        sense = sensing(request, "camera")
+        surface = surface_of(sense.trial.stimulus).id
+        pictures = [{"light": number, "surface": surface} for number in range(1, LIGHTS + 1)]
+        seconds = min(sense.seconds, SECONDS_A_PICTURE * LIGHTS)
+        return Done(Reply({"recorded": True, "seconds": seconds, "by": "twin", "pictures": pictures}), seconds)
+
+
+def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int) -> Done:
+    """A hand opens the door of this profile once."""
+    moment = (request.trial.number, request.trial.attempt, *plan.occasion)
+    chance = normal("opening", plan.seed, plan.who.participant, *moment)
+    seconds = round(seconds_to_present(plan) * max(0.5, 1.0 + 0.15 * chance), 3)
+    opening = open_door(profile_N, seconds, DOOR_RATE_HZ)
+    block = Samples("door", ("angle", "force"), ("deg", "N"), DOOR_RATE_HZ, t_ns, opening.interleaved())
+    return Done(Reply({"presented": True, "seconds": seconds}, (block,)), seconds)
+
+
+def recorded(plan: Plan, need: str, scene: Scene, sense: Sense, t_ns: int) -> Done:
+    """The streams that the sensors of a need give of a scene, and the time it took."""
+    from palpate.studies.simulation.virtual_recording import recorded_at_once
+
+    blocks = recorded_at_once(need, scene, sense.seconds, t_ns, seed_of(plan, sense.trial))
+    return Done(Reply({"recorded": True, "seconds": sense.seconds}, blocks), sense.seconds)
+
+
+def seconds_to_present(plan: Plan) -> float:
+    """How long a simulated presentation takes on average."""
+    return plan.study.simulation.present_s if plan.study.simulation is not None else 2.5

@@ -1,0 +1,104 @@
+"""A recording by twins of sensors in no time: the same code as in a session at a rig, under a clock that leaps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from palpate.devices.device import Block, DeviceFault, Sensor, Signal
+from palpate.devices.kinds import KINDS
+from palpate.protocols.events import NS
+from palpate.protocols.needs import NEEDS
+from palpate.protocols.requests import Samples
+from palpate.studies.sessions.rig import RigError
+
+if TYPE_CHECKING:
+    from palpate.devices.scene import Scene
+
+STEP_S = 0.25
+"""How far the clock leaps: less than any twin's buffer holds."""
+
+
+@dataclass
+class Leaping:
+    """A clock that is moved on, or moves on by a stride with every look at it."""
+
+    at_s: float = 0.0
+    stride_s: float = 0.0
+
+    def __call__(self) -> float:
+        self.at_s += self.stride_s
+        return self.at_s
+
+    def ns(self) -> int:
+        """The same in nanoseconds."""
+        return round(self.at_s * NS)
+
+
+@dataclass
+class _Tape:
+    """What one signal has given."""
+
+    signal: Signal
+    parts: list[bytes] = field(default_factory=list)
+    count: int = 0
+
+    def take(self, block: Block) -> None:
+        if block.lost or block.first != self.count:
+            raise RigError(f"the twin of {self.signal.name} lost samples before number {block.first}")
+        self.parts.append(block.data)
+        self.count += len(block.data) // (4 * len(self.signal.channels))
+
+
+def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: int) -> tuple[Samples, ...]:
+    """The streams of a need over a scene, each of seconds x rate samples; the seed decides the sensors' noise."""
+    found: list[Samples] = []
+    for kind, taken in NEEDS[need].takes.items():
+        found += _recorded(taken.stream, _twin(kind, taken.rate_hz, seed), scene, seconds, t_ns)
+    return tuple(found)
+
+
+def _twin(kind: str, rate_hz: float, seed: int) -> Sensor:
+    settings = {"kind": kind, "driver": "twin", "rate_hz": rate_hz, "seed": seed}
+    described = KINDS[kind]
+    return cast(Sensor, described.make(kind, described.settings.model_validate(settings), Path()))
+
+
+def _recorded(stream: str, sensor: Sensor, scene: Scene, seconds: float, t_ns: int) -> Iterator[Samples]:
+    clock = Leaping(stride_s=STEP_S / 10)  # Opening takes a zero, which takes time.
+    timed: Any = sensor
+    timed.elapsed_s = clock
+    tapes = {signal.name: _Tape(signal) for signal in sensor.signals}
+    sensor.open()
+    clock.at_s = clock.stride_s = 0.0
+    try:
+        sensor.expect(scene)
+        sensor.start(clock.ns)
+        while any(tape.count < _wanted(tape.signal, seconds) for tape in tapes.values()):
+            clock.at_s += STEP_S
+            _take(sensor.read(0.0), tapes)
+        sensor.stop()
+    except DeviceFault as fault:
+        raise RigError(f"{stream}: a simulated sensor does not bear this stimulus: {fault}") from fault
+    finally:
+        sensor.close()
+    return (_samples(stream, tape, seconds, t_ns) for tape in tapes.values())
+
+
+def _take(came: Mapping[str, Any], tapes: Mapping[str, _Tape]) -> None:
+    for name, blocks in came.items():
+        for block in blocks:
+            tapes[name].take(block)
+
+
+def _wanted(signal: Signal, seconds: float) -> int:
+    return round(seconds * signal.rate_hz)
+
+
+def _samples(stream: str, tape: _Tape, seconds: float, t_ns: int) -> Samples:
+    """Exactly the samples of so many seconds."""
+    signal = tape.signal
+    data = b"".join(tape.parts)[: 4 * len(signal.channels) * _wanted(signal, seconds)]
+    return Samples(stream, signal.channels, signal.units, signal.rate_hz, t_ns, data)

@@ -1,0 +1,145 @@
+"""What the renderer makes of a study's virtual textures under a simulated hand, rendered once and kept.
+
+Simulated people feel these. The hand and what it meets on the real surface are a file beside the study's table; what
+is played is the renderer's own loop under a clock that only the loop moves on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from palpate.protocols.canonical import digest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.study import Stimulus
+from palpate.studies.sessions.rig import RigError
+from palpate.studies.stimuli.renderings import SEED, Rendered, demand_whole, keep, read_kept, restored
+
+if TYPE_CHECKING:
+    from palpate.signals.arrays import Array
+    from palpate.signals.textures.voice import Voice
+
+VERSION = 1
+"""Of what is kept: another one where the player or the comparison changes what comes out."""
+KEPT, SHIPPED = "compared", "rendered.json"
+
+
+@dataclass
+class VirtualTextures:
+    """The virtual textures of a study in `folder`, by the models of a lab, else by the shipped ones."""
+
+    folder: Path
+    lab: Path | None = None
+    known: dict[str, Rendered] = field(default_factory=dict)
+    shipped: bool = True
+    """Whether what is kept beside the study's table is used."""
+
+    def card(self, stimulus: Stimulus) -> Path:
+        """The model's card of a stimulus. Raises RigError where there is none."""
+        from palpate.devices.render.found import SHIPPED as MODELS
+        from palpate.devices.render.found import card_for
+        from palpate.signals.textures.sounds import RenderError
+
+        texture, model = (_column(stimulus, name) for name in ("texture", "model"))
+        try:
+            return card_for(texture, model, self.lab or MODELS)
+        except RenderError as error:
+            raise RigError(f"stimulus {stimulus.id!r}: {error}") from None
+
+    def check(self, stimulus: Stimulus) -> None:
+        """The stimulus has a whole model, and its hand is the planned one. Raises RigError."""
+        card = self.card(stimulus)
+        _friction(stimulus)
+        demand_whole(card)
+        if (key := self._key(stimulus, card)) not in self.known and self._kept(key, card) is None:
+            self._voice(card)
+            self._felt(stimulus)
+
+    def of(self, stimulus: Stimulus) -> Rendered:
+        """What its model plays, and how alike that is; rendered where nobody has kept it. Raises RigError."""
+        card = self.card(stimulus)
+        key = self._key(stimulus, card)
+        if key not in self.known:
+            self.known[key] = self._kept(key, card) or self._fresh(key, stimulus, card)
+        return self.known[key]
+
+    def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
+        """By which columns it is felt otherwise than its table says."""
+        found = self.of(stimulus).alike
+        return {} if found is None else found.columns()
+
+    def _key(self, stimulus: Stimulus, card: Path) -> str:
+        """What decides a rendering: the card, which names the digest of its numbers; the hand's file; the seed."""
+        made = [card.stem, file_sha256(card)]
+        parts = [*made, stimulus.sha256, stimulus.columns.get("friction")]
+        return digest({"rendering": VERSION, "seed": SEED, "of": parts})
+
+    def _kept(self, key: str, card: Path) -> Rendered | None:
+        """What was kept of this rendering; None where nobody did. Raises RigError on a file that is damaged."""
+        if (told := self._shipped().get(key)) is not None:
+            return restored(told, card, self.folder / SHIPPED)
+        if self.lab is not None and (file := _kept_file(self.lab, key)).is_file():
+            return restored(read_kept(file), card, file)
+        return None
+
+    def _shipped(self) -> Mapping[str, Any]:
+        file = self.folder / SHIPPED
+        return read_kept(file) if self.shipped and file.is_file() else {}
+
+    def _fresh(self, key: str, stimulus: Stimulus, card: Path) -> Rendered:
+        from palpate.studies.simulation.played_textures import rendered
+
+        made = rendered(self._voice(card), card, self._felt(stimulus), _friction(stimulus))
+        if self.lab is not None:
+            keep(_kept_file(self.lab, key), made)
+        return made
+
+    def _voice(self, card: Path) -> Voice:
+        from palpate.signals.models.errors import ModelFileError
+        from palpate.signals.textures.sounds import RenderError
+        from palpate.signals.textures.voice import open_voice
+
+        try:
+            return open_voice(card, seed=SEED)
+        except (ModelFileError, RenderError) as error:
+            raise RigError(str(error)) from None
+
+    def _felt(self, stimulus: Stimulus) -> Array:
+        """(3, n): what the hand meets on the real surface, its speed and its force. Raises RigError."""
+        from palpate.studies.simulation.played_textures import read_felt
+
+        file = self.folder / _column(stimulus, "file")
+        if not file.is_file():
+            raise RigError(f"stimulus {stimulus.id!r}: no hand on the real surface, {file} (the column `file`)")
+        content = file.read_bytes()
+        if hashlib.sha256(content).hexdigest() != stimulus.sha256:
+            raise RigError(f"{file}: not the file that the session was planned with (its SHA-256 differs)")
+        return read_felt(file)
+
+
+def _kept_file(lab: Path, key: str) -> Path:
+    from palpate.devices.render.found import FOLDER
+
+    return lab / FOLDER / KEPT / f"{key[:32]}.json"
+
+
+def _friction(stimulus: Stimulus) -> float | None:
+    """The table's; None where it says nothing. Raises RigError."""
+    told = stimulus.columns.get("friction", "")
+    try:
+        found = float(told) if told else None
+    except ValueError:
+        found = math.nan
+    if found is not None and not math.isfinite(found):
+        raise RigError(f"stimulus {stimulus.id!r}: its friction is {told!r}; a number is expected")
+    return found
+
+
+def _column(stimulus: Stimulus, name: str) -> str:
+    if not (told := stimulus.columns.get(name, "")):
+        raise RigError(f"stimulus {stimulus.id!r}: the texture renderer needs the column {name!r} in its table")
+    return told

@@ -1,0 +1,104 @@
+"""What a model's voice made under a simulated hand, how alike it feels to the real surface, and the files of both."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from palpate.protocols.canonical import canonical
+from palpate.protocols.files import file_sha256, write_bytes
+from palpate.studies.sessions.rig import RigError
+
+SEED = 0
+MET = ("sounding", "held", "restarts", "quiet", "muted")
+"""What a record tells of how a model fared, in steps; what each is: palpate.signals.textures.voice.Tally."""
+
+
+@dataclass(frozen=True)
+class Alike:
+    """How far apart the two are; 0 is the same.
+
+    `level_dB` between the whole levels above the threshold of touch, `spectrum_dB` the RMS over third octaves of what
+    else they differ by, `friction` the logarithm of the ratio of the friction coefficients.
+    """
+
+    level_dB: float
+    spectrum_dB: float
+    friction: float
+
+    def columns(self) -> dict[str, float]:
+        """By the columns of the study's table."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """What came of a model under the simulated hand; `alike` None where no real surface is known to compare with."""
+
+    told: Mapping[str, Any]
+    alike: Alike | None = None
+
+    def record(self) -> dict[str, Any]:
+        """As a reply keeps it."""
+        return dict(self.told) | ({} if self.alike is None else {"compared": self.alike.columns()})
+
+
+def demand_whole(card: Path) -> None:
+    """The model's numbers are those that its card names. What was rendered once need not be read again for that.
+
+    Raises RigError.
+    """
+    try:
+        named = json.loads(card.read_bytes())["weights"]
+        file, expected = card.parent / Path(named["file"]).name, named["sha256"]
+        found = file_sha256(file)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RigError(f"{card}: not a whole model: {error}") from None
+    if found != expected:
+        raise RigError(f"{file}: not the numbers that {card.name} names (SHA-256 {found[:12]}, not {expected[:12]})")
+
+
+def told_of(card: Path, read: Any) -> dict[str, Any]:
+    """A model's files, by name and digest, as every reply names them."""
+    return {
+        "model": card.stem, "method": read.method, "sha256": file_sha256(card),
+        "weights": read.weights.file, "weights_sha256": read.weights.sha256,
+    }  # fmt: skip
+
+
+def read_kept(file: Path) -> Mapping[str, Any]:
+    """What a file of renderings holds. Raises RigError."""
+    try:
+        found = json.loads(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise _damaged(file, error) from None
+    if not isinstance(found, dict):
+        raise _damaged(file, "an object is expected")
+    return found
+
+
+def restored(told: Mapping[str, Any], card: Path, file: Path) -> Rendered:
+    """The inverse of `Rendered.record`, as `file` holds it of this card. Raises RigError."""
+    try:
+        rest = {name: value for name, value in told.items() if name != "compared"}
+        compared = None if "compared" not in told else Alike(**told["compared"])
+        if (told["model"], told["sha256"]) != (card.stem, file_sha256(card)):
+            raise ValueError("it is of another card")
+        if compared is not None and not all(map(math.isfinite, compared.columns().values())):
+            raise ValueError("finite numbers are expected")
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise _damaged(file, error) from None
+    return Rendered(rest, compared)
+
+
+def _damaged(file: Path, error: object) -> RigError:
+    return RigError(f"{file}: not what was kept of a rendering ({error}). Remove it: the models are then rendered anew")
+
+
+def keep(file: Path, made: Rendered) -> None:
+    """Write what came out; of two sessions that do so at once, either one's file is whole."""
+    write_bytes(file, canonical(made.record()))

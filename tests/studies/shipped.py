@@ -1,0 +1,34 @@
+"""The ten shipped studies, and short sessions of each."""
+
+from __future__ import annotations
+
+from palpate.protocols.plan import Plan, compile_plan
+from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.participants.row_assignment import allocate
+from tests.protocols.every_task import LAB
+
+TEN = (
+    "door_adjectives",
+    "door_authoring",
+    "door_capture",
+    "door_lexicon",
+    "door_matching",
+    "door_ratings",
+    "texture_adjectives",
+    "texture_capture",
+    "texture_ratings",
+    "texture_similarity",
+)
+GROUPS = {"door_capture": "pilot", "texture_capture": "pilot"}
+"""Where a study has a group that checks the rig, a short session is one of that."""
+
+
+def found_study(name: str) -> Found:
+    """A shipped study with its folder."""
+    return read_study(SHIPPED / name / "study.yaml")
+
+
+def plan_for(name: str, participant: str = "P001", seed: int = 1) -> Plan:
+    """One participant's plan, with a lab's consent text and questions."""
+    study = found_study(name).study
+    return compile_plan(study, allocate(study, participant, GROUPS.get(name)), seed, LAB)
