@@ -19,6 +19,7 @@ from palpate.analysis.first_look.page_tests import (
     refusals,
     variance_tables,
 )
+from palpate.analysis.ratings.dataset import Ratings
 from palpate.analysis.ratings.notes import data_notes
 from palpate.analysis.reports.blocks import (
     Block,
@@ -126,18 +127,18 @@ def _data(analysis: Analysis) -> Iterator[Block]:
     yield from long_table(people, f"All {len(people.rows)} participants")
 
 
-def _variance(found: Analysis) -> Iterator[Block]:
-    tables = list(variance_tables(found))
+def _variance(analysis: Analysis) -> Iterator[Block]:
+    tables = list(variance_tables(analysis))
     if not tables:
         yield Words("None was made.")
         return
     every = "Every number, unrounded and with its uncorrected degrees of freedom, stands in anova.csv, which {} writes."
     yield Words(fill_in(every, italic("palpate analyse")))
-    for analysis in tables:
-        yield Heading(analysis.title)
-        yield Words(analysis.words)
-        yield TableBlock(analysis.table)
-        yield Folded("As sentences", (Sentences(analysis.sentences),))
+    for variance in tables:
+        yield Heading(variance.title)
+        yield Words(variance.words)
+        yield TableBlock(variance.table)
+        yield Folded("As sentences", (Sentences(variance.sentences),))
 
 
 def _pairs(analysis: Analysis) -> Iterator[Block]:
@@ -186,15 +187,15 @@ def stimulus_table(analysis: Analysis) -> Table:
         cells.setdefault(key, {})[row["attribute"]] = f"{fixed(row['mean'])} ({fixed(row['sd'])})"
         people.setdefault(key, set()).add(int(row["n"]))
     rows = [
-        (*key, *(own.get(attribute, NONE) for attribute in attributes), _range(people[key]))
+        (
+            *key,
+            *(own.get(attribute, NONE) for attribute in attributes),
+            " to ".join(map(str, sorted({min(people[key]), max(people[key])}))),
+        )
         for key, own in cells.items()
     ]
     heads: list[str | Head] = [*labels, *map(number, attributes), number("n")]
     return text_table(heads, rows)
-
-
-def _range(numbers: set[int]) -> str:
-    return f"{min(numbers)}" if len(numbers) == 1 else f"{min(numbers)} to {max(numbers)}"
 
 
 def _results_intro(analysis: Analysis) -> str:
@@ -207,39 +208,44 @@ def _results_intro(analysis: Analysis) -> str:
 
 
 def methods(analysis: Analysis) -> Iterator[str]:
-    """The paragraphs that the tests of this data set need, and no other."""
-    kinds = {question.kind for question in analysis.statistics.questions}
-    yield _means(analysis)
+    """Yield the paragraphs about methods that the tests of this data set need, and no other."""
+    questions, ratings = analysis.statistics.questions, analysis.ratings
+    kinds = {question.kind for question in questions}
+    named = f" {'The factor' if len(ratings.within) == 1 else 'Factors'} within participants: {phrase(ratings.within)}."
+    yield f"{MEANS}{named if ratings.within else ''} {EXACT_MEANS}"
     if kinds & {"crossed", "pooled"}:
-        yield from _REPEATED_MEASURES
-    if analysis.ratings.between and (shared := _shared_kinds(analysis)):
-        yield f"{GROUPS_APART} These are {shared}: there everyone is one sample, whatever the group."
+        yield from REPEATED_MEASURES
+    everyone = [question for question in questions if question.group is None]
+    shared = [f"the analysis of {' × '.join(question.factors)}" for question in everyone
+              if question.kind in ("crossed", "pooled")]  # fmt: skip
+    shared += [f"the pairs of {question.factors[0]}" for question in everyone if question.kind == "pairs"]
+    if ratings.between and shared:
+        yield f"{GROUPS_APART} These are {phrase(shared)}: there everyone is one sample, whatever the group."
     if "between" in kinds:
-        yield f"{_BETWEEN} {groups_met(analysis)}".rstrip()
+        yield f"{BETWEEN} {groups_met(analysis)}".rstrip()
     if "pairs" in kinds:
-        yield from _PAIRS
-    yield _families(analysis)
+        yield PAIRS
+    yield _what_was_not_done(ratings)
 
 
-def _means(analysis: Analysis) -> str:
-    factors = analysis.ratings.within
-    within = f" {'The factor' if len(factors) == 1 else 'Factors'} within participants: {phrase(factors)}."
-    return (
-        "Means and standard deviations are taken over participants: each participant's ratings of a level are "
-        "averaged first, so that everybody counts once, and the standard deviation (n − 1) is that of these means."
-        f"{within if factors else ''} Means and standard deviations are computed in exact arithmetic and rounded once."
-    )
+def _what_was_not_done(ratings: Ratings) -> str:
+    """Return what was not done: adjusting across attributes, rounding p to zero, imputing."""
+    own = len(ratings.attributes)
+    apart = f"The {own} attributes are tested one by one and p values are not adjusted across them. " if own > 1 else ""
+    merged, means = averaged(ratings)
+    if merged:
+        imputed = f"No value is imputed, but {merged:,} ratings that shared cells are replaced by {means:,} means."
+    else:
+        imputed = "No value is replaced or imputed, and a missing cell is never averaged away: its tests are not made."
+    return f"{apart}No p value is ever rounded to zero. {imputed}"
 
 
-def _shared_kinds(analysis: Analysis) -> str:
-    """The tests of everyone together, in words."""
-    shared = [question for question in analysis.statistics.questions if question.group is None]
-    effects = [" × ".join(question.factors) for question in shared if question.kind in ("crossed", "pooled")]
-    pairs = [f"the pairs of {question.factors[0]}" for question in shared if question.kind == "pairs"]
-    return phrase([*(f"the analysis of {name}" for name in effects), *pairs])
-
-
-_REPEATED_MEASURES = (
+MEANS = (
+    "Means and standard deviations are taken over participants: each participant's ratings of a level are "
+    "averaged first, so that everybody counts once, and the standard deviation (n − 1) is that of these means."
+)
+EXACT_MEANS = "Means and standard deviations are computed in exact arithmetic and rounded once."
+REPEATED_MEASURES = (
     "Factors within participants are tested by the univariate repeated-measures analysis of variance: F is the mean "
     "square of the effect over the mean square of its interaction with participants. Wherever an effect has more than "
     "one degree of freedom, p and both degrees of freedom are corrected by the epsilon of Greenhouse and Geisser "
@@ -250,25 +256,13 @@ _REPEATED_MEASURES = (
     "sum plus its error; generalized η² (Olejnik & Algina, 2003) divides by the sum of squares of the effect, of "
     "participants and of every error term, and so can be compared between designs.",
 )
-_BETWEEN = (
+BETWEEN = (
     "Groups of participants are compared by a one-way analysis of variance of participants' means, one value for "
     "each participant; η² is the sum of squares between groups over the total."
 )
-_PAIRS = (
+PAIRS = (
     "Pairs of levels are compared by two-sided t tests of the differences within participants, each with the "
     "standard error of its own differences (n − 1 degrees of freedom). Both adjustments are shown: Bonferroni and "
     "Holm (1979); the family is the pairs of one attribute. Cohen's dz is the mean difference over the standard "
-    "deviation of the differences. The confidence intervals are not adjusted.",
+    "deviation of the differences. The confidence intervals are not adjusted."
 )
-
-
-def _families(analysis: Analysis) -> str:
-    """What was not done: adjusting across attributes, rounding p to zero, imputing."""
-    own = len(analysis.ratings.attributes)
-    apart = f"The {own} attributes are tested one by one and p values are not adjusted across them. " if own > 1 else ""
-    ratings, values = averaged(analysis.ratings)
-    if ratings:
-        replaced = f"No value is imputed, but {ratings:,} ratings that shared cells are replaced by {values:,} means."
-    else:
-        replaced = "No value is replaced or imputed, and a missing cell is never averaged away: its tests are not made."
-    return f"{apart}No p value is ever rounded to zero. {replaced}"

@@ -53,31 +53,33 @@ def variance_tables(analysis: Analysis) -> Iterator[VarianceTable]:
 
 
 def comparisons(analysis: Analysis) -> Iterator[PairsTable]:
-    """The pairwise tests of every attribute."""
+    """Yield the pairwise tests of every attribute."""
     for question in analysis.statistics.questions:
-        if question.kind == "pairs":
-            for test in analysis.statistics.of(question):
-                if test.rows:
-                    title = f"{test.attribute}, {question.factors[0]}"
-                    yield PairsTable(title, _summary(test), _pairs_table(test), tuple(map(pair_sentence, test.rows)))
+        for test in analysis.statistics.of(question) if question.kind == "pairs" else ():
+            if test.rows:
+                below = {
+                    column: sum(row[column] is not None and row[column] < ALPHA for row in test.rows)
+                    for column in ("p_bonferroni", "p_holm")
+                }
+                pairs = count(len(test.rows), "pair")
+                summary = f"{below['p_bonferroni']} of {pairs} below .05 by Bonferroni, {below['p_holm']} by Holm"
+                title, sentences = f"{test.attribute}, {question.factors[0]}", tuple(map(pair_sentence, test.rows))
+                yield PairsTable(title, summary, _pairs_table(test), sentences)
 
 
 def refusals(analysis: Analysis) -> Iterator[str]:
-    """The tests that could not be made, those that one reason stopped in one line, and the reason."""
+    """Yield the tests that could not be computed, those that one reason stopped in one line, and the reason."""
     stopped: dict[str, dict[str, list[str]]] = {}
     for test in analysis.statistics.tests:
         if test.refused:
             stopped.setdefault(test.refused, {}).setdefault(_title(test.question), []).append(test.attribute)
+    every = len(analysis.ratings.attributes)
     for reason, titles in stopped.items():
-        named = (f"{title}{_of_attributes(analysis, attributes)}" for title, attributes in titles.items())
+        named = [
+            title if every == 1 else f"{title} ({f'all {every} attributes' if len(own) == every else phrase(own)})"
+            for title, own in titles.items()
+        ]
         yield f"{'; '.join(named)}: {reason}"
-
-
-def _of_attributes(analysis: Analysis, attributes: list[str]) -> str:
-    every = analysis.ratings.attributes
-    if len(every) == 1:
-        return ""
-    return f" (all {len(every)} attributes)" if len(attributes) == len(every) else f" ({phrase(attributes)})"
 
 
 def groups_met(analysis: Analysis) -> str:
@@ -154,8 +156,18 @@ def _title(question: Question) -> str:
 
 
 def _within_table(tests: list[Test]) -> Table:
-    notes = Footnotes()
-    rows = [(test.attribute, *_within_cells(row, notes)) for test in tests for row in test.rows]
+    """Return the effects within participants; the corrected columns are empty where nothing is corrected."""
+    notes, rows = Footnotes(), []
+    for attribute, row in ((test.attribute, row) for test in tests for row in test.rows):
+        corrected = bool(correction(row))
+        epsilon = row["eps"] if corrected and row["eps"] is not None else 1.0
+        df = f"{degrees(row['ddof1'] * epsilon)}, {degrees(row['ddof2'] * epsilon)}"
+        effect = notes.marked(effect_name(row["Source"]), row["note"])
+        squares = (fixed(row["SS"]), fixed(row["SS_error"]), fixed(row["F"]), df, p_cell(reported_p(row)))
+        gg, hf = (share(row["eps"]), share(row["eps_HF"])) if corrected else (NONE, NONE)
+        p_hf = p_cell(row["p_HF_corr"]) if corrected else NONE
+        etas = share(row["np2"]), share(row["ng2"])
+        rows.append((attribute, effect, *squares, gg, p_cell(row["p_unc"]), hf, p_hf, *etas))
     columns = (
         *("attribute", "effect", number("SS"), number("SS error"), number("F"), number("df"), number("p")),
         *(number("ε (GG)"), number("p uncorrected"), number("ε (HF)"), number("p (HF)")),
@@ -164,74 +176,38 @@ def _within_table(tests: list[Test]) -> Table:
     return grouped_table(columns, rows, notes.lines())
 
 
-def _within_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:
-    epsilon = row["eps"] if correction(row) and row["eps"] is not None else 1.0
-    return (
-        notes.marked(effect_name(row["Source"]), row["note"]),
-        fixed(row["SS"]),
-        fixed(row["SS_error"]),
-        fixed(row["F"]),
-        f"{degrees(row['ddof1'] * epsilon)}, {degrees(row['ddof2'] * epsilon)}",
-        p_cell(reported_p(row)),
-        share(row["eps"]) if correction(row) else NONE,
-        p_cell(row["p_unc"]),
-        share(row["eps_HF"]) if correction(row) else NONE,
-        p_cell(row["p_HF_corr"]) if correction(row) else NONE,
-        share(row["np2"]),
-        share(row["ng2"]),
-    )
-
-
 def _between_table(tests: list[Test]) -> Table:
     notes = Footnotes()
-    rows = [(test.attribute, *_between_cells(row, notes)) for test in tests for row in test.rows]
-    numbers = map(number, ("SS", "SS error", "F", "df", "p", "η²"))
-    return text_table(("attribute", "effect", *numbers), rows, notes.lines())
-
-
-def _between_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:
-    return (
-        notes.marked(row["Source"], row["note"]),
-        fixed(row["SS"]),
-        fixed(row["SS_error"]),
-        fixed(row["F"]),
-        f"{degrees(row['ddof1'])}, {degrees(row['ddof2'])}",
-        p_cell(row["p_unc"]),
-        share(row["eta2"]),
+    rows = [
+        (
+            *(test.attribute, notes.marked(row["Source"], row["note"]), fixed(row["SS"]), fixed(row["SS_error"])),
+            *(fixed(row["F"]), f"{degrees(row['ddof1'])}, {degrees(row['ddof2'])}"),
+            *(p_cell(row["p_unc"]), share(row["eta2"])),
+        )
+        for test in tests
+        for row in test.rows
+    ]
+    return text_table(
+        ("attribute", "effect", *map(number, ("SS", "SS error", "F", "df", "p", "η²"))), rows, notes.lines()
     )
 
 
 def _pairs_table(test: Test) -> Table:
     notes = Footnotes()
+    rows = [
+        (
+            *(notes.marked(f"{row['A']} − {row['B']}", row["note"]), fixed(row["mean_diff"])),
+            *(f"[{fixed(row['ci_low'])}, {fixed(row['ci_high'])}]", fixed(row["T"]), degrees(row["dof"])),
+            *(p_cell(row[name]) for name in ("p_unc", "p_bonferroni", "p_holm")),
+            fixed(row["dz"]),
+        )
+        for row in test.rows
+    ]
     columns = (
         *("pair", number("mean difference"), number("95 % CI"), number("t"), number("df"), number("p uncorrected")),
         *(number("p Bonferroni"), number("p Holm"), number("Cohen's dz")),
     )
-    return text_table(columns, [_pair_cells(row, notes) for row in test.rows], notes.lines())
-
-
-def _pair_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:
-    return (
-        notes.marked(f"{row['A']} − {row['B']}", row["note"]),
-        fixed(row["mean_diff"]),
-        f"[{fixed(row['ci_low'])}, {fixed(row['ci_high'])}]",
-        fixed(row["T"]),
-        degrees(row["dof"]),
-        p_cell(row["p_unc"]),
-        p_cell(row["p_bonferroni"]),
-        p_cell(row["p_holm"]),
-        fixed(row["dz"]),
-    )
-
-
-def _summary(test: Test) -> str:
-    below = [sum(_below(row[column]) for row in test.rows) for column in ("p_bonferroni", "p_holm")]
-    pairs = count(len(test.rows), "pair")
-    return f"{below[0]} of {pairs} below .05 by Bonferroni, {below[1]} by Holm"
-
-
-def _below(p: float | None) -> bool:
-    return p is not None and p < ALPHA
+    return text_table(columns, rows, notes.lines())
 
 
 def headlines(analysis: Analysis) -> Iterator[tuple[str, str]]:

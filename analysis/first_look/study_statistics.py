@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -21,8 +21,8 @@ Kind = Literal["crossed", "pooled", "between", "pairs"]
 Row = Mapping[str, Any]
 
 EVERYONE = "all participants"
-ASKED: Mapping[str, Any] = {"dv": "value", "subject": "participant", "aggregate": "mean"}
-"""Averaging is safe here: no test is made before each participant has every cell as often as the design asks for."""
+OPTIONS: Mapping[str, Any] = {"dv": "value", "subject": "participant", "aggregate": "mean"}
+"""Averaging is safe: no test is computed before each participant has every cell as often as the design asks for."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +72,25 @@ class StudyStatistics:
 
 
 def questions_of(ratings: Ratings) -> tuple[Question, ...]:
-    """What is tested, in this order: the crossed factors, the pooled factor, the groups, the pairs of levels.
+    """Return what is tested, in this order: the crossed factors, the pooled factor, the groups, the pairs of levels.
 
     The crossed factors are tested within each group where the groups met different levels (the door study: other
     cars), over everyone where all met the same. The other tests are of everyone: of each participant's means over
     the factors in `averaged_over`, so that a participant counts once in each level (between groups: once).
     """
-    return (*_crossed(ratings), *_pooled(ratings), *_between(ratings), *_pairs(ratings))
+    within, pooled = ratings.within, ratings.pooled
+    apart = bool(differing_factors(ratings))
+    questions: list[Question] = []
+    if within:
+        groups = ratings.levels(ratings.between[0]) if len(ratings.between) == 1 and apart else ()
+        scopes: list[tuple[str, str] | None] = [(ratings.between[0], group) for group in groups]
+        questions += [Question("crossed", within, scope, _others(ratings, *within)) for scope in scopes or [None]]
+    if pooled and (within != (pooled,) or apart):
+        questions.append(Question("pooled", (pooled,), None, _others(ratings, pooled)))
+    questions += [Question("between", (factor,), None, ratings.cells) for factor in ratings.between]
+    compared = (ratings.families,) if ratings.families else (pooled,) if pooled else within
+    questions += [Question("pairs", (factor,), None, _others(ratings, factor)) for factor in compared]
+    return tuple(questions)
 
 
 def study_statistics(ratings: Ratings, progress: Progress = lambda *_: None) -> StudyStatistics:
@@ -115,63 +127,26 @@ def differing_factors(ratings: Ratings) -> tuple[str, ...]:
     return tuple(name for name in ratings.cells if len(set(levels_by_group(ratings, name).values())) > 1)
 
 
-def _crossed(ratings: Ratings) -> Iterator[Question]:
-    if not ratings.within:
-        return
-    averaged = tuple(name for name in ratings.cells if name not in ratings.within)
-    if len(ratings.between) == 1 and differing_factors(ratings):
-        for group in ratings.levels(ratings.between[0]):
-            yield Question("crossed", ratings.within, (ratings.between[0], group), averaged)
-    else:
-        yield Question("crossed", ratings.within, None, averaged)
-
-
-def _pooled(ratings: Ratings) -> Iterator[Question]:
-    only = ratings.within == (ratings.pooled,) and not differing_factors(ratings)
-    if ratings.pooled and not only:
-        yield Question("pooled", (ratings.pooled,), None, _others(ratings, ratings.pooled))
-
-
-def _between(ratings: Ratings) -> Iterator[Question]:
-    for factor in ratings.between:
-        yield Question("between", (factor,), None, ratings.cells)
-
-
-def _pairs(ratings: Ratings) -> Iterator[Question]:
-    if ratings.families:
-        compared: tuple[str, ...] = (ratings.families,)
-    else:
-        compared = (ratings.pooled,) if ratings.pooled else ratings.within
-    for factor in compared:
-        yield Question("pairs", (factor,), None, _others(ratings, factor))
-
-
-def _others(ratings: Ratings, factor: str) -> tuple[str, ...]:
-    return tuple(name for name in ratings.cells if name != factor)
+def _others(ratings: Ratings, *factors: str) -> tuple[str, ...]:
+    return tuple(name for name in ratings.cells if name not in factors)
 
 
 def _answer(ratings: Ratings, faults: Faults, question: Question, attribute: str) -> Test:
-    table = ratings.table[ratings.table["attribute"] == attribute]
+    """Return the answer to a question for an attribute, or the reason why there is none."""
+    table, people = ratings.table, ratings.participants
     if question.group is not None:
         table = table[table[question.group[0]] == question.group[1]]
+        people = natural(table["participant"].tolist())  # also one without any rating of the attribute
+    table = table[table["attribute"] == attribute]
     try:
-        faults.demand_none(attribute, _people(ratings, question))
+        faults.demand_none(attribute, people)
         _demand_shared_levels(table, question)
-        results = _tested(table, question, ratings)
+        rows = _test(table, question, ratings)
     except ValueError as refusal:
         return Test(question, attribute, refused=str(refusal))
     per_level = _ratings_per_level(table, question, ratings)
     ends = (min(least for least, _ in per_level.values()), max(most for _, most in per_level.values()))
-    rows = tuple(_row(record) for record in results.to_dict("records"))
     return Test(question, attribute, table["participant"].nunique(), rows, ends, ratings_per_level=per_level)
-
-
-def _people(ratings: Ratings, question: Question) -> tuple[str, ...]:
-    """Everyone who is asked about, also one without any rating of the attribute."""
-    if question.group is None:
-        return ratings.participants
-    factor, group = question.group
-    return natural(ratings.table["participant"][ratings.table[factor] == group].tolist())
 
 
 def _demand_shared_levels(table: pd.DataFrame, question: Question) -> None:
@@ -189,22 +164,25 @@ def _demand_shared_levels(table: pd.DataFrame, question: Question) -> None:
             )
 
 
-def _tested(table: pd.DataFrame, question: Question, ratings: Ratings) -> pd.DataFrame:
+def _test(table: pd.DataFrame, question: Question, ratings: Ratings) -> tuple[Row, ...]:
+    """Return the rows of the statistic; the pairs in the order of the study, by Bonferroni and by Holm side by side."""
     factor = question.factors[0]
     if question.kind == "between":
-        return anova(table, between=factor, **ASKED)
-    if question.kind == "pairs":
-        return _pairwise(table, factor, ratings.levels(factor))
-    return rm_anova(table, within=list(question.factors), **ASKED)
-
-
-def _pairwise(table: pd.DataFrame, factor: str, order: Sequence[str]) -> pd.DataFrame:
-    """The pairs in the order of the study, with p unadjusted, by Bonferroni and by Holm, side by side."""
-    tests = pairwise_tests(table, within=factor, **ASKED).drop(columns=["p_corr", "p_adjust"])
-    pairs = pairs_in_order(tests, order)
+        return _rows(anova(table, between=factor, **OPTIONS))
+    if question.kind != "pairs":
+        return _rows(rm_anova(table, within=list(question.factors), **OPTIONS))
+    tests = pairwise_tests(table, within=factor, **OPTIONS).drop(columns=["p_corr", "p_adjust"])
+    pairs = pairs_in_order(tests, ratings.levels(factor))
     p = [pair["p_unc"] for pair in pairs]
     both = zip(pairs, adjusted(p, "bonf"), adjusted(p, "holm"), strict=True)
-    return pd.DataFrame([{**pair, "p_bonferroni": bonferroni, "p_holm": holm} for pair, bonferroni, holm in both])
+    return _rows(
+        pd.DataFrame([{**pair, "p_bonferroni": bonferroni, "p_holm": holm} for pair, bonferroni, holm in both])
+    )
+
+
+def _rows(table: pd.DataFrame) -> tuple[Row, ...]:
+    """Return a table's rows as plain values; a number that is none becomes None (the row's note says why)."""
+    return tuple({str(name): _plain(value) for name, value in row.items()} for row in table.to_dict("records"))
 
 
 def _ratings_per_level(table: pd.DataFrame, question: Question, ratings: Ratings) -> dict[str, tuple[int, int]]:
@@ -216,12 +194,7 @@ def _ratings_per_level(table: pd.DataFrame, question: Question, ratings: Ratings
     return {level: (int(by_level[level].min()), int(by_level[level].max())) for level in order}
 
 
-def _row(record: Mapping[Any, Any]) -> Row:
-    return {str(name): _plain(value) for name, value in record.items()}
-
-
 def _plain(value: Any) -> Any:
-    """A plain Python value: a number that is none becomes None (the row's note says why)."""
     if isinstance(value, bool | str) or value is None:
         return value
     if isinstance(value, int):
