@@ -21,6 +21,10 @@ from palpate.protocols.lookalikes import looks
 EVERY = "(all)"
 """Stands for all questions, and for all codes where each answer has exactly one."""
 Row = dict[str, Any]
+FORM = "interview"
+BETWEEN = ";"
+"""What stands between two codes of one answer."""
+CODES = ("codes", "code")
 
 
 def code_counts(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[Row]:
@@ -89,12 +93,6 @@ def _questions(answers: Sequence[Answer]) -> list[tuple[str, list[Answer]]]:
 
 def _codes(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[str]:
     return sorted({code for coder in coders for answer in answers for code in coder.codes.get(answer, ())})
-
-
-FORM = "interview"
-BETWEEN = ";"
-"""What stands between two codes of one answer."""
-CODES = ("codes", "code")
 
 
 @dataclass(frozen=True, order=True)

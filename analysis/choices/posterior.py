@@ -38,6 +38,7 @@ Axis: TypeAlias = tuple[Floats, Floats]  # points and their weights
 NEGLIGIBLE = 1e-4  # of the highest marginal: where the fine grid begins and ends
 UP_TO_HALF = (0.0, 0.5)
 """Where a rate that the task leaves free is looked for; the prior makes high ones unlikely."""
+BETA = 10.0
 
 
 @dataclass(frozen=True)
@@ -201,9 +202,6 @@ def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:
     middle = np.cumsum(mass) - mass / 2
     low, high = np.interp([(1 - confidence) / 2, (1 + confidence) / 2], middle, distinct)
     return float(low) * size, float(high) * size
-
-
-BETA = 10.0
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,8 @@ from palpate.analysis.statistics.refusals import BadOption, NoEstimate, UnknownC
 
 SUM_ZERO = "sum_zero"
 FEW_EXPECTED = 5.0
+STEPS, HALVINGS = 100, 40
+DONE = 1e-24
 
 
 @dataclass(frozen=True)
@@ -133,10 +135,6 @@ def fit_against_free(counts: Floats, fitted: Floats, parameters: int) -> tuple[f
     low = float((expected < FEW_EXPECTED).mean())
     rough = f"{low:.0%} of the expected counts are below 5: the p of the fit is rough"
     return deviance, df, p, (rough,) if low > 0.2 else ()
-
-
-STEPS, HALVINGS = 100, 40
-DONE = 1e-24
 
 
 class Maximum(NamedTuple):

@@ -24,6 +24,8 @@ from scipy.special import expit, logit, ndtr, ndtri
 from palpate.analysis.statistics.doubles import Floats
 
 ROOT = float(np.sqrt(2 * np.pi))
+JndKind: TypeAlias = Literal["half_interquartile", "x84_x50"]
+Mapped = tuple[Floats, Floats, Floats]
 
 
 @dataclass(frozen=True)
@@ -75,10 +77,6 @@ SHAPES: Mapping[str, Shape] = {
         lambda p: float(np.log(-np.log1p(-p))),
     ),
 }
-
-
-JndKind: TypeAlias = Literal["half_interquartile", "x84_x50"]
-Mapped = tuple[Floats, Floats, Floats]
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,14 @@ from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate
 
 ALIKE = 1e-6  # log likelihoods closer than this are one
 Bounds = tuple[float, float]
+Function: TypeAlias = Literal["logistic", "gaussian", "weibull"]
+Task: TypeAlias = Literal["symmetric", "forced_choice", "yes_no"]
+Rate: TypeAlias = float | Bounds
+FAR, NARROW, WIDE = 10.0, 1e-4, 1e3  # of the range of levels
+ESTIMATED = (0.0, 0.25)
+"""Where a rate that the task leaves free is looked for, unless the caller says otherwise."""
+WICHMANN_HILL = (0.0, 0.06)
+"""Where the lapse rate was looked for before a task was declared: Wichmann & Hill 2001."""
 
 
 @dataclass(frozen=True)
@@ -118,16 +126,6 @@ def _step(answers: Levels, j: int, guess: Bounds, lapse: Bounds, equal_rates: bo
 def _pooled(answers: Levels, part: slice, low: float, high: float) -> float:
     trials = float(answers.trials[part].sum())
     return min(max(float(answers.hits[part].sum()) / trials, low), high) if trials else low
-
-
-Function: TypeAlias = Literal["logistic", "gaussian", "weibull"]
-Task: TypeAlias = Literal["symmetric", "forced_choice", "yes_no"]
-Rate: TypeAlias = float | Bounds
-FAR, NARROW, WIDE = 10.0, 1e-4, 1e3  # of the range of levels
-ESTIMATED = (0.0, 0.25)
-"""Where a rate that the task leaves free is looked for, unless the caller says otherwise."""
-WICHMANN_HILL = (0.0, 0.06)
-"""Where the lapse rate was looked for before a task was declared: Wichmann & Hill 2001."""
 
 
 @dataclass(frozen=True)

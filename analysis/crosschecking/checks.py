@@ -48,6 +48,7 @@ from palpate.protocols.wording import count, phrase
 LIMIT = 1e-6
 """A larger relative difference is a disagreement."""
 _FAILURES = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError, np.linalg.LinAlgError)
+FILE = "crosscheck.json"
 
 
 @dataclass(frozen=True)
@@ -361,9 +362,6 @@ CHECKS: Mapping[str, Callable[[QuestionResult, Answer, pd.DataFrame], Checked]] 
     "krippendorff_alpha": _no_counterpart,
     "retest": _check_retest,
 }
-
-
-FILE = "crosscheck.json"
 
 
 def crosscheck_json(checks: Sequence[CrossCheck]) -> str:

@@ -23,6 +23,12 @@ MOST_APART_PAIRED = 1e7
 LARGEST, SMALLEST = 1e100, 1e-100
 NEARLY_TIED = 1e-9
 MOST_BETWEEN = 1e3
+NEAR_ZERO = 1e-3
+"""Statistics and coefficients are compared to LIMIT of this where they are smaller; p values never are."""
+MOST_VALUES = 50_000
+MOST_VALUES_SQUARED = 2_000
+"""The same where a package makes a matrix of all values by all values."""
+PINGOUIN, STATSMODELS, SCIPY = "pingouin", "statsmodels", "scipy"
 
 
 def incomplete(wide: pd.DataFrame) -> str:
@@ -194,14 +200,6 @@ def _left_over(values: Floats, columns: Floats) -> tuple[float, int]:
     """Return the sum of squares that least squares leaves, and the rank of the columns."""
     solved, _, rank, _ = np.linalg.lstsq(columns, values - values.mean(), rcond=1e-10)
     return float(((values - values.mean() - columns @ solved) ** 2).sum()), int(rank)
-
-
-NEAR_ZERO = 1e-3
-"""Statistics and coefficients are compared to LIMIT of this where they are smaller; p values never are."""
-MOST_VALUES = 50_000
-MOST_VALUES_SQUARED = 2_000
-"""The same where a package makes a matrix of all values by all values."""
-PINGOUIN, STATSMODELS, SCIPY = "pingouin", "statsmodels", "scipy"
 
 
 class NotChecked(ValueError):

@@ -18,7 +18,6 @@ import pandas as pd
 Numbers: TypeAlias = dict[tuple[str, str], float]
 P = ParamSpec("P")
 T = TypeVar("T")
-
 WITHIN_COLUMNS = {"F": "F", "p_unc": "p_unc", "p_GG_corr": "p_GG_corr", "eps": "eps", "ng2": "ng2"}
 ICC_TYPES = ("ICC1", "ICC2", "ICC3", "ICC1k", "ICC2k", "ICC3k")
 """The order of the rows of pingouin.intraclass_corr."""

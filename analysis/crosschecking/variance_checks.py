@@ -28,6 +28,9 @@ from palpate.analysis.plans.answers import Answer
 from palpate.analysis.regenerating.plan_tests import QuestionResult
 
 ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
+LEAST_TAIL = 1e-9
+"""SciPy's tail of the studentized range is one less its distribution: a smaller one has no six digits."""
+ALIGNED_DECIMALS = 9
 
 
 def check_anova(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
@@ -165,11 +168,6 @@ def _equivalence_pairs(answer: Answer, values: Mapping[str, Any], paired: bool) 
         p_values = packages.statsmodels_equivalence(values[a], values[b], low, high, paired)
         for name, value in zip(("p_low", "p_high"), p_values, strict=True):
             yield Pair(f"{name} of {a} and {b}", row[name], value)
-
-
-LEAST_TAIL = 1e-9
-"""SciPy's tail of the studentized range is one less its distribution: a smaller one has no six digits."""
-ALIGNED_DECIMALS = 9
 
 
 def check_friedman(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:

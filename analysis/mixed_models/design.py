@@ -27,6 +27,8 @@ from palpate.analysis.statistics.refusals import BadOption, BadValue, NotIdentif
 
 Effect: TypeAlias = tuple[str, ...]
 INTERCEPT = "(Intercept)"
+Coding: TypeAlias = Literal["treatment", "sum"]
+Rows: TypeAlias = slice | Codes
 
 
 @dataclass(frozen=True)
@@ -118,10 +120,6 @@ def kronecker(blocks: Iterable[Floats]) -> Floats:
     for block in blocks:
         whole = np.asarray(np.kron(whole, block), dtype=np.float64)
     return whole
-
-
-Coding: TypeAlias = Literal["treatment", "sum"]
-Rows: TypeAlias = slice | Codes
 
 
 @dataclass(frozen=True)

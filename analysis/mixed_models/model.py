@@ -68,6 +68,8 @@ from palpate.analysis.statistics.refusals import (
     refuse_idle_levels,
 )
 
+STEP = 65536
+
 
 @dataclass(frozen=True)
 class _Formula:
@@ -262,9 +264,6 @@ class MixedModel:
     slope: float
     distance: float
     fit: Fit = field(repr=False, compare=False)
-
-
-STEP = 65536
 
 
 def fixed_variance(problem: Problem, coefficients: Floats) -> float:

@@ -29,6 +29,10 @@ NO_FURTHER = 1e-5
 FINE = 1e-12  # from here on rounding decides when no step helps any more
 SAME = 1e-9  # a variance is zero if setting it to zero costs no more deviance than this
 NEAR_ZERO = 0.05
+Vector: TypeAlias = Callable[[Floats], Floats]
+Scalar: TypeAlias = Callable[[Floats], float]
+STEP = 3e-3
+WIDE_STEP = 1e-2
 
 
 @dataclass(frozen=True)
@@ -258,13 +262,6 @@ def triangular(root: Floats) -> Floats:
     signs = np.where(np.diag(lower) < 0, -1.0, 1.0)
     flipped: Floats = lower * signs
     return flipped
-
-
-Vector: TypeAlias = Callable[[Floats], Floats]
-Scalar: TypeAlias = Callable[[Floats], float]
-
-STEP = 3e-3
-WIDE_STEP = 1e-2
 
 
 def jacobian(function: Vector, at: Floats, step: float = STEP) -> Floats:

@@ -24,6 +24,9 @@ from palpate.analysis.statistics.columns import Codes
 from palpate.analysis.statistics.doubles import Floats
 
 WIDEST = 20_000
+CHUNK = 3_000_000  # doubles held at once
+LOST = 1e-12  # a direction of Z with less than this share of the largest is rounding
+NOTHING = 2.0**-1000  # stands for a residual of zero, which has no logarithm
 
 
 @dataclass(frozen=True)
@@ -109,10 +112,6 @@ def _cost(layout: Layout, random: Sequence[Random], fixed: int) -> tuple[float, 
     late = sum(len(random[i].levels) * random[i].size for i in layout.outside) + fixed + 1
     early, blocks = float(layout.width), float(layout.blocks)
     return blocks * early**2 * (early + late) + (blocks * early + late) * float(late) ** 2, early
-
-
-CHUNK = 3_000_000  # doubles held at once
-LOST = 1e-12  # a direction of Z with less than this share of the largest is rounding
 
 
 @dataclass(frozen=True)
@@ -249,9 +248,6 @@ def _compressed(batch: Batch) -> Batch:
         seen.append(triangle_of(rows).reshape(-1, rank, columns))
         which.append(np.full(len(seen[-1]), unique, dtype=np.intp))
     return Batch(batch.through, batch.shared, np.concatenate(seen), np.concatenate(which), batch.members)
-
-
-NOTHING = 2.0**-1000  # stands for a residual of zero, which has no logarithm
 
 
 @dataclass(frozen=True)

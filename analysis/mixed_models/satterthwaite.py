@@ -21,6 +21,12 @@ from palpate.analysis.mixed_models.problem import Problem, Reduced, Solved, degr
 from palpate.analysis.statistics.doubles import Floats, rescaled
 from palpate.analysis.statistics.pvalues import f_tail, p_note, t_critical, t_two_sided
 
+FIXED = ["effect", "estimate", "se", "df", "t", "p", "ci_low", "ci_high", "note"]
+EFFECTS = ["Source", "F", "ddof1", "ddof2", "p_unc", "note"]
+VARIANCES = ["group", "effect", "variance", "sd", "icc"]
+CORRELATIONS = ["group", "effect_1", "effect_2", "covariance", "correlation", "note"]
+NO_CORRELATION = "undefined: a variance is zero"
+
 
 @dataclass(frozen=True)
 class Uncertainty:
@@ -88,13 +94,6 @@ def pooled(degrees: Sequence[float]) -> float:
         return 2.0
     expected = math.fsum(df / (df - 2) for df in degrees)
     return 2 * expected / (expected - len(degrees))
-
-
-FIXED = ["effect", "estimate", "se", "df", "t", "p", "ci_low", "ci_high", "note"]
-EFFECTS = ["Source", "F", "ddof1", "ddof2", "p_unc", "note"]
-VARIANCES = ["group", "effect", "variance", "sd", "icc"]
-CORRELATIONS = ["group", "effect_1", "effect_2", "covariance", "correlation", "note"]
-NO_CORRELATION = "undefined: a variance is zero"
 
 
 def fixed_table(estimates: Uncertainty, design: Design, exponent: int, pivot: float, confidence: float) -> pd.DataFrame:

@@ -25,6 +25,10 @@ SETTLED = 1e-20  # Newton decrement, per answer
 PLATEAU = 1e-13  # gain of log likelihood, relative
 SMALL_GAIN = 1e-10  # Newton decrement below which rounding may end the search
 FLAT = 1e-12  # information in some direction, relative to the most, that is none
+Link: TypeAlias = Literal["logit", "probit"]
+LINKS = ("logit", "probit")
+HALF_LOG_TAU = math.log(2 * math.pi) / 2
+END = 1e100  # stands for infinity at the outer ends, where density and slope are 0
 
 
 @dataclass(frozen=True)
@@ -140,12 +144,6 @@ def _uphill(rows: Rows, g: Floats, step: Floats, value: float, link: Link) -> tu
         if reached >= value:
             return tried, reached
     return g, value
-
-
-Link: TypeAlias = Literal["logit", "probit"]
-LINKS = ("logit", "probit")
-HALF_LOG_TAU = math.log(2 * math.pi) / 2
-END = 1e100  # stands for infinity at the outer ends, where density and slope are 0
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,10 @@ from palpate.analysis.statistics.refusals import BadOption, BadValue
 
 NO_RANKS = "undefined: every participant gave one and the same value to all conditions"
 NO_EXACT = "exact p not computed: too many arrangements of the ranks"
+MOST_ARRANGEMENTS = 5040  # 7!: distinct orders of one participant's ranks
+MOST_SUMS = 1_500_000  # column sums times orders, over all participants
+MOST_KEY = 2**62
+NO_DIFFERENCE = "every participant answered alike in all conditions: Q is undefined"
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,48 @@ def friedman(
     }
     table = pd.DataFrame([row])
     table.attrs.update(cells.attrs())
+    return table
+
+
+def cochran_q(
+    data: pd.DataFrame,
+    dv: Hashable,
+    within: Hashable,
+    subject: Hashable,
+    *,
+    yes: float | None = None,
+    exact: bool = True,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Return Cochran's Q of a long table whose values are 0 (no) or 1 (yes): one row.
+
+    The table has one value for each participant and condition.
+    With `yes`, values of at least that much are 1, after averaging where `aggregate` is "mean".
+
+    `Q`, `ddof1`, `p_unc`: the chi-squared form; `p_exact`: over all orders of each participant's own answers, NaN where
+    `exact` is off or there are too many; `decides`: participants whose answers differ, on whom alone Q rests. The
+    attribute `yes` of the table maps each condition to its number of yes.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    Q is Friedman's chi-squared of these answers, corrected for ties. Sources: Cochran 1950; Patil 1975 (exact test).
+    """
+    factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
+    values = cells.values if yes is None else (cells.values >= yes).astype(np.float64)
+    if odd := sorted({float(value) for value in np.unique(values)} - {0.0, 1.0}):
+        raise BadValue(f"{dv!s}: {odd[0]:g} found; Cochran's Q compares answers that are 0 (no) or 1 (yes)")
+    ranks = doubled_ranks(values, np.zeros_like(values))
+    test = rank_test(ranks)
+    alike = math.isnan(test.chi2)
+    p_exact = exact_tail(ranks) if exact and not alike else math.nan
+    notes = [NO_DIFFERENCE] if alike else [NO_EXACT] if exact and math.isnan(p_exact) else []
+    (n, k), answered_yes = values.shape, values.sum(axis=1)
+    row = {
+        **{"Source": str(factor), "n": n, "k": k, "decides": int(((answered_yes > 0) & (answered_yes < k)).sum())},
+        **{"Q": test.chi2, "ddof1": test.df, "p_unc": test.p, "p_exact": p_exact, "note": "; ".join(notes)},
+    }
+    table = pd.DataFrame([row])
+    counts = values.sum(axis=0).astype(int).tolist()
+    table.attrs.update(cells.attrs(), yes=dict(zip(cells.levels[0], counts, strict=True)))
     return table
 
 
@@ -139,11 +185,6 @@ def rank_test(ranks: Ints) -> RankTest:
     f = float((n - 1) * chi2 / (most - chi2))
     p_f = f_tail(f, k - 1, (k - 1) * (n - 1))
     return RankTest(float(chi2), k - 1, p, float(chi2 / most), f, p_f, p_note([p, p_f]))
-
-
-MOST_ARRANGEMENTS = 5040  # 7!: distinct orders of one participant's ranks
-MOST_SUMS = 1_500_000  # column sums times orders, over all participants
-MOST_KEY = 2**62
 
 
 def exact_tail(ranks: Ints) -> float:
@@ -218,48 +259,3 @@ def _step(sums: Ints, weights: Floats, orders: Ints) -> tuple[Ints, Floats]:
     shares = np.repeat(weights / len(orders), len(orders))
     summed: Floats = np.bincount(place, weights=shares).astype(np.float64)
     return added[first].astype(np.int64), summed
-
-
-NO_DIFFERENCE = "every participant answered alike in all conditions: Q is undefined"
-
-
-def cochran_q(
-    data: pd.DataFrame,
-    dv: Hashable,
-    within: Hashable,
-    subject: Hashable,
-    *,
-    yes: float | None = None,
-    exact: bool = True,
-    missing: Missing = "raise",
-    aggregate: Aggregate = None,
-) -> pd.DataFrame:
-    """Return Cochran's Q of a long table whose values are 0 (no) or 1 (yes): one row.
-
-    The table has one value for each participant and condition.
-    With `yes`, values of at least that much are 1, after averaging where `aggregate` is "mean".
-
-    `Q`, `ddof1`, `p_unc`: the chi-squared form; `p_exact`: over all orders of each participant's own answers, NaN where
-    `exact` is off or there are too many; `decides`: participants whose answers differ, on whom alone Q rests. The
-    attribute `yes` of the table maps each condition to its number of yes.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
-    Q is Friedman's chi-squared of these answers, corrected for ties. Sources: Cochran 1950; Patil 1975 (exact test).
-    """
-    factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
-    values = cells.values if yes is None else (cells.values >= yes).astype(np.float64)
-    if odd := sorted({float(value) for value in np.unique(values)} - {0.0, 1.0}):
-        raise BadValue(f"{dv!s}: {odd[0]:g} found; Cochran's Q compares answers that are 0 (no) or 1 (yes)")
-    ranks = doubled_ranks(values, np.zeros_like(values))
-    test = rank_test(ranks)
-    alike = math.isnan(test.chi2)
-    p_exact = exact_tail(ranks) if exact and not alike else math.nan
-    notes = [NO_DIFFERENCE] if alike else [NO_EXACT] if exact and math.isnan(p_exact) else []
-    (n, k), answered_yes = values.shape, values.sum(axis=1)
-    row = {
-        **{"Source": str(factor), "n": n, "k": k, "decides": int(((answered_yes > 0) & (answered_yes < k)).sum())},
-        **{"Q": test.chi2, "ddof1": test.df, "p_unc": test.p, "p_exact": p_exact, "note": "; ".join(notes)},
-    }
-    table = pd.DataFrame([row])
-    counts = values.sum(axis=0).astype(int).tolist()
-    table.attrs.update(cells.attrs(), yes=dict(zip(cells.levels[0], counts, strict=True)))
-    return table

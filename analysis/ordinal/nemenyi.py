@@ -28,6 +28,9 @@ from palpate.analysis.statistics.pvalues import SMALLEST, adjusted
 from palpate.analysis.statistics.refusals import BadOption, shown
 
 MOST_STEPS = 50_000_000  # participants times sums times differences, for the exact test
+STEP = 1 / 32
+REACH = 40.0  # beyond so many standard deviations a double holds no density
+NEARLY_ONE = -(2.0**-52)  # a logarithm below 0 whose exponential is still below 1
 
 
 def nemenyi(
@@ -112,11 +115,6 @@ def _pair_differences(row: Ints) -> Floats:
     apart = (row[:, None] - row[None, :])[~np.eye(k, dtype=bool)] + 2 * (k - 1)
     chances: Floats = np.bincount(apart, minlength=4 * (k - 1) + 1) / (k * (k - 1))
     return chances
-
-
-STEP = 1 / 32
-REACH = 40.0  # beyond so many standard deviations a double holds no density
-NEARLY_ONE = -(2.0**-52)  # a logarithm below 0 whose exponential is still below 1
 
 
 def range_tail(q: float, k: int) -> float:

@@ -19,6 +19,9 @@ from palpate.protocols.wording import count
 
 MOST_POINTS = 200
 ALIASED = 1e-9  # what is left of a column once the ones before it are taken out, relative
+Coding: TypeAlias = Literal["treatment", "sum"]
+Orders: TypeAlias = Mapping[str, Sequence[Hashable]]
+Named: TypeAlias = list[tuple[str, Floats]]
 
 
 @dataclass(frozen=True)
@@ -132,11 +135,6 @@ def refuse_aliased(terms: Sequence[Term]) -> None:
                 "leave it out"
             )
         basis = np.concatenate((basis, (left / norm)[:, None]), axis=1)
-
-
-Coding: TypeAlias = Literal["treatment", "sum"]
-Orders: TypeAlias = Mapping[str, Sequence[Hashable]]
-Named: TypeAlias = list[tuple[str, Floats]]
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,13 @@ from palpate.analysis.statistics.refusals import (
 )
 
 NO_SPREAD = "the participants' standard deviation is 0: answers of one participant are no more alike than others"
+FLAT = 0.05  # information in some direction, in answers, below which the maximum may be at infinity
+FIRST_SD = 1.0
+NOTHING = 1e-8  # log likelihood that a random intercept must bring to be one
+ORDERED = 1e-9  # a fall from one threshold to the next, on the latent scale, that rounding explains
+INFINITE = "some slope of the larger model is infinite"
+DISORDER = "undefined: the larger model's thresholds are out of order; some answers are too rare for a slope at each"
+MOVED = 1e-7
 
 
 @dataclass(frozen=True)
@@ -172,14 +179,6 @@ def _ratio(source: str, larger: float, smaller: float, df: int, note: str) -> di
     return {"Source": source, "ddof": df, "LR": ratio, "p_unc": p, "note": note}
 
 
-FLAT = 0.05  # information in some direction, in answers, below which the maximum may be at infinity
-FIRST_SD = 1.0
-NOTHING = 1e-8  # log likelihood that a random intercept must bring to be one
-ORDERED = 1e-9  # a fall from one threshold to the next, on the latent scale, that rounding explains
-INFINITE = "some slope of the larger model is infinite"
-DISORDER = "undefined: the larger model's thresholds are out of order; some answers are too rare for a slope at each"
-
-
 @dataclass(frozen=True)
 class Fitted:
     """A fitted model: thresholds and slopes in the predictors' units, their covariances, and the intercepts' spread."""
@@ -312,9 +311,6 @@ def _in_units(maximum: Fit, to_units: Floats, sigma: float | None) -> Fitted:
     error = math.sqrt(float(covariance[-1, -1])) if mixed else math.nan
     count = size if sigma is None else size + 1
     return Fitted(estimates, spread, maximum.log_likelihood, sigma, error, count, maximum.steps)
-
-
-MOVED = 1e-7
 
 
 def escape(rows: Rows) -> Floats | None:

@@ -28,6 +28,10 @@ HALVINGS = 30
 SETTLED = 1e-18  # Newton decrement, per answer
 STOPPED = 1e-6  # Newton decrement of a search that rounding ends
 LARGEST_SD = 25.0  # on the latent scale: participants who each give one and the same answer
+MODE_STEPS = 100
+MODE_SETTLED = 1e-12
+LONGEST_STEP = 2.0
+BATCH = 1_000_000  # numbers held at once
 
 
 def fit_intercepts(rows: Rows, g: Floats, sigma: float, link: Link) -> tuple[Fit, float]:
@@ -80,12 +84,6 @@ def _uphill(model: Marginal, at: Floats, step: Floats, value: float) -> tuple[Fl
         if reached > value:
             return tried, reached
     return at, value
-
-
-MODE_STEPS = 100
-MODE_SETTLED = 1e-12
-LONGEST_STEP = 2.0
-BATCH = 1_000_000  # numbers held at once
 
 
 @dataclass(frozen=True)

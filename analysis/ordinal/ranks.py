@@ -15,7 +15,6 @@ from palpate.analysis.statistics.refusals import BadValue
 
 Ints: TypeAlias = NDArray[np.int64]
 Truths: TypeAlias = NDArray[np.bool_]
-
 WRITTEN_DIGITS = 15  # so many decimal digits always survive a double, so what needs no more is what was written
 WHOLE_END = 2.0**53  # up to here a double holds every whole number
 LARGEST = 1e300  # differences of larger values leave the range of doubles

@@ -29,6 +29,88 @@ from palpate.analysis.statistics.pairwise import ADJUSTMENTS
 from palpate.analysis.statistics.pvalues import SMALLEST, adjusted, p_note
 from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
+Zeros: TypeAlias = Literal["wilcoxon", "pratt"]
+NO_EXACT_MANY = "exact p not computed: too many values; the normal approximation stands in"
+MOST_MEANS = 5_000_000  # pairwise means or differences held at once
+MOST_SIGNED = 300  # pairs up to which the distribution of signed ranks is computed
+MOST_STEPS = 200_000_000  # additions up to which the distribution of a rank sum is computed
+MOST_VALUES = 500  # values in both groups: binomial coefficients stay within doubles
+
+
+@dataclass(frozen=True)
+class RankComparison:
+    """Two samples compared by ranks, the first minus the second; NaN where `note` says why.
+
+    `statistic` is R's W or V, `p` is `p_exact` where that was computed and `p_normal` otherwise, `size` a
+    rank-biserial correlation, `shift` the Hodges-Lehmann estimate with its interval.
+    """
+
+    n: tuple[int, int]
+    zeros: int
+    statistic: float
+    z: float
+    p_normal: float
+    p_exact: float
+    size: float
+    shift: Shift
+    note: str
+
+    @property
+    def p(self) -> float:
+        """The p to report: exact where it was computed."""
+        return self.p_normal if math.isnan(self.p_exact) else self.p_exact
+
+
+def wilcoxon_tests(
+    data: pd.DataFrame,
+    dv: Hashable,
+    *,
+    within: Hashable | Iterable[Hashable] | None = None,
+    subject: Hashable | None = None,
+    between: Hashable | Iterable[Hashable] | None = None,
+    padjust: str = "none",
+    family: int | None = None,
+    zeros: Zeros = "wilcoxon",
+    confidence: float = 0.95,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Return Wilcoxon tests of every pair of levels of one factor, A minus B, one row per pair.
+
+    `within` and `subject`: signed ranks (`W` is R's V, the sum of positive ranks; `zeros` "wilcoxon" or "pratt");
+    `between`: rank sums (`W` is R's W, Mann & Whitney's U of A). `p_unc` is `p_exact`, exact given all ties, or
+    `p_normal` with continuity correction where the exact one would cost too much (a note says so). `shift` is the
+    Hodges-Lehmann estimate with `ci_low`, `ci_high` (not adjusted), `rank_biserial` the effect size, from -1 to 1.
+    `padjust` "none", "bonferroni" or "holm" over `family` tests, a size fixed beforehand (None: the pairs here).
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table or the request.
+    """
+    check_interval(100, confidence)
+    if not isinstance(padjust, str) or padjust not in ADJUSTMENTS:
+        raise BadOption(f"padjust={shown(padjust)} is unknown: one of {', '.join(map(repr, ADJUSTMENTS))}")
+    if not isinstance(zeros, str) or zeros not in ("wilcoxon", "pratt"):
+        raise BadOption(f"zeros={shown(zeros)} is unknown: 'wilcoxon' (left out) or 'pratt' (ranked, then left out)")
+    method = ADJUSTMENTS[padjust]
+    if method == "none":
+        refuse_idle("family", family, None, "with padjust='none': no p is adjusted")
+    if within is None:
+        refuse_idle("zeros", zeros, "wilcoxon", "between groups: rank sums have no differences of zero")
+    if (within is None) == (between is None):
+        raise BadOption("give one factor: either `within` (with `subject`) or `between`")
+    if within is not None and subject is None:
+        raise BadOption("within needs `subject`, the column that says who gave each value")
+    if within is not None:
+        factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
+        compared_pairs = _pairs(cells.levels[0], list(cells.values.T))
+        pairs, attrs = [(a, b, signed_ranks(x, y, zeros, confidence)) for a, b, x, y in compared_pairs], cells.attrs()
+    else:
+        groups = gather_groups(data, dv, between, subject, missing, aggregate)
+        refuse_huge(np.concatenate(groups.values))
+        factor, attrs = groups.factor, groups.attrs()
+        pairs = [(a, b, rank_sums(x, y, confidence)) for a, b, x, y in _pairs(groups.labels, groups.values)]
+    table = _table(factor, within is not None, pairs, method, family)
+    table.attrs.update(attrs)
+    return table
+
 
 def rank_sums(a: Floats, b: Floats, confidence: float = 0.95) -> RankComparison:
     """Return the test of two samples: statistic W (Mann-Whitney's U of the first), as in R's wilcox.test.
@@ -67,34 +149,6 @@ def _exact(ranks: Ints, sizes: tuple[int, int]) -> float:
     if chances is None:
         return math.nan
     return max(two_sided(chances, int(own.sum()), 2 * sizes[small] * (len(ranks) + 1)), SMALLEST)
-
-
-Zeros: TypeAlias = Literal["wilcoxon", "pratt"]
-NO_EXACT_MANY = "exact p not computed: too many values; the normal approximation stands in"
-
-
-@dataclass(frozen=True)
-class RankComparison:
-    """Two samples compared by ranks, the first minus the second; NaN where `note` says why.
-
-    `statistic` is R's W or V, `p` is `p_exact` where that was computed and `p_normal` otherwise, `size` a
-    rank-biserial correlation, `shift` the Hodges-Lehmann estimate with its interval.
-    """
-
-    n: tuple[int, int]
-    zeros: int
-    statistic: float
-    z: float
-    p_normal: float
-    p_exact: float
-    size: float
-    shift: Shift
-    note: str
-
-    @property
-    def p(self) -> float:
-        """The p to report: exact where it was computed."""
-        return self.p_normal if math.isnan(self.p_exact) else self.p_exact
 
 
 def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: float = 0.95) -> RankComparison:
@@ -155,57 +209,6 @@ def corrected_z(apart: float, sd: float) -> tuple[float, float]:
 Found: TypeAlias = tuple[Hashable, Hashable, RankComparison]
 
 
-def wilcoxon_tests(
-    data: pd.DataFrame,
-    dv: Hashable,
-    *,
-    within: Hashable | Iterable[Hashable] | None = None,
-    subject: Hashable | None = None,
-    between: Hashable | Iterable[Hashable] | None = None,
-    padjust: str = "none",
-    family: int | None = None,
-    zeros: Zeros = "wilcoxon",
-    confidence: float = 0.95,
-    missing: Missing = "raise",
-    aggregate: Aggregate = None,
-) -> pd.DataFrame:
-    """Return Wilcoxon tests of every pair of levels of one factor, A minus B, one row per pair.
-
-    `within` and `subject`: signed ranks (`W` is R's V, the sum of positive ranks; `zeros` "wilcoxon" or "pratt");
-    `between`: rank sums (`W` is R's W, Mann & Whitney's U of A). `p_unc` is `p_exact`, exact given all ties, or
-    `p_normal` with continuity correction where the exact one would cost too much (a note says so). `shift` is the
-    Hodges-Lehmann estimate with `ci_low`, `ci_high` (not adjusted), `rank_biserial` the effect size, from -1 to 1.
-    `padjust` "none", "bonferroni" or "holm" over `family` tests, a size fixed beforehand (None: the pairs here).
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table or the request.
-    """
-    check_interval(100, confidence)
-    if not isinstance(padjust, str) or padjust not in ADJUSTMENTS:
-        raise BadOption(f"padjust={shown(padjust)} is unknown: one of {', '.join(map(repr, ADJUSTMENTS))}")
-    if not isinstance(zeros, str) or zeros not in ("wilcoxon", "pratt"):
-        raise BadOption(f"zeros={shown(zeros)} is unknown: 'wilcoxon' (left out) or 'pratt' (ranked, then left out)")
-    method = ADJUSTMENTS[padjust]
-    if method == "none":
-        refuse_idle("family", family, None, "with padjust='none': no p is adjusted")
-    if within is None:
-        refuse_idle("zeros", zeros, "wilcoxon", "between groups: rank sums have no differences of zero")
-    if (within is None) == (between is None):
-        raise BadOption("give one factor: either `within` (with `subject`) or `between`")
-    if within is not None and subject is None:
-        raise BadOption("within needs `subject`, the column that says who gave each value")
-    if within is not None:
-        factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
-        compared_pairs = _pairs(cells.levels[0], list(cells.values.T))
-        pairs, attrs = [(a, b, signed_ranks(x, y, zeros, confidence)) for a, b, x, y in compared_pairs], cells.attrs()
-    else:
-        groups = gather_groups(data, dv, between, subject, missing, aggregate)
-        refuse_huge(np.concatenate(groups.values))
-        factor, attrs = groups.factor, groups.attrs()
-        pairs = [(a, b, rank_sums(x, y, confidence)) for a, b, x, y in _pairs(groups.labels, groups.values)]
-    table = _table(factor, within is not None, pairs, method, family)
-    table.attrs.update(attrs)
-    return table
-
-
 def _pairs(labels: list[Any], values: list[Any]) -> Iterator[tuple[Any, Any, Any, Any]]:
     for i, j in combinations(range(len(labels)), 2):
         yield labels[i], labels[j], values[i], values[j]
@@ -243,9 +246,6 @@ def _numbers(comparison: RankComparison) -> dict[str, float | int]:
         "p_exact": comparison.p_exact,
         "p_unc": comparison.p,
     }
-
-
-MOST_MEANS = 5_000_000  # pairwise means or differences held at once
 
 
 @dataclass(frozen=True)
@@ -312,11 +312,6 @@ def _sum_count(n_a: int, n_b: int, tail: float) -> int:
 def _count(chances: Floats, tail: float) -> int:
     """Return the least count whose tail exceeds the one given; 0 where the outermost value alone weighs more."""
     return lower_quantile(chances, tail)
-
-
-MOST_SIGNED = 300  # pairs up to which the distribution of signed ranks is computed
-MOST_STEPS = 200_000_000  # additions up to which the distribution of a rank sum is computed
-MOST_VALUES = 500  # values in both groups: binomial coefficients stay within doubles
 
 
 def signed_rank_chances(ranks: Ints) -> Floats:

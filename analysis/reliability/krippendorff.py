@@ -26,6 +26,10 @@ from palpate.analysis.statistics.doubles import ROUNDING, Floats, scaled
 from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, shown
 
 Level: TypeAlias = Literal["nominal", "ordinal", "interval", "ratio"]
+Weighted: TypeAlias = Callable[[Floats], Floats]
+"""From weights (draws, units) to one alpha for each draw, NaN where no two values differ."""
+LEVELS = ("nominal", "ordinal", "interval", "ratio")
+BLOCK = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -134,13 +138,6 @@ def _notes(alpha: float, drawn: Floats, units: int, draws: int) -> list[str]:
         what = "no interval" if 2 * lost > len(drawn) else "the interval rests on the others"
         notes.append(f"{lost} of {len(drawn)} draws hold one value only and have no alpha: {what}")
     return notes
-
-
-Weighted: TypeAlias = Callable[[Floats], Floats]
-"""From weights (draws, units) to one alpha for each draw, NaN where no two values differ."""
-
-LEVELS = ("nominal", "ordinal", "interval", "ratio")
-BLOCK = 4_000_000
 
 
 def disagreement_of(values: Floats, level: str) -> Weighted:

@@ -17,6 +17,8 @@ from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, li
 
 Kind: TypeAlias = Literal["covariance", "correlation"]
 EQUAL = 1e-8
+Reference: TypeAlias = Literal["normal", "permuted"]
+BATCH = 200
 
 
 @dataclass(frozen=True)
@@ -99,10 +101,6 @@ def _equal_variances(variances: Floats) -> list[str]:
         f"PC{i + 1} and PC{i + 2} have equal variances: their plane is determined, their directions in it are not"
         for i in np.flatnonzero(gaps <= EQUAL * variances[:-1]).tolist()
     ]
-
-
-Reference: TypeAlias = Literal["normal", "permuted"]
-BATCH = 200
 
 
 @dataclass(frozen=True)

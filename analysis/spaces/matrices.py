@@ -16,6 +16,9 @@ from palpate.analysis.statistics.columns import coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING, Floats
 from palpate.analysis.statistics.refusals import BadValue, DuplicatedCells, UnknownColumn, listed
 
+NEAR = 1e-9
+"""Sizes closer than this (relative) count as equal where a sign is chosen, so that rounding never chooses it."""
+
 
 @dataclass(frozen=True)
 class Matrix:
@@ -90,10 +93,6 @@ def in_units(squares: Floats, exponent: int) -> Floats:
 def frame_of(values: Floats, rows: tuple[Hashable, ...], columns: list[str] | tuple[Hashable, ...]) -> pd.DataFrame:
     """Return an array with its labels."""
     return pd.DataFrame(values, index=pd.Index(list(rows)), columns=pd.Index(list(columns)))
-
-
-NEAR = 1e-9
-"""Sizes closer than this (relative) count as equal where a sign is chosen, so that rounding never chooses it."""
 
 
 def signs(columns: Floats) -> Floats:

@@ -32,6 +32,14 @@ from palpate.analysis.statistics.refusals import BadOption, listed, refuse_idle,
 HOPS_PER_START = 3
 EXACT = 1e-4
 ALIKE = 1e-4
+COLLAPSED = 1e-3  # of the root mean square distance from the centroid
+STEP = 1e-3  # of the largest disparity: smaller ones belong to the same step
+ZERO = 1e-3
+FEW_STEPS = 3
+POINTS_PER_DIMENSION = 4
+REFINED, SETTLING = 3000, 500
+LOWER = 1e-9
+ENOUGH = 40  # steps: the last digits of a stress do not matter beside its spread over shuffles
 
 
 @dataclass(frozen=True)
@@ -117,13 +125,6 @@ def _shepard(between: Dissimilarities, distances: Floats, fitted: Floats) -> pd.
     )
 
 
-COLLAPSED = 1e-3  # of the root mean square distance from the centroid
-STEP = 1e-3  # of the largest disparity: smaller ones belong to the same step
-ZERO = 1e-3
-FEW_STEPS = 3
-POINTS_PER_DIMENSION = 4
-
-
 def too_few_points(points: int, dimensions: int) -> list[str]:
     """Return a note by Kruskal and Wish's rule (1978, p. 34): more than four objects for each dimension."""
     if points > POINTS_PER_DIMENSION * dimensions:
@@ -152,10 +153,6 @@ def degeneracies(
     if stress < ZERO and too_few_points(*points.shape):
         messages.append("degenerate: stress is nearly 0, so the order of the pairs does not determine the places")
     return messages
-
-
-REFINED, SETTLING = 3000, 500
-LOWER = 1e-9
 
 
 @dataclass(frozen=True)
@@ -203,9 +200,6 @@ def _displaced(points: Floats, rng: Generator) -> Floats:
     else:
         moved[rng.integers(len(moved))] = rng.standard_normal(moved.shape[1])
     return moved
-
-
-ENOUGH = 40  # steps: the last digits of a stress do not matter beside its spread over shuffles
 
 
 @dataclass(frozen=True)

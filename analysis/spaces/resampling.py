@@ -11,6 +11,7 @@ from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, TooFew, shown
 
 TRIES = 50
+LEAST_DRAWS = 19  # the smallest p of fewer random draws lies above .05
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,6 @@ def _from_one_urn(present: Floats, draws: int, rng: Generator) -> Floats:
         f"fewer than 1 in {TRIES} resamples of the participants fill every cell: too few rated some of the stimuli "
         "for an interval; ask for none, or leave these stimuli out"
     )
-
-
-LEAST_DRAWS = 19  # the smallest p of fewer random draws lies above .05
 
 
 def stream(seed: int, purpose: str) -> Generator:

@@ -22,6 +22,15 @@ from palpate.analysis.spaces.matrices import unit_size
 from palpate.analysis.statistics.doubles import Floats
 
 MAJORISED, POLISHED = 40, 300
+Ties: TypeAlias = Literal["primary", "secondary"]
+TIED = 1e-12
+"""Dissimilarities closer than this share of the largest are tied: 0.1 + 0.2 and 0.3 are."""
+Objective: TypeAlias = Callable[[Floats], tuple[float, Floats]]
+MEMORY = 8
+ENOUGH, SHORTEST = 1e-4, 1e-10
+STILL = 1e-15  # relative fall of the value, several times in a row
+PATIENCE = 5
+SETTLED = 1e-15  # length of a slope, for a value and places of order 1
 
 
 def classical_start(between: Floats, dimensions: int) -> Floats:
@@ -87,11 +96,6 @@ def _squared_stress(flat: Floats, order: Order, shape: tuple[int, ...]) -> tuple
     return stress, (_gathered(pull, apart, order, shape[0]) * (2 / total)).ravel()
 
 
-Ties: TypeAlias = Literal["primary", "secondary"]
-TIED = 1e-12
-"""Dissimilarities closer than this share of the largest are tied: 0.1 + 0.2 and 0.3 are."""
-
-
 @dataclass(frozen=True)
 class Order:
     """The rank of each dissimilarity, tied ones alike; `ties` says what they oblige to.
@@ -137,14 +141,6 @@ def stress_1(distances: Floats, fitted: Floats) -> float:
     residual = distances - fitted
     total = float(distances @ distances)
     return float(np.sqrt(residual @ residual / total)) if total > 0 else float("inf")
-
-
-Objective: TypeAlias = Callable[[Floats], tuple[float, Floats]]
-MEMORY = 8
-ENOUGH, SHORTEST = 1e-4, 1e-10
-STILL = 1e-15  # relative fall of the value, several times in a row
-PATIENCE = 5
-SETTLED = 1e-15  # length of a slope, for a value and places of order 1
 
 
 def minimise(objective: Objective, start: Floats, steps: int) -> tuple[Floats, float]:

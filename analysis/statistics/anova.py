@@ -35,6 +35,15 @@ from palpate.analysis.statistics.doubles import (
 from palpate.analysis.statistics.pvalues import f_tail, p_note
 from palpate.analysis.statistics.refusals import TooFew, UnknownColumn, listed
 
+COLUMNS = pd.Index(
+    [
+        *("Source", "SS", "ddof1", "ddof2", "MS", "F", "p_unc", "p_GG_corr", "p_HF_corr"),
+        *("eps", "np2", "ng2", "eps_HF", "SS_error", "note"),
+    ],
+    dtype="str",
+)
+SOURCE, INTEGERS, REALS, NOTE = (np.array(places) for places in ([0], [2, 3], [1, *range(4, 14)], [14]))
+
 
 def rm_anova(
     data: pd.DataFrame,
@@ -57,6 +66,28 @@ def rm_anova(
     refuse_too_few(cells)
     table = effects_table(list(effects(cells.values, sources(cells.factors))))
     table.attrs.update(cells.attrs())
+    return table
+
+
+def anova(
+    data: pd.DataFrame,
+    dv: Hashable,
+    between: Hashable | Iterable[Hashable],
+    *,
+    subject: Hashable | None = None,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Return the one-way ANOVA between groups of a long table: one row, pingouin's column names.
+
+    Without `subject` every row is an independent value. `np2` (partial) and `eta2` (classical) eta squared are the same
+    number in a one-way design; `note` says why a value is NaN. `missing="listwise"` leaves out rows without a value,
+    `aggregate="mean"` averages each participant's values.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    groups = gather_groups(data, dv, between, subject, missing, aggregate)
+    table = pd.DataFrame([{"Source": str(groups.factor), **one_way(groups.values)}])
+    table.attrs.update(groups.attrs())
     return table
 
 
@@ -236,16 +267,6 @@ class Effect(NamedTuple):
     note: str
 
 
-COLUMNS = pd.Index(
-    [
-        *("Source", "SS", "ddof1", "ddof2", "MS", "F", "p_unc", "p_GG_corr", "p_HF_corr"),
-        *("eps", "np2", "ng2", "eps_HF", "SS_error", "note"),
-    ],
-    dtype="str",
-)
-SOURCE, INTEGERS, REALS, NOTE = (np.array(places) for places in ([0], [2, 3], [1, *range(4, 14)], [14]))
-
-
 def effects_table(rows: Sequence[Effect]) -> pd.DataFrame:
     """Return the table of `rm_anova`, put together block by block: the usual constructor takes longer than the test.
 
@@ -270,28 +291,6 @@ def _text(values: tuple[str, ...]) -> Any:
 def _kept_text(values: tuple[str, ...]) -> Any:
     """Return a column of text; making one takes long, and a report asks for the same ones again and again."""
     return pd.array(list(values), dtype="str")
-
-
-def anova(
-    data: pd.DataFrame,
-    dv: Hashable,
-    between: Hashable | Iterable[Hashable],
-    *,
-    subject: Hashable | None = None,
-    missing: Missing = "raise",
-    aggregate: Aggregate = None,
-) -> pd.DataFrame:
-    """Return the one-way ANOVA between groups of a long table: one row, pingouin's column names.
-
-    Without `subject` every row is an independent value. `np2` (partial) and `eta2` (classical) eta squared are the same
-    number in a one-way design; `note` says why a value is NaN. `missing="listwise"` leaves out rows without a value,
-    `aggregate="mean"` averages each participant's values.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
-    """
-    groups = gather_groups(data, dv, between, subject, missing, aggregate)
-    table = pd.DataFrame([{"Source": str(groups.factor), **one_way(groups.values)}])
-    table.attrs.update(groups.attrs())
-    return table
 
 
 def one_way(groups: Sequence[Floats]) -> dict[str, float | int | str]:

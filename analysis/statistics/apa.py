@@ -11,7 +11,6 @@ from typing import Any, Literal, Protocol, TypeAlias
 
 Eta: TypeAlias = Literal["partial", "generalized"]
 Correction: TypeAlias = Literal["auto", "GG", "HF", "none"]
-
 ETA_COLUMNS = {"partial": "np2", "generalized": "ng2"}
 ETA_NAMES = {"partial": "η²p", "generalized": "η²G"}
 ETA_BETWEEN = "η²"  # one factor between groups: partial, generalized and classical eta squared are one number

@@ -23,10 +23,16 @@ from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadValue, listed
 
 INTEGERS_END = 2**53  # from here on a double does not hold every integer
-
 NOT_A_NUMBER = "must hold finite numbers; found {found}; correct these rows or take them out"
 DECIMAL = "holds Decimal numbers; found {found}; convert with astype(float)"
 ROUNDED = "holds numbers beyond 2**53, which a double rounds; found {found}; subtract a constant first"
+Codes: TypeAlias = NDArray[np.intp]
+FEW = 4096  # rows up to which a dict beats pandas' hash table
+PLAIN = ({int}, {str})  # columns of one of these types have a label in every row, and different labels read differently
+Truth = bool | np.bool_
+ENDS = (math.inf, -math.inf)
+ALIKE = str.maketrans("123456789", "000000000")
+_digits = re.compile(r"(\d+)")
 
 
 def numbers_of(column: pd.Series[Any], name: Hashable) -> Floats:
@@ -78,16 +84,6 @@ def _brief(value: Any) -> str:
     except ValueError:
         return f"an enormous {type(value).__name__}"
     return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-Codes: TypeAlias = NDArray[np.intp]
-
-FEW = 4096  # rows up to which a dict beats pandas' hash table
-PLAIN = ({int}, {str})  # columns of one of these types have a label in every row, and different labels read differently
-Truth = bool | np.bool_
-ENDS = (math.inf, -math.inf)
-ALIKE = str.maketrans("123456789", "000000000")
-_digits = re.compile(r"(\d+)")
 
 
 class Coded(NamedTuple):

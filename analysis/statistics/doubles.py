@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
 Pair: TypeAlias = tuple[Floats, Floats | None]  # no low part: every difference so far was exact
-
 ROUNDING_ULPS = 4  # variation below so many units in the last place of the data says nothing
 ROUNDING = ROUNDING_ULPS * 2.0**-53  # the same for values scaled into [0.5, 1)
 FEW = 4096  # up to here one exact sum after the other beats vector operations

@@ -26,6 +26,12 @@ EPSILONS = {"GG": "eps", "HF": "eps_HF"}
 TINY = "the interval of eta squared is 0 to 0: F is smaller than chance alone would make it"
 ABOVE = "eta squared lies above its own interval: F is so small that chance alone would often make a larger one"
 BEYOND = "no interval of eta squared: F is beyond what the noncentral F distribution can tell"
+Limits: TypeAlias = tuple[float, float]
+NONE: Limits = (math.nan, math.nan)
+FARTHEST = 1e9
+"""No noncentrality of F beyond it is looked for."""
+NODES, REACH = 200, 9.0
+"""Nodes of the integrals, and standard deviations to either side."""
 
 
 def eta_squared_interval(
@@ -40,13 +46,6 @@ def eta_squared_interval(
     """
     low, high = f_noncentrality(f, df1, df2, checked_confidence(confidence))
     return low / (low + df2 + added), high / (high + df2 + added)
-
-
-def checked_confidence(confidence: object) -> float:
-    """Refuse a confidence that is no number between 0 and 1."""
-    if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0 < confidence < 1:
-        raise BadOption(f"confidence={shown(confidence)} is unknown: a number between 0 and 1, such as 0.90")
-    return float(confidence)
 
 
 def eta_squared_intervals(
@@ -71,6 +70,39 @@ def eta_squared_intervals(
     if correction in EPSILONS and EPSILONS[correction] not in table:
         refuse_idle("correction", correction, "none", "on a table without epsilon, such as one of `anova`")
     return pd.DataFrame([_row(row, level, correction) for row in table.to_dict("records")])
+
+
+def dz_interval(dz: float, n: int, *, confidence: float = 0.95) -> Limits:
+    """Return the interval of dz, the mean of n differences over their standard deviation; NaN where dz is.
+
+    The limits of the noncentrality of t = dz sqrt(n) with n - 1 degrees of freedom, over sqrt(n) (Steiger & Fouladi
+    1997; Goulet-Pelletier & Cousineau 2018). Raises BadOption for a confidence outside 0..1.
+    """
+    root = math.sqrt(n)
+    low, high = t_noncentrality(dz * root, n - 1, checked_confidence(confidence))
+    return low / root, high / root
+
+
+def hedges_interval(g: float, n1: int, n2: int, *, confidence: float = 0.95) -> Limits:
+    """Return the interval of Hedges' g of two groups; NaN where g is, and for fewer than 4 participants.
+
+    From t = d sqrt(n1 n2 / (n1 + n2)) with n1 + n2 - 2 degrees of freedom, d = g / J; limits times J, the factor for
+    small samples that g has (Hedges 1981). Raises BadOption for a confidence outside 0..1.
+    """
+    n = n1 + n2
+    level = checked_confidence(confidence)
+    if math.isnan(g) or n < 4:
+        return math.nan, math.nan
+    root = math.sqrt(n1 * n2 / n) / (1 - 3 / (4 * n - 9))
+    low, high = t_noncentrality(g * root, n - 2, level)
+    return low / root, high / root
+
+
+def checked_confidence(confidence: object) -> float:
+    """Refuse a confidence that is no number between 0 and 1."""
+    if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0 < confidence < 1:
+        raise BadOption(f"confidence={shown(confidence)} is unknown: a number between 0 and 1, such as 0.90")
+    return float(confidence)
 
 
 def _row(row: Mapping[Hashable, Any], confidence: float, correction: Corrected) -> dict[str, Any]:
@@ -109,40 +141,6 @@ def _carried(limit: float, row: Mapping[Hashable, Any]) -> float:
     ratio = partial / (1 - partial) / (generalized / (1 - generalized))
     odds = limit / (1 - limit) / ratio
     return float(odds / (1 + odds))
-
-
-def dz_interval(dz: float, n: int, *, confidence: float = 0.95) -> Limits:
-    """Return the interval of dz, the mean of n differences over their standard deviation; NaN where dz is.
-
-    The limits of the noncentrality of t = dz sqrt(n) with n - 1 degrees of freedom, over sqrt(n) (Steiger & Fouladi
-    1997; Goulet-Pelletier & Cousineau 2018). Raises BadOption for a confidence outside 0..1.
-    """
-    root = math.sqrt(n)
-    low, high = t_noncentrality(dz * root, n - 1, checked_confidence(confidence))
-    return low / root, high / root
-
-
-def hedges_interval(g: float, n1: int, n2: int, *, confidence: float = 0.95) -> Limits:
-    """Return the interval of Hedges' g of two groups; NaN where g is, and for fewer than 4 participants.
-
-    From t = d sqrt(n1 n2 / (n1 + n2)) with n1 + n2 - 2 degrees of freedom, d = g / J; limits times J, the factor for
-    small samples that g has (Hedges 1981). Raises BadOption for a confidence outside 0..1.
-    """
-    n = n1 + n2
-    level = checked_confidence(confidence)
-    if math.isnan(g) or n < 4:
-        return math.nan, math.nan
-    root = math.sqrt(n1 * n2 / n) / (1 - 3 / (4 * n - 9))
-    low, high = t_noncentrality(g * root, n - 2, level)
-    return low / root, high / root
-
-
-Limits: TypeAlias = tuple[float, float]
-NONE: Limits = (math.nan, math.nan)
-FARTHEST = 1e9
-"""No noncentrality of F beyond it is looked for."""
-NODES, REACH = 200, 9.0
-"""Nodes of the integrals, and standard deviations to either side."""
 
 
 def f_noncentrality(f: float, df1: float, df2: float, confidence: float) -> Limits:

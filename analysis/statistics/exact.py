@@ -23,6 +23,8 @@ from palpate.analysis.statistics.hypotheses import EXACT_GROUPS, GroupSums, SumO
 from palpate.analysis.statistics.mixed_anova import Design, Names, gather_design, mixed_effects, refuse_unknown_type
 
 Cells: TypeAlias = dict[tuple[int, ...], int]
+MOST_VALUES = 20_000
+NUMBERS = ("ss", "ss_error", "f", "eps", "np2", "ng2")
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,35 @@ class ExactEffect:
     eps: Fraction | None
     np2: Fraction | None
     ng2: Fraction | None
+
+
+def self_check(
+    data: pd.DataFrame,
+    dv: Hashable,
+    *,
+    within: Names = None,
+    between: Names = None,
+    subject: Hashable | None = None,
+    sum_of_squares: SumOfSquares = "III",
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+    most: int = MOST_VALUES,
+) -> pd.DataFrame:
+    """Return how far `mixed_anova` (so `rm_anova` and `anova`) is from exact arithmetic: one row per effect.
+
+    `difference` is the largest relative difference over SS, error SS, F, epsilon and both eta squared, `number` the
+    one that differs most, `exact_F` the exact F rounded once. `checked` is False, with a `note`, for a table of more
+    than `most` values (0.02 s for 40 participants x 45 conditions; the time grows with participants x conditions
+    squared) and for an effect without F. The values are taken as the doubles they are, after any averaging.
+    Raises a StatisticsError as `mixed_anova` does.
+    """
+    refuse_unknown_type(sum_of_squares, within, between)
+    design = gather_design(data, dv, within, between, subject, missing, aggregate)
+    effects = [effect for _, effect in mixed_effects(design, sum_of_squares)]
+    if note := _beyond(design, sum_of_squares, most):
+        return pd.DataFrame([_row(effect, math.nan, "", None, note) for effect in effects])
+    exact = exact_mixed(design, sum_of_squares)
+    return pd.DataFrame([_checked(*pair) for pair in zip(effects, exact, strict=True)])
 
 
 def exact_within(
@@ -192,39 +223,6 @@ def _error(parts: list[Whole], axes: tuple[int, ...]) -> tuple[Fraction, Fractio
         residual += [value * (common // len(part)) for value in own.values()]
     d = math.prod(parts[0].shape[axis] - 1 for axis in axes)
     return ss, exact_epsilon(residual, sum(map(len, parts)), d) if axes else None
-
-
-MOST_VALUES = 20_000
-NUMBERS = ("ss", "ss_error", "f", "eps", "np2", "ng2")
-
-
-def self_check(
-    data: pd.DataFrame,
-    dv: Hashable,
-    *,
-    within: Names = None,
-    between: Names = None,
-    subject: Hashable | None = None,
-    sum_of_squares: SumOfSquares = "III",
-    missing: Missing = "raise",
-    aggregate: Aggregate = None,
-    most: int = MOST_VALUES,
-) -> pd.DataFrame:
-    """Return how far `mixed_anova` (so `rm_anova` and `anova`) is from exact arithmetic: one row per effect.
-
-    `difference` is the largest relative difference over SS, error SS, F, epsilon and both eta squared, `number` the
-    one that differs most, `exact_F` the exact F rounded once. `checked` is False, with a `note`, for a table of more
-    than `most` values (0.02 s for 40 participants x 45 conditions; the time grows with participants x conditions
-    squared) and for an effect without F. The values are taken as the doubles they are, after any averaging.
-    Raises a StatisticsError as `mixed_anova` does.
-    """
-    refuse_unknown_type(sum_of_squares, within, between)
-    design = gather_design(data, dv, within, between, subject, missing, aggregate)
-    effects = [effect for _, effect in mixed_effects(design, sum_of_squares)]
-    if note := _beyond(design, sum_of_squares, most):
-        return pd.DataFrame([_row(effect, math.nan, "", None, note) for effect in effects])
-    exact = exact_mixed(design, sum_of_squares)
-    return pd.DataFrame([_checked(*pair) for pair in zip(effects, exact, strict=True)])
 
 
 def _beyond(design: Design, kind: SumOfSquares, most: int) -> str:

@@ -50,6 +50,7 @@ from palpate.analysis.statistics.refusals import (
 
 Names = Hashable | Iterable[Hashable] | None
 SAME_TYPES = "factors within participants alone, or of one factor between them: types II and III are the same"
+COLUMNS = ("Source", "d", "W", "chi2", "ddof", "p", "p_anderson", "note")
 
 
 def mixed_anova(
@@ -238,9 +239,6 @@ def _effect(
     source = design.source(between, error.axes)
     numbers = (own, df1, df2, ms, f, p, p_gg, p_hf, error.eps, np2, ng2, error.eps_hf, own_error)
     return Effect(source, *numbers, "; ".join(notes))
-
-
-COLUMNS = ("Source", "d", "W", "chi2", "ddof", "p", "p_anderson", "note")
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 Names: TypeAlias = Hashable | Iterable[Hashable] | None
 ADJUSTMENTS = {"none": "none", "bonf": "bonf", "bonferroni": "bonf", "holm": "holm"}
+ENDS = (("ci_low", "ci_high"), ("bound_low", "bound_high"), ("T_low", "T_high"))
 
 
 def pairwise_tests(
@@ -269,9 +270,6 @@ def _welch(a: _Sample, b: _Sample) -> tuple[float, float]:
 def hedges_g(mean: float, ss: float, n: int) -> float:
     """Return the mean difference in pooled SDs times 1 - 3 / (4 n - 9), the factor for small samples (Hedges 1981)."""
     return mean / math.sqrt(ss / (n - 2)) * (1 - 3 / (4 * n - 9))
-
-
-ENDS = (("ci_low", "ci_high"), ("bound_low", "bound_high"), ("T_low", "T_high"))
 
 
 def pairs_in_order(

@@ -36,6 +36,34 @@ class BadOption(StatisticsError):
     """An option that does not exist, or a design that this function does not test."""
 
 
+class Separated(StatisticsError):
+    """Answers that the predictors divide without overlap: some estimate would be infinite."""
+
+
+class NotConverged(StatisticsError):
+    """A likelihood whose maximum was not reached: no number of such a fit is given away."""
+
+
+class RankDeficient(StatisticsError):
+    """Fixed effects that the data cannot tell apart."""
+
+
+class NotIdentified(StatisticsError):
+    """A random effect that the data cannot tell from another or from the residual."""
+
+
+class NoResidual(StatisticsError):
+    """Data whose residual is nothing, or nothing but the rounding of the numbers."""
+
+
+class NotComparable(StatisticsError):
+    """Two models that a likelihood ratio does not compare."""
+
+
+class NoEstimate(StatisticsError):
+    """Data from which the asked numbers cannot be told: the likelihood has no maximum at finite values."""
+
+
 def refuse_idle(name: str, value: object, default: object, where: str) -> None:
     """Refuse an option that differs from its default where it changes nothing, so that nobody trusts in its effect.
 
@@ -63,31 +91,3 @@ def listed(items: Iterable[str], total: int) -> str:
 def shown(option: object) -> str:
     """Return a wrong value of an option as one word: text, numbers and None as they are, anything else by its type."""
     return repr(option) if option is None or isinstance(option, str | int | float) else f"<{type(option).__name__}>"
-
-
-class Separated(StatisticsError):
-    """Answers that the predictors divide without overlap: some estimate would be infinite."""
-
-
-class NotConverged(StatisticsError):
-    """A likelihood whose maximum was not reached: no number of such a fit is given away."""
-
-
-class RankDeficient(StatisticsError):
-    """Fixed effects that the data cannot tell apart."""
-
-
-class NotIdentified(StatisticsError):
-    """A random effect that the data cannot tell from another or from the residual."""
-
-
-class NoResidual(StatisticsError):
-    """Data whose residual is nothing, or nothing but the rounding of the numbers."""
-
-
-class NotComparable(StatisticsError):
-    """Two models that a likelihood ratio does not compare."""
-
-
-class NoEstimate(StatisticsError):
-    """Data from which the asked numbers cannot be told: the likelihood has no maximum at finite values."""
