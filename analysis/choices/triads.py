@@ -56,10 +56,9 @@ def _row(
     wins = counted.wins()
     leads = (wins > wins.T).astype(np.float64)
     either = leads + leads.T
-    circular, triads = (
-        round(float(np.trace(leads @ leads @ leads)) / 3),
-        round(float(np.trace(either @ either @ either)) / 6),
-    )
+    circular = round(float(np.trace(leads @ leads @ leads)) / 3)
+    triads = round(float(np.trace(either @ either @ either)) / 6)
+    most = (size**3 - size) / 24 if size % 2 else (size**3 - 4 * size) / 24  # circular triads among so many items
     every = len(wins) == size and int(leads.sum()) == size * (size - 1) // 2
     return {
         "who": who,
@@ -67,11 +66,6 @@ def _row(
         "triads": triads,
         "circular": circular,
         "expected": triads / 4,
-        "consistence": 1 - circular / _most(size) if every and size > 2 else math.nan,
+        "consistence": 1 - circular / most if every and size > 2 else math.nan,
         "note": "" if every and size > 2 else "some pair has no leader: consistence needs them all",
     }
-
-
-def _most(size: int) -> float:
-    """Return the largest number of circular triads among so many items."""
-    return (size**3 - size) / 24 if size % 2 else (size**3 - 4 * size) / 24

@@ -195,10 +195,10 @@ def exact_tail(ranks: Ints) -> float:
     """
     n, k = ranks.shape
     centred = ranks - (k + 1)
-    rows = min(
-        _in_order(centred), _in_order(-centred), key=lambda ordered: ordered.tolist()
-    )  # a turned scale costs as much
-    if not _affordable(rows, n, k):
+    # A turned scale costs as much.
+    rows = min(_in_order(centred), _in_order(-centred), key=lambda ordered: ordered.tolist())
+    arrangements = max(_order_count(row) for row in np.unique(rows, axis=0))
+    if arrangements > MOST_ARRANGEMENTS or (4 * n * (k + 1)) ** k >= MOST_KEY:
         return math.nan
     observed = int((centred.sum(axis=0) ** 2).sum())
     sums, weights, done = rows[:1], np.ones(1), 0
@@ -217,11 +217,6 @@ def _in_order(rows: Ints) -> Ints:
     rising = np.sort(rows, axis=1)
     ordered: Ints = rising[np.lexsort(rising.T)]
     return ordered
-
-
-def _affordable(rows: Ints, n: int, k: int) -> bool:
-    orders = max(_order_count(row) for row in np.unique(rows, axis=0))
-    return orders <= MOST_ARRANGEMENTS and (4 * n * (k + 1)) ** k < MOST_KEY
 
 
 def _order_count(row: Ints) -> int:

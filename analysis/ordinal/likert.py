@@ -78,11 +78,8 @@ def _summary(answers: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
         undefined = dict.fromkeys(("median", "q1", "q3", "mean", "sd", "agree", "disagree"), math.nan)
         return per_point | undefined | {"mode": "", "note": "no answer was given"}
     modes = [name for name, count in zip(names, counts, strict=True) if count == max(counts)]
-    return per_point | _numbers(np.sort(scale[place]), scale) | {"mode": ", ".join(modes), "note": _note(n)}
-
-
-def _note(n: int) -> str:
-    return "sd is undefined: one answer" if n == 1 else ""
+    note = "sd is undefined: one answer" if n == 1 else ""
+    return per_point | _numbers(np.sort(scale[place]), scale) | {"mode": ", ".join(modes), "note": note}
 
 
 def _numbers(answers: Floats, scale: Floats) -> dict[str, float]:

@@ -65,20 +65,15 @@ def nemenyi(
     for i, j in combinations(range(k), 2):
         labels = {"Contrast": str(factor), "A": cells.levels[0][i], "B": cells.levels[0][j]}
         p_exact = math.nan if note or exact is None else exact[abs(int(sums[i] - sums[j]))]
-        pair = _pair(int(sums[i]), int(sums[j]), (n, k), error)
-        rows.append({**labels, **pair, "critical": critical, "p_exact": p_exact, "note": note})
+        a, b = int(sums[i]), int(sums[j])
+        q = abs(a - b) / (2 * n) / error if error > 0 else math.nan
+        means = {"mean_rank_A": a / (2 * n), "mean_rank_B": b / (2 * n), "diff": (a - b) / (2 * n)}
+        tests = {"q": q, "p": range_tail(q, k), "critical": critical, "p_exact": p_exact}
+        rows.append({**labels, **means, **tests, "note": note})
     table = pd.DataFrame(rows)
     table.insert(len(table.columns) - 1, "p_exact_holm", adjusted(table["p_exact"].tolist(), "holm"))
     table.attrs.update(cells.attrs())
     return table
-
-
-def _pair(a: int, b: int, shape: tuple[int, int], error: float) -> dict[str, float]:
-    """Compare two conditions by their sums of doubled ranks."""
-    n, k = shape
-    q = abs(a - b) / (2 * n) / error if error > 0 else math.nan
-    means = {"mean_rank_A": a / (2 * n), "mean_rank_B": b / (2 * n)}
-    return {**means, "diff": (a - b) / (2 * n), "q": q, "p": range_tail(q, k)}
 
 
 def rank_error(ranks: Ints, ties: bool) -> float:
@@ -100,21 +95,15 @@ def _exact_tails(ranks: Ints) -> list[float] | None:
     chances: Floats = np.ones(1)
     kinds, counts = np.unique(np.sort(ranks, axis=1), axis=0, return_counts=True)
     for kind, count in zip(kinds, counts.tolist(), strict=True):
-        own = _pair_differences(kind)
+        # The chance of each difference of two different places of one participant, from -2 (k - 1) to 2 (k - 1).
+        apart = (kind[:, None] - kind[None, :])[~np.eye(k, dtype=bool)] + 2 * (k - 1)
+        own: Floats = np.bincount(apart, minlength=4 * (k - 1) + 1) / (k * (k - 1))
         for _ in range(count):
             chances = np.convolve(chances, own).astype(np.float64)
     middle = len(chances) // 2
     folded = np.concatenate((chances[middle : middle + 1], 2 * chances[middle + 1 :]))
     tails = np.minimum(1.0, np.maximum(folded[::-1].cumsum()[::-1], SMALLEST))
     return [1.0, *tails[1:].tolist()]
-
-
-def _pair_differences(row: Ints) -> Floats:
-    """Return the chance of each difference of two different places of one participant, from -2 (k - 1) to 2 (k - 1)."""
-    k = len(row)
-    apart = (row[:, None] - row[None, :])[~np.eye(k, dtype=bool)] + 2 * (k - 1)
-    chances: Floats = np.bincount(apart, minlength=4 * (k - 1) + 1) / (k * (k - 1))
-    return chances
 
 
 def range_tail(q: float, k: int) -> float:

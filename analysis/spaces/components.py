@@ -61,6 +61,11 @@ def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
     weighted = directions * size[:rank]
     with np.errstate(invalid="ignore"):
         result: Floats = weighted / np.where(spread > 0, spread, np.nan)[:, None]
+    equal = np.flatnonzero(variances[:-1] - variances[1:] <= EQUAL * variances[:-1]).tolist()
+    notes = tuple(
+        f"PC{i + 1} and PC{i + 2} have equal variances: their plane is determined, their directions in it are not"
+        for i in equal
+    )
     return Components(
         frame_of(scores * unit, matrix.rows, names),
         frame_of(directions, matrix.columns, names),
@@ -68,7 +73,7 @@ def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
         tuple(in_units(variances, exponent).tolist()),
         tuple((size[:rank] ** 2 / (size * size).sum()).tolist()),
         kind,
-        tuple(_equal_variances(variances)),
+        notes,
     )
 
 
@@ -93,14 +98,6 @@ def prepare(matrix: Matrix, kind: Kind) -> tuple[Floats, int]:
         return scaled(about)
     small = about / np.abs(about).max(axis=0)
     return small / np.sqrt((small * small).sum(axis=0) / (rows - 1)), 0
-
-
-def _equal_variances(variances: Floats) -> list[str]:
-    gaps = variances[:-1] - variances[1:]
-    return [
-        f"PC{i + 1} and PC{i + 2} have equal variances: their plane is determined, their directions in it are not"
-        for i in np.flatnonzero(gaps <= EQUAL * variances[:-1]).tolist()
-    ]
 
 
 @dataclass(frozen=True)

@@ -38,9 +38,9 @@ def property_vectors(
     if sizes[-1] <= sizes[0] * len(left) * np.finfo(float).eps:
         raise TooFew("the dimensions of the map are multiples of each other; leave one out")
     basis, back = left, right.T / sizes
-    shuffled = _reached(basis, values, draws, seed)
+    shuffled, varied = _reached(basis, values, draws, seed), varies(values.values)
     rows = [
-        _row(place, name, centred(values.values[:, [i]])[:, 0], basis, back, shuffled[i], bool(_varied(values)[i]))
+        _row(place, name, centred(values.values[:, [i]])[:, 0], basis, back, shuffled[i], bool(varied[i]))
         for i, name in enumerate(values.columns)
     ]
     return pd.DataFrame(rows)
@@ -57,11 +57,6 @@ def _matched(place: Matrix, values: Matrix) -> tuple[Matrix, Matrix]:
     if not varies(place.values).all():
         raise TooFew("a dimension of the map is the same for every object; leave it out")
     return place, values
-
-
-def _varied(values: Matrix) -> Floats:
-    result: Floats = varies(values.values)
-    return result
 
 
 def _row(

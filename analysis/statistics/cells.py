@@ -110,7 +110,9 @@ def gather_all(
     axes = [coded(data[name], name) for name in names]
     shape = [len(axis.labels) for axis in axes]
     _refuse_sparse(shape, names, len(y))
-    flat = _flat(axes)
+    flat = axes[0].codes
+    for axis in axes[1:]:
+        flat = flat * len(axis.labels) + axis.codes
     values = np.full(math.prod(shape), np.nan)
     values[flat] = y
     # As many rows as cells and a number in each: then each cell has exactly one.
@@ -149,13 +151,6 @@ def check_columns(data: pd.DataFrame, names: Sequence[Hashable]) -> None:
             raise UnknownColumn(f"the table has two columns of the same name, {name!r}; rename or drop one")
     if len(data) == 0:
         raise BadValue("the table has no rows")
-
-
-def _flat(axes: list[Coded]) -> Counts:
-    flat = axes[0].codes
-    for axis in axes[1:]:
-        flat = flat * len(axis.labels) + axis.codes
-    return flat
 
 
 def _refuse_sparse(sizes: list[int], names: list[Hashable], rows: int) -> None:
@@ -335,7 +330,10 @@ class Membership:
 
     def names(self) -> list[str]:
         """Return each group in words: its level of every factor."""
-        return [_named(self.factors, where) for where in product(*self.levels)]
+        return [
+            " and ".join(f"{factor!r} = {level!r}" for factor, level in zip(self.factors, levels, strict=True))
+            for levels in product(*self.levels)
+        ]
 
 
 def membership(data: pd.DataFrame, cells: Cells, factors: Sequence[Hashable], subject: Hashable) -> Membership:
@@ -381,7 +379,3 @@ def _own_levels(data: pd.DataFrame, factor: Hashable, rows: Counts, cells: Cells
     if len(used) < 2:
         raise TooFew(f"factor {factor!r} has one level, {group.labels[int(used[0])]!r}; a comparison needs two or more")
     return [group.labels[i] for i in used.tolist()], own
-
-
-def _named(factors: Sequence[Hashable], where: tuple[Hashable, ...]) -> str:
-    return " and ".join(f"{factor!r} = {level!r}" for factor, level in zip(factors, where, strict=True))

@@ -60,7 +60,7 @@ class Projection:
     exact = False
 
     def of(self, sums: Whole) -> Fraction:
-        """Return as `Form.of`, rounded; the mean of all, which no effect here is about, is taken out exactly before."""
+        """Return what `Form.of` does, rounded; the mean of all, which no effect here is about, is taken out exactly."""
         total = sum(self.sizes)
         sizes = np.array(self.sizes, dtype=object)[:, None]
         deviations = total * sums - sizes * sums.sum(axis=0)
@@ -94,8 +94,12 @@ def form(levels: Sequence[int], sizes: Sequence[int], effect: Effect, kind: SumO
         shares = [total * (common // int(size)) for size in sizes]
         return _reduced(len(sizes) - 1, np.diag(np.array(shares, dtype=object)) - common, common * total)
     own = _columns(levels, effect)
-    others = [_columns(levels, other) for other in subsets(len(levels)) if _adjusted_for(effect, other, kind)]
-    rest = np.concatenate(others, axis=1)
+    others = list(subsets(len(levels)))
+    if kind == "III":
+        adjusted_for = [other for other in others if other != effect]
+    else:
+        adjusted_for = [other for other in others if not set(effect) <= set(other)]
+    rest = np.concatenate([_columns(levels, other) for other in adjusted_for], axis=1)
     return (_eliminated if len(sizes) <= EXACT_GROUPS else _projected)(own, rest, sizes)
 
 
@@ -129,10 +133,6 @@ def subsets(factors: int, first: int = 0) -> Iterator[Effect]:
     """Yield every set of factors by place, from the empty one to all of them; places begin at `first`."""
     for size in range(factors + 1):
         yield from combinations(range(first, first + factors), size)
-
-
-def _adjusted_for(effect: Effect, other: Effect, kind: SumOfSquares) -> bool:
-    return other != effect if kind == "III" else not set(effect) <= set(other)
 
 
 def _columns(levels: Sequence[int], effect: Effect) -> Whole:

@@ -294,7 +294,7 @@ def _sphericity(source: str, stratum: Stratum, n: int, cells: int) -> Sphericity
         return Sphericity(source, d, math.nan, math.nan, ddof, math.nan, math.nan, note)
     rho = 1 - (2 * d * d + d + 2) / (6 * d * n)
     chi2 = -n * rho * log_w
-    p, by_anderson = (_tail(chi2, ddof, _second_term(d, n * rho, size)) for size in (cells, d))
+    p, by_anderson = (_tail(chi2, d, n * rho, size) for size in (cells, d))
     w = max(math.exp(log_w), SMALLEST)
     return Sphericity(source, d, w, chi2, ddof, p, by_anderson, p_note((p, w)))
 
@@ -313,10 +313,9 @@ def _log_w(stratum: Stratum, n: int) -> tuple[str, float]:
     return "", min(0.0, math.fsum(np.log(squares)) - d * math.log(math.fsum(squares) / d))
 
 
-def _second_term(d: int, room: float, size: int) -> float:
-    return (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * size + 2) / (288 * (d * room) ** 2)
-
-
-def _tail(chi2: float, ddof: int, second: float) -> float:
+def _tail(chi2: float, d: int, room: float, size: int) -> float:
+    """Return the tail of Box's chi-squared series with two terms; `size` is the count in the second one."""
+    ddof = d * (d + 1) // 2 - 1
+    second = (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * size + 2) / (288 * (d * room) ** 2)
     first, later = float(chdtrc(ddof, chi2)), float(chdtrc(ddof + 4, chi2))
     return min(1.0, max(first + second * (later - first), SMALLEST))

@@ -241,7 +241,10 @@ def unpaired(labels: Sequence[Hashable], groups: Sequence[Floats]) -> Iterator[C
         else:
             spread = math.sqrt((a.ss + b.ss) / (a.n + b.n))
             note = "" if spread > floor else _same(mean, floor, spread, "values of each group")
-            error, df = _welch(a, b) if a.n != b.n and not note else (_pooled(a, b), df)
+            if a.n != b.n and not note:
+                error, df = _welch(a, b)
+            else:
+                error = math.sqrt((a.ss + b.ss) / (a.n + b.n - 2) * (1 / a.n + 1 / b.n))
         size = math.nan if note else hedges_g(mean, a.ss + b.ss, a.n + b.n)
         t = math.nan if note else mean / error
         pooled = math.sqrt((a.ss + b.ss) / (a.n + b.n - 2)) if a.n + b.n > 2 else math.nan
@@ -254,10 +257,6 @@ def _sample(label: Hashable, part: Floats, pivot: float) -> _Sample:
     high = float(mean)
     floor = ROUNDING_ULPS * float(np.spacing(np.abs(part).max()))
     return _Sample(label, len(part), high, float(mean - type(mean)(high)), deviation_ss(part), floor)
-
-
-def _pooled(a: _Sample, b: _Sample) -> float:
-    return math.sqrt((a.ss + b.ss) / (a.n + b.n - 2) * (1 / a.n + 1 / b.n))
 
 
 def _welch(a: _Sample, b: _Sample) -> tuple[float, float]:
