@@ -71,7 +71,7 @@ class DeviceKind:
 
 
 KINDS: Registry[DeviceKind] = Registry(
-    {
+    places={
         "door": "palpate.devices.door.link.device:KIND",
         "force_torque": "palpate.devices.daq.force_torque:KIND",
         "accelerometer": "palpate.devices.daq.accelerometer:KIND",
@@ -81,5 +81,6 @@ KINDS: Registry[DeviceKind] = Registry(
         "masking_noise": "palpate.devices.sound.device:KIND",
         "camera": "palpate.devices.camera.device:KIND",
         "stage": "palpate.devices.stage.device:KIND",
-    }
+    },
+    folder="palpate.devices.instruments.*",
 )

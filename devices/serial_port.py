@@ -8,8 +8,10 @@ if TYPE_CHECKING:
     from serial import Serial
 
 
-def open_serial(path: str, baud: int, timeout_s: float, write_timeout_s: float | None = None) -> Serial:
-    """Open the port for this process alone.
+def open_serial(
+    path: str, baud: int, timeout_s: float, write_timeout_s: float | None = None, bits: int = 8, parity: str = "N"
+) -> Serial:
+    """Open the port for this process alone; `parity` is N, E or O.
 
     Raises:
         ModuleNotFoundError: pyserial is not installed.
@@ -18,4 +20,6 @@ def open_serial(path: str, baud: int, timeout_s: float, write_timeout_s: float |
     """
     from serial import Serial
 
-    return Serial(path, baud, timeout=timeout_s, write_timeout=write_timeout_s, exclusive=True)
+    return Serial(
+        path, baud, timeout=timeout_s, write_timeout=write_timeout_s, exclusive=True, bytesize=bits, parity=parity
+    )

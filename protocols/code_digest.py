@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = tuple(f"palpate.{room}" for room in ("protocols", "signals", "devices", "studies", "analysis", "modeling"))
 BESIDE = (".c", ".cal", ".csv", ".dat", ".h", ".json", ".yaml")
 """Files in a module's folder that the module may read."""
-_NAMED = re.compile(rf"((?:{'|'.join(map(re.escape, PACKAGES))})(?:\.\w+)+)(?::\w+)?")
+_NAMED = re.compile(rf"((?:{'|'.join(map(re.escape, PACKAGES))})(?:\.\w+)+)(\.\*)?(?::\w+)?")
 
 
 @cache
@@ -23,8 +23,8 @@ def code_digest(*modules: str, files: tuple[str, ...] = (), registries: bool = F
     """Return the SHA-256 over modules, all that they import of this program, and the tables and C sources beside them.
 
     Imports within functions count, those for type checkers alone do not. With `registries` the modules that are named
-    in strings ("module" or "module:name") are followed too. `files` are further files, by their paths from the
-    program's root. Computed once in a process. Raises LookupError for a module or file that does not exist.
+    in strings ("module", "module:name" or "package.*") are followed too. `files` are further files, by their
+    paths from the program's root. Computed once in a process. Raises LookupError for a module or file that is missing.
     """
     paths = {path for name in imported_by(*modules, registries=registries) for path in _with_tables(_source(name))}
     return files_digest([*sorted(paths), *(ROOT / file for file in files)])
@@ -93,7 +93,9 @@ def _imports(importer: str, own: frozenset[str], registries: bool) -> tuple[str,
                 inside = [f"{module}.{each.name}" for each in names]
                 found += [module, *(name for name in inside if _path(name) is not None)]
             case ast.Constant(value=str(text)) if registries and (named := _NAMED.fullmatch(text)):
-                found += [named[1]] if _path(named[1]) is not None else []
+                if (file := _path(named[1])) is not None:
+                    inside = [f"{named[1]}.{part.stem}" for part in file.parent.glob("*.py")] if named[2] else []
+                    found += [named[1], *(name for name in sorted(inside) if not name.endswith(".__init__"))]
     return tuple(dict.fromkeys(found))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -60,6 +60,13 @@ NEEDS: Registry[Need] = Registry(
     }
 )
 """The rates are those of the thesis' sensors (3.4.1, 4.3.3, 5.3.1.1)."""
+
+
+def recorded_beside(needs: Iterable[str]) -> tuple[str, ...]:
+    """Return those of the needs whose devices are recorded beside everything that is done in trials."""
+    return tuple(
+        need for need in needs if NEEDS[need].role == "beside" and any(t.stream for t in NEEDS[need].takes.values())
+    )
 
 
 def needs_with(role: Role) -> tuple[str, ...]:

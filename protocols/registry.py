@@ -32,12 +32,25 @@ class Registry(Mapping[str, T], Generic[T]):
 
     `places` says where each one is ("module:NAME"). Parts that are light to import may stand in `families` instead:
     modules with a mapping `KINDS` of parts by name, so that a new part is one line in its own module. `parts` are plain
-    data, which need no import.
+    data, which need no import. `folder` ("package.*") is a package each of whose modules is a part, named like the
+    module and described by its `KIND`: a new part is a new file.
     """
 
     places: Mapping[str, str] = field(default_factory=dict)
     families: tuple[str, ...] = ()
     parts: Mapping[str, T] = field(default_factory=dict)
+    folder: str = ""
+
+    @cached_property
+    def all_places(self) -> Mapping[str, str]:
+        """Where the parts are that `places` and `folder` name; nothing of them is imported."""
+        if not self.folder:
+            return self.places
+        from pkgutil import iter_modules
+
+        package = self.folder.removesuffix(".*")
+        names = [module.name for module in iter_modules(import_module(package).__path__)]
+        return {**self.places, **{name: f"{package}.{name}:KIND" for name in names}}
 
     @cached_property
     def _of_families(self) -> Mapping[str, T]:
@@ -50,11 +63,13 @@ class Registry(Mapping[str, T], Generic[T]):
         return found
 
     def __getitem__(self, name: str) -> T:
-        return cast(T, load_object(self.places[name])) if name in self.places else self._of_families[name]
+        if (place := self.places.get(name) or self.all_places.get(name)) is not None:
+            return cast(T, load_object(place))
+        return self._of_families[name]
 
     def __iter__(self) -> Iterator[str]:
-        yield from self.places
+        yield from self.all_places
         yield from self._of_families
 
     def __len__(self) -> int:
-        return len(self.places) + len(self._of_families)
+        return len(self.all_places) + len(self._of_families)

@@ -24,7 +24,7 @@ LIVE = (
     *(f"palpate.studies.live.{name}" for name in ("opening", "hardware", "station", "renderer")),
     "palpate.studies.sessions.session", "palpate.studies.commands_sessions",
     "palpate.devices.window.presenter_window", "palpate.devices.rig.opened",
-    *(place.partition(":")[0] for place in KINDS.places.values()),
+    *(place.partition(":")[0] for place in KINDS.all_places.values()),
 )  # fmt: skip
 """What runs a session with real devices, and the module of every kind of device."""
 SIMULATED = re.compile(

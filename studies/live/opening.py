@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from palpate.protocols.events import World
 from palpate.protocols.extras import demand_packages
 from palpate.protocols.plan import Plan
 from palpate.protocols.shell_command import shell_command
@@ -19,6 +20,7 @@ from palpate.studies.launching.changes import demand_same_devices, demand_same_s
 from palpate.studies.live.hardware import hardware_for
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.live.world import LiveWorld, Station, clock_from
+from palpate.studies.sessions.beside import RecordedBeside
 from palpate.studies.sessions.rig import Rig, RigError, RigPlan
 
 if TYPE_CHECKING:
@@ -64,7 +66,9 @@ def live_plan(found: Found, lab: Path, options: LiveOptions, begun: Mapping[str,
         opened.callback(station.stop)
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
         notes = hardware.changed_firmware()
-        world = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused, notes=notes)
+        world: World = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused, notes=notes)
+        if (recorder := station.recorder) is not None:
+            world = RecordedBeside(world, lambda: recorder.ready(presenter, seat, now_ns), recorder.take)
         return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
 
     window = window_of(found, lab, calibration, language, options.windowed is None)

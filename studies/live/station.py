@@ -13,7 +13,7 @@ from palpate.devices.kinds import KINDS
 from palpate.devices.rig.opened import OpenRig
 from palpate.devices.samples import HandMounted
 from palpate.devices.streams.capture import Capture
-from palpate.protocols.needs import NEEDS, needs_with
+from palpate.protocols.needs import NEEDS, needs_with, recorded_beside
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Sense
 from palpate.studies.catalogue import Found
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from palpate.devices.door.link.simulator import DoorSimulator
     from palpate.devices.scene import Scene
     from palpate.devices.sound.device import Masked, MaskingNoise
+    from palpate.devices.streams.beside import BesideRecorder
     from palpate.studies.live.renderer import RigRenderer, Shows
 
 CAPTURED = tuple(need for need in needs_with("records") if need != "camera")
@@ -39,7 +40,8 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows
         records["camera"] = _camera(rig, lab)
     renderer = _renderer(rig, found, plan, lab, tablet)
     presents = _door(rig, found, plan, lab) if renderer is None else renderer
-    made = replace(compose_station(plan.study, presents, records, lambda: _stage(rig, plan)), beside=renderer)
+    made = compose_station(plan.study, presents, records, lambda: _stage(rig, plan))
+    made = replace(made, beside=renderer, recorder=_recorder(rig, plan))
     if renderer is not None:
         made = replace(made, switch_side=renderer.switch_side)
     if "masking_noise" not in plan.study.needs:
@@ -133,11 +135,29 @@ def profiles_of(found: Found) -> Callable[[Present], Sequence[float]]:
 
 def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:
     """The sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
-    devices = rig.of(need)
-    sensors = {device.name: cast(Sensor, device) for device in devices.values()}
-    names = dict(_stream_names(need, devices))
-    may_hide = [stream for (name, _), stream in names.items() if KINDS[rig.file.kind(name)].may_hide]
+    sensors, names, may_hide = _sensors(rig, [need])
     return Capture(sensors, names, _scenes(rig, need, found, plan), may_hide=may_hide)
+
+
+def _recorder(rig: OpenRig, plan: Plan) -> BesideRecorder | None:
+    """What records sensors beside the session, where the study needs some."""
+    if not (needs := recorded_beside(plan.study.needs)):
+        return None
+    from palpate.devices.streams.beside import BesideRecorder
+
+    return BesideRecorder(*_sensors(rig, needs))
+
+
+def _sensors(rig: OpenRig, needs: Sequence[str]) -> tuple[dict[str, Sensor], dict[tuple[str, str], str], list[str]]:
+    """Return the sensors of needs by name, the names of their streams, and the streams that may hide."""
+    sensors: dict[str, Sensor] = {}
+    names: dict[tuple[str, str], str] = {}
+    for need in needs:
+        devices = rig.of(need)
+        sensors |= {device.name: cast(Sensor, device) for device in devices.values()}
+        names |= dict(_stream_names(need, devices))
+    may_hide = [stream for (name, _), stream in names.items() if KINDS[rig.file.kind(name)].may_hide]
+    return sensors, names, may_hide
 
 
 def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[str, str], str]]:

@@ -20,6 +20,7 @@ from palpate.protocols.worlds import Done, Twin
 from palpate.studies.sessions.rig import RigError
 
 if TYPE_CHECKING:
+    from palpate.devices.streams.beside import BesideRecorder
     from palpate.devices.window.presenter import Presenter
 
 
@@ -161,6 +162,8 @@ class Station:
     presents: Presents
     records: Mapping[str, Records] = field(default_factory=dict)
     beside: Beside | None = None
+    recorder: BesideRecorder | None = None
+    """Records sensors beside everything that is done in trials."""
     heed: Callable[[Aside], None] = lambda _aside: None
     """Told of what comes while a form is answered: a pause is silent."""
     switch_side: Callable[[str], None] = lambda _side: None
@@ -187,6 +190,8 @@ class Station:
         with ExitStack() as ends:
             if self.beside is not None:
                 ends.callback(self.beside.close)
+            if self.recorder is not None:
+                ends.callback(self.recorder.close)
             for each in self.records.values():
                 if callable(end := getattr(each, "close", None)):
                     ends.callback(end)

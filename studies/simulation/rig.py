@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from palpate.protocols.needs import recorded_beside
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
@@ -28,7 +29,14 @@ def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int
 
     def opened(plan: Plan, t_ns: int) -> Rig:
         device = twin_for(study, plan, folder, profiles, lab, renderings, pictures)
-        return Rig(Simulated(Perceiver(plan, feels=device.feels), device, VirtualClock(t_ns)))
+        world = Simulated(Perceiver(plan, feels=device.feels), device, VirtualClock(t_ns))
+        if not (needs := recorded_beside(study.needs)):
+            return Rig(world)
+        from palpate.studies.sessions.beside import RecordedBeside
+        from palpate.studies.simulation.virtual_recording import VirtualRecorder
+
+        recorder = VirtualRecorder.of(needs, world.now, plan)
+        return Rig(RecordedBeside(world, lambda: None, recorder.take), recorder.close)
 
     kept = {} if pictures is None else {"pictures": pictures}
     return RigPlan({"kind": "simulated", "twins": list(study.needs), **kept}, check, opened)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any, cast
 from palpate.devices.device import Block, DeviceFault, Sensor, Signal
 from palpate.devices.kinds import KINDS
 from palpate.protocols.events import NS
+from palpate.protocols.keyed import keyed_bits
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.requests import Samples
 from palpate.studies.sessions.rig import RigError
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
+    from palpate.protocols.plan import Plan
 
 STEP_S = 0.25
 """How far the clock leaps: less than any twin's buffer holds."""
@@ -58,6 +60,59 @@ def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: i
     for kind, taken in NEEDS[need].takes.items():
         found += _recorded(taken.stream, _twin(kind, taken.rate_hz, seed), scene, seconds, t_ns)
     return tuple(found)
+
+
+@dataclass
+class VirtualRecorder:
+    """Twins recorded beside a simulated session, under its clock: what they give depends on nothing else."""
+
+    now_ns: Callable[[], int]
+    clock: Leaping
+    streams: Mapping[str, Sensor]
+    taken: dict[tuple[str, str], int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, needs: Iterable[str], now_ns: Callable[[], int], plan: Plan) -> VirtualRecorder:
+        """Open and start the twins of the needs at second 0 of the session; samples of before now are left out."""
+        clock, streams = Leaping(), dict[str, Sensor]()
+        for need in needs:
+            for kind, taken in NEEDS[need].takes.items():
+                seed = keyed_bits(
+                    "beside", need, kind, plan.study.study, plan.seed, plan.who.participant, *plan.occasion
+                )
+                sensor: Any = _twin(kind, taken.rate_hz, seed % 2**31)
+                sensor.elapsed_s = clock
+                sensor.open()
+                sensor.start(clock.ns)
+                streams[taken.stream] = sensor
+        recorder = cls(now_ns, clock, streams)
+        recorder.take()
+        return recorder
+
+    def take(self) -> tuple[Samples, ...]:
+        """Return what each signal gave since the last call, numbered from 0."""
+        tapes = {stream: {s.name: _Tape(s) for s in sensor.signals} for stream, sensor in self.streams.items()}
+        while self.clock.ns() < self.now_ns():
+            self.clock.at_s = min(self.clock.at_s + STEP_S, self.now_ns() / NS)
+            for stream, sensor in self.streams.items():
+                for name, blocks in sensor.read(0.0).items():
+                    tapes[stream][name].parts += [block.data for block in blocks]
+        return tuple(
+            sample for stream in tapes for tape in tapes[stream].values() for sample in self._samples(stream, tape)
+        )
+
+    def close(self) -> None:
+        """Close the twins."""
+        for sensor in self.streams.values():
+            sensor.close()
+
+    def _samples(self, stream: str, tape: _Tape) -> Iterator[Samples]:
+        signal, data = tape.signal, b"".join(tape.parts)
+        first = self.taken.get((stream, signal.name), 0)
+        self.taken[stream, signal.name] = first + len(data) // (4 * len(signal.channels))
+        if data:
+            t0_ns = round(first * NS / signal.rate_hz)
+            yield Samples(stream, signal.channels, signal.units, signal.rate_hz, t0_ns, data)
 
 
 def _twin(kind: str, rate_hz: float, seed: int) -> Sensor:

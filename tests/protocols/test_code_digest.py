@@ -69,6 +69,12 @@ def test_what_a_string_names_counts_only_where_registries_do(made):
     assert digest("made.asked") != digest("made.asked", registries=True)
 
 
+def test_a_string_that_names_a_folder_of_parts_stands_for_all_its_modules(made):
+    (made / "asked.py").write_text("PARTS = 'palpate.protocols.tasks.*'\n")
+    digest("made.asked")
+    assert {"palpate.protocols.tasks.words", "palpate.protocols.tasks"} <= imported_by("made.asked", registries=True)
+
+
 def test_what_is_not_there_is_named(made, tmp_path):
     with pytest.raises(LookupError, match="no module 'palpate.modeling.textures.renamed'"):
         digest("palpate.modeling.textures.renamed")
