@@ -57,6 +57,7 @@ NEEDS: Registry[Need] = Registry(
         "door_generator": Need("presents", {"door": Taken()}, makes=True, plays_models=True),
         "camera": Need("records", {"camera": Taken()}),
         "masking_noise": Need("beside", {"masking_noise": Taken()}),
+        "skin_temperature": Need("beside", {"thermometer": Taken("skin_temperature", 1.0)}),
     }
 )
 """The rates are those of the thesis' sensors (3.4.1, 4.3.3, 5.3.1.1)."""

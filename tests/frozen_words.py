@@ -123,7 +123,8 @@ study.interview: name text
 study.lexicon: at_least
 study.live: show_force
 study.navigation =: back_and_forward forward
-study.needs =: camera door door_generator door_sensors masking_noise samples texture_renderer tool window
+study.needs =: camera door door_generator door_sensors masking_noise samples skin_temperature texture_renderer tool
+    window
 study.noise: at_most_db_a
 study.opening =: consent demographics eligibility
 study.order: blocks design over_sessions repeats seed within
@@ -204,7 +205,7 @@ rig.yaml masking_noise: calibrated channels colour db_spl_at_0_dbfs device drive
 rig.yaml masking_noise.colour =: pink white
 rig.yaml masking_noise.driver =: sound twin
 rig.yaml masking_noise.kind =: masking_noise
-rig.yaml needs: camera door door_generator door_sensors masking_noise samples texture_renderer tool
+rig.yaml needs: camera door door_generator door_sensors masking_noise samples skin_temperature texture_renderer tool
 rig.yaml stage: baud calibrated driver key_confirms kind mount_s port
 rig.yaml stage.driver =: barcode hand twin
 rig.yaml stage.kind =: stage
@@ -217,6 +218,12 @@ rig.yaml tablet.force: a_N b
 rig.yaml tablet.kind =: tablet
 rig.yaml tablet.screen: middle_mm number px_per_mm
 rig.yaml tablet.upsampling =: hold line
+rig.yaml thermometer: baud calibrated commands driver highest_degC input kind lowest_degC most_missed noise_degC place
+    port rate_hz seed timeout_s
+rig.yaml thermometer.commands =: lakeshore lines scpi
+rig.yaml thermometer.driver =: serial twin
+rig.yaml thermometer.kind =: thermometer
+rig.yaml thermometer.place =: room skin
 rig.yaml tracker: by calibrated channels drift_ppm driver hides kind marker noise_mm occlusion_s occlusions_per_s
     rate_hz reach_mm recording recover repeats seed seen seen_above silent_after_s silent_s stream unit wait_s
 rig.yaml tracker.by =: name type
@@ -229,6 +236,7 @@ rig.yaml voice_coil: ahead_ms calibrated calibration card_rate_hz channel device
 rig.yaml voice_coil.driver =: nidaqmx sound twin
 rig.yaml voice_coil.kind =: voice_coil
 streams of door_sensors: door_force door_position
+streams of skin_temperature: skin_temperature
 streams of tool: tool_acceleration tool_force tool_position
 vibration: added_ms band_Hz before_dB boost_dB coherence date delay_ms excitation filter format gain_m_s2_V h2_apart_dB
     hz imaginary kind limited_Hz real ripple_dB
