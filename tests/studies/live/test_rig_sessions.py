@@ -441,3 +441,19 @@ def test_a_texture_session_taken_up_while_an_answer_is_asked_for_is_answered_wit
     }
     assert answered["met"].keys() >= {"restarts", "quiet", "muted"} and "steps" in answered["deadlines"]
     replay(path)
+
+
+@pytest.mark.usefixtures("rooms")
+def test_a_thermometer_is_recorded_beside_a_capture_and_is_on_record_with_its_settings(lab):
+    needs = "  skin: {kind: thermometer, driver: twin, rate_hz: 20}\nneeds:\n  skin_temperature: [skin]\n"
+    rig = TWINS.replace("needs:\n", needs)
+    rig_path(lab).write_text(rig, encoding="utf-8")
+    sat = begun(captures(needs=["tool", "samples", "skin_temperature"]), lab)
+    record = read(sat.path)
+    assert sat.complete and ends(record) == ["captured"] * 2
+    assert record.header["rig"]["devices"]["skin"]["identity"] == "PALPATE,TWIN,0,1.0"
+    held = [event for event in record.events if any(block.stream == "skin_temperature" for block in event.samples)]
+    assert held and {event.kind for event in held} == {"reply"} and {event.trial for event in held} == {1, 2}
+    streams = {row["stream"] for row in listed(record)["streams"]}
+    assert streams == {"tool_acceleration", "tool_force", "tool_position", "skin_temperature"}
+    replay(sat.path)
