@@ -16,12 +16,12 @@ from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
 from palpate.protocols.study import Stimulus
 from palpate.protocols.trial import Trial
-from palpate.studies.beside import RecordedBeside
-from palpate.studies.live import clock_from
-from palpate.studies.record import read
-from palpate.studies.replay import replay
-from palpate.studies.rig import simulated
-from palpate.studies.virtual_recording import VirtualRecorder
+from palpate.studies.live.world import clock_from
+from palpate.studies.sessions.beside import RecordedBeside
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.replay import replay
+from palpate.studies.simulation.rig import simulated
+from palpate.studies.simulation.virtual_recording import VirtualRecorder
 from tests.studies.labs import Lab
 
 SCPI = {b"*IDN?\n": [b"ACME,T1,0042,1.3\n"], b"UNIT:TEMP?\n": [b"C\n"], b"MEAS:TEMP?\n": [b"+3.2791E+01\n"]}

@@ -454,6 +454,6 @@ def test_a_thermometer_is_recorded_beside_a_capture_and_is_on_record_with_its_se
     assert record.header["rig"]["devices"]["skin"]["identity"] == "PALPATE,TWIN,0,1.0"
     held = [event for event in record.events if any(block.stream == "skin_temperature" for block in event.samples)]
     assert held and {event.kind for event in held} == {"reply"} and {event.trial for event in held} == {1, 2}
-    streams = {row["stream"] for row in listed(record)["streams"]}
+    streams = {row["stream"] for row in list_streams(record)["streams"]}
     assert streams == {"tool_acceleration", "tool_force", "tool_position", "skin_temperature"}
     replay(sat.path)
