@@ -14,7 +14,7 @@ from palpate.protocols.extras import MODELS
 from palpate.studies.options import JSON, echo_json, names_in, needs_packages
 
 if TYPE_CHECKING:
-    from palpate.modeling.doors.evaluating_whole import Evaluation
+    from palpate.modeling.doors.evaluation import DoorEvaluation
     from palpate.modeling.doors.registry import Direction
 
 SEED = click.option(
@@ -77,9 +77,9 @@ def train_doors(
     Example: palpate train doors --lab LAB
     """
     from palpate.modeling.commands_training import Training, train_pair
-    from palpate.modeling.doors.evaluating import Wanted, folds_for
-    from palpate.modeling.doors.evaluating_outputs import default_of, kept_in
+    from palpate.modeling.doors.evaluation_outputs import default_of, kept_in
     from palpate.modeling.doors.registry import demand_file
+    from palpate.modeling.doors.results import DoorOptions, folds_for
 
     named: dict[Direction, str | None] = {"forward": forward, "inverse": inverse}
     for way, name in named.items():
@@ -89,7 +89,9 @@ def train_doors(
         data, _ = read(asked)
         methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}
         kept = kept_in(asked.lab)
-        wanted = Wanted(seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, kept=kept)
+        wanted = DoorOptions(
+            seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, work=kept
+        )
         written = train_pair(data, Training(methods, to or asked.lab / "models", wanted), report)
     if as_json:
         echo_json({way: each.plain() for way, each in written.items()})
@@ -138,11 +140,11 @@ def evaluate_doors(
 
     Example: palpate evaluate doors --lab LAB --methods ridge,generator
     """
-    from palpate.modeling.doors.evaluating import Wanted, folds_for
-    from palpate.modeling.doors.evaluating_outputs import folder_for, kept_in, write_all
-    from palpate.modeling.doors.evaluating_whole import evaluate as evaluated
+    from palpate.modeling.doors.evaluation import evaluate_doors as evaluated
+    from palpate.modeling.doors.evaluation_outputs import folder_for, kept_in, write_all
+    from palpate.modeling.doors.results import DoorOptions, folds_for
 
-    wanted = Wanted(
+    wanted = DoorOptions(
         methods=_methods(names),
         split=split,
         seed=seed,
@@ -150,7 +152,7 @@ def evaluate_doors(
         folds=folds_for(quick),
         workers=workers,
         cluster=cluster,
-        kept=kept_in(asked.lab),
+        work=kept_in(asked.lab),
         beside=not quick,
     )
     with going_on("what is left"), progress_lines() as report:
@@ -188,7 +190,7 @@ def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
     return {one: tuple(name for name in methods_of(one) if name in names) for one, names in chosen.items()}
 
 
-def _show(found: Evaluation, page: Path) -> None:
+def _show(evaluation: DoorEvaluation, page: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -196,9 +198,9 @@ def _show(found: Evaluation, page: Path) -> None:
     from palpate.analysis.reports.terminal import print_banners
     from palpate.modeling.doors.evaluation_parts import banners, reached
 
-    print_banners(banners(found))
+    print_banners(banners(evaluation))
     console = Console(highlight=False)
-    for title, rows, columns in zip(TITLES, (found.forward, found.inverse), SHOWN, strict=True):
+    for title, rows, columns in zip(TITLES, (evaluation.forward, evaluation.inverse), SHOWN, strict=True):
         if rows:
             table = Table(title=title, title_justify="left", box=None, pad_edge=False)
             table.add_column("method", no_wrap=True, min_width=max(len(row["method"]) for row in rows))
@@ -207,9 +209,9 @@ def _show(found: Evaluation, page: Path) -> None:
             for row in rows:
                 table.add_row(row["method"], *(written(row[name], form) for name, _, form in columns))
             console.print(table)
-    for choice in found.choices.values():
+    for choice in evaluation.choices.values():
         click.echo(f"default: {choice.method}. {choice.why} {choice.of_the_network}".rstrip())
-    for label, line in reached(found):
+    for label, line in reached(evaluation):
         click.echo(f"{label}: {line}")
     click.echo(f"Look at {page}")
 

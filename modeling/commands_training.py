@@ -11,17 +11,21 @@ from typing import Any
 import numpy as np
 
 from palpate.modeling.doors.data import DoorData
-from palpate.modeling.doors.evaluating import DIRECTIONS, Judged, Wanted, context_for, judge
-from palpate.modeling.doors.evaluating_files import ports
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_jobs import ALL, WHOLE, Job
-from palpate.modeling.doors.evaluating_kept import forget_checkpoints
-from palpate.modeling.doors.evaluating_run import trained, with_below
+from palpate.modeling.doors.domain import ALL, WHOLE, FoldJob, trained, with_below
 from palpate.modeling.doors.evaluation_overall import attainable, forward_row, inverse_row
 from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import interval
 from palpate.modeling.doors.methods import Fitted, Method
+from palpate.modeling.doors.model_scores import ports
 from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.results import (
+    DIRECTIONS,
+    DoorOptions,
+    DoorResults,
+    MethodResults,
+    domain_for,
+    evaluate_methods,
+)
 from palpate.modeling.training.history import history_of
 from palpate.modeling.training.threads import limited
 from palpate.modeling.training.written import Written, write_trained
@@ -38,7 +42,7 @@ class Training:
 
     methods: Mapping[Direction, str]
     folder: Path
-    wanted: Wanted
+    options: DoorOptions
     known: Mapping[Direction, Mapping[str, Method]] = field(default_factory=lambda: ALL)
 
 
@@ -48,47 +52,47 @@ def train_pair(data: DoorData, asked: Training, report: Report) -> dict[Directio
     Trainings that an earlier, equal command finished are taken from where it kept them. Raises ModelDataError or what a
     method raises.
     """
-    wanted = replace(asked.wanted, methods={way: (name,) for way, name in asked.methods.items()}, beside=False)
-    context = context_for(data, wanted, asked.known)
+    options = replace(asked.options, methods={way: (name,) for way, name in asked.methods.items()}, beside=False)
+    domain = domain_for(data, options, asked.known)
     every = np.arange(len(data), dtype=np.int64)
-    context = replace(context, splits={**context.splits, WHOLE: (Fold(WHOLE, every, every),)})
-    found = judge(context, wanted, report)
+    domain = replace(domain, splits={**domain.splits, WHOLE: (Fold(WHOLE, every, every),)})
+    results = evaluate_methods(domain, options, report)
     written: dict[Direction, Written] = {}
-    models: dict[Job, tuple[Fitted, dict[str, float]]] = {}
-    for job in (Job(way, asked.methods[way], WHOLE, 0) for way in DIRECTIONS if way in asked.methods):
+    models: dict[FoldJob, tuple[Fitted, dict[str, float]]] = {}
+    for job in (FoldJob(way, asked.methods[way], WHOLE, 0) for way in DIRECTIONS if way in asked.methods):
         report(f"training and writing {NAMES[job.direction]}")
         with limited(1):
-            model, numbers = models[job] = trained(job, context, models)
-        written[job.direction] = _write(found, job.direction, model, numbers["train_s"], asked.folder)
-    for used in {each for job in models for each in with_below(job, context)}:
-        forget_checkpoints(used, context)
+            model, numbers = models[job] = trained(job, domain, models)
+        written[job.direction] = _write(results, job.direction, model, numbers["train_s"], asked.folder)
+    for used in {each for job in models for each in with_below(job, domain)}:
+        domain.remove_checkpoint(used)
     return written
 
 
-def _write(found: Judged, way: Direction, model: Fitted, seconds: float, folder: Path) -> Written:
+def _write(results: DoorResults, way: Direction, model: Fitted, seconds: float, folder: Path) -> Written:
     from palpate.modeling.files.writing import write_model
 
-    context = found.context
-    folds = found.methods(way)[0]
-    method = context.methods[way][folds.method]
+    domain = results.domain
+    folds = results.methods(way)[0]
+    method = domain.methods[way][folds.method]
     metrics = _metrics(folds, method)
-    takes, gives = ports(context, way)
+    takes, gives = ports(domain.data, domain.scaling, way)
 
     def write(to: Path) -> Path:
         card = write_model(
             to, NAMES[way], model.exported(),
             title=f"{TITLES[way]}: {method.title}", method=folds.method, takes=takes, gives=gives,
-            interval=_interval(folds), metrics=metrics, training=_run_card(found, folds, metrics, seconds),
-            notes=_notes(found),
+            interval=_interval(folds), metrics=metrics, training=_run_card(results, folds, metrics, seconds),
+            notes=_notes(results),
         )  # fmt: skip
-        _demand_equal(card, model, way, context.data)
+        _demand_equal(card, model, way, domain.data)
         return card
 
     files = write_trained(folder, write, history_of(model))
     return Written(files[0], folds.method, metrics, files)
 
 
-def _metrics(folds: Gathered, method: Method) -> dict[str, float]:
+def _metrics(folds: MethodResults, method: Method) -> dict[str, float]:
     """What cross-validation says, numbers only."""
     row = (
         forward_row(folds, method) if folds.direction == "forward" else inverse_row(folds, method, attainable([folds]))
@@ -97,7 +101,7 @@ def _metrics(folds: Gathered, method: Method) -> dict[str, float]:
     return {name: float(value) for name, value in told.items() if not name.startswith(("file_", "trained_"))}
 
 
-def _interval(folds: Gathered) -> Any:
+def _interval(folds: MethodResults) -> Any:
     """The conformal interval of a model that predicts ratings; None where too few stimuli calibrate one."""
     if folds.direction == "inverse":
         return None
@@ -107,27 +111,29 @@ def _interval(folds: Gathered) -> Any:
         return None
 
 
-def _run_card(found: Judged, folds: Gathered, metrics: Mapping[str, float], seconds: float) -> dict[str, Any]:
+def _run_card(
+    results: DoorResults, folds: MethodResults, metrics: Mapping[str, float], seconds: float
+) -> dict[str, Any]:
     """`seconds` are those of this process; where a worker trained ahead of it, the worker's count."""
     from palpate.modeling.training.run_card import run_card
 
-    context = found.context
-    ahead = found.found.get((folds.direction, folds.method, WHOLE))
+    domain = results.domain
+    ahead = results.by_method.get((folds.direction, folds.method, WHOLE))
     took = seconds if ahead is None else ahead.total("train_s")
-    number = len(context.splits["grouped"])
-    settings = {**context.settings, "seed": context.seed, "method": folds.method, "folds": number, "split": "grouped",
-                "made_from": list(context.data.made_from)}  # fmt: skip
-    return run_card({"data": context.data.digest}, settings, metrics, took)
+    number = len(domain.splits["grouped"])
+    settings = {**domain.settings, "seed": domain.seed, "method": folds.method, "folds": number, "split": "grouped",
+                "made_from": list(domain.data.made_from)}  # fmt: skip
+    return run_card({"data": domain.data.digest}, settings, metrics, took)
 
 
-def _notes(found: Judged) -> tuple[str, ...]:
-    data = found.context.data
+def _notes(results: DoorResults) -> tuple[str, ...]:
+    data = results.domain.data
     told = [f"Trained on all {len(data)} stimuli; the metrics are those of cross-validation on grouped folds."]
     if data.simulated:
         told.append(
             "The ratings are those of simulated people: this model says nothing about how a door feels to anybody."
         )
-    if found.wanted.quick:
+    if results.options.quick:
         told.append("A quick training, to try things out: three folds, few epochs. Its numbers are nothing to go by.")
     return tuple(told)
 

@@ -21,7 +21,7 @@ from tests.names import (
 )
 
 PICKLED = ("palpate.studies.simulation.texture_simulator:SimulatedTextures",
-           "palpate.modeling.doors.evaluating_jobs:Context", "palpate.modeling.textures.domain:TextureDomain",
+           "palpate.modeling.doors.domain:DoorDomain", "palpate.modeling.textures.domain:TextureDomain",
            "palpate.modeling.attributes.domain:AttributeDomain",
            "palpate.studies.simulation.texture_set_rig:ToolAhead",
            "palpate.studies.simulation.texture_set_rig:Seen")  # fmt: skip

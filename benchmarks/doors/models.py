@@ -18,12 +18,12 @@ import numpy as np
 
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
 from palpate.modeling.doors.corners import corners
-from palpate.modeling.doors.evaluating import Judged, Wanted, context_for, judge
-from palpate.modeling.doors.evaluating_floors import floors
 from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, method_rows
 from palpate.modeling.doors.evaluation_tables import Row
+from palpate.modeling.doors.floors import floors
 from palpate.modeling.doors.rated import Rated
 from palpate.modeling.doors.registry import DEFAULT, THESIS, Direction
+from palpate.modeling.doors.results import DoorOptions, DoorResults, domain_for, evaluate_methods
 from palpate.modeling.doors.simulated import simulated_ratings
 from palpate.protocols.bench import Case
 from palpate.protocols.progress import Clock
@@ -45,7 +45,7 @@ class Found:
     """What was trained once: all results, where the exported models lie, how long it took in all."""
 
     rated: Rated
-    judged: Judged
+    judged: DoorResults
     folder: Path
     seconds: float
     workers: int
@@ -53,7 +53,7 @@ class Found:
     @property
     def given(self) -> str:
         """The data, as a row names them."""
-        data, folds = self.rated.data, len(self.judged.context.splits["grouped"])
+        data, folds = self.rated.data, len(self.judged.domain.splits["grouped"])
         return f"{len(data)} profiles x {len(self.rated.individual.people)} people, {folds} folds"
 
     def rows(self, way: Direction) -> list[Row]:
@@ -66,7 +66,7 @@ class Found:
         return read_model(card) if card.exists() else None
 
 
-def cases(quick: bool, wanted: Wanted | None = None, rated: Rated | None = None) -> Iterator[Case]:
+def cases(quick: bool, wanted: DoorOptions | None = None, rated: Rated | None = None) -> Iterator[Case]:
     """Every figure of this area; `quick` takes fewer people and folds, and trains the networks for a few epochs.
 
     Without `wanted` every method is trained, without `rated` simulated people
@@ -82,12 +82,14 @@ def cases(quick: bool, wanted: Wanted | None = None, rated: Rated | None = None)
         yield from _training(found)
 
 
-def trained(quick: bool, folder: Path, wanted: Wanted | None, rated: Rated, clock: Clock = time.perf_counter) -> Found:
+def trained(
+    quick: bool, folder: Path, wanted: DoorOptions | None, rated: Rated, clock: Clock = time.perf_counter
+) -> Found:
     """Train and ask every method once; the exported models stay in the folder."""
-    base = wanted or Wanted(quick=quick, folds=QUICK_FOLDS if quick else FOLDS)
-    asked = replace(base, beside=False, kept=folder / "jobs", files=folder / "models")
+    base = wanted or DoorOptions(quick=quick, folds=QUICK_FOLDS if quick else FOLDS)
+    asked = replace(base, beside=False, work=folder / "jobs", files=folder / "models")
     start = clock()
-    judged = judge(context_for(rated.data, asked), asked)
+    judged = evaluate_methods(domain_for(rated.data, asked), asked)
     workers = asked.workers or os.cpu_count() or 1
     return Found(rated, judged, folder / "models", clock() - start, workers)
 
@@ -111,7 +113,7 @@ def _ceiling_mae(found: Ceiling) -> float:
 
 
 def _inverse(found: Found) -> Iterator[Case]:
-    wishes = found.judged.context.scaling.rating_up(found.rated.data.rating)
+    wishes = found.judged.domain.scaling.rating_up(found.rated.data.rating)
     ends = corners(wishes.shape[1])
     for name, kind in (
         ("loop_fresh", "loop: mean off the wish, 0 to 100, by fresh simulated people"),
@@ -139,14 +141,14 @@ def _farthest(found: Found) -> list[float]:
 
 def _floors(found: Found) -> Iterator[Case]:
     kind = "waveform MAE, % of the range of forces, grouped folds"
-    for row in floors(found.judged.context):
-        run = partial(floors, found.judged.context)
+    for row in floors(found.judged.domain):
+        run = partial(floors, found.judged.domain)
         yield _case(found, "feeling to force", f"floor: {row['what']}", kind, run, row["mae"], 1)
 
 
 def _slowest(found: Found) -> Iterator[Case]:
     """The 99th percentile of single answers, which is what a person at the slider waits for."""
-    wishes = found.judged.context.scaling.rating_up(found.rated.data.rating)
+    wishes = found.judged.domain.scaling.rating_up(found.rated.data.rating)
     for way, what, given in (
         ("forward", "a prediction", found.rated.data.force_N), ("inverse", "a slider's move to its profile", wishes),
     ):  # fmt: skip

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import drawing, save
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_overall import widths
 from palpate.modeling.doors.evaluation_profiles import made_profiles, measured_door
 from palpate.modeling.doors.evaluation_results import curve_rows
 from palpate.modeling.doors.evaluation_tables import prediction_rows, waveform_error_rows
 from palpate.modeling.doors.evaluation_words import CURVES, WORK_PRECISION
+from palpate.modeling.doors.results import MethodResults
 from palpate.protocols.undefined import nan_to_none
 
 if TYPE_CHECKING:
@@ -24,42 +24,44 @@ if TYPE_CHECKING:
 UNIT = "0 to 100"
 
 
-def figures(found: Evaluation, folder: Path) -> Iterator[DrawnFigure]:
+def figures(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder."""
     forward = _of(
-        found.judged.methods("forward"), found.choices["forward"].method if "forward" in found.choices else ""
+        evaluation.results.methods("forward"),
+        evaluation.choices["forward"].method if "forward" in evaluation.choices else "",
     )
     inverse = _of(
-        found.judged.methods("inverse"), found.choices["inverse"].method if "inverse" in found.choices else ""
+        evaluation.results.methods("inverse"),
+        evaluation.choices["inverse"].method if "inverse" in evaluation.choices else "",
     )
     if forward is not None:
         yield from _predicted(forward, folder)
     if inverse is not None:
         yield _violins(inverse, folder)
-        yield made_profiles(found, inverse, folder)
-    if found.measured:
-        yield measured_door(found, folder)
-    yield from _work_precision(found, folder)
-    yield from _curves(found, folder)
+        yield made_profiles(evaluation, inverse, folder)
+    if evaluation.measured:
+        yield measured_door(evaluation, folder)
+    yield from _work_precision(evaluation, folder)
+    yield from _curves(evaluation, folder)
 
 
-def _of(methods: Sequence[Gathered], name: str) -> Gathered | None:
+def _of(methods: Sequence[MethodResults], name: str) -> MethodResults | None:
     return next((each for each in methods if each.method == name), None)
 
 
-def _predicted(found: Gathered, folder: Path) -> Iterator[DrawnFigure]:
+def _predicted(results: MethodResults, folder: Path) -> Iterator[DrawnFigure]:
     """Figures 5.12 and 5.13: by door and by attribute."""
     from palpate.analysis.figures.predicted import PREDICTED
 
-    rows = prediction_rows(found, widths(found))
+    rows = prediction_rows(results, widths(results))
     for name, panels, colour in (("figure_5_12", "door", "attribute"), ("figure_5_13", "attribute", "door")):
         asked: dict[str, Any] = {"panels": panels, "colour": colour, "unit": UNIT, "band": "global"}
         asked |= {} if any(row["sd"] is not None for row in rows) else {"sd": 10.0}
         kept = [{key: value for key, value in row.items() if key not in ("low", "high")} for row in rows]
-        yield _shown(PREDICTED, {"name": name, "figure": "predicted", **asked}, kept, found, folder)
+        yield _shown(PREDICTED, {"name": name, "figure": "predicted", **asked}, kept, results, folder)
 
 
-def _violins(found: Gathered, folder: Path) -> DrawnFigure:
+def _violins(results: MethodResults, folder: Path) -> DrawnFigure:
     """Figure 5.14: the waveform's MAE by door."""
     from palpate.analysis.figures.violins import VIOLINS
 
@@ -71,41 +73,41 @@ def _violins(found: Gathered, folder: Path) -> DrawnFigure:
         "value": "mae",
         "unit": "% of the range of forces",
     }
-    return _shown(VIOLINS, {**asked, "title": title}, waveform_error_rows(found), found, folder)
+    return _shown(VIOLINS, {**asked, "title": title}, waveform_error_rows(results), results, folder)
 
 
 def _shown(
-    kind: FigureKind, asked: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], found: Gathered, folder: Path
+    kind: FigureKind, asked: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], results: MethodResults, folder: Path
 ) -> DrawnFigure:
     settings = kind.settings.model_validate(asked)
-    shown = kind.data(FigureInput(_selected(rows, found)), settings)
+    shown = kind.data(FigureInput(_selected(rows, results)), settings)
     with drawing(settings.name):
         drawn = kind.draw(shown)
         svg, _ = save(drawn.figure, folder, settings.name)
     return DrawnFigure(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
 
 
-def _selected(rows: Sequence[Mapping[str, Any]], found: Gathered) -> Any:
+def _selected(rows: Sequence[Mapping[str, Any]], results: MethodResults) -> Any:
     """The rows as a figure of a plan gets them, with the levels in the data's order."""
     import pandas as pd
 
     from palpate.analysis.plans.answers import Selected
 
     table = pd.DataFrame([dict(row) for row in rows])
-    data = found.data
+    data = results.data
     levels = {name: tuple(dict.fromkeys(values)) for name, values in
               (("attribute", data.attributes), ("door", data.doors), ("variant", data.variants))}  # fmt: skip
     antonyms = dict(zip(data.attributes, data.antonyms, strict=True))
     return Selected(table, table.iloc[:0], data.attributes, levels, antonyms=antonyms)
 
 
-def _work_precision(found: Evaluation, folder: Path) -> Iterator[DrawnFigure]:
+def _work_precision(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Error against the time of training and of an answer, a figure for each direction."""
     from palpate.analysis.measuring.work_precision_plot import work_precision_figure
 
     panels = {
-        "forward": (found.forward, "mae", "From force to feeling", "MAE, 0 to 100"),
-        "inverse": (found.inverse, "waveform_mae", "From feeling to force", "waveform MAE, % of the range"),
+        "forward": (evaluation.forward, "mae", "From force to feeling", "MAE, 0 to 100"),
+        "inverse": (evaluation.inverse, "waveform_mae", "From feeling to force", "waveform MAE, % of the range"),
     }
     for way, (of, error, title, kind) in panels.items():
         rows = [*_timed_rows(of, error, "train_s", 1.0, ("training", kind)),
@@ -131,24 +133,24 @@ def _timed_rows(
     ]
 
 
-def _curves(found: Evaluation, folder: Path) -> Iterator[DrawnFigure]:
+def _curves(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """The learning curves of every method that is trained in epochs, a line for each fold."""
     from palpate.modeling.training.learning_curve import learning_curve
 
-    for each in (*found.judged.methods("forward"), *found.judged.methods("inverse")):
+    for each in (*evaluation.results.methods("forward"), *evaluation.results.methods("inverse")):
         if histories := _histories(each):
             name = f"learning_{each.direction}_{each.method}"
-            title = f"Learning curves: {found.judged.context.methods[each.direction][each.method].title}"
+            title = f"Learning curves: {evaluation.results.domain.methods[each.direction][each.method].title}"
             with drawing(name):
                 last = each.method == "network_thesis"
                 yield drawn_figure(name, title, CURVES, learning_curve(histories, last), folder)
 
 
-def _histories(found: Gathered) -> dict[str, list[Epoch]]:
+def _histories(results: MethodResults) -> dict[str, list[Epoch]]:
     from palpate.modeling.training.history import Epoch
 
     histories: dict[str, list[Epoch]] = {}
-    for row in curve_rows(found):
+    for row in curve_rows(results):
         held = nan_to_none(row["held_loss"])
         epoch = Epoch(int(row["epoch"]), row["seconds"], row["learning_rate"], row["train_loss"], held)
         histories.setdefault(f"fold {row['fold']}", []).append(epoch)

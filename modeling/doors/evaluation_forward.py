@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from palpate.analysis.reports.blocks import Block, Column, Heading, Section, TableBlock, Words, table
 from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
 from palpate.modeling.doors import evaluation_words as words
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_results import ceiling_rows, splits_forward
 from palpate.modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, thesis_rows, variant_rows
 from palpate.modeling.doors.evaluation_thesis import printed
 from palpate.modeling.doors.intervals import COVERAGE
 from palpate.modeling.doors.registry import THESIS
+from palpate.modeling.doors.results import MethodResults
 
 TABLES = (("mae", "5.3", "MAE", "2"), ("rmse", "5.4", "RMSE", "2"), ("r2", "5.5", "R²", "3"))
 ERRORS = (
@@ -47,27 +47,33 @@ CEILING = (
 KNOWS = {"other_people": "everybody who could be asked", "same_people": "these people's habits"}
 
 
-def forward_section(found: Evaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
+def forward_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
     """Everything about this direction; None where nothing of it was evaluated."""
-    if not found.forward:
+    if not evaluation.forward:
         return None
-    ours = found.choices["forward"].method
+    ours = evaluation.choices["forward"].method
     blocks: list[Block] = [
-        Words(words.RULES[found.judged.wanted.split]),
+        Words(words.RULES[evaluation.results.options.split]),
         table(
             "All methods on the same folds: error",
-            [*found.forward, _theirs()],
+            [*evaluation.forward, _theirs()],
             ERRORS,
             ours=ours,
             note=f"* {words.PRIVATE}",
         ),
-        table("Error and time", list(found.forward), TIMES, ours=ours, note=with_refusals(words.TIMES, found.forward)),
+        table(
+            "Error and time",
+            list(evaluation.forward),
+            TIMES,
+            ours=ours,
+            note=with_refusals(words.TIMES, evaluation.forward),
+        ),
         *(figure_block(each) for each in chosen(pictured, "work_precision_forward")),
-        *_ceilings(found),
-        *_cells(found, ours),
+        *_ceilings(evaluation),
+        *_cells(evaluation, ours),
         *(figure_block(each, _numbered(each)) for each in chosen(pictured, "figure_5_12", "figure_5_13")),
-        *_variants(found, ours),
-        *_splits(found),
+        *_variants(evaluation, ours),
+        *_splits(evaluation),
         *(figure_block(each) for each in chosen(pictured, "learning_forward")),
     ]
     return Section("forward", "From force to feeling", tuple(blocks))
@@ -84,11 +90,11 @@ def _theirs() -> Row:
     return {"method": "", "title": "thesis' network*", **told}
 
 
-def _ceilings(found: Evaluation) -> list[Block]:
-    if not found.ceilings:
-        return [Words(f"Noise ceiling: {found.no_ceiling}", "lead")]
-    wide: list[Row] = [{"knows": KNOWS[each.of], **ceiling_rows(each)[-1]} for each in found.ceilings]
-    by = ceiling_rows(found.ceilings[0])[:-1]
+def _ceilings(evaluation: DoorEvaluation) -> list[Block]:
+    if not evaluation.ceilings:
+        return [Words(f"Noise ceiling: {evaluation.no_ceiling}", "lead")]
+    wide: list[Row] = [{"knows": KNOWS[each.of], **ceiling_rows(each)[-1]} for each in evaluation.ceilings]
+    by = ceiling_rows(evaluation.ceilings[0])[:-1]
     knows, attribute = Column("knows", "a perfect predictor that knows"), Column("attribute", "attribute")
     return [
         table("Noise ceiling", wide, [knows, *CEILING], note=words.CEILING),
@@ -98,19 +104,21 @@ def _ceilings(found: Evaluation) -> list[Block]:
     ]
 
 
-def _cells(found: Evaluation, ours: str) -> list[Block]:
+def _cells(evaluation: DoorEvaluation, ours: str) -> list[Block]:
     """Tables 5.3 to 5.5 for the default and the thesis' network, the other methods folded."""
     blocks: list[Block] = [Heading("By attribute and door", "cells")]
-    methods = sorted(found.judged.methods("forward"), key=lambda each: (each.method != ours, each.method != THESIS))
+    methods = sorted(
+        evaluation.results.methods("forward"), key=lambda each: (each.method != ours, each.method != THESIS)
+    )
     for measure, number, what, digits in TABLES:
         for each in methods:
-            title = f"Table {number}. {what}: {_title(found, each.method)}"
+            title = f"Table {number}. {what}: {_title(evaluation, each.method)}"
             blocks.append(_cell_table(title, each, measure, digits, folded=each.method not in (ours, THESIS)))
         blocks += _printed(f"Table {number} as the thesis printed it", methods[0], measure, digits)
     return blocks
 
 
-def _cell_table(title: str, each: Gathered, measure: str, digits: str, folded: bool) -> TableBlock:
+def _cell_table(title: str, each: MethodResults, measure: str, digits: str, folded: bool) -> TableBlock:
     told = printed(measure)
     rows = cell_rows(each, measure)
     for row in rows[:-1]:
@@ -121,14 +129,14 @@ def _cell_table(title: str, each: Gathered, measure: str, digits: str, folded: b
     return table(title, rows, columns, folded=folded, note=note, theirs=("thesis",))
 
 
-def _printed(title: str, each: Gathered, measure: str, digits: str) -> list[Block]:
+def _printed(title: str, each: MethodResults, measure: str, digits: str) -> list[Block]:
     rows = thesis_rows(measure, each.data.attributes, list(dict.fromkeys(each.data.doors)))
     columns = _door_columns(each, digits)
     theirs = [column.name for column in columns[1:]]
     return [table(title, rows, columns, folded=True, note=words.PRIVATE, theirs=theirs)] if rows else []
 
 
-def _door_columns(each: Gathered, digits: str) -> list[Column]:
+def _door_columns(each: MethodResults, digits: str) -> list[Column]:
     doors = [Column(door, door, digits) for door in dict.fromkeys(each.data.doors)]
     return [Column("attribute", "attribute"), *doors, Column(AVERAGE, AVERAGE, digits)]
 
@@ -137,25 +145,25 @@ def _numbered(each: DrawnFigure) -> str:
     return each.name.replace("figure_", "Figure ").replace("_", ".")
 
 
-def _title(found: Evaluation, method: str) -> str:
-    return found.judged.context.methods["forward"][method].title
+def _title(evaluation: DoorEvaluation, method: str) -> str:
+    return evaluation.results.domain.methods["forward"][method].title
 
 
-def _variants(found: Evaluation, ours: str) -> list[Block]:
+def _variants(evaluation: DoorEvaluation, ours: str) -> list[Block]:
     scores = [Column("mae", "MAE", "2"), Column("rmse", "RMSE", "2"), Column("r2", "R²", "3")]
     columns = [Column("variant", "variant"), *scores, Column("n", "stimuli", "int")]
     return [
-        table(f"By variant: {_title(found, each.method)}", variant_rows(each), columns, folded=True)
-        for each in found.judged.methods("forward")
+        table(f"By variant: {_title(evaluation, each.method)}", variant_rows(each), columns, folded=True)
+        for each in evaluation.results.methods("forward")
         if each.method in (ours, THESIS)
     ]
 
 
-def _splits(found: Evaluation) -> list[Block]:
+def _splits(evaluation: DoorEvaluation) -> list[Block]:
     """Every method's MAE on each split, side by side."""
     by_method: dict[str, Row] = {}
-    for row in splits_forward(found):
-        start: Row = {"method": row["method"], "title": _title(found, row["method"])}
+    for row in splits_forward(evaluation):
+        start: Row = {"method": row["method"], "title": _title(evaluation, row["method"])}
         by_method.setdefault(row["method"], start)[row["split"]] = row["mae"]
     columns = [
         Column("title", "method"),

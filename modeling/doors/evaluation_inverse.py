@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from palpate.analysis.reports.blocks import Block, Column, Heading, Section, TableBlock, Words, table
 from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
 from palpate.modeling.doors import evaluation_words as words
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_forward import with_refusals
 from palpate.modeling.doors.evaluation_overall import attainable, loop_rows
 from palpate.modeling.doors.evaluation_results import corner_rows, plausible_row, slider_rows, splits_inverse
 from palpate.modeling.doors.evaluation_tables import OVERALL, Row, waveform_rows
 from palpate.modeling.doors.evaluation_thesis import printed_waveforms
 from palpate.modeling.doors.registry import THESIS
+from palpate.modeling.doors.results import MethodResults
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 
 ERRORS = (
@@ -84,12 +84,12 @@ JUDGES = {
 }
 
 
-def inverse_section(found: Evaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
+def inverse_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
     """Everything about this direction; None where nothing of it was evaluated."""
-    if not found.inverse:
+    if not evaluation.inverse:
         return None
-    ours = found.choices["inverse"].method
-    rows = list(found.inverse)
+    ours = evaluation.choices["inverse"].method
+    rows = list(evaluation.inverse)
     blocks: list[Block] = [
         Words(words.WISHES),
         table(
@@ -101,12 +101,12 @@ def inverse_section(found: Evaluation, pictured: Sequence[DrawnFigure]) -> Secti
         ),
         table("Error and time", [_timed(row) for row in rows], TIMES, ours=ours, note=with_refusals(words.TIMES, rows)),
         *(figure_block(each) for each in chosen(pictured, "work_precision_inverse", "made_profiles")),
-        *_loop(found),
-        *_sliders(found, ours),
-        *_waveforms(found, ours),
+        *_loop(evaluation),
+        *_sliders(evaluation, ours),
+        *_waveforms(evaluation, ours),
         *(figure_block(each, "Figure 5.14") for each in chosen(pictured, "figure_5_14")),
-        *_floors(found),
-        *_plausibility(found, ours),
+        *_floors(evaluation),
+        *_plausibility(evaluation, ours),
         *(figure_block(each) for each in chosen(pictured, "learning_inverse")),
     ]
     return Section("inverse", "From feeling to force", tuple(blocks))
@@ -118,19 +118,19 @@ def _timed(row: Row) -> Row:
     return {**row, "loop": loop, "without_file_ms": row["trained_ms"] if row["file_ms"] is None else None}
 
 
-def _title(found: Evaluation, method: str) -> str:
-    return found.judged.context.methods["inverse"][method].title
+def _title(evaluation: DoorEvaluation, method: str) -> str:
+    return evaluation.results.domain.methods["inverse"][method].title
 
 
-def _loop(found: Evaluation) -> list[Block]:
+def _loop(evaluation: DoorEvaluation) -> list[Block]:
     """The loop's error by attribute, a column for each method, as each judge finds it."""
-    methods = found.judged.methods("inverse")
-    tables = [_judged_table(found, methods, name) for name in JUDGES]
+    methods = evaluation.results.methods("inverse")
+    tables = [_judged_table(evaluation, methods, name) for name in JUDGES]
     return [Heading("The loop, by attribute", "loop"), *(each for each in tables if each is not None)]
 
 
-def _judged_table(found: Evaluation, methods: Sequence[Gathered], name: str) -> TableBlock | None:
-    rows: list[Row] = [{"attribute": attribute} for attribute in (*found.data.attributes, "mean")]
+def _judged_table(evaluation: DoorEvaluation, methods: Sequence[MethodResults], name: str) -> TableBlock | None:
+    rows: list[Row] = [{"attribute": attribute} for attribute in (*evaluation.data.attributes, "mean")]
     within = attainable(methods)
     for each in methods:
         values = [row[name] for row in loop_rows(each, within)]
@@ -145,29 +145,29 @@ def _judged_table(found: Evaluation, methods: Sequence[Gathered], name: str) -> 
     return table(JUDGES[name], rows, columns, folded=name == "loop_felt", note=note)
 
 
-def _sliders(found: Evaluation, ours: str) -> list[Block]:
-    rows = [row for each in _shown(found, ours) for row in slider_rows(each)]
+def _sliders(evaluation: DoorEvaluation, ours: str) -> list[Block]:
+    rows = [row for each in _shown(evaluation, ours) for row in slider_rows(each)]
     title = "One slider at 10 and at 90, the others at 50 (thesis 5.7.1)"
     return [table(title, rows, SLIDERS, folded=True, note=words.SLIDERS)] if rows else []
 
 
-def _shown(found: Evaluation, ours: str) -> list[Gathered]:
+def _shown(evaluation: DoorEvaluation, ours: str) -> list[MethodResults]:
     """The default, and the thesis' network where it is another."""
-    methods = [each for each in found.judged.methods("inverse") if each.method in (ours, THESIS)]
+    methods = [each for each in evaluation.results.methods("inverse") if each.method in (ours, THESIS)]
     return sorted(methods, key=lambda each: each.method != ours)
 
 
-def _waveforms(found: Evaluation, ours: str) -> list[Block]:
+def _waveforms(evaluation: DoorEvaluation, ours: str) -> list[Block]:
     """Table 5.6 for the default and the thesis' network, the others folded; the thesis' own beside."""
-    shown = _shown(found, ours)
-    others = [each for each in found.judged.methods("inverse") if each.method not in (ours, THESIS)]
+    shown = _shown(evaluation, ours)
+    others = [each for each in evaluation.results.methods("inverse") if each.method not in (ours, THESIS)]
     blocks: list[Block] = [Heading("The waveform, by door", "waveforms")]
-    blocks += [_by_door(found, each, folded=False) for each in shown]
-    blocks += [_by_door(found, each, folded=True) for each in others]
-    return [*blocks, *(_by_variant(found, each) for each in shown)]
+    blocks += [_by_door(evaluation, each, folded=False) for each in shown]
+    blocks += [_by_door(evaluation, each, folded=True) for each in others]
+    return [*blocks, *(_by_variant(evaluation, each) for each in shown)]
 
 
-def _by_door(found: Evaluation, each: Gathered, folded: bool) -> TableBlock:
+def _by_door(evaluation: DoorEvaluation, each: MethodResults, folded: bool) -> TableBlock:
     theirs = printed_waveforms().by_door
     rows = [{**_spreads(row), **_beside(theirs.get(row["door"]))} for row in waveform_rows(each)]
     rows[-1]["door"] = "all" if rows[-1]["door"] == OVERALL else rows[-1]["door"]
@@ -176,15 +176,15 @@ def _by_door(found: Evaluation, each: Gathered, folded: bool) -> TableBlock:
         *(Column("n", "profiles", "int"), Column("thesis_mae", "thesis' MAE*"), Column("thesis_rmse", "thesis' RMSE*")),
     ]
     note = "" if folded else f"* {words.PRIVATE}"
-    title = f"Table 5.6. {_title(found, each.method)}"
+    title = f"Table 5.6. {_title(evaluation, each.method)}"
     return table(title, rows, columns, folded=folded, note=note, theirs=("thesis_mae", "thesis_rmse"))
 
 
-def _by_variant(found: Evaluation, each: Gathered) -> TableBlock:
+def _by_variant(evaluation: DoorEvaluation, each: MethodResults) -> TableBlock:
     rows = [_spreads(row) for row in waveform_rows(each, "variants") if row["variant"] != OVERALL]
     columns = [Column("variant", "variant"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD"),
                Column("n", "profiles", "int")]  # fmt: skip
-    return table(f"By variant: {_title(found, each.method)}", rows, columns, folded=True)
+    return table(f"By variant: {_title(evaluation, each.method)}", rows, columns, folded=True)
 
 
 def _spreads(row: Row) -> Row:
@@ -202,12 +202,12 @@ def _pm(mean: float, sd: float | None, digits: int) -> str:
     return f"{mean:.{digits}f}" if sd is None else f"{mean:.{digits}f} ± {sd:.{digits}f}"
 
 
-def _floors(found: Evaluation) -> list[Block]:
+def _floors(evaluation: DoorEvaluation) -> list[Block]:
     """Why 0.6 %: the leaky split, and what no method can undercut."""
     wide: dict[str, Row] = {}
-    for row in splits_inverse(found):
-        wide.setdefault(row["method"], {"title": _title(found, row["method"])})[row["split"]] = row["mae"]
-    for row in found.floors:
+    for row in splits_inverse(evaluation):
+        wide.setdefault(row["method"], {"title": _title(evaluation, row["method"])})[row["split"]] = row["mae"]
+    for row in evaluation.floors:
         wide.setdefault(row["floor"], {"title": f"floor: {row['what']}"})[row["split"]] = row["mae"]
     columns = [Column("title", "method"), *(Column(name, text, "2") for name, text in words.SPLITS.items())]
     note = words.FLOORS.format(theirs=printed_waveforms().overall("mae"))
@@ -217,8 +217,8 @@ def _floors(found: Evaluation) -> list[Block]:
     ]
 
 
-def _plausibility(found: Evaluation, ours: str) -> list[Block]:
-    methods = found.judged.methods("inverse")
+def _plausibility(evaluation: DoorEvaluation, ours: str) -> list[Block]:
+    methods = evaluation.results.methods("inverse")
     made = [plausible_row(each) for each in methods]
     return [
         Heading("Could it be a door?", "plausibility"),

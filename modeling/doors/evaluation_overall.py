@@ -9,14 +9,13 @@ import numpy as np
 
 from palpate.modeling.doors.corners import TOLERANCE
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.evaluating import Judged
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_scores import mae, r2, rmse
 from palpate.modeling.doors.evaluation_tables import Row, waveform_errors
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, nested_coverage
 from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.results import DoorResults, MethodResults
 from palpate.modeling.doors.scaling import TOP
+from palpate.modeling.doors.scores import mae, r2, rmse
 from palpate.modeling.doors.shares import share_within, share_within_sd
 from palpate.signals.arrays import Array, Mask
 
@@ -25,74 +24,74 @@ BY = ("judge", "fresh", "felt")
 FILE_NUMBERS = ("file_ms", "file_p99_ms", "file_bytes", "file_difference")
 
 
-def method_rows(judged: Judged, way: Direction) -> tuple[Row, ...]:
+def method_rows(results: DoorResults, way: Direction) -> tuple[Row, ...]:
     """A row for each method of a direction on the split that counts."""
-    found, methods = judged.methods(way), judged.context.methods[way]
+    found, methods = results.methods(way), results.domain.methods[way]
     if way == "forward":
         return tuple(forward_row(each, methods[each.method]) for each in found)
     within = attainable(found)
     return tuple(inverse_row(each, methods[each.method], within) for each in found)
 
 
-def forward_row(found: Gathered, method: Method) -> Row:
+def forward_row(results: MethodResults, method: Method) -> Row:
     """One method that predicts ratings: all on 0..100, over every stimulus once, each by a model that had not seen it.
 
     `mae_of_folds_sd` is the SD of the folds' MAE; `coverage` and `half_width` are of nested conformal intervals that
     should hold 90 %; `scaled_coverage` of those scaled by the model's own SD, where it has one.
     """
-    actual, predicted = found.actual, found.predicted
-    folds = [mae(actual[found.fold == k], predicted[found.fold == k]) for k in np.unique(found.fold)]
+    actual, predicted = results.actual, results.predicted
+    folds = [mae(actual[results.fold == k], predicted[results.fold == k]) for k in np.unique(results.fold)]
     return {
-        "method": found.method,
+        "method": results.method,
         "title": method.title,
         "mae": mae(actual, predicted),
         "mae_of_folds_sd": float(np.std(folds, ddof=1)) if len(folds) > 1 else None,
         "rmse": rmse(actual, predicted),
         "r2": r2(actual, predicted),
         "within_jnd": share_within(predicted, actual).overall,
-        "within_sd": _within_sd(found),
-        **_calibration(found),
-        "train_s": found.total("train_s"),
-        **files(found),
+        "within_sd": _within_sd(results),
+        **_calibration(results),
+        "train_s": results.total("train_s"),
+        **files(results),
         "source": method.source,
     }
 
 
-def inverse_row(found: Gathered, method: Method, within: Mask | None = None) -> Row:
+def inverse_row(results: MethodResults, method: Method, within: Mask | None = None) -> Row:
     """One method that makes profiles: waveform error in percent of the range of forces, loop error on 0..100.
 
     `within` (n,) are the wishes that can be had (see `attainable`); None: nobody looked.
     """
-    errors = waveform_errors(found)
+    errors = waveform_errors(results)
     return {
-        "method": found.method,
+        "method": results.method,
         "title": method.title,
         "waveform_mae": float(errors[0].mean()),
         "waveform_mae_sd": float(errors[0].std(ddof=1)) if len(errors[0]) > 1 else None,
         "waveform_rmse": float(errors[1].mean()),
-        **loop_numbers(found, within),
-        "unplayable": unplayable(found),
-        "made": len(found.data),
-        "corners_unplayable": found.total("corners_unplayable") if _has(found, "corners_unplayable") else None,
-        "corners": found.total("corners") if _has(found, "corners") else None,
-        "train_s": found.total("train_s"),
-        "forward_s": found.total("forward_s") or None,
-        **files(found),
+        **loop_numbers(results, within),
+        "unplayable": unplayable(results),
+        "made": len(results.data),
+        "corners_unplayable": results.total("corners_unplayable") if _has(results, "corners_unplayable") else None,
+        "corners": results.total("corners") if _has(results, "corners") else None,
+        "train_s": results.total("train_s"),
+        "forward_s": results.total("forward_s") or None,
+        **files(results),
         "source": method.source,
     }
 
 
-def files(found: Gathered) -> Row:
+def files(results: MethodResults) -> Row:
     """What was measured of the exported file: one answer's time, bytes, the largest difference from the trained one.
 
     `trained_ms` is one answer's share of the time that the trained model itself took, asked for all at once.
     """
-    notes = dict.fromkeys(note for each in found.done for note in each.notes)
-    trained = {"trained_ms": 1e3 * found.total("asked_s") / len(found.data)}
-    return {**trained, **{name: found.number(name) for name in FILE_NUMBERS}, "note": "; ".join(notes) or None}
+    notes = dict.fromkeys(note for each in results.folds for note in each.notes)
+    trained = {"trained_ms": 1e3 * results.total("asked_s") / len(results.data)}
+    return {**trained, **{name: results.number(name) for name in FILE_NUMBERS}, "note": "; ".join(notes) or None}
 
 
-def attainable(methods: Iterable[Gathered]) -> Mask | None:
+def attainable(methods: Iterable[MethodResults]) -> Mask | None:
     """Which wishes (n,) can be had: some method's profile comes within TOLERANCE of it in every attribute.
 
     The forward model of the training side says so, as it does to a designer; it saw neither the wish's door nor what
@@ -102,90 +101,95 @@ def attainable(methods: Iterable[Gathered]) -> Mask | None:
     return np.any(found, axis=0) if found else None
 
 
-def loop_numbers(found: Gathered, within: Mask | None = None) -> Row:
+def loop_numbers(results: MethodResults, within: Mask | None = None) -> Row:
     """The mean absolute difference between wished ratings and those of the made profile.
 
     Also over the wishes `within` alone, by fresh people where there are any and else by the forward model.
     """
-    told: Row = {name: None if each is None else float(np.mean(each)) for name, each in _all_off(found, within).items()}
+    told: Row = {
+        name: None if each is None else float(np.mean(each)) for name, each in _all_off(results, within).items()
+    }
     return told | {"attainable": None if within is None else int(within.sum())}
 
 
-def loop_rows(found: Gathered, within: Mask | None = None) -> list[Row]:
+def loop_rows(results: MethodResults, within: Mask | None = None) -> list[Row]:
     """`loop_numbers` by attribute."""
-    off = _all_off(found, within)
+    off = _all_off(results, within)
     return [
-        {"method": found.method, "attribute": attribute}
+        {"method": results.method, "attribute": attribute}
         | {name: None if each is None else float(np.mean(each[:, column])) for name, each in off.items()}
-        for column, attribute in enumerate(found.data.attributes)
+        for column, attribute in enumerate(results.data.attributes)
     ]
 
 
-def _all_off(found: Gathered, within: Mask | None) -> dict[str, Array | None]:
+def _all_off(results: MethodResults, within: Mask | None) -> dict[str, Array | None]:
     """How far from the wishes each judge finds what was made, and over the wishes `within` the one that counts."""
-    off = {f"loop_{by}": _off(found, by) for by in BY}
+    off = {f"loop_{by}": _off(results, by) for by in BY}
     counts = off["loop_judge"] if off["loop_fresh"] is None else off["loop_fresh"]
     off["loop_attainable"] = None if within is None or counts is None or not within.any() else counts[within]
     return off
 
 
-def unplayable(found: Gathered) -> int | None:
+def unplayable(results: MethodResults) -> int | None:
     """How many of the made profiles the door would refuse."""
-    playable = found.array("playable")
+    playable = results.array("playable")
     return None if playable is None else int(np.sum(playable == 0))
 
 
-def widths(found: Gathered, coverage: float = COVERAGE) -> Array | None:
+def widths(results: MethodResults, coverage: float = COVERAGE) -> Array | None:
     """(n, attributes): each prediction's half width, calibrated on the other folds; None for too few stimuli."""
-    residual, width = found.predicted - found.actual, np.empty_like(found.actual)
+    residual, width = results.predicted - results.actual, np.empty_like(results.actual)
     try:
-        for fold in np.unique(found.fold):
-            own = found.fold == fold
+        for fold in np.unique(results.fold):
+            own = results.fold == fold
             width[own] = half_widths(residual[~own], coverage)
     except ModelDataError:
         return None
     return width
 
 
-def _calibration(found: Gathered) -> Row:
+def _calibration(results: MethodResults) -> Row:
     """Coverage and mean half width of nested intervals; None where there are too few stimuli to calibrate any."""
-    residual, nothing = found.predicted - found.actual, {"coverage": None, "half_width": None, "scaled_coverage": None}
+    residual, nothing = (
+        results.predicted - results.actual,
+        {"coverage": None, "half_width": None, "scaled_coverage": None},
+    )
     try:
-        plain = nested_coverage(residual, found.fold.tolist())
+        plain = nested_coverage(residual, results.fold.tolist())
     except ModelDataError:
         return nothing
     told: dict[str, Any] = {"coverage": plain.overall, "half_width": float(np.mean(plain.half_width))}
-    return told | {"scaled_coverage": _scaled(found, residual)}
+    return told | {"scaled_coverage": _scaled(results, residual)}
 
 
-def _scaled(found: Gathered, residual: Array) -> float | None:
-    if (sd := found.array("deviation")) is None:
+def _scaled(results: MethodResults, residual: Array) -> float | None:
+    if (sd := results.array("deviation")) is None:
         return None
     try:
-        return nested_coverage(residual, found.fold.tolist(), sd=sd).overall
+        return nested_coverage(residual, results.fold.tolist(), sd=sd).overall
     except ModelDataError:
         return None
 
 
-def _within_sd(found: Gathered) -> float | None:
-    if not np.all(np.isfinite(found.sd)):
+def _within_sd(results: MethodResults) -> float | None:
+    if not np.all(np.isfinite(results.sd)):
         return None
-    return share_within_sd(found.predicted, found.actual, found.sd).overall
+    return share_within_sd(results.predicted, results.actual, results.sd).overall
 
 
-def _off(found: Gathered, by: str) -> Array | None:
+def _off(results: MethodResults, by: str) -> Array | None:
     """How far from the wish each attribute is (n, attributes), by this judge; None where it was not asked."""
-    wish, felt = found.array("wish"), found.array(f"loop_{by}")
+    wish, felt = results.array("wish"), results.array(f"loop_{by}")
     return None if wish is None or felt is None else np.abs(felt - wish)
 
 
-def _had(found: Gathered) -> Mask | None:
-    wish, said = found.array("wish"), found.array("loop_judge")
+def _had(results: MethodResults) -> Mask | None:
+    wish, said = results.array("wish"), results.array("loop_judge")
     if wish is None or said is None:
         return None
     near: Mask = np.all(np.abs(np.clip(said, 0.0, TOP) - wish) <= TOLERANCE, axis=1)
     return near
 
 
-def _has(found: Gathered, name: str) -> bool:
-    return found.number(name) is not None
+def _has(results: MethodResults, name: str) -> bool:
+    return results.number(name) is not None

@@ -8,9 +8,9 @@ from palpate.analysis.reports.blocks import Block, Column, Points, Section, Tabl
 from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
 from palpate.analysis.reports.numbers import NONE, in_seconds, written
 from palpate.modeling.doors import evaluation_words as words
-from palpate.modeling.doors.evaluating_measured import Recovered
-from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_tables import Row
+from palpate.modeling.doors.measured_door import Recovered
 from palpate.modeling.training.run_card import versions
 
 TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}
@@ -25,55 +25,55 @@ MEASURED = (
 )
 
 
-def banners(found: Evaluation) -> list[str]:
+def banners(evaluation: DoorEvaluation) -> list[str]:
     """What has to be known before any number is read."""
-    told = [words.LINEAR] if found.data.simulated else []
-    told += [words.QUICK] if found.judged.wanted.quick else []
-    return [*told, words.LEAKY] if found.judged.wanted.split == "leaky" else told
+    told = [words.LINEAR] if evaluation.data.simulated else []
+    told += [words.QUICK] if evaluation.results.options.quick else []
+    return [*told, words.LEAKY] if evaluation.results.options.split == "leaky" else told
 
 
-def facts(found: Evaluation) -> list[tuple[str, str]]:
+def facts(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
     """What stands at the head of the page."""
-    data, judged = found.data, found.judged
+    data, results = evaluation.data, evaluation.results
     raters = sorted({int(count) for count in data.raters})
     people = "not known" if raters[0] == 0 else f"{raters[0]}" if len(raters) == 1 else f"{raters[0]} to {raters[-1]}"
-    folds = judged.context.splits[judged.wanted.split]
+    folds = results.domain.splits[results.options.split]
     return [
         ("Stimuli", f"{len(data):,} of {len(set(data.doors))} doors"),
         ("Raters of each", people),
-        ("Split", f"{words.SPLITS[judged.wanted.split]}, {len(folds)}"),
-        ("Methods", f"{len(found.forward)} forward, {len(found.inverse)} inverse"),
+        ("Split", f"{words.SPLITS[results.options.split]}, {len(folds)}"),
+        ("Methods", f"{len(evaluation.forward)} forward, {len(evaluation.inverse)} inverse"),
         ("Data, SHA-256", data.digest[:12]),
     ]
 
 
-def in_short(found: Evaluation) -> Section:
+def in_short(evaluation: DoorEvaluation) -> Section:
     """The default methods and why, and what was set out to be reached."""
     points: list[tuple[str, str]] = []
     named = {"forward": "From force to feeling", "inverse": "From feeling to force"}
-    for way, choice in found.choices.items():
+    for way, choice in evaluation.choices.items():
         points.append((named[way], f"Default: {choice.method}. {choice.why}"))
         points += [("The thesis' network", choice.of_the_network)] if choice.of_the_network else []
-    points += reached(found)
+    points += reached(evaluation)
     return Section("short", "In short", (Points(tuple(points)),))
 
 
-def reached(found: Evaluation) -> list[tuple[str, str]]:
+def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
     """What was set out to be reached beside what was, each with its name."""
     told: list[tuple[str, str]] = []
-    if "forward" in found.choices:
-        row = _row(found.forward, found.choices["forward"].method)
+    if "forward" in evaluation.choices:
+        row = _row(evaluation.forward, evaluation.choices["forward"].method)
         met = row["mae"] <= TARGETS["mae"] and row["rmse"] <= TARGETS["rmse"] and (row["r2"] or 0) >= TARGETS["r2"]
         ratings = (
             f"Of unseen stimuli: MAE {row['mae']:.2f} (wanted: at most {TARGETS['mae']:g}), RMSE "
             f"{row['rmse']:.2f} ({TARGETS['rmse']:g}), R² {written(row['r2'], '3')} (at least {TARGETS['r2']:g}): "
-            f"{_said(met)}.{_beside_ceiling(found)}"
+            f"{_said(met)}.{_beside_ceiling(evaluation)}"
         )
         told.append(("Ratings", ratings))
-    if "inverse" in found.choices:
-        row = _row(found.inverse, found.choices["inverse"].method)
+    if "inverse" in evaluation.choices:
+        row = _row(evaluation.inverse, evaluation.choices["inverse"].method)
         told += [("The loop", text) for text in _loop_reached(row)]
-        told += [("Waveform", _waveform_reached(found, row))]
+        told += [("Waveform", _waveform_reached(evaluation, row))]
         told += [("Corners", text) for text in _corners_reached(row)]
     return told
 
@@ -95,8 +95,11 @@ def _loop_reached(row: Row) -> list[str]:
     return []
 
 
-def _waveform_reached(found: Evaluation, row: Row) -> str:
-    oracle = next((r for r in found.floors if r["floor"] == "oracle" and r["split"] == found.judged.wanted.split), None)
+def _waveform_reached(evaluation: DoorEvaluation, row: Row) -> str:
+    oracle = next(
+        (r for r in evaluation.floors if r["floor"] == "oracle" and r["split"] == evaluation.results.options.split),
+        None,
+    )
     floor = (
         "" if oracle is None
         else f" An oracle that knows the very waveform and takes the nearest known one has {oracle['mae']:.2f} %."
@@ -112,38 +115,38 @@ def _corners_reached(row: Row) -> list[str]:
     return [f"{of}, {row['corners_unplayable']:.0f} come to a profile beyond the limits."]
 
 
-def _beside_ceiling(found: Evaluation) -> str:
-    if not found.ceilings:
+def _beside_ceiling(evaluation: DoorEvaluation) -> str:
+    if not evaluation.ceilings:
         return ""
-    return f" A perfect predictor's MAE would be {found.ceilings[0].mae[-1]:.2f}, as the ratings are noisy means."
+    return f" A perfect predictor's MAE would be {evaluation.ceilings[0].mae[-1]:.2f}, as the ratings are noisy means."
 
 
 def _row(rows: Sequence[Row], method: str) -> Row:
     return next(row for row in rows if row["method"] == method)
 
 
-def measured_section(found: Evaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
+def measured_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
     """The measured door and its edits: predicted, and recovered."""
-    if not found.measured:
+    if not evaluation.measured:
         return None
     blocks: list[Block] = [Words(words.MEASURED), *(figure_block(each) for each in chosen(pictured, "measured_door"))]
-    blocks += [_measured_table(found, each) for each in found.measured]
+    blocks += [_measured_table(evaluation, each) for each in evaluation.measured]
     return Section("measured", "The measured door", tuple(blocks))
 
 
-def _measured_table(found: Evaluation, each: Recovered) -> TableBlock:
-    rows = [_measured_row(found, each, i) for i in range(len(found.data.attributes))]
+def _measured_table(evaluation: DoorEvaluation, each: Recovered) -> TableBlock:
+    rows = [_measured_row(evaluation, each, i) for i in range(len(evaluation.data.attributes))]
     off = float(abs(each.again - each.predicted).mean())
     why = f" The door would refuse the made profile: {each.why}." if each.why else ""
     note = f"Recovered within {off:.1f} an attribute on average.{why}"
     return table(profile_name(each.name), rows, MEASURED, note=note)
 
 
-def _measured_row(found: Evaluation, each: Recovered, i: int) -> Row:
+def _measured_row(evaluation: DoorEvaluation, each: Recovered, i: int) -> Row:
     reach = None if each.half_width is None else float(each.half_width[i])
     p = float(each.predicted[i])
     return {
-        "attribute": f"{found.data.attributes[i]} – {found.data.antonyms[i]}",
+        "attribute": f"{evaluation.data.attributes[i]} – {evaluation.data.antonyms[i]}",
         "rated": None if each.rated is None else float(each.rated[i]),
         "predicted": p,
         "interval": NONE if reach is None else f"{p - reach:.1f} to {p + reach:.1f}".replace("-", "−"),
@@ -157,15 +160,15 @@ def profile_name(name: str) -> str:
     return "The measured door" if name == "actual" else name.replace("edited_v", "Edit, version ")
 
 
-def provenance(found: Evaluation) -> Section:
+def provenance(evaluation: DoorEvaluation) -> Section:
     """What everything comes from."""
-    judged, context = found.judged, found.judged.context
+    results, domain = evaluation.results, evaluation.results.domain
     software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
-    inputs: list[Row] = [{"input": line} for line in context.data.made_from]
-    (low, high), (least, most) = context.scaling.rating, context.scaling.force_N
+    inputs: list[Row] = [{"input": line} for line in domain.data.made_from]
+    (low, high), (least, most) = domain.scaling.rating, domain.scaling.force_N
     run = (
-        f"Seed {judged.wanted.seed}. {judged.jobs} trainings, {judged.taken} of them taken from an earlier, equal "
-        f"evaluation; the rest took {in_seconds(judged.seconds)} here."
+        f"Seed {results.options.seed}. {len(results.jobs)} trainings, {results.jobs.loaded} of them taken from an "
+        f"earlier, equal evaluation; the rest took {in_seconds(results.seconds)} here."
     )
     blocks: list[Block] = [
         Words(words.SCALING.format(low=low, high=high, least=least, most=most)),

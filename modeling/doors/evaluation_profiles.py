@@ -10,12 +10,12 @@ import numpy as np
 
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_scores import by_level
-from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_tables import waveform_errors
 from palpate.modeling.doors.evaluation_words import PROFILES
 from palpate.modeling.doors.registry import THESIS
+from palpate.modeling.doors.results import MethodResults
+from palpate.modeling.doors.scores import by_level
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 
@@ -30,11 +30,11 @@ Line = tuple[str, str, Array, float]
 """Name, colour, 621 newtons, width."""
 
 
-def made_profiles(found: Evaluation, ours: Gathered, folder: Path) -> DrawnFigure:
+def made_profiles(evaluation: DoorEvaluation, ours: MethodResults, folder: Path) -> DrawnFigure:
     """For each door the stimulus that was made with the median error: held out, and as two methods made it."""
-    network = next((m for m in found.judged.methods("inverse") if m.method == THESIS != ours.method), None)
+    network = next((m for m in evaluation.results.methods("inverse") if m.method == THESIS != ours.method), None)
     shown = [each for each in (ours, network) if each is not None]
-    panels = [_panel(found, shown, rows) for rows in by_level(ours.data.doors).values()]
+    panels = [_panel(evaluation, shown, rows) for rows in by_level(ours.data.doors).values()]
     judge = "fresh simulated people" if ours.array("loop_fresh") is not None else "the forward model's ratings"
     beside = "" if network is None else ", orange what the thesis' network makes"
     caption = PROFILES.format(ours=ours.method, network=beside, judge=judge)
@@ -42,19 +42,19 @@ def made_profiles(found: Evaluation, ours: Gathered, folder: Path) -> DrawnFigur
         return drawn_figure("made_profiles", "Made profiles of held-out stimuli", caption, _figure(panels), folder)
 
 
-def _panel(found: Evaluation, shown: Sequence[Gathered], rows: Sequence[int]) -> tuple[str, list[Line]]:
+def _panel(evaluation: DoorEvaluation, shown: Sequence[MethodResults], rows: Sequence[int]) -> tuple[str, list[Line]]:
     """One door's middle stimulus: its title, and the lines to draw."""
     ours = shown[0]
     errors = waveform_errors(ours)[0]
     row = sorted(rows, key=lambda i: errors[i])[len(rows) // 2]
     lines: list[Line] = [("held out", HELD, ours.data.force_N[row], 2.6)]
     for each, colour in zip(shown, (OURS, THEIRS), strict=False):
-        made_N = found.judged.context.scaling.force_down(each.predicted[row])
+        made_N = evaluation.results.domain.scaling.force_down(each.predicted[row])
         lines.append((f"{each.method} ({_told(each, row)})", colour, made_N, 1.2))
     return ours.data.ids[row], lines
 
 
-def _told(each: Gathered, row: int) -> str:
+def _told(each: MethodResults, row: int) -> str:
     """The waveform's MAE, and how far the ratings of the made profile lie from the wish."""
     felt, wish = each.array("loop_fresh"), each.array("wish")
     felt = each.array("loop_judge") if felt is None else felt
@@ -62,7 +62,7 @@ def _told(each: Gathered, row: int) -> str:
     return f"{waveform_errors(each)[0][row]:.1f} %{off}"
 
 
-def measured_door(found: Evaluation, folder: Path) -> DrawnFigure:
+def measured_door(evaluation: DoorEvaluation, folder: Path) -> DrawnFigure:
     """The measured door and its edits, each beside the profile that its predicted ratings come back to."""
     from palpate.modeling.doors.evaluation_parts import profile_name
 
@@ -71,7 +71,7 @@ def measured_door(found: Evaluation, folder: Path) -> DrawnFigure:
             profile_name(each.name),
             [("as measured or edited", HELD, each.force_N, 2.6), ("made again", OURS, each.made_N, 1.2)],
         )
-        for each in found.measured
+        for each in evaluation.measured
     ]
     caption = (
         "Grey the profile itself, blue the one that is made of its predicted ratings: many shapes can have one feeling."

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from palpate.analysis.reports.figures import DrawnFigure
 from palpate.analysis.reports.page import EVALUATION, Page, page_html
-from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_forward import forward_section
 from palpate.modeling.doors.evaluation_inverse import inverse_section
 from palpate.modeling.doors.evaluation_parts import banners, facts, in_short, measured_section, provenance
@@ -15,11 +15,11 @@ from palpate.modeling.doors.evaluation_words import LEAD
 TITLE = "Car doors: how well feelings are predicted, and profiles made"
 
 
-def report_html(found: Evaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
+def report_html(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
     """The whole page as one text. Every name in it is escaped."""
     sections = (
-        in_short(found), forward_section(found, pictured), inverse_section(found, pictured),
-        measured_section(found, pictured), provenance(found),
+        in_short(evaluation), forward_section(evaluation, pictured), inverse_section(evaluation, pictured),
+        measured_section(evaluation, pictured), provenance(evaluation),
     )  # fmt: skip
     whole = [section for section in sections if section is not None]
-    return page_html(Page(TITLE, LEAD, banners(found), facts(found), whole), EVALUATION)
+    return page_html(Page(TITLE, LEAD, banners(evaluation), facts(evaluation), whole), EVALUATION)

@@ -7,11 +7,8 @@ from typing import Any
 
 from palpate.analysis.reports.csv_files import json_row
 from palpate.modeling.doors.ceiling import Ceiling
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_kept import code
-from palpate.modeling.doors.evaluating_measured import measured_rows
-from palpate.modeling.doors.evaluating_scores import mae, r2, rmse
-from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.domain import door_code
+from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, widths
 from palpate.modeling.doors.evaluation_tables import (
     OVERALL,
@@ -23,33 +20,36 @@ from palpate.modeling.doors.evaluation_tables import (
     waveform_rows,
     waveform_table,
 )
+from palpate.modeling.doors.measured_door import measured_rows
+from palpate.modeling.doors.results import MethodResults
+from palpate.modeling.doors.scores import mae, r2, rmse
 from palpate.modeling.training.run_card import versions
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
 
 
-def tables(found: Evaluation) -> dict[str, list[Row]]:
+def tables(evaluation: DoorEvaluation) -> dict[str, list[Row]]:
     """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
-    forward, inverse = found.judged.methods("forward"), found.judged.methods("inverse")
+    forward, inverse = evaluation.results.methods("forward"), evaluation.results.methods("inverse")
     within = attainable(inverse)
     every: dict[str, list[Row]] = {
-        "methods_forward": list(found.forward),
-        "methods_inverse": list(found.inverse),
+        "methods_forward": list(evaluation.forward),
+        "methods_inverse": list(evaluation.inverse),
         "table_5_3_mae": cells_table(forward, "mae"),
         "table_5_4_rmse": cells_table(forward, "rmse"),
         "table_5_5_r2": cells_table(forward, "r2"),
         "table_5_6_waveform": waveform_table(inverse),
         "variants_forward": [row for each in forward for row in variant_rows(each)],
         "variants_inverse": [row for each in inverse for row in waveform_rows(each, "variants")],
-        "splits_forward": splits_forward(found),
-        "splits_inverse": splits_inverse(found),
-        "floors": list(found.floors),
-        "noise_ceiling": [row for each in found.ceilings for row in ceiling_rows(each)],
+        "splits_forward": splits_forward(evaluation),
+        "splits_inverse": splits_inverse(evaluation),
+        "floors": list(evaluation.floors),
+        "noise_ceiling": [row for each in evaluation.ceilings for row in ceiling_rows(each)],
         "loop": [row for each in inverse for row in loop_rows(each, within)],
         "corners": corner_rows(inverse),
         "one_slider": [row for each in inverse for row in slider_rows(each)],
         "plausibility": [plausible_row(each) for each in inverse],
-        "measured_door": measured_rows(found.measured, found.data.attributes),
+        "measured_door": measured_rows(evaluation.measured, evaluation.data.attributes),
         "predictions": [row for each in forward for row in prediction_rows(each, widths(each))],
         "waveforms": [row for each in inverse for row in waveform_error_rows(each)],
         "learning_curves": [row for each in (*forward, *inverse) for row in curve_rows(each)],
@@ -57,19 +57,19 @@ def tables(found: Evaluation) -> dict[str, list[Row]]:
     return {name: rows for name, rows in every.items() if rows}
 
 
-def splits_forward(found: Evaluation) -> list[Row]:
+def splits_forward(evaluation: DoorEvaluation) -> list[Row]:
     """MAE, RMSE and R2 of every forward method on every split that it was evaluated on."""
     return [
         {"method": each.method, "split": each.split, "mae": mae(each.actual, each.predicted),
          "rmse": rmse(each.actual, each.predicted), "r2": r2(each.actual, each.predicted), "n": len(each.data)}
-        for (way, _, _), each in found.judged.found.items() if way == "forward"
+        for (way, _, _), each in evaluation.results.by_method.items() if way == "forward"
     ]  # fmt: skip
 
 
-def splits_inverse(found: Evaluation) -> list[Row]:
+def splits_inverse(evaluation: DoorEvaluation) -> list[Row]:
     """The waveform's error of every inverse method on every split that it was evaluated on, in percent."""
     rows: list[Row] = []
-    for (way, _, split), each in found.judged.found.items():
+    for (way, _, split), each in evaluation.results.by_method.items():
         if way == "inverse":
             last = next(row for row in waveform_rows(each) if row["door"] == OVERALL)
             rows.append(
@@ -92,7 +92,7 @@ def ceiling_rows(ceiling: Ceiling) -> list[Row]:
     ]  # fmt: skip
 
 
-def corner_rows(methods: Iterable[Gathered]) -> list[Row]:
+def corner_rows(methods: Iterable[MethodResults]) -> list[Row]:
     """What came of all corners of the sliders, for each method that was asked."""
     names = (
         "corners",
@@ -108,67 +108,69 @@ def corner_rows(methods: Iterable[Gathered]) -> list[Row]:
     ]  # fmt: skip
 
 
-def slider_rows(found: Gathered) -> list[Row]:
+def slider_rows(results: MethodResults) -> list[Row]:
     """One slider at 10 and at 90, the others in the middle: how far its own rating and the others' moved."""
-    felt = next((each.arrays["alone"] for each in found.done if "alone" in each.arrays), None)
+    felt = next((each.arrays["alone"] for each in results.folds if "alone" in each.arrays), None)
     if felt is None:
         return []
     rows: list[Row] = []
-    for at, attribute in enumerate(found.data.attributes):
+    for at, attribute in enumerate(results.data.attributes):
         move = felt[2 * at + 1] - felt[2 * at]
         others = [abs(float(move[i])) for i in range(len(move)) if i != at]
-        rows.append({"method": found.method, "attribute": attribute, "at_10": float(felt[2 * at, at]),
+        rows.append({"method": results.method, "attribute": attribute, "at_10": float(felt[2 * at, at]),
                      "at_90": float(felt[2 * at + 1, at]), "moved": float(move[at]),
                      "others_moved": sum(others) / len(others) if others else None})  # fmt: skip
     return rows
 
 
-def plausible_row(found: Gathered) -> Row:
+def plausible_row(results: MethodResults) -> Row:
     """What a method's made profiles ask of a hand and how far they lie from measured ones; those held out beside."""
-    row: Row = {"method": found.method, "made": len(found.data)}
+    row: Row = {"method": results.method, "made": len(results.data)}
     for name in PLAUSIBLE:
-        values = found.array(name)
+        values = results.array(name)
         if values is not None:
             row |= {f"{name}_mean": float(values.mean()), f"{name}_max": float(values.max())}
-    playable = found.array("playable")
+    playable = results.array("playable")
     return row | {"unplayable": None if playable is None else int((playable == 0).sum())}
 
 
-def curve_rows(found: Gathered) -> list[Row]:
+def curve_rows(results: MethodResults) -> list[Row]:
     """The learning curves of a method's folds."""
     rows: list[Row] = []
-    for done in found.done:
+    for done in results.folds:
         columns = {
             name.removeprefix("curve_"): values for name, values in done.arrays.items() if name.startswith("curve_")
         }
         for i in range(len(columns.get("epoch", ()))):
             at = {name: float(values[i]) for name, values in columns.items()}
-            rows.append({"direction": found.direction, "method": found.method, "fold": done.job.fold + 1, **at})
+            rows.append({"direction": results.direction, "method": results.method, "fold": done.job.fold + 1, **at})
     return rows
 
 
-def as_json(found: Evaluation) -> dict[str, Any]:
+def as_json(evaluation: DoorEvaluation) -> dict[str, Any]:
     """Every number with what it rests on; what is no number is null."""
-    judged, context = found.judged, found.judged.context
+    results, domain = evaluation.results, evaluation.results.domain
     return {
-        "data": {"digest": context.data.digest, "simulated": context.data.simulated, "stimuli": len(context.data),
-                 "made_from": list(context.data.made_from), "attributes": list(context.data.attributes)},
-        "split": judged.wanted.split,
-        "quick": judged.wanted.quick,
-        "seed": judged.wanted.seed,
-        "settings": {name: str(value) for name, value in context.settings.items()},
-        "scaling": {"force_N": list(context.scaling.force_N), "rating": list(context.scaling.rating)},
+        "data": {"digest": domain.data.digest, "simulated": domain.data.simulated, "stimuli": len(domain.data),
+                 "made_from": list(domain.data.made_from), "attributes": list(domain.data.attributes)},
+        "split": results.options.split,
+        "quick": results.options.quick,
+        "seed": results.options.seed,
+        "settings": {name: str(value) for name, value in domain.settings.items()},
+        "scaling": {"force_N": list(domain.scaling.force_N), "rating": list(domain.scaling.rating)},
         "software": versions(),
-        "code": code(),
-        "seconds": judged.seconds,
-        "jobs": judged.jobs,
-        "jobs_kept": judged.taken,
+        "code": door_code(),
+        "seconds": results.seconds,
+        "jobs": len(results.jobs),
+        "jobs_kept": results.jobs.loaded,
         "default": {
             way: {"method": choice.method, "why": choice.why, "of_the_network": choice.of_the_network}
-            for way, choice in found.choices.items()
+            for way, choice in evaluation.choices.items()
         },
-        "no_ceiling": found.no_ceiling or None,
-        "tables": {name: [json_row(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+        "no_ceiling": evaluation.no_ceiling or None,
+        "tables": {
+            name: [json_row(row) for row in rows] for name, rows in tables(evaluation).items() if name not in LONG
+        },
     }  # fmt: skip
 
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_scores import by_level, mae, r2, rmse
 from palpate.modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
+from palpate.modeling.doors.results import MethodResults
+from palpate.modeling.doors.scores import by_level, mae, r2, rmse
 from palpate.signals.arrays import Array
 
 Row = dict[str, Any]
@@ -25,23 +25,23 @@ def mean_of(values: Iterable[float | None]) -> float | None:
     return float(np.mean(known)) if known else None
 
 
-def cell_rows(found: Gathered, measure: str) -> list[Row]:
+def cell_rows(results: MethodResults, measure: str) -> list[Row]:
     """A row for each attribute, a column for each door, margins as the thesis has them: means of the cells."""
-    doors = by_level(found.data.doors)
-    rows = [_attribute_row(found, column, doors, MEASURES[measure]) for column in range(found.actual.shape[1])]
-    last: Row = {"method": found.method, "attribute": AVERAGE}
+    doors = by_level(results.data.doors)
+    rows = [_attribute_row(results, column, doors, MEASURES[measure]) for column in range(results.actual.shape[1])]
+    last: Row = {"method": results.method, "attribute": AVERAGE}
     last |= {door: mean_of(row[door] for row in rows) for door in doors}
     last[AVERAGE] = mean_of(row[AVERAGE] for row in rows)
     return [*rows, last]
 
 
-def _attribute_row(found: Gathered, column: int, doors: dict[str, list[int]], measure: Measure) -> Row:
+def _attribute_row(results: MethodResults, column: int, doors: dict[str, list[int]], measure: Measure) -> Row:
     cells = {
-        door: measure(found.actual[rows][:, [column]], found.predicted[rows][:, [column]])
+        door: measure(results.actual[rows][:, [column]], results.predicted[rows][:, [column]])
         for door, rows in doors.items()
     }
-    attribute = found.data.attributes[column]
-    return {"method": found.method, "attribute": attribute, **cells, AVERAGE: mean_of(cells.values())}
+    attribute = results.data.attributes[column]
+    return {"method": results.method, "attribute": attribute, **cells, AVERAGE: mean_of(cells.values())}
 
 
 def thesis_rows(measure: str, attributes: Sequence[str], doors: Sequence[str]) -> list[Row]:
@@ -57,7 +57,7 @@ def thesis_rows(measure: str, attributes: Sequence[str], doors: Sequence[str]) -
     return rows
 
 
-def cells_table(methods: Sequence[Gathered], measure: str) -> list[Row]:
+def cells_table(methods: Sequence[MethodResults], measure: str) -> list[Row]:
     """Table 5.3, 5.4 or 5.5 for each method, and the thesis' own below."""
     rows = [row for found in methods for row in cell_rows(found, measure)]
     if methods:
@@ -66,25 +66,25 @@ def cells_table(methods: Sequence[Gathered], measure: str) -> list[Row]:
     return rows
 
 
-def waveform_errors(found: Gathered) -> tuple[Array, Array]:
+def waveform_errors(results: MethodResults) -> tuple[Array, Array]:
     """The MAE and RMSE of each made profile, in percent of the range of all forces."""
-    off = found.predicted - found.actual
+    off = results.predicted - results.actual
     return np.mean(np.abs(off), axis=1), np.sqrt(np.mean(off**2, axis=1))
 
 
-def waveform_rows(found: Gathered, by: str = "doors") -> list[Row]:
+def waveform_rows(results: MethodResults, by: str = "doors") -> list[Row]:
     """Table 5.6: the mean and SD of the waveform's MAE and RMSE by door (or `by` "variants"), and over all."""
-    levels: dict[str, list[int]] = by_level(getattr(found.data, by))
-    errors = waveform_errors(found)
-    every = list(range(len(found.data)))
+    levels: dict[str, list[int]] = by_level(getattr(results.data, by))
+    errors = waveform_errors(results)
+    every = list(range(len(results.data)))
     return [
-        {"method": found.method, by.removesuffix("s"): level, **_spread("mae", errors[0][rows]),
+        {"method": results.method, by.removesuffix("s"): level, **_spread("mae", errors[0][rows]),
          **_spread("rmse", errors[1][rows]), "n": len(rows)}
         for level, rows in (*levels.items(), (OVERALL, every))
     ]  # fmt: skip
 
 
-def waveform_table(methods: Sequence[Gathered]) -> list[Row]:
+def waveform_table(methods: Sequence[MethodResults]) -> list[Row]:
     """Table 5.6 for each method, and the thesis' own below."""
     rows = [row for found in methods for row in waveform_rows(found)]
     if methods:
@@ -99,37 +99,37 @@ def _spread(name: str, values: Array) -> Row:
     return {name: float(np.mean(values)), f"{name}_sd": sd}
 
 
-def variant_rows(found: Gathered) -> list[Row]:
+def variant_rows(results: MethodResults) -> list[Row]:
     """Thesis 5.5.4, by profile type g0 to g14: MAE, RMSE and R2 over all attributes."""
     rows = []
-    for variant, which in by_level(found.data.variants).items():
-        actual, predicted = found.actual[which], found.predicted[which]
+    for variant, which in by_level(results.data.variants).items():
+        actual, predicted = results.actual[which], results.predicted[which]
         scores = {name: measure(actual, predicted) for name, measure in MEASURES.items()}
-        rows.append({"method": found.method, "variant": variant, **scores, "n": len(which)})
+        rows.append({"method": results.method, "variant": variant, **scores, "n": len(which)})
     return rows
 
 
-def prediction_rows(found: Gathered, half_width: Array | None = None) -> list[Row]:
+def prediction_rows(results: MethodResults, half_width: Array | None = None) -> list[Row]:
     """Every prediction of the ratings: what people said, what was predicted, its interval and the raters' SD."""
-    data, rows = found.data, []
+    data, rows = results.data, []
     for i in range(len(data)):
         for j, attribute in enumerate(data.attributes):
-            told = {"actual": float(found.actual[i, j]), "predicted": float(found.predicted[i, j])}
+            told = {"actual": float(results.actual[i, j]), "predicted": float(results.predicted[i, j])}
             if half_width is not None:
                 reach = float(half_width[i, j])
                 told |= {"low": told["predicted"] - reach, "high": told["predicted"] + reach}
-            sd = float(found.sd[i, j])
+            sd = float(results.sd[i, j])
             named = {"stimulus": data.ids[i], "door": data.doors[i], "variant": data.variants[i]}
-            rows.append({"method": found.method, **named, "attribute": attribute, "fold": int(found.fold[i]) + 1,
+            rows.append({"method": results.method, **named, "attribute": attribute, "fold": int(results.fold[i]) + 1,
                          **told, "sd": sd if np.isfinite(sd) else None})  # fmt: skip
     return rows
 
 
-def waveform_error_rows(found: Gathered) -> list[Row]:
+def waveform_error_rows(results: MethodResults) -> list[Row]:
     """Every made profile: its MAE and RMSE in percent."""
-    errors, data = waveform_errors(found), found.data
+    errors, data = waveform_errors(results), results.data
     return [
-        {"method": found.method, "stimulus": data.ids[i], "door": data.doors[i], "variant": data.variants[i],
-         "fold": int(found.fold[i]) + 1, "mae": float(errors[0][i]), "rmse": float(errors[1][i])}
+        {"method": results.method, "stimulus": data.ids[i], "door": data.doors[i], "variant": data.variants[i],
+         "fold": int(results.fold[i]) + 1, "mae": float(errors[0][i]), "rmse": float(errors[1][i])}
         for i in range(len(data))
     ]  # fmt: skip

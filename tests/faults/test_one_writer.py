@@ -37,7 +37,6 @@ JSON_ELSEWHERE = {
     "benchmarks/doors/designer_window.py": "to its parent",
     "modeling/files/writing.py": "a card that `canonical` has read",
     "modeling/attributes/model_file.py": "back to pydantic", "modeling/attributes/stored_material.py": "for a digest",
-    "modeling/doors/evaluating_kept.py": "for a digest",
 }  # fmt: skip
 
 

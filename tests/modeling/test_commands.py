@@ -11,7 +11,7 @@ from palpate.modeling.commands import evaluate, train
 from palpate.modeling.files.evaluation_folder import RESULTS
 from palpate.signals.models.file import read_model
 from palpate.studies.catalogue import SHIPPED
-from tests.modeling.doors.evaluated_small import small_data
+from tests.modeling.doors.small_evaluation import small_data
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -112,7 +112,7 @@ def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
     def stop(*_args, **_more):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("palpate.modeling.doors.evaluating_whole.evaluate", stop)
+    monkeypatch.setattr("palpate.modeling.doors.evaluation.evaluate_doors", stop)
     arguments = ["doors", "--data", str(table), "--lab", str(tmp_path)]
     result = CliRunner().invoke(evaluate, arguments)
     assert result.exit_code == 130

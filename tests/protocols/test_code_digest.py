@@ -132,7 +132,7 @@ def test_a_partial_is_of_the_module_of_its_function():
             },
         ),
         (
-            {"modules": ("palpate.modeling.doors.evaluating_run",), "registries": True},
+            {"modules": ("palpate.modeling.doors.domain",), "registries": True},
             {
                 "palpate.signals.doors.features",
                 "palpate.signals.doors.limits",

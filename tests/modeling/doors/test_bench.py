@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.doors.models import AREA, Found, cases
 from palpate.analysis.measuring.rows import MEASURED, measure
-from tests.modeling.doors.evaluated_small import small_rated, wanted
+from tests.modeling.doors.small_evaluation import small_rated, wanted
 
 pytestmark = pytest.mark.needs("torch")
 

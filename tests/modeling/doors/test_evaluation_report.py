@@ -6,18 +6,18 @@ import pytest
 
 from palpate.analysis.reports.blocks import Column, table
 from palpate.analysis.reports.numbers import in_seconds, written
-from palpate.modeling.doors.evaluating_outputs import default_of, write_all
-from palpate.modeling.doors.evaluating_whole import evaluate
+from palpate.modeling.doors.evaluation import evaluate_doors
 from palpate.modeling.doors.evaluation_inverse import inverse_section
+from palpate.modeling.doors.evaluation_outputs import default_of, write_all
 from palpate.modeling.doors.evaluation_report import report_html
-from tests.modeling.doors.evaluated_small import small_data, wanted
+from tests.modeling.doors.small_evaluation import small_data, wanted
 
 pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")
 def found():
-    return evaluate(small_data(simulated=True), None, wanted("mean ridge", "nearest", beside=True))
+    return evaluate_doors(small_data(simulated=True), None, wanted("mean ridge", "nearest", beside=True))
 
 
 @pytest.fixture(scope="module")
@@ -65,8 +65,8 @@ def test_files_are_written_and_those_of_an_earlier_evaluation_go(found, folder, 
 
 def test_names_from_the_data_are_escaped(found):
     data = replace(found.data, made_from=("<script>alert(1)</script>",))
-    judged = replace(found.judged, context=replace(found.judged.context, data=data))
-    page = report_html(replace(found, judged=judged))
+    results = replace(found.results, domain=replace(found.results.domain, data=data))
+    page = report_html(replace(found, results=results))
     assert "<script>alert" not in page
     assert "&lt;script&gt;alert(1)" in page
 

@@ -3,9 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.evaluating_default import forward_choice, inverse_choice
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_scores import mae, r2, rmse
+from palpate.modeling.doors.choice import forward_choice, inverse_choice
 from palpate.modeling.doors.evaluation_tables import (
     AVERAGE,
     OVERALL,
@@ -17,13 +15,15 @@ from palpate.modeling.doors.evaluation_tables import (
     waveform_table,
 )
 from palpate.modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
-from tests.modeling.doors.evaluated_small import small_data
+from palpate.modeling.doors.results import MethodResults
+from palpate.modeling.doors.scores import mae, r2, rmse
+from tests.modeling.doors.small_evaluation import small_data
 
 
 def gathered(direction="forward", off=0.0):
     data = small_data()
     actual = 50 + 5 * data.rating if direction == "forward" else data.force_N + 20.0
-    return Gathered(direction, "some", "grouped", data, np.arange(len(data)) % 3, actual, actual + off,
+    return MethodResults(direction, "some", "grouped", data, np.arange(len(data)) % 3, actual, actual + off,
                     np.full((len(data), 7), 10.0), ())  # fmt: skip
 
 

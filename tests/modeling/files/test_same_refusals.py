@@ -9,7 +9,7 @@ import pytest
 
 from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.evaluating_files import ports
+from palpate.modeling.doors.model_scores import ports
 from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import FURTHEST_N
 from palpate.modeling.doors.ridge import RIDGE
@@ -31,7 +31,7 @@ def test_file_and_trained_model_answer_and_refuse_the_same_inputs(tmp_path, meth
     learning = learn()
     fitted = method.fit(learning)
     context = SimpleNamespace(data=learning.measured, scaling=learning.scaling)
-    takes, gives = ports(context, direction)
+    takes, gives = ports(context.data, context.scaling, direction)
     card = write_model(tmp_path, "m", fitted.exported(), title="", method=method.name, takes=takes, gives=gives)
     read = read_model(card)
     given = asked(method)[:2].copy()

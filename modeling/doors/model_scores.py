@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.modeling.doors.evaluating_jobs import Context, Job
+from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.preparing import FURTHEST_N, WISH
 from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.scaling import Scaling
 from palpate.protocols.progress import Clock
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS
@@ -33,13 +34,12 @@ class Timed:
     p99_ms: float
 
 
-def ports(context: Context, direction: Direction) -> tuple[Port, Port]:
-    """What a model of this direction takes and gives; its file refuses the same inputs as its `predict`."""
-    data = context.data
+def ports(data: DoorData, scaling: Scaling, direction: Direction) -> tuple[Port, Port]:
+    """Return what a model of this direction takes and gives; its file refuses the same inputs as its `predict`."""
     force = Port(kind="force_profile", size=POINTS, unit="N")
     ratings = Port(
         kind="ratings", size=len(data.attributes), unit="0..100", names=data.attributes, antonyms=data.antonyms,
-        scale=context.scaling.rating,
+        scale=scaling.rating,
     )  # fmt: skip
     if direction == "forward":
         return force.model_copy(update={"within": (-FURTHEST_N, FURTHEST_N)}), ratings
@@ -58,32 +58,30 @@ def timed(runs: Model, given: Array, clock: Clock) -> Timed:
     return Timed(1e3 * float(np.median(times)), 1e3 * float(np.percentile(times, 99)))
 
 
-def as_file(context: Context, model: Fitted, job: Job, given: Array) -> dict[str, float]:
+def model_scores(
+    model: Fitted, direction: Direction, method: str, title: str, given: Array, data: DoorData, scaling: Scaling,
+    clock: Clock, folder: Path | None,
+) -> dict[str, float]:  # fmt: skip
     """Write the model, read it with the rig's runtime, and compare: bytes, milliseconds, the largest difference.
 
-    The difference is in percent of the range, over `given`. The files stay in `context.files`, where there is such.
+    The difference is in percent of the range, over `given`. The files stay in the folder, where there is one.
     """
-    if context.files is not None:
-        context.files.mkdir(parents=True, exist_ok=True)
-        return _measured(context, model, job, given, context.files)
-    with tempfile.TemporaryDirectory() as folder:
-        return _measured(context, model, job, given, Path(folder))
-
-
-def _measured(context: Context, model: Fitted, job: Job, given: Array, folder: Path) -> dict[str, float]:
     from palpate.modeling.files.writing import write_model
     from palpate.signals.models.file import read_model
 
-    takes, gives = ports(context, job.direction)
-    name = f"{job.direction}-{job.method}"
-    card = write_model(folder, name, model.exported(), title=job.name, method=job.method, takes=takes, gives=gives)
-    runs = read_model(card)
-    speed = timed(runs, given, context.clock)
-    off = float(np.max(np.abs(np.asarray(runs.run(given), dtype=np.float64) - model.predict(given))))
-    low, high = context.scaling.force_N
-    return {
-        "file_bytes": float(sum(path.stat().st_size for path in folder.glob(f"{name}.*"))),
-        "file_ms": speed.median_ms,
-        "file_p99_ms": speed.p99_ms,
-        "file_difference": off if job.direction == "forward" else off * 100.0 / (high - low),
-    }
+    takes, gives = ports(data, scaling, direction)
+    name = f"{direction}-{method}"
+    with tempfile.TemporaryDirectory() as scratch:
+        place = folder or Path(scratch)
+        place.mkdir(parents=True, exist_ok=True)
+        card = write_model(place, name, model.exported(), title=title, method=method, takes=takes, gives=gives)
+        runs = read_model(card)
+        speed = timed(runs, given, clock)
+        off = float(np.max(np.abs(np.asarray(runs.run(given), dtype=np.float64) - model.predict(given))))
+        low, high = scaling.force_N
+        return {
+            "file_bytes": float(sum(path.stat().st_size for path in place.glob(f"{name}.*"))),
+            "file_ms": speed.median_ms,
+            "file_p99_ms": speed.p99_ms,
+            "file_difference": off if direction == "forward" else off * 100.0 / (high - low),
+        }

@@ -9,12 +9,12 @@ import numpy as np
 
 from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.data import DoorData
-from palpate.modeling.doors.evaluating import Wanted
 from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
 from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.profile_files import read_profile
 from palpate.modeling.doors.rated import Individual, Rated
+from palpate.modeling.doors.results import DoorOptions
 from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.files.exported import Exported
 from palpate.signals.models.card import Nearest
@@ -101,7 +101,7 @@ METHODS = {
 }
 
 
-def wanted(forward: str = "", inverse: str = "", **more) -> Wanted:
+def wanted(forward: str = "", inverse: str = "", **more) -> DoorOptions:
     """These methods, one process, three folds, no other split."""
     chosen = {"forward": tuple(forward.split()), "inverse": tuple(inverse.split())}
-    return replace(Wanted(methods=chosen, workers=1, folds=3, beside=False), **more)
+    return replace(DoorOptions(methods=chosen, workers=1, folds=3, beside=False), **more)

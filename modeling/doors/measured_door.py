@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.evaluating_gathered import Gathered
-from palpate.modeling.doors.evaluating_jobs import Context, Job
-from palpate.modeling.doors.evaluating_made import perceivers_for
-from palpate.modeling.doors.evaluating_run import trained
+from palpate.modeling.doors.domain import DoorDomain, FoldJob, trained
 from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import half_widths
 from palpate.modeling.doors.measured import measured_doors
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.plausibility import against
+from palpate.modeling.doors.profile_scores import perceivers_for
 from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.results import MethodResults
 from palpate.modeling.doors.scaling import TOP
 from palpate.modeling.doors.sources import near_groups
 from palpate.signals.arrays import Array
@@ -46,24 +45,24 @@ class Recovered:
     why: str | None
 
 
-def measured(context: Context, methods: Mapping[Direction, str], forward: Gathered) -> tuple[Recovered, ...]:
+def measured(domain: DoorDomain, methods: Mapping[Direction, str], forward: MethodResults) -> tuple[Recovered, ...]:
     """Predict and recover the measured door and its edits by models of these methods, trained on the other doors.
 
     `forward` are the out-of-fold predictions of that forward method, which calibrate the intervals. Empty where
     the data holds fewer than two other doors.
     """
     doors = measured_doors()
-    lone = _without(context, np.array(list(doors.values())))
+    lone = _without(domain, np.array(list(doors.values())))
     if lone is None:
         return ()
-    models = {way: trained(Job(way, name, SPLIT, 0), lone)[0] for way, name in methods.items()}
+    models = {way: trained(FoldJob(way, name, SPLIT, 0), lone)[0] for way, name in methods.items()}
     width = _width(forward)
     return tuple(_recovered(lone, name, force, models, width) for name, force in doors.items())
 
 
-def _without(context: Context, force_N: Array) -> Context | None:
-    """The context with one split: trained on the doors of which no stimulus is one of these profiles."""
-    data = context.data
+def _without(domain: DoorDomain, force_N: Array) -> DoorDomain | None:
+    """The domain with one split: trained on the doors of which no stimulus is one of these profiles."""
+    data = domain.data
     groups = near_groups(np.concatenate([data.force_N, force_N]))
     same = np.isin(groups[: len(data)], groups[len(data) :])
     known = {door for door, is_same in zip(data.doors, same, strict=True) if is_same}
@@ -71,10 +70,10 @@ def _without(context: Context, force_N: Array) -> Context | None:
     if len({door for door in data.doors if door not in known}) < 2:
         return None
     fold = Fold(SPLIT, np.flatnonzero(~test), np.flatnonzero(test))
-    return replace(context, splits={SPLIT: (fold,)})
+    return replace(domain, splits={SPLIT: (fold,)})
 
 
-def _width(forward: Gathered) -> Array | None:
+def _width(forward: MethodResults) -> Array | None:
     try:
         return half_widths(forward.predicted - forward.actual)
     except ValueError:
@@ -82,16 +81,16 @@ def _width(forward: Gathered) -> Array | None:
 
 
 def _recovered(
-    context: Context, name: str, force_N: Array, models: Mapping[Direction, Fitted], width: Array | None
+    domain: DoorDomain, name: str, force_N: Array, models: Mapping[Direction, Fitted], width: Array | None
 ) -> Recovered:
     predicted = models["forward"].predict(force_N[None])[0]
     made_N = models["inverse"].predict(np.clip(predicted, 0.0, TOP)[None])[0]
-    people = perceivers_for(context.data)
-    felt = None if people is None else context.scaling.rating_up(people.rate(made_N[None]))[0]
+    people = perceivers_for(domain.data)
+    felt = None if people is None else domain.scaling.rating_up(people.rate(made_N[None]))[0]
     return Recovered(
         name=name,
         force_N=force_N,
-        rated=_rated(context, force_N),
+        rated=_rated(domain, force_N),
         predicted=predicted,
         half_width=width,
         made_N=made_N,
@@ -101,11 +100,11 @@ def _recovered(
     )
 
 
-def _rated(context: Context, force_N: Array) -> Array | None:
+def _rated(domain: DoorDomain, force_N: Array) -> Array | None:
     """The mean ratings of the stimuli that are this profile."""
-    groups = near_groups(np.concatenate([context.data.force_N, force_N[None]]))
+    groups = near_groups(np.concatenate([domain.data.force_N, force_N[None]]))
     same = np.flatnonzero(groups[:-1] == groups[-1])
-    return context.scaling.rating_up(context.data.rating[same]).mean(axis=0) if len(same) else None
+    return domain.scaling.rating_up(domain.data.rating[same]).mean(axis=0) if len(same) else None
 
 
 def measured_rows(found: tuple[Recovered, ...], attributes: tuple[str, ...]) -> list[dict[str, Any]]:

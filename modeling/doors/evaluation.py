@@ -1,33 +1,33 @@
-"""An evaluation as a whole: every method judged, the ceiling and the floors beside, the default chosen."""
+"""An evaluation as a whole: every method's results, the ceiling and the floors beside, the default chosen."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
+from palpate.modeling.doors.choice import Choice, forward_choice, inverse_choice
 from palpate.modeling.doors.data import DoorData, ModelDataError
-from palpate.modeling.doors.evaluating import Judged, Wanted, context_for, judge
-from palpate.modeling.doors.evaluating_default import Choice, forward_choice, inverse_choice
-from palpate.modeling.doors.evaluating_floors import floors
-from palpate.modeling.doors.evaluating_measured import Recovered, measured
 from palpate.modeling.doors.evaluation_overall import method_rows
+from palpate.modeling.doors.floors import floors
+from palpate.modeling.doors.measured_door import Recovered, measured
 from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.results import DoorOptions, DoorResults, domain_for, evaluate_methods
+from palpate.protocols.progress import Report, silent
 
 Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class DoorEvaluation:
     """All that tables, figures and the report are made of.
 
     `forward` and `inverse` are the rows of the two tables of all methods; `choices` the default of each direction that
     was evaluated; `ceilings` the noise ceilings, or `no_ceiling` why there are none.
     """
 
-    judged: Judged
+    results: DoorResults
     forward: tuple[Row, ...]
     inverse: tuple[Row, ...]
     choices: dict[Direction, Choice]
@@ -39,26 +39,25 @@ class Evaluation:
     @property
     def data(self) -> DoorData:
         """The stimuli and their ratings."""
-        return self.judged.context.data
+        return self.results.domain.data
 
 
-def evaluate(
-    data: DoorData, individual: Individual | None, wanted: Wanted,
-    report: Callable[[str], None] = lambda _line: None,
-) -> Evaluation:  # fmt: skip
-    """Judge every method that is wanted. Raises ModelDataError or what a method raises."""
-    context = context_for(data, wanted)
-    found = judge(context, wanted, report)
-    forward, inverse = method_rows(found, "forward"), method_rows(found, "inverse")
+def evaluate_doors(
+    data: DoorData, individual: Individual | None, options: DoorOptions, report: Report = silent
+) -> DoorEvaluation:
+    """Evaluate every method that is asked for. Raises ModelDataError, or JobError for what a method raises."""
+    domain = domain_for(data, options)
+    results = evaluate_methods(domain, options, report)
+    forward, inverse = method_rows(results, "forward"), method_rows(results, "inverse")
     choices: dict[Direction, Choice] = {}
     if forward:
         choices["forward"] = forward_choice(forward)
     if inverse:
         choices["inverse"] = inverse_choice(inverse)
-    ceilings, why = _ceilings(data, individual, wanted.seed)
+    ceilings, why = _ceilings(data, individual, options.seed)
     report("the measured door")
-    return Evaluation(
-        found, forward, inverse, choices, ceilings, why, tuple(floors(context)), _measured(found, choices)
+    return DoorEvaluation(
+        results, forward, inverse, choices, ceilings, why, tuple(floors(domain)), _measured(results, choices)
     )
 
 
@@ -72,10 +71,10 @@ def _ceilings(data: DoorData, individual: Individual | None, seed: int) -> tuple
         return (), str(refusal)
 
 
-def _measured(found: Judged, choices: dict[Direction, Choice]) -> tuple[Recovered, ...]:
+def _measured(results: DoorResults, choices: dict[Direction, Choice]) -> tuple[Recovered, ...]:
     """By the default methods, where methods of both directions were evaluated: nothing else is trained for it."""
     if len(choices) < 2:
         return ()
     methods: dict[Direction, str] = {way: choice.method for way, choice in choices.items()}
-    together = next(each for each in found.methods("forward") if each.method == methods["forward"])
-    return measured(found.context, methods, together)
+    together = next(each for each in results.methods("forward") if each.method == methods["forward"])
+    return measured(results.domain, methods, together)

@@ -1,4 +1,4 @@
-"""What is to be said of made profiles: the loop back to ratings, plausibility, extreme wishes, one slider at a time."""
+"""Scores of made profiles: the loop back to ratings, plausibility, extreme wishes, one slider at a time."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from palpate.modeling.doors.corners import HIGH, LOW, corners, extremes, singles, unplayable
 from palpate.modeling.doors.data import DoorData
-from palpate.modeling.doors.evaluating_jobs import Context
 from palpate.modeling.doors.loop import loop_error
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.perceivers import Perceivers
 from palpate.modeling.doors.plausibility import judged_all
+from palpate.modeling.doors.scaling import Scaling
 from palpate.signals.arrays import Array
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
@@ -29,13 +29,13 @@ def perceivers_for(data: DoorData) -> Perceivers | None:
     return people if same else None
 
 
-def made(context: Context, test: DoorData, made_N: Array, known_N: Array, judge: Fitted) -> Arrays:
+def profile_scores(scaling: Scaling, test: DoorData, made_N: Array, known_N: Array, judge: Fitted) -> Arrays:
     """Of the profiles made for the test side's ratings: ratings by the judge and by fresh people, plausibility.
 
     `known_N` are the profiles of the training side, `judge` the forward model that was fitted to it.
     """
-    wish = context.scaling.rating_up(test.rating)
-    found: Arrays = {"wish": wish, **_loop(context, test, wish, made_N, judge)}
+    wish = scaling.rating_up(test.rating)
+    found: Arrays = {"wish": wish, **_loop(scaling, test, wish, made_N, judge)}
     judgements = judged_all(made_N, known_N)
     for name in PLAUSIBLE:
         found[name] = np.array([getattr(each, name) for each in judgements])
@@ -43,16 +43,16 @@ def made(context: Context, test: DoorData, made_N: Array, known_N: Array, judge:
     return found
 
 
-def _loop(context: Context, test: DoorData, wish: Array, made_N: Array, judge: Fitted) -> Arrays:
+def _loop(scaling: Scaling, test: DoorData, wish: Array, made_N: Array, judge: Fitted) -> Arrays:
     people = perceivers_for(test)
     if people is None:
         return {"loop_judge": judge.predict(made_N)}
-    loop = loop_error(wish, made_N, judge, people, context.scaling)
+    loop = loop_error(wish, made_N, judge, people, scaling)
     return {"loop_judge": loop.predicted, "loop_fresh": loop.perceived, "loop_felt": loop.felt}
 
 
-def at_the_ends(
-    context: Context, test: DoorData, model: Fitted, known_N: Array, judge: Fitted
+def corner_scores(
+    scaling: Scaling, test: DoorData, model: Fitted, known_N: Array, judge: Fitted
 ) -> tuple[Arrays, dict[str, float]]:
     """All corners of the sliders, and each slider alone at 10 and 90 (thesis 5.7.1)."""
     wishes = corners(len(test.attributes))
@@ -68,5 +68,5 @@ def at_the_ends(
     }
     alone = model.predict(singles(len(test.attributes), LOW, HIGH))
     people = perceivers_for(test)
-    felt = judge.predict(alone) if people is None else context.scaling.rating_up(people.rate(alone))
+    felt = judge.predict(alone) if people is None else scaling.rating_up(people.rate(alone))
     return {"corner_nearest": nearest, "alone": felt}, numbers

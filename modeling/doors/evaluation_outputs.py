@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from palpate.modeling.doors.data import DoorData
-from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_results import as_json, tables
 from palpate.modeling.doors.folding import Kinds
 from palpate.modeling.doors.registry import DEFAULT, NO_FILE, Direction, methods_of
@@ -28,7 +28,7 @@ def kept_in(lab: Path) -> Path:
 
 
 def write_all(
-    found: Evaluation, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
+    evaluation: DoorEvaluation, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
@@ -38,9 +38,11 @@ def write_all(
 
     def draw(place: Path) -> list[DrawnFigure]:
         report("drawing")
-        return list(figures(found, place)) if drawings else []
+        return list(figures(evaluation, place)) if drawings else []
 
-    return write_evaluation(folder, tables(found), draw, partial(report_html, found), lambda: as_json(found))
+    return write_evaluation(
+        folder, tables(evaluation), draw, partial(report_html, evaluation), lambda: as_json(evaluation)
+    )
 
 
 def default_of(lab: Path, data: DoorData, direction: Direction) -> str:

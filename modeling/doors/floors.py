@@ -6,27 +6,27 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.evaluating_jobs import Context, data_of
+from palpate.modeling.doors.domain import DoorDomain
 from palpate.signals.arrays import Array
 
 Row = dict[str, Any]
 
 
-def floors(context: Context) -> list[Row]:
+def floors(domain: DoorDomain) -> list[Row]:
     """For each split the waveform's mean absolute error in percent, mean over profiles and its SD, of
 
     - the oracle: of the training side's profiles the one that is nearest to the very waveform that is looked for;
     - the code: the held-out waveform itself, put through as many principal components of the training side's profiles
       as there are attributes, and back: what as many numbers can say of it when they are chosen for that alone.
     """
-    return [row for split in context.splits for row in _of_split(context, split)]
+    return [row for split in domain.splits for row in _of_split(domain, split)]
 
 
-def _of_split(context: Context, split: str) -> list[Row]:
-    forces = context.scaling.force_up(data_of(context, split).force_N)
-    size = len(context.data.attributes)
+def _of_split(domain: DoorDomain, split: str) -> list[Row]:
+    forces = domain.scaling.force_up(domain.data_of(split).force_N)
+    size = len(domain.data.attributes)
     errors: dict[str, list[Array]] = {"oracle": [], "code": []}
-    for fold in context.splits[split]:
+    for fold in domain.splits[split]:
         known, asked = forces[fold.train], forces[fold.test]
         errors["oracle"].append(np.array([np.abs(known - each).mean(axis=1).min() for each in asked]))
         errors["code"].append(np.abs(_through(known, asked, size) - asked).mean(axis=1))

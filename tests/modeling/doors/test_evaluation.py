@@ -7,18 +7,17 @@ import pytest
 
 from palpate.modeling.commands_training import Training, train_pair
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.evaluating import Wanted, context_for, judge, plan
-from palpate.modeling.doors.evaluating_floors import floors
-from palpate.modeling.doors.evaluating_kept import key, load
-from palpate.modeling.doors.evaluating_whole import evaluate
+from palpate.modeling.doors.evaluation import evaluate_doors
 from palpate.modeling.doors.evaluation_results import as_json, tables
-from tests.modeling.doors.evaluated_small import METHODS, small_data, wanted
+from palpate.modeling.doors.floors import floors
+from palpate.modeling.doors.results import DoorOptions, domain_for, evaluate_methods, waves
+from tests.modeling.doors.small_evaluation import METHODS, small_data, wanted
 
 pytestmark = pytest.mark.needs("torch")
 
 
 def judged(data, asked):
-    return judge(context_for(data, asked, METHODS), asked)
+    return evaluate_methods(domain_for(data, asked, METHODS), asked)
 
 
 def test_every_stimulus_is_tested_once_by_a_model_that_never_saw_its_profile():
@@ -37,34 +36,34 @@ def test_the_leaky_split_counts_training_variants_of_what_was_seen():
 
 def test_finished_jobs_are_taken_again_and_a_damaged_one_is_done_anew(tmp_path):
     log = tmp_path / "log"
-    asked = wanted("remember", kept=tmp_path / "jobs", settings={"log": str(log)})
+    asked = wanted("remember", work=tmp_path / "jobs", settings={"log": str(log)})
     first = judged(small_data(), asked)
     again = judged(small_data(), asked)
-    assert (first.taken, again.taken) == (0, 3)
+    assert (first.jobs.loaded, again.jobs.loaded) == (0, 3)
     assert len(log.read_text().splitlines()) == 3
     np.testing.assert_array_equal(first.methods("forward")[0].predicted, again.methods("forward")[0].predicted)
     next((tmp_path / "jobs").glob("*.npz")).write_bytes(b"PK\3\4 cut off")
-    assert judged(small_data(), asked).taken == 2
+    assert judged(small_data(), asked).jobs.loaded == 2
     assert len(log.read_text().splitlines()) == 4
 
 
 def test_other_data_other_settings_and_another_seed_are_other_jobs(tmp_path):
-    asked = wanted("ridge", kept=tmp_path)
+    asked = wanted("ridge", work=tmp_path)
     data = small_data()
-    contexts = [
-        context_for(data, asked, METHODS),
-        context_for(data, replace(asked, settings={"epochs": 3}), METHODS),
-        context_for(data, replace(asked, seed=1), METHODS),
-        context_for(replace(data, rating=data.rating + 0.01), asked, METHODS),
+    domains = [
+        domain_for(data, asked, METHODS),
+        domain_for(data, replace(asked, settings={"epochs": 3}), METHODS),
+        domain_for(data, replace(asked, seed=1), METHODS),
+        domain_for(replace(data, rating=data.rating + 0.01), asked, METHODS),
     ]
-    job = plan(contexts[0], asked)[0][0]
-    assert len({key(job, context) for context in contexts}) == 4
-    assert load(job, contexts[0]) is None
+    job = waves(domains[0], asked)[0][0]
+    assert len({domain.key(job) for domain in domains}) == 4
+    assert domains[0].load(job) is None
 
 
 def test_what_an_inverse_method_builds_on_gets_the_checkpoint_of_its_own_forward_job(tmp_path):
     log = tmp_path / "log"
-    judged(small_data(), wanted("below", "above", kept=tmp_path / "jobs", settings={"log": str(log)}))
+    judged(small_data(), wanted("below", "above", work=tmp_path / "jobs", settings={"log": str(log)}))
     fits = [line.split() for line in log.read_text().splitlines()]
     forward = [place for name, place in fits if name == "below"]
     assert len(forward) == 6
@@ -74,7 +73,7 @@ def test_what_an_inverse_method_builds_on_gets_the_checkpoint_of_its_own_forward
 
 def test_a_quick_training_of_an_inverse_method_keeps_no_checkpoint_but_what_it_builds_on_does(tmp_path):
     log = tmp_path / "log"
-    judged(small_data(), wanted("", "above", quick=True, kept=tmp_path / "jobs", settings={"log": str(log)}))
+    judged(small_data(), wanted("", "above", quick=True, work=tmp_path / "jobs", settings={"log": str(log)}))
     places = dict(line.split() for line in log.read_text().splitlines())
     assert places["above"] == "None"
     assert Path(places["below"]).parent.name == "checkpoints"
@@ -83,8 +82,8 @@ def test_a_quick_training_of_an_inverse_method_keeps_no_checkpoint_but_what_it_b
 def test_the_checkpoints_of_a_forward_method_go_though_only_what_builds_on_it_was_asked_for(tmp_path):
     methods = {way: dict(known) for way, known in METHODS.items()}
     methods["forward"]["below"] = replace(METHODS["forward"]["below"], fit=with_checkpoint)
-    asked = wanted("", "above", kept=tmp_path / "jobs", settings={"log": str(tmp_path / "log")})
-    judge(context_for(small_data(), asked, methods), asked)
+    asked = wanted("", "above", work=tmp_path / "jobs", settings={"log": str(tmp_path / "log")})
+    evaluate_methods(domain_for(small_data(), asked, methods), asked)
     assert (tmp_path / "log").read_text().count("below") == 3
     assert list((tmp_path / "jobs" / "checkpoints").glob("*")) == []
 
@@ -96,7 +95,7 @@ def with_checkpoint(learning):
 
 def test_a_model_to_be_used_is_fitted_once_whichever_direction_needs_it(tmp_path):
     log = tmp_path / "log"
-    asked = wanted(kept=tmp_path / "jobs", settings={"log": str(log)})
+    asked = wanted(work=tmp_path / "jobs", settings={"log": str(log)})
     pair = Training({"forward": "below", "inverse": "above"}, tmp_path / "models", asked, METHODS)
     written = train_pair(small_data(), pair, lambda _line: None)
     assert [each.method for each in written.values()] == ["below", "above"]
@@ -147,14 +146,14 @@ def test_the_measured_door_is_predicted_by_models_that_never_met_it():
 
 
 def evaluate_small(data):
-    return evaluate(data, None, wanted("mean ridge", "nearest"))
+    return evaluate_doors(data, None, wanted("mean ridge", "nearest"))
 
 
 def test_the_oracle_is_under_every_method_that_gives_back_a_known_profile():
     asked = wanted("", "nearest")
-    context = context_for(small_data(), asked, METHODS)
-    oracle, code = floors(context)
-    nearest = judge(context, asked).methods("inverse")[0]
+    domain = domain_for(small_data(), asked, METHODS)
+    oracle, code = floors(domain)
+    nearest = evaluate_methods(domain, asked).methods("inverse")[0]
     assert 0 < oracle["mae"] <= float(np.abs(nearest.predicted - nearest.actual).mean())
     assert code["mae"] > 0
 
@@ -162,15 +161,15 @@ def test_the_oracle_is_under_every_method_that_gives_back_a_known_profile():
 def test_two_stimuli_and_ratings_that_are_all_equal_are_refused():
     data = small_data()
     with pytest.raises(ModelDataError):
-        context_for(data.rows(np.array([0, 1])), wanted("ridge"), METHODS)
+        domain_for(data.rows(np.array([0, 1])), wanted("ridge"), METHODS)
     with pytest.raises(ModelDataError, match="all ratings are"):
-        context_for(replace(data, rating=np.ones_like(data.rating)), wanted("ridge"), METHODS)
+        domain_for(replace(data, rating=np.ones_like(data.rating)), wanted("ridge"), METHODS)
 
 
 def test_the_slow_methods_are_not_trained_on_the_splits_beside_unless_it_is_asked():
-    asked = Wanted(methods={"forward": ("ridge", "network"), "inverse": ()})
-    context = context_for(small_data(), asked)
+    asked = DoorOptions(methods={"forward": ("ridge", "network"), "inverse": ()})
+    domain = domain_for(small_data(), asked)
     splits = {
-        name: {job.split for job in plan(context, asked)[0] if job.method == name} for name in ("ridge", "network")
+        name: {job.split for job in waves(domain, asked)[0] if job.method == name} for name in ("ridge", "network")
     }
     assert splits == {"ridge": {"grouped", "leave_one_door_out", "leaky"}, "network": {"grouped"}}

@@ -1,0 +1,215 @@
+"""Every method on the same folds, in parallel; what is finished is kept, so that an interrupted evaluation goes on."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.domain import ALL, LEAKY, WHOLE, DoorDomain, FoldJob
+from palpate.modeling.doors.folding import KINDS, Fold, Kinds, folds
+from palpate.modeling.doors.methods import Method
+from palpate.modeling.doors.registry import DEFAULT, ON_REQUEST, SLOW, Direction
+from palpate.modeling.doors.scaling import TOP, scaling_of
+from palpate.modeling.doors.training_variants import with_variants
+from palpate.modeling.evaluate.engine import EvaluateOptions, Result, Results, evaluate
+from palpate.protocols.progress import Clock, Report, silent
+from palpate.signals.arrays import Array, Indices
+
+FOLDS, QUICK_FOLDS = 5, 3
+QUICKLY: Mapping[str, Any] = {"quick": True}
+"""Each method knows what it does then: networks a few epochs of the stimuli alone, the generator a small recipe."""
+NOT_QUICK = frozenset({("inverse", "search")})
+"""What a quick evaluation leaves out unless it is named: its every answer is a search."""
+DIRECTIONS: tuple[Direction, ...] = ("forward", "inverse")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DoorOptions(EvaluateOptions):
+    """What is evaluated: methods by direction (None: all), the split that counts, and how.
+
+    With `beside` the methods that take seconds are evaluated on the other splits too, so that they can be compared.
+    `work` is the folder of finished jobs, None to keep nothing; `files` one where exported models stay.
+    """
+
+    methods: Mapping[Direction, tuple[str, ...]] | None = None
+    split: Kinds = "grouped"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    work: Path | None = None
+    beside: bool = True
+    folds: int = FOLDS
+    files: Path | None = None
+
+
+@dataclass(frozen=True)
+class MethodResults:
+    """One method on one split, rows in the data's order.
+
+    Forward: `actual` and `predicted` (n, attributes) on 0..100, `sd` the SD between raters on the same. Inverse: both
+    are (n, 621) in percent of the range of all forces, `made_N` the made profiles in newtons. `fold` (n,) says in which
+    fold a row was tested; `folds` are the results of each.
+    """
+
+    direction: Direction
+    method: str
+    split: str
+    data: DoorData
+    fold: Indices
+    actual: Array
+    predicted: Array
+    sd: Array
+    folds: tuple[Result[FoldJob], ...]
+
+    def number(self, name: str) -> float | None:
+        """The number that the first fold which has it measured, None where none did."""
+        return next((_number(result, name) for result in self.folds if name in result.numbers), None)
+
+    def total(self, name: str) -> float:
+        """The sum over the folds."""
+        return float(sum(_number(result, name) for result in self.folds if name in result.numbers))
+
+    def array(self, name: str) -> Array | None:
+        """An array with a row for each tested stimulus, in the data's order; None where the folds have none."""
+        if not all(name in each.arrays for each in self.folds):
+            return None
+        together = np.concatenate([each.arrays[name] for each in self.folds])
+        return np.asarray(together[np.argsort(_tested(self.folds), kind="stable")])
+
+
+def _number(result: Result[FoldJob], name: str) -> float:
+    value = result.numbers[name]
+    return math.nan if value is None else value
+
+
+@dataclass(frozen=True)
+class DoorResults:
+    """Every method's results on every split it was evaluated on, and how long all of it took this time."""
+
+    domain: DoorDomain
+    options: DoorOptions
+    jobs: Results[FoldJob]
+    by_method: Mapping[tuple[Direction, str, str], MethodResults]
+    seconds: float
+
+    def methods(self, direction: Direction, split: str | None = None) -> list[MethodResults]:
+        """The results of one direction on one split (the one that counts), in the methods' order."""
+        split = split or self.options.split
+        return [results for (way, _, on), results in self.by_method.items() if (way, on) == (direction, split)]
+
+
+def folds_for(quick: bool) -> int:
+    """How many folds an evaluation or a training has where nobody asks for a number."""
+    return QUICK_FOLDS if quick else FOLDS
+
+
+def domain_for(
+    data: DoorData, options: DoorOptions,
+    methods: Mapping[Direction, Mapping[str, Method]] = ALL, clock: Clock = time.perf_counter,
+) -> DoorDomain:  # fmt: skip
+    """Return what all jobs share. Raises ModelDataError for data that cannot be folded, or an unknown split."""
+    kinds = KINDS if options.beside else (options.split,)
+    return DoorDomain(
+        data=data,
+        splits={kind: _folds(data, kind, options) for kind in kinds if _foldable(data, kind, options)},
+        scaling=scaling_of(data),
+        seed=options.seed,
+        judge=DEFAULT["forward"],
+        full=options.split,
+        settings={"threads": 1, **(QUICKLY if options.quick else {}), **options.settings},
+        work=options.work,
+        files=options.files,
+        methods=methods,
+        clock=clock,
+    )
+
+
+def _folds(data: DoorData, kind: Kinds, options: DoorOptions) -> tuple[Fold, ...]:
+    over = with_variants(data, options.seed) if kind == LEAKY else data
+    return folds(over, options.folds, kind, options.seed)
+
+
+def _foldable(data: DoorData, kind: Kinds, options: DoorOptions) -> bool:
+    """Return False where one door alone would be left out; the split that was asked for says so itself."""
+    return kind == options.split or kind != "leave_one_door_out" or len(set(data.doors)) > 1
+
+
+def waves(domain: DoorDomain, options: DoorOptions) -> tuple[list[FoldJob], list[FoldJob]]:
+    """Return all jobs in two waves: what is forward, and then what builds on it; the slow ones of each wave first."""
+    jobs = [job for direction in DIRECTIONS for job in _jobs(domain, options, direction)]
+    by_speed = sorted(jobs, key=lambda job: (job.direction, job.method) not in SLOW)
+    first = [job for job in by_speed if job.direction == "forward"]
+    return first, [job for job in by_speed if job.direction == "inverse"]
+
+
+def _jobs(domain: DoorDomain, options: DoorOptions, direction: Direction) -> Iterator[FoldJob]:
+    names: Iterable[str]
+    if options.methods is None:
+        left_out = ON_REQUEST | NOT_QUICK if options.quick else ON_REQUEST
+        names = [name for name in domain.methods[direction] if (direction, name) not in left_out]
+    else:
+        names = options.methods.get(direction, ())
+    for name in names:
+        for split, of_split in domain.splits.items():
+            jobs = [FoldJob(direction, name, split, fold) for fold in range(len(of_split))]
+            if _worth(split, (direction, name) in SLOW, options) or _finished(jobs, domain):
+                yield from jobs
+
+
+def _worth(split: str, slow: bool, options: DoorOptions) -> bool:
+    """Return whether a method is trained on this split beside the others.
+
+    A model to be used is, only where that saves something: where it then comes from checkpoints.
+    """
+    if split == WHOLE:
+        return slow and not options.quick and options.work is not None
+    return split == options.split or not slow
+
+
+def _finished(jobs: Iterable[FoldJob], domain: DoorDomain) -> bool:
+    """Return whether an earlier evaluation, on that split, did all of them."""
+    return all(domain.load(job) is not None for job in jobs)
+
+
+def evaluate_methods(domain: DoorDomain, options: DoorOptions, report: Report = silent) -> DoorResults:
+    """Train and ask every method on every fold. Raises JobError for what a method raises, with the job's name.
+
+    A job that was finished in an earlier, equal evaluation is loaded from `options.work`.
+    """
+    start = domain.clock()
+    results = evaluate(domain, waves(domain, options), options, report)
+    rank = {(way, name): i for way in DIRECTIONS for i, name in enumerate(domain.methods[way])}
+    by_method: dict[tuple[Direction, str, str], list[Result[FoldJob]]] = {}
+    for job in sorted(
+        results.by_job, key=lambda job: (job.direction, rank[job.direction, job.method], job.split, job.fold)
+    ):
+        by_method.setdefault((job.direction, job.method, job.split), []).append(results[job])
+    together = {which: _together(domain, of_folds) for which, of_folds in by_method.items()}
+    return DoorResults(domain, options, results, together, domain.clock() - start)
+
+
+def _together(domain: DoorDomain, of_folds: Iterable[Result[FoldJob]]) -> MethodResults:
+    """Return the folds of one method on one split together."""
+    results = tuple(of_folds)
+    job = results[0].job
+    tested = _tested(results)
+    order = np.argsort(tested, kind="stable")
+    data = domain.data_of(job.split).rows(tested[order])
+    predicted = np.concatenate([result.predicted for result in results])[order]
+    fold = np.concatenate([np.full(len(result.arrays["test"]), result.job.fold, dtype=np.int64) for result in results])
+    scaling = domain.scaling
+    if job.direction == "forward":
+        actual = scaling.rating_up(data.rating)
+    else:
+        actual, predicted = scaling.force_up(data.force_N), scaling.force_up(predicted)
+    sd = data.sd * TOP / (scaling.rating[1] - scaling.rating[0])
+    return MethodResults(job.direction, job.method, job.split, data, fold[order], actual, predicted, sd, results)
+
+
+def _tested(results: Iterable[Result[FoldJob]]) -> Indices:
+    return np.concatenate([result.arrays["test"] for result in results])
