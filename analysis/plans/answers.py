@@ -36,9 +36,9 @@ FACTORS = tuple(name for name in (*COLUMNS, "random", "interactions") if name !=
 def column_names(value: object) -> list[str]:
     """Return every column that a setting names, alone or in an interaction."""
     if isinstance(value, Mapping):
-        return [text for pair in value.items() for each in pair for text in column_names(each)]
+        return [text for pair in value.items() for end in pair for text in column_names(end)]
     texts = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
-    return [name for each in texts if isinstance(each, str) for name in each.split(":")]
+    return [name for text in texts if isinstance(text, str) for name in text.split(":")]
 
 
 def columns_named(asked: object, settings: tuple[str, ...] = (*FACTORS, "numeric")) -> tuple[str, ...]:

@@ -81,7 +81,7 @@ def _who_answered(material: Material, where: Where) -> list[str]:
 
 def _knew(material: Material, who: str) -> bool:
     """Whether the person was left out already, as one with an unfinished session."""
-    return any(each.who.split(",")[0] == who for each in material.exclusions)
+    return any(line.who.split(",")[0] == who for line in material.exclusions)
 
 
 def _unfinished(material: Material, share: float) -> list[str]:

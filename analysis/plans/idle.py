@@ -31,12 +31,12 @@ def idle_settings(asked: Any, kind: Any) -> list[Idle]:
     `kind` is the kind of the test or figure.
     """
     found: dict[str, Idle] = {}
-    for each in (*_of_rows(asked, kind), *asked.idle()):
-        if each.name not in type(asked).model_fields:
+    for setting in (*_of_rows(asked, kind), *asked.idle()):
+        if setting.name not in type(asked).model_fields:
             continue
-        value = _counts_as(asked, each)
-        if getattr(asked, each.name) != value:
-            found.setdefault(each.name, each._replace(instead=value))
+        value = _counts_as(asked, setting)
+        if getattr(asked, setting.name) != value:
+            found.setdefault(setting.name, setting._replace(instead=value))
     return list(found.values())
 
 
@@ -62,12 +62,12 @@ def outcomes_of_own_table(asked: Any) -> Iterator[Idle]:
 
 def effective(asked: AskedT, kind: Any) -> AskedT:
     """Return the test or figure with settings that change nothing at what they count as."""
-    return asked.model_copy(update={each.name: each.instead for each in idle_settings(asked, kind)})
+    return asked.model_copy(update={setting.name: setting.instead for setting in idle_settings(asked, kind)})
 
 
 def idle_notes(asked: Any, kind: Any) -> tuple[str, ...]:
     """Return a sentence for each setting that changes nothing."""
-    return tuple(idle_note(each.name, each.where) for each in idle_settings(asked, kind))
+    return tuple(idle_note(setting.name, setting.where) for setting in idle_settings(asked, kind))
 
 
 def idle_note(name: str, where: str) -> str:

@@ -88,7 +88,7 @@ def read_material(
     with engine.connect() as connection:
         study, choice = chosen(connection, name, **options)
         ratings = read_ratings(connection, name, **options) if study.attributes else None
-        rows = Rows(*(_rows(connection, each, study, choice) for each in (_TRIALS, _WORDS, _ANSWERS)))
+        rows = Rows(*(_rows(connection, query, study, choice) for query in (_TRIALS, _WORDS, _ANSWERS)))
         versions = (*_study_versions(study, choice), *_model_versions(connection, study, choice))
     return replace(material_of(study, choice, ratings, rows), versions=versions)
 
@@ -143,8 +143,8 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Row
         words=words,
         forms=forms,
         planned=Counter(row["session"] for row in rows.trials if not row["practice"]),
-        simulated=any(each.simulated for each in choice.kept),
-        seeds=tuple(sorted({each.seed for each in choice.kept if each.simulated})),
+        simulated=any(session.simulated for session in choice.kept),
+        seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
         inputs=inputs_of(study, choice),
         exclusions=ratings.exclusions if ratings is not None else left_out_sessions(choice),
         levels=study_levels(study, trials),
@@ -178,20 +178,20 @@ def imported_material(ratings: Ratings, title: str) -> Material:
 
 def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...]]:
     """The levels of every text column in the order in which the study lists them."""
-    found: dict[str, tuple[str, ...]] = {"stimulus": tuple(each.id for each in study.stimuli)}
+    found: dict[str, tuple[str, ...]] = {"stimulus": tuple(stimulus.id for stimulus in study.stimuli)}
     for name in study.stimuli[0].columns if study.stimuli else ():
-        listed = dict.fromkeys(each.columns.get(name, "") for each in study.stimuli)
+        listed = dict.fromkeys(stimulus.columns.get(name, "") for stimulus in study.stimuli)
         found[column_name(name)] = tuple(listed)
     found["group"] = tuple(study.groups) or ("",)
     items = study.questionnaire.items if study.questionnaire is not None else ()
-    found["attribute"] = (*(each.name for each in study.attributes), *(each.name for each in items))
+    found["attribute"] = (*(attribute.name for attribute in study.attributes), *(item.name for item in items))
     found["participant"] = tuple(sorted(set(trials["participant"])))
     return found
 
 
 def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) -> list[dict[str, Any]]:
     """The statement's rows of the sessions that are kept, with the participant and the group of each."""
-    kept = {each.session: each for each in choice.kept}
+    kept = {session.session: session for session in choice.kept}
     found = query(connection, statement, study.study)
     return [
         {"participant": kept[row["session"]].participant, "group": kept[row["session"]].group_name or "", **row}
@@ -201,7 +201,7 @@ def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) 
 
 
 def _trials(found: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame:
-    columns = {each.id: {column_name(k): v for k, v in each.columns.items()} for each in study.stimuli}
+    columns = {stimulus.id: {column_name(k): v for k, v in stimulus.columns.items()} for stimulus in study.stimuli}
     rows = [
         {key: row[key] for key in ("participant", "session", "group", "trial", "block", "stimulus")}
         | columns.get(row["stimulus"], {})

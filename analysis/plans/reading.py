@@ -110,27 +110,27 @@ def _asked(
 
 def _names(asked: Sequence[Asked | FigureSettings], section: str) -> Iterator[Problem]:
     seen: set[str] = set()
-    for place, each in enumerate(asked):
-        if not each.name.replace("_", "").replace("-", "").isalnum() or not each.name.isascii():
-            yield Problem((section, place, "name"), f"{each.name!r}: letters, digits, _ and - are expected")
-        if each.name.casefold() in seen:
-            yield Problem((section, place, "name"), f"the name {each.name!r} stands twice")
-        seen.add(each.name.casefold())
+    for place, test in enumerate(asked):
+        if not test.name.replace("_", "").replace("-", "").isalnum() or not test.name.isascii():
+            yield Problem((section, place, "name"), f"{test.name!r}: letters, digits, _ and - are expected")
+        if test.name.casefold() in seen:
+            yield Problem((section, place, "name"), f"the name {test.name!r} stands twice")
+        seen.add(test.name.casefold())
 
 
 def _links(declared: AnalysisPlan, tests: Sequence[Asked], figures: Sequence[FigureSettings]) -> Iterator[Problem]:
     """What is named by another part of the plan exists: tests that a figure shows, tables that are used."""
-    names = [each.name for each in tests]
+    names = [test.name for test in tests]
     for place, figure in enumerate(figures):
         for n, wanted in enumerate(figure.tests):
             if wanted not in names:
                 yield Problem(("figures", place, "tests", n), f"no test {wanted!r}; {nearest(wanted, names)}")
     both: tuple[tuple[str, Sequence[Asked | FigureSettings]], ...] = (("tests", tests), ("figures", figures))
     for section, asked in both:
-        for place, each in enumerate(asked):
-            if each.table is not None and each.table not in declared.tables:
-                told = nearest(each.table, declared.tables)
-                yield Problem((section, place, "table"), f"the plan has no table {each.table!r}; {told}")
+        for place, test in enumerate(asked):
+            if test.table is not None and test.table not in declared.tables:
+                told = nearest(test.table, declared.tables)
+                yield Problem((section, place, "table"), f"the plan has no table {test.table!r}; {told}")
 
 
 def _tables(declared: AnalysisPlan, path: Path) -> Iterator[Problem]:
@@ -139,5 +139,5 @@ def _tables(declared: AnalysisPlan, path: Path) -> Iterator[Problem]:
         if not target.resolve().is_relative_to(path.parent.resolve()):
             yield Problem(("tables", name), f"{file!r} leads out of the plan's folder; put the file beside the plan")
         elif not target.is_file():
-            files = sorted(each.name for each in path.parent.glob("*.csv"))
+            files = sorted(file.name for file in path.parent.glob("*.csv"))
             yield Problem(("tables", name), f"no file {file!r} beside the plan; {nearest(file, files)}")

@@ -106,7 +106,7 @@ class Selecting:
         table = _where(table, ~table["participant"].isin(silent)) if silent else table
         groups = [column for column in asked_of if column in grouping or column in asked.where]
         if groups:
-            ranges = {name: str(each) for name, each in asked.where.items() if isinstance(each, Range)}
+            ranges = {name: str(condition) for name, condition in asked.where.items() if isinstance(condition, Range)}
             one_group = {name: told for name, told in ranges.items() if name in groups and name not in grouping}
             alike = people.added(table, groups).assign(**one_group)
             refuse_small_groups(alike, groups, self.plan.declared.least_people, asked.name)
@@ -133,7 +133,7 @@ class Selecting:
             seed=declared.seed,
             draws=declared.draws,
             scale=scale,
-            offered=tuple(each.word for each in listed),
+            offered=tuple(column.word for column in listed),
             antonyms={} if ratings is None else ratings.antonyms,
             categories={} if ratings is None else ratings.categories,
             tables=self.tables,

@@ -106,7 +106,9 @@ class StudyColumns:
         if name in self.people:
             kind, levels = self.people[name]
             wanted = where.get(name)
-            chosen = levels if wanted is None else levels_of(wanted) or [each for each in levels if keeps(wanted, each)]
+            chosen = (
+                levels if wanted is None else levels_of(wanted) or [level for level in levels if keeps(wanted, level)]
+            )
             return "number" if kind == "number" else "one level" if len(chosen) == 1 else "between"
         met = [{row[name] for row in rows} for rows in groups.values() if name in rows[0]]
         if not met:
@@ -132,7 +134,9 @@ def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
     groups: Sequence[str | None] = [*study.groups] or [None]
     met = {group or "": tuple(_met(study, group)) for group in groups}
     levels: dict[str, tuple[str, tuple[str, ...]]] = {
-        each.name: (each.kind, tuple(value for value, _ in each.levels)) for each in questions if each.kind in CLOSED
+        question.name: (question.kind, tuple(value for value, _ in question.levels))
+        for question in questions
+        if question.kind in CLOSED
     }
     if study.questionnaire is not None:
         points = tuple(str(n) for n in range(1, study.questionnaire.points + 1))

@@ -49,15 +49,15 @@ def category_cells(
     `category` and `by`. Raises DataRefused where an attribute has no category.
     """
     cells = person_cells(data, ("attribute", *by), subject=subject, levels=levels)
-    found = _of_category(cells, categories)
-    owed = {category: {cells.cells[j][0] for at in places.values() for j in at} for category, places in found.items()}
-    labels = [(category, *rest) for category, places in found.items() for rest in places]
+    members = _of_category(cells, categories)
+    owed = {category: {cells.cells[j][0] for at in places.values() for j in at} for category, places in members.items()}
+    labels = [(category, *rest) for category, places in members.items() for rest in places]
     columns, counts = [], []
-    for category, places in found.items():
+    for category, places in members.items():
         for at in places.values():
-            lacking = len(at) < len(owed[category])
+            incomplete = len(at) < len(owed[category])
             mean = _row_means(cells.values[:, at])
-            columns.append(np.full_like(mean, NAN) if lacking else mean)
+            columns.append(np.full_like(mean, NAN) if incomplete else mean)
             counts.append(cells.counts[:, at].sum(axis=1))
     values = np.column_stack(columns)
     return PersonCells(
@@ -76,11 +76,11 @@ def _of_category(cells: PersonCells, categories: Mapping[str, str]) -> dict[str,
         raise DataRefused(
             f"no category is declared for {listed(without, len(without))}; say `category` in the study's attributes"
         )
-    found: dict[str, dict[Label, list[int]]] = {categories[name]: {} for name in attributes}
+    cells_of: dict[str, dict[Label, list[int]]] = {categories[name]: {} for name in attributes}
     for j, (name, *rest) in enumerate(cells.cells):
-        found[categories[name]].setdefault(tuple(rest), []).append(j)
+        cells_of[categories[name]].setdefault(tuple(rest), []).append(j)
     order = {rest: j for j, rest in enumerate(dict.fromkeys(cell[1:] for cell in cells.cells))}
-    return {name: dict(sorted(places.items(), key=lambda item: order[item[0]])) for name, places in found.items()}
+    return {name: dict(sorted(places.items(), key=lambda item: order[item[0]])) for name, places in cells_of.items()}
 
 
 def _row_means(values: Floats) -> Floats:
@@ -89,14 +89,14 @@ def _row_means(values: Floats) -> Floats:
 
 def two_categories(categories: Mapping[str, str], attributes: Sequence[str]) -> tuple[str, str]:
     """The two categories of these attributes in the study's order. Raises DataRefused where there are not two."""
-    found = list(dict.fromkeys(categories[name] for name in attributes if name in categories))
-    if len(found) != 2:
+    names = list(dict.fromkeys(categories[name] for name in attributes if name in categories))
+    if len(names) != 2:
         raise DataRefused(
-            f"{count(len(found), 'category', 'categories')} among the attributes ({some(found) or 'none'});"
+            f"{count(len(names), 'category', 'categories')} among the attributes ({some(names) or 'none'});"
             " a comparison needs two: say `category: physical` or `category: emotional` in the study's attributes, and"
             " leave none out"
         )
-    return found[0], found[1]
+    return names[0], names[1]
 
 
 def category_differences(
@@ -104,15 +104,15 @@ def category_differences(
 ) -> list[tuple[Label, OneSample]]:
     """At each combination of the other columns: the second category minus the first, over participants."""
     places = {cell: j for j, cell in enumerate(cells.cells)}
-    found = []
+    rows = []
     for rest in dict.fromkeys(cell[1:] for cell in cells.cells):
         both = [places.get((category, *rest)) for category in pair]
         if None not in both:
             first, second = (cells.values[:, j] for j in both if j is not None)
-            found.append(
+            rows.append(
                 (rest, one_sample(second - first, floor=cells.floor(), confidence=confidence, what="differences"))
             )
-    return found
+    return rows
 
 
 def overall(cells: PersonCells) -> PersonCells:
@@ -121,8 +121,8 @@ def overall(cells: PersonCells) -> PersonCells:
     at = [[j for j, cell in enumerate(cells.cells) if cell[0] == name] for name in names]
     values = [[_known_mean(row) for row in cells.values[:, places].tolist()] for places in at]
     counts = np.column_stack([cells.counts[:, places].sum(axis=1) for places in at])
-    made = np.array(values).T
-    return replace(cells, values=made, counts=counts, by=("category",), cells=tuple((name,) for name in names))
+    means = np.array(values).T
+    return replace(cells, values=means, counts=counts, by=("category",), cells=tuple((name,) for name in names))
 
 
 def _known_mean(row: Sequence[float]) -> float:

@@ -56,26 +56,26 @@ def choose_sessions(
     rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
     chosen = _one_version(rows, study, digest)
     left_out: list[tuple[SessionRow, str]] = []
-    kept = _keep(rows, left_out, lambda s: s.study_digest == chosen, _other_version)
-    wanted = _real_or_simulated(kept, study, simulated)
-    kept = _keep(kept, left_out, lambda s: bool(s.simulated) == wanted, _other_kind)
-    for session in kept:
+    sessions = _keep(rows, left_out, lambda s: s.study_digest == chosen, _other_version)
+    choice = _real_or_simulated(sessions, study, simulated)
+    sessions = _keep(sessions, left_out, lambda s: bool(s.simulated) == choice, _other_kind)
+    for session in sessions:
         _check_status(session)
-    kept = _keep(kept, left_out, lambda s: s.status not in NEVER, _unwanted)
-    kept = _keep(kept, left_out, lambda s: include_incomplete or s.status == "complete", _interrupted)
-    if not kept:
+    sessions = _keep(sessions, left_out, lambda s: s.status not in NEVER, _unwanted)
+    sessions = _keep(sessions, left_out, lambda s: include_incomplete or s.status == "complete", _interrupted)
+    if not sessions:
         raise DataRefused(_nothing_left(study, left_out))
-    return Choice(chosen, tuple(kept), tuple(left_out))
+    return Choice(chosen, tuple(sessions), tuple(left_out))
 
 
 def _keep(
     rows: Sequence[SessionRow],
     left_out: list[tuple[SessionRow, str]],
-    wanted: Callable[[SessionRow], bool],
+    counts: Callable[[SessionRow], bool],
     why: Callable[[SessionRow], str],
 ) -> list[SessionRow]:
-    left_out.extend((session, why(session)) for session in rows if not wanted(session))
-    return [session for session in rows if wanted(session)]
+    left_out.extend((session, why(session)) for session in rows if not counts(session))
+    return [session for session in rows if counts(session)]
 
 
 def _other_version(session: SessionRow) -> str:
@@ -99,13 +99,13 @@ def _one_version(rows: Sequence[SessionRow], study: str, digest: str | None) -> 
     versions = Counter(session.study_digest for session in rows)
     if digest is None and len(versions) == 1:
         return rows[0].study_digest
-    listed = ", ".join(f"{each[:12]} ({count(number, 'session')})" for each, number in sorted(versions.items()))
+    listed = ", ".join(f"{version[:12]} ({count(number, 'session')})" for version, number in sorted(versions.items()))
     if digest is None:
         raise DataRefused(
             f"study {study!r} was changed between participants: {listed}; sessions of different versions"
             " are not analysed together: choose one with --digest"
         )
-    matching = [each for each in versions if each.startswith(digest)] if digest else []
+    matching = [version for version in versions if version.startswith(digest)] if digest else []
     if len(matching) != 1:
         raise DataRefused(f"study {study!r}: {len(matching)} versions begin with {digest!r}; found: {listed}")
     return matching[0]

@@ -47,17 +47,17 @@ class Faults:
         """
         people = list(participants)
         for kind, (words, remedy) in _FAULTS.items():
-            found = {who: each for who in people if (each := self.places.get((attribute, who), {}).get(kind))}
-            if found:
-                told = [self._told(words, who, each) for who, each in list(found.items())[:SHOWN]]
-                more = f"; and {count(len(found) - SHOWN, 'more participant')}" if len(found) > SHOWN else ""
-                raise CellsRefused(f"{'; '.join(told)}{more}; {advice if kind == 'missing' else remedy}")
+            faulty = {who: places for who in people if (places := self.places.get((attribute, who), {}).get(kind))}
+            if faulty:
+                lines = [self._line(words, who, places) for who, places in list(faulty.items())[:SHOWN]]
+                more = f"; and {count(len(faulty) - SHOWN, 'more participant')}" if len(faulty) > SHOWN else ""
+                raise CellsRefused(f"{'; '.join(lines)}{more}; {advice if kind == 'missing' else remedy}")
 
-    def _told(self, words: str, who: str, places: Sequence[Place]) -> str:
+    def _line(self, words: str, who: str, places: Sequence[Place]) -> str:
         of = f"{len(places):,} of {count(self.owed, 'cell')}" if self.owed else count(len(places), "cell")
         first = _cell(places[0])
-        told = f"{who} {words.format(cells=of)}"
-        return told + (f" ({'the first: ' if len(places) > 1 else ''}{first})" if first else "")
+        line = f"{who} {words.format(cells=of)}"
+        return line + (f" ({'the first: ' if len(places) > 1 else ''}{first})" if first else "")
 
 
 def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:
@@ -93,8 +93,8 @@ def without_incomplete(ratings: Ratings) -> Ratings:
         Exclusion("participant", who, f"incomplete: {count(missing[who], 'cell')} missing", int((whose == who).sum()))
         for who in gone
     ]
-    kept = ratings.table[~whose.isin(gone)].reset_index(drop=True)
-    return replace(ratings, table=kept, exclusions=(*ratings.exclusions, *lines))
+    complete = ratings.table[~whose.isin(gone)].reset_index(drop=True)
+    return replace(ratings, table=complete, exclusions=(*ratings.exclusions, *lines))
 
 
 def _cell(place: Place) -> str:

@@ -132,8 +132,8 @@ class Ratings:
         needed = ("participant", "attribute", "value", *self.within, *self.between)
         for column in needed:
             if column not in self.table.columns:
-                found = ", ".join(map(str, self.table.columns))
-                raise DataRefused(f"data set {self.name!r}: no column {column!r}; the columns are {found}")
+                names = ", ".join(map(str, self.table.columns))
+                raise DataRefused(f"data set {self.name!r}: no column {column!r}; the columns are {names}")
         if len(set(needed)) != len(needed):
             raise DataRefused(f"data set {self.name!r}: a factor is named twice among {', '.join(needed)}")
         largest = float(self.table["value"].abs().max()) if len(self.table) else 0.0
@@ -155,7 +155,7 @@ class Ratings:
     @property
     def cells(self) -> tuple[str, ...]:
         """The columns whose combinations each participant owes: the declared ones, else the within factors."""
-        return tuple(dict.fromkeys(name for each in self.crossings for name in each.levels)) or self.within
+        return tuple(dict.fromkeys(name for crossing in self.crossings for name in crossing.levels)) or self.within
 
     @property
     def participants(self) -> tuple[str, ...]:

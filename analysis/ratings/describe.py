@@ -53,8 +53,8 @@ def _over_participants(ratings: Ratings, by: tuple[str, ...]) -> pd.DataFrame:
     for label, values in _cells(ratings, (*by, "participant")):
         people.setdefault(label[:-1], []).append((statistics.mean(values), len(values)))
     rows = []
-    for label, found in people.items():
-        means, counts = zip(*found, strict=True)
+    for label, averages in people.items():
+        means, counts = zip(*averages, strict=True)
         summary = _summary(means, ONE_PARTICIPANT)
         rows.append((*label, "over participants", *summary, min(counts), max(counts)))
     return _frame(rows, (*by, "kind", "n", "mean", "sd", "sd_reason", "ratings_min", "ratings_max"))
@@ -90,7 +90,7 @@ def _labels(ratings: Ratings, name: str) -> list[str]:
 
 def _ordered(ratings: Ratings, name: str, labels: Sequence[str]) -> list[str]:
     if name == "category":
-        return list(dict.fromkeys(ratings.categories[each] for each in ratings.attributes))
+        return list(dict.fromkeys(ratings.categories[attribute] for attribute in ratings.attributes))
     if name in ("attribute", ratings.families, *ratings.within, *ratings.between):
         return list(ratings.levels(name))
     return sorted(set(labels), key=natural_key)

@@ -41,7 +41,7 @@ def check_ratings(ratings: Ratings, *, limit: int = 20, by_session: bool = False
         cells=("attribute", *cells),
         between=ratings.between,
         nested=nested,
-        crossings=[Crossing(each.between, {**attributes, **each.levels}) for each in ratings.crossings],
+        crossings=[Crossing(crossing.between, {**attributes, **crossing.levels}) for crossing in ratings.crossings],
         scale=ratings.scale,
         repeats=ratings.repeats,
         limit=limit,
@@ -69,12 +69,12 @@ def check_design(
     At most `limit` places of a kind are listed; all are counted.
     Raises DataRefused where a column is not there.
     """
-    groups = tuple(dict.fromkeys((*between, *(name for each in crossings for name in each.between))))
+    groups = tuple(dict.fromkeys((*between, *(name for crossing in crossings for name in crossing.between))))
     labels = list(dict.fromkeys((participant, *cells, *nested, *groups)))
     _demand_columns(table, [*labels, value])
     rows = _Rows(table[table[labels].notna().all(axis=1)], participant, tuple(cells), tuple(nested), groups)
     plan = _owed_cells(rows, crossings)
-    found = [
+    problems = [
         *gathered("no_rows", [] if len(table) else [Place("the table", found="holds no rating")], limit),
         *_unlabelled(table, labels, limit),
         *gathered("two_groups", list(_two_groups(rows)), limit),
@@ -86,8 +86,8 @@ def check_design(
         rows=len(table),
         participants=len(plan),
         cells_owed=sum(prod(map(len, levels.values())) * repeats for levels in plan.values()),
-        problems=tuple(each for each in found if each.kind not in NOTES),
-        notes=tuple(each for each in found if each.kind in NOTES),
+        problems=tuple(problem for problem in problems if problem.kind not in NOTES),
+        notes=tuple(problem for problem in problems if problem.kind in NOTES),
     )
 
 
@@ -106,10 +106,10 @@ class _Rows:
 
     def groups_of(self) -> dict[str, list[Label]]:
         """Each participant's groups, the participants in natural order."""
-        found: dict[str, dict[Label, None]] = {}
+        levels: dict[str, dict[Label, None]] = {}
         for person, *group in self.labels((self.participant, *self.groups)):
-            found.setdefault(person, {})[tuple(group)] = None
-        return {person: list(found[person]) for person in _in_order(found)}
+            levels.setdefault(person, {})[tuple(group)] = None
+        return {person: list(levels[person]) for person in _in_order(levels)}
 
 
 Plan = Mapping[str, Mapping[str, tuple[str, ...]]]
@@ -164,13 +164,13 @@ def _declared(group: Mapping[str, str], crossings: Sequence[Crossing]) -> Mappin
 
 
 def _observed_levels(rows: _Rows) -> dict[Label, dict[str, tuple[str, ...]]]:
-    found: dict[Label, dict[str, set[str]]] = {}
+    by_group: dict[Label, dict[str, set[str]]] = {}
     for label in rows.labels((*rows.groups, *rows.cells)):
         group, cell = label[: len(rows.groups)], label[len(rows.groups) :]
-        levels = found.setdefault(group, {name: set() for name in rows.cells})
+        levels = by_group.setdefault(group, {name: set() for name in rows.cells})
         for name, level in zip(rows.cells, cell, strict=True):
             levels[name].add(level)
-    return {g: {name: tuple(_in_order(levels)) for name, levels in each.items()} for g, each in found.items()}
+    return {g: {name: tuple(_in_order(levels)) for name, levels in labels.items()} for g, labels in by_group.items()}
 
 
 def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int) -> list[Problem]:
@@ -181,7 +181,7 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
     owed = {(person, *cell): repeats for person, levels in plan.items() for cell in product(*levels.values())}
     if rows.nested and repeats == 1:
         owed = _items_owed(rows, keys, owed)
-    missing = [_missing(rows, key, filled[key], wanted) for key, wanted in owed.items() if filled[key] < wanted]
+    missing = [_missing(rows, key, filled[key], planned) for key, planned in owed.items() if filled[key] < planned]
     strange = [_place(rows, key, count(filled[key], "rating")) for key in filled if key not in owed]
     return [
         *gathered("missing", missing, limit),
@@ -205,15 +205,15 @@ def _demand_possible(plan: Plan) -> None:
     """A column that is no factor, such as a time, would cross to more cells than there is memory."""
     cells = sum(prod(map(len, levels.values())) for levels in plan.values())
     if cells > MOST_CELLS:
-        widest = max((levels for each in plan.values() for levels in each.items()), key=lambda item: len(item[1]))
+        widest = max((levels for repeats in plan.values() for levels in repeats.items()), key=lambda item: len(item[1]))
         raise DataRefused(
             f"the design check: the factors cross to {cells:,} cells, at most {MOST_CELLS:,} are expected;"
             f" {widest[0]!r} has {len(widest[1]):,} levels: is it a factor?"
         )
 
 
-def _missing(rows: _Rows, key: Label, filled: int, wanted: int) -> Place:
-    return _place(rows, key, f"{filled} of {wanted} ratings" if wanted > 1 else "")
+def _missing(rows: _Rows, key: Label, filled: int, planned: int) -> Place:
+    return _place(rows, key, f"{filled} of {planned} ratings" if planned > 1 else "")
 
 
 def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) -> list[Place]:
@@ -221,15 +221,15 @@ def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) ->
     for key, number in zip(keys, rows.table[value].tolist(), strict=True):
         values.setdefault(key, []).append(number)
     return [
-        _place(rows, key, f"{count(len(each), 'rating')} ({_few(each)}), {repeats} planned")
-        for key, each in values.items()
-        if len(each) > repeats
+        _place(rows, key, f"{count(len(numbers), 'rating')} ({_few(numbers)}), {repeats} planned")
+        for key, numbers in values.items()
+        if len(numbers) > repeats
     ]
 
 
 def _few(values: Sequence[object]) -> str:
-    shown = [f"{value:.10g}" if isinstance(value, float) else str(value) for value in values[:5]]
-    return ", ".join(shown) + (", ..." if len(values) > 5 else "")
+    texts = [f"{value:.10g}" if isinstance(value, float) else str(value) for value in values[:5]]
+    return ", ".join(texts) + (", ..." if len(values) > 5 else "")
 
 
 def _place(rows: _Rows, key: Label, found: str) -> Place:

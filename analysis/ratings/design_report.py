@@ -87,14 +87,14 @@ class DesignReport:
 
     def of(self, kind: Kind) -> Problem | None:
         """The problem or note of one kind, or None."""
-        return next((each for each in (*self.problems, *self.notes) if each.kind == kind), None)
+        return next((problem for problem in (*self.problems, *self.notes) if problem.kind == kind), None)
 
     def text(self) -> str:
         """The report for a terminal."""
         verdict = "complete" if self.ok else "not usable as it is"
         people, given = count(self.participants, "participant"), count(self.rows, "rating")
         head = f"{people}, {given}, {count(self.cells_owed, 'cell')} owed: {verdict}"
-        return "\n".join([head, *(each.text() for each in (*self.problems, *self.notes))])
+        return "\n".join([head, *(problem.text() for problem in (*self.problems, *self.notes))])
 
 
 def gathered(kind: Kind, places: Sequence[Place], limit: int) -> list[Problem]:

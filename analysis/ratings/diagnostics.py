@@ -100,10 +100,10 @@ def diagnose(
     """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise DiagnosticsError(f"a scale from {low} to {high}: two finite ends are expected, the lower first")
-    counted = tuple(sorted((each for each in trials if not each.practice), key=lambda each: each.trial))
-    for each in counted:
-        _demand_on_scale(each, low, high)
-    items = max((len(each.values) for each in counted), default=0)
+    counted = tuple(sorted((trial for trial in trials if not trial.practice), key=lambda trial: trial.trial))
+    for trial in counted:
+        _demand_on_scale(trial, low, high)
+    items = max((len(trial.values) for trial in counted), default=0)
     rater = Rater(counted, low, high, len(counted) if owed is None else owed, items, limits or Limits())
     return tuple(_signs(rater))
 
@@ -132,14 +132,14 @@ def same_value(rater: Rater) -> Diagnostic:
     name, limit = "same value on all items", rater.limits.same_share
     if rater.items < 2 or not rater.trials:
         return none(name, "share", "a trial has fewer than two items" if rater.trials else "no trial is answered yet")
-    straight = sum(len(set(each.values.values())) == 1 for each in rater.trials)
+    straight = sum(len(set(trial.values.values())) == 1 for trial in rater.trials)
     return of_share(name, straight, len(rater.trials), limit, rater.enough, "trials have one value on all items")
 
 
 def longest_run(rater: Rater) -> Diagnostic:
     """Straight-lining across trials: the most trials in a row with the same answers (long string, Johnson 2005)."""
     n = len(rater.trials)
-    lengths = [len(list(same)) for _, same in groupby(rater.trials, key=lambda each: sorted(each.values.items()))]
+    lengths = [len(list(same)) for _, same in groupby(rater.trials, key=lambda trial: sorted(trial.values.items()))]
     limit = rater.limits.run
     if rater.items == 1:  # One value alike now and then says little: the rule for single items.
         limit = max(limit, math.ceil(rater.limits.run_share * n))
@@ -153,7 +153,7 @@ def variability(rater: Rater) -> Diagnostic:
     threshold is our judgement).
     """
     name, limit = "spread within a trial", rater.limits.variability
-    spreads = [_spread(tuple(sorted(each.values.values()))) for each in rater.trials if len(each.values) > 1]
+    spreads = [_spread(tuple(sorted(trial.values.values()))) for trial in rater.trials if len(trial.values) > 1]
     if not spreads:
         return none(name, "range", "a trial has fewer than two items" if rater.trials else "no trial is answered yet")
     value = median(spreads) / (rater.high - rater.low)
@@ -170,7 +170,7 @@ def _spread(values: tuple[float, ...]) -> float:
 
 def at_the_ends(rater: Rater) -> Diagnostic:
     """Endpoint pile-up: the share of ratings at either end of the scale (our threshold)."""
-    values = [value for each in rater.trials for value in each.values.values()]
+    values = [value for trial in rater.trials for value in trial.values.values()]
     if not values:
         return none("at the ends", "share", "no trial is answered yet")
     ends = sum(value in (rater.low, rater.high) for value in values)
@@ -212,7 +212,7 @@ def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
 def missing(rater: Rater) -> Diagnostic:
     """Ratings that are owed and were not given, as a share of those owed."""
     owed, items = max(rater.owed, len(rater.trials)), max(rater.items, 1)
-    given = sum(len(each.values) for each in rater.trials)
+    given = sum(len(trial.values) for trial in rater.trials)
     if not owed:
         return none("missing", "share", "no trial is owed yet")
     share = 1 - given / (owed * items)
@@ -223,15 +223,17 @@ def missing(rater: Rater) -> Diagnostic:
 def _per_item(rater: Rater) -> list[float]:
     """To the nanosecond that times are recorded in, so that 1.2 s for three items is 0.4 s an item."""
     return [
-        round(each.seconds / len(each.values), 9) for each in rater.trials if each.seconds is not None and each.values
+        round(trial.seconds / len(trial.values), 9)
+        for trial in rater.trials
+        if trial.seconds is not None and trial.values
     ]
 
 
 def _pairs(trials: Sequence[Answered]) -> Iterator[tuple[float, float]]:
-    met: dict[str, list[Answered]] = {}
-    for each in trials:
-        met.setdefault(each.stimulus, []).append(each)
-    for meetings in met.values():
+    by_stimulus: dict[str, list[Answered]] = {}
+    for trial in trials:
+        by_stimulus.setdefault(trial.stimulus, []).append(trial)
+    for meetings in by_stimulus.values():
         for first, again in pairwise(meetings):
             yield from ((first.values[item], again.values[item]) for item in first.values if item in again.values)
 

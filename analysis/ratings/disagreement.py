@@ -71,8 +71,8 @@ def disagreement(
         )
     people = np.flatnonzero(~np.isnan(cells.values[:, [*sides[0], *sides[1]]]).all(axis=1))
     used = cells.only(range(len(cells.cells)), people.tolist())
-    wanted = sum(name in pair for name in (categories.get(cell[0]) for cell in cells.cells))
-    return _compared(used, (sides[0], sides[1]), wanted - len(sides[0]) - len(sides[1]), confidence)
+    needed = sum(name in pair for name in (categories.get(cell[0]) for cell in cells.cells))
+    return _compared(used, (sides[0], sides[1]), needed - len(sides[0]) - len(sides[1]), confidence)
 
 
 def attribute_spreads(data: pd.DataFrame, over: Sequence[str], subject: str = "participant") -> dict[str, float]:
@@ -81,12 +81,12 @@ def attribute_spreads(data: pd.DataFrame, over: Sequence[str], subject: str = "p
     NaN where no combination has two participants.
     """
     cells = person_cells(data, ("attribute", *over), subject=subject)
-    found: dict[str, list[float]] = {cell[0]: [] for cell in cells.cells}
+    variances: dict[str, list[float]] = {cell[0]: [] for cell in cells.cells}
     for j, cell in enumerate(cells.cells):
         values = cells.values[~np.isnan(cells.values[:, j]), j]
         if len(values) > 1:
-            found[cell[0]].append(statistics.variance(np.sort(values).tolist()))
-    return {name: math.sqrt(statistics.mean(each)) if each else NAN for name, each in found.items()}
+            variances[cell[0]].append(statistics.variance(np.sort(values).tolist()))
+    return {name: math.sqrt(statistics.mean(value)) if value else NAN for name, value in variances.items()}
 
 
 def _compared(cells: PersonCells, sides: tuple[list[int], list[int]], left_out: int, confidence: float) -> Disagreement:
@@ -99,9 +99,11 @@ def _compared(cells: PersonCells, sides: tuple[list[int], list[int]], left_out: 
         return Disagreement(*sds, NAN, NAN, NAN, NAN, n - 1.0, NAN, n, counts, left_out, why)
     log = 0.5 * math.log(second / first)
     pseudo = n * log - (n - 1) * 0.5 * np.log(second_left / first_left)
-    found = one_sample(pseudo, confidence=confidence, what="pseudo-values")
-    low, high = math.exp(found.low), math.exp(found.high)
-    return Disagreement(*sds, math.exp(log), low, high, found.t, found.df, found.p, n, counts, left_out, found.note)
+    difference = one_sample(pseudo, confidence=confidence, what="pseudo-values")
+    low, high = math.exp(difference.low), math.exp(difference.high)
+    return Disagreement(
+        *sds, math.exp(log), low, high, difference.t, difference.df, difference.p, n, counts, left_out, difference.note
+    )
 
 
 def _centred_columns(values: Floats) -> tuple[Floats, int]:

@@ -26,21 +26,21 @@ def without_gaps(
     nobody is left.
     """
     known = table[~np.isnan(numbers_of(table["value"], "value"))].reset_index(drop=True)
-    lacking = _lacking(known, table, [name for name in items if name in table.columns])
-    if not lacking:
+    gaps = _missing_ratings(known, table, [name for name in items if name in table.columns])
+    if not gaps:
         return known, {}
     if missing == "raise":
-        told = (f"{who} lacks {count(number, 'rating')}" for who, number in lacking.items())
+        lines = (f"{who} lacks {count(number, 'rating')}" for who, number in gaps.items())
         raise DataRefused(
-            f"{listed(told, len(lacking))}; find the ratings, or leave such participants out with `missing: listwise`"
+            f"{listed(lines, len(gaps))}; find the ratings, or leave such participants out with `missing: listwise`"
         )
-    kept = known[~known["participant"].astype(str).isin(list(lacking))].reset_index(drop=True)
-    if not len(kept):
-        raise DataRefused(f"each of {count(len(lacking), 'participant')} lacks a rating; nobody is left listwise")
-    return kept, lacking
+    complete = known[~known["participant"].astype(str).isin(list(gaps))].reset_index(drop=True)
+    if not len(complete):
+        raise DataRefused(f"each of {count(len(gaps), 'participant')} lacks a rating; nobody is left listwise")
+    return complete, gaps
 
 
-def _lacking(known: pd.DataFrame, table: pd.DataFrame, items: list[str]) -> dict[str, int]:
+def _missing_ratings(known: pd.DataFrame, table: pd.DataFrame, items: list[str]) -> dict[str, int]:
     people = [str(label) for label in coded(table["participant"], "participant").labels]
     group = dict(zip(map(str, table["participant"]), _groups(table), strict=True))
     labels = list(zip(*(known[name].tolist() for name in items), strict=True)) if items else [()] * len(known)
@@ -50,8 +50,8 @@ def _lacking(known: pd.DataFrame, table: pd.DataFrame, items: list[str]) -> dict
     owed: dict[str, Counter[tuple[object, ...]]] = {}
     for who in people:
         owed[group[who]] = owed.get(group[who], Counter()) | rated[who]
-    found = {who: (owed[group[who]] - rated[who]).total() for who in people}
-    return {who: number for who, number in found.items() if number}
+    missing = {who: (owed[group[who]] - rated[who]).total() for who in people}
+    return {who: number for who, number in missing.items() if number}
 
 
 def _groups(table: pd.DataFrame) -> list[str]:

@@ -73,9 +73,9 @@ def _stretched(values: Floats, scale: Ends, ends: Ends, table: pd.DataFrame) -> 
     beyond = np.flatnonzero((values < scale[0]) | (values > scale[1])).tolist()
     if beyond:
         people = table["participant"].tolist()
-        told = listed((f"{values[row]:g} of {people[row]} in row {row + 1}" for row in beyond), len(beyond))
+        listing = listed((f"{values[row]:g} of {people[row]} in row {row + 1}" for row in beyond), len(beyond))
         raise DataRefused(
-            f"ratings beyond the declared scale from {scale[0]:g} to {scale[1]:g}: {told};"
+            f"ratings beyond the declared scale from {scale[0]:g} to {scale[1]:g}: {listing};"
             " correct them or declare the scale that they were given on"
         )
     return rescaled_values(values, scale, ends)
@@ -85,21 +85,21 @@ def _own(values: Floats, table: pd.DataFrame, rule: Callable[[Floats], Floats | 
     """Every participant's own rule, attribute by attribute; those that have none are named."""
     names = ["participant", *(["attribute"] if "attribute" in table.columns else [])]
     axes = [coded(table[name], name) for name in names]
-    found = np.full(len(values), np.nan)
+    scaled = np.full(len(values), np.nan)
     refused: list[str] = []
     for label, rows in _rows(axes):
         known = rows[~np.isnan(values[rows])]
-        made = rule(values[known]) if len(known) else values[known]
-        if isinstance(made, str):
-            refused.append(f"{' on '.join(label)} ({made})")
+        own = rule(values[known]) if len(known) else values[known]
+        if isinstance(own, str):
+            refused.append(f"{' on '.join(label)} ({own})")
         else:
-            found[known] = made
+            scaled[known] = own
     if refused:
         raise DataRefused(
             f"normalisation {how!r} is undefined for {listed(refused, len(refused))}; leave these participants out"
             " by an exclusion, or choose to_0_100"
         )
-    return found
+    return scaled
 
 
 def _rows(axes: list[Coded]) -> list[tuple[list[str], np.ndarray[tuple[int], np.dtype[np.intp]]]]:
@@ -109,11 +109,11 @@ def _rows(axes: list[Coded]) -> list[tuple[list[str], np.ndarray[tuple[int], np.
     order = np.argsort(flat, kind="stable")
     starts = np.flatnonzero(np.diff(flat[order], prepend=-1))
     shape = [len(axis.labels) for axis in axes]
-    found = []
+    cells = []
     for rows in np.split(order, starts[1:]):
         place = np.unravel_index(int(flat[rows[0]]), shape)
-        found.append(([str(axis.labels[int(i)]) for axis, i in zip(axes, place, strict=True)], rows))
-    return found
+        cells.append(([str(axis.labels[int(i)]) for axis, i in zip(axes, place, strict=True)], rows))
+    return cells
 
 
 def _varied(values: Floats) -> str:
@@ -133,9 +133,9 @@ def _z(values: Floats) -> Floats | str:
     small, _ = scaled(values[order])
     deviations = centred(small - small[0], 0)
     spread = math.sqrt(math.fsum((deviations * deviations).tolist()) / (len(values) - 1))
-    found = np.empty_like(values)
-    found[order] = deviations / spread
-    return found
+    z = np.empty_like(values)
+    z[order] = deviations / spread
+    return z
 
 
 def _ranged(values: Floats) -> Floats | str:

@@ -22,11 +22,11 @@ def data_notes(
 
     `sessions`: how many sessions of each participant the study declares (None: the rows know no sessions).
     """
-    merged = [each for each in exclusions if each.what == "averaged"]
-    rows = sum(each.rows for each in exclusions if each.what == "rows")
+    merged = [line for line in exclusions if line.what == "averaged"]
+    rows = sum(line.rows for line in exclusions if line.what == "rows")
     lines = [replace(note, listed=tuple(sorted(note.listed, key=Place.text)[:MOST_PLACES])).text() for note in notes]
     if merged:
-        ratings, means = sum(each.rows for each in merged), sum(each.into for each in merged)
+        ratings, means = sum(line.rows for line in merged), sum(line.into for line in merged)
         lines.append(f"{count(ratings, 'repeated rating')} averaged into {means:,} (the exclusion ledger says whose)")
     if sessions is not None and sessions > 1:
         lines.append(
@@ -40,9 +40,9 @@ def data_notes(
 
 def exclusion_lines(exclusions: Iterable[Exclusion]) -> Iterator[str]:
     """Each exclusion as a line; many that say the same are one counted line, so that those that differ are seen."""
-    ordered = sorted(exclusions, key=lambda each: (each.what, each.why, each.rows))
-    for (what, why, rows), own in groupby(ordered, key=lambda each: (each.what, each.why, each.rows)):
-        whose = [each.who for each in own]
+    ordered = sorted(exclusions, key=lambda line: (line.what, line.why, line.rows))
+    for (what, why, rows), own in groupby(ordered, key=lambda line: (line.what, line.why, line.rows)):
+        whose = [line.who for line in own]
         if len(whose) > MOST_ALIKE:
             yield f"{what} of {whose[0]} and {len(whose) - 1:,} more ({rows:,} each): {why}"
         else:

@@ -57,18 +57,18 @@ def one_sample(values: Floats, *, floor: float = 0.0, confidence: float = 0.95, 
     return OneSample(n, mean, sd, se, t, n - 1.0, p, mean - half, mean + half, mean / sd, p_note([p]))
 
 
-def columns_of(each: OneSample) -> dict[str, float | int]:
+def columns_of(sample: OneSample) -> dict[str, float | int]:
     """The test as columns of a table."""
     return {
-        "n": each.n,
-        "mean": each.mean,
-        "sd": each.sd,
-        "ci_low": each.low,
-        "ci_high": each.high,
-        "t": each.t,
-        "df": each.df,
-        "dz": each.dz,
-        "p": each.p,
+        "n": sample.n,
+        "mean": sample.mean,
+        "sd": sample.sd,
+        "ci_low": sample.low,
+        "ci_high": sample.high,
+        "t": sample.t,
+        "df": sample.df,
+        "dz": sample.dz,
+        "p": sample.p,
     }
 
 

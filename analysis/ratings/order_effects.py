@@ -99,10 +99,10 @@ def order_effect(
     floor = ROUNDING_ULPS * float(np.spacing(np.abs(trials.y).max()))
     slopes = _slopes(y, trials.position, trials.people)
     span = float(np.ptp(trials.position))
-    made = one_sample(slopes, floor=floor / span if span else 0.0, confidence=confidence, what="slopes")
+    slope = one_sample(slopes, floor=floor / span if span else 0.0, confidence=confidence, what="slopes")
     return OrderEffect(
         tuple(_bins(y, trials, bins, confidence)),
-        made,
+        slope,
         _carried(y, trials, effects, confidence) if carry_over else None,
         adjust == "stimulus",
     )
@@ -114,10 +114,10 @@ def _trials(data: pd.DataFrame, dv: str, subject: str, stimulus: str, position: 
     people = coded(data[subject], subject).codes
     stimuli = coded(data[stimulus], stimulus).codes
     sessions = coded(data[session], session).codes if session in data.columns else people
-    kept = np.flatnonzero(~np.isnan(y) & ~np.isnan(place))
-    if not len(kept):
+    usable = np.flatnonzero(~np.isnan(y) & ~np.isnan(place))
+    if not len(usable):
         raise DataRefused(f"no trial has both a place and a value in column {dv!r}")
-    order = kept[np.lexsort((y[kept], stimuli[kept], place[kept], sessions[kept], people[kept]))]
+    order = usable[np.lexsort((y[usable], stimuli[usable], place[usable], sessions[usable], people[usable]))]
     _, dense = np.unique(stimuli[order], return_inverse=True)
     _, who = np.unique(people[order], return_inverse=True)
     return _Trials(y[order], who, dense, _counted(place[order], sessions[order], who), sessions[order])
@@ -125,12 +125,12 @@ def _trials(data: pd.DataFrame, dv: str, subject: str, stimulus: str, position: 
 
 def _counted(place: Floats, sessions: Codes, people: Codes) -> Floats:
     """1, 2, 3 ... within each session of each participant; several values of one trial share a place."""
-    found, count = np.empty(len(place)), 0.0
+    number, count = np.empty(len(place)), 0.0
     for i in range(len(place)):
         new = i == 0 or people[i] != people[i - 1] or sessions[i] != sessions[i - 1]
         count = 1.0 if new else count + (place[i] != place[i - 1])
-        found[i] = count
-    return found
+        number[i] = count
+    return number
 
 
 def _two_way(y: Floats, people: Codes, stimuli: Codes) -> tuple[Floats, Floats]:
@@ -173,10 +173,10 @@ def _slopes(y: Floats, x: Floats, people: Codes) -> Floats:
     change = change - (np.bincount(people, change) / n)[people]
     below = np.bincount(people, away * away)
     above = np.bincount(people, away * change)
-    found: Floats = np.full(len(n), np.nan)
+    slopes: Floats = np.full(len(n), np.nan)
     known = below > 0
-    found[known] = above[known] / below[known]
-    return found
+    slopes[known] = above[known] / below[known]
+    return slopes
 
 
 def _bins(y: Floats, trials: _Trials, bins: int, confidence: float) -> list[Bin]:
@@ -191,12 +191,12 @@ def _bins(y: Floats, trials: _Trials, bins: int, confidence: float) -> list[Bin]
     np.divide(totals, counts, out=means, where=counts > 0)
     own = means - np.nanmean(means, axis=1, keepdims=True)
     factor = math.sqrt(number / (number - 1)) if number > 1 else math.nan
-    found = []
+    result = []
     for j, (low, high) in enumerate(pairwise(edges)):
         whole, within = one_sample(means[:, j]), one_sample(own[:, j] * factor, confidence=confidence)
         half = (within.high - within.low) / 2
-        found.append(Bin(low + 1, high, whole.n, whole.mean, whole.mean - half, whole.mean + half))
-    return found
+        result.append(Bin(low + 1, high, whole.n, whole.mean, whole.mean - half, whole.mean + half))
+    return result
 
 
 def _carried(y: Floats, trials: _Trials, effects: Floats, confidence: float) -> OneSample:
@@ -209,15 +209,15 @@ def _carried(y: Floats, trials: _Trials, effects: Floats, confidence: float) -> 
     if not len(follows):
         return one_sample(np.array([]), confidence=confidence)
     _, who = np.unique(trials.people[follows + 1], return_inverse=True)
-    found = one_sample(_slopes(y[follows + 1], effects[trials.stimuli[follows]], who), confidence=confidence)
-    return found if found.n else found._replace(note="no stimulus has an effect")
+    sample = one_sample(_slopes(y[follows + 1], effects[trials.stimuli[follows]], who), confidence=confidence)
+    return sample if sample.n else sample._replace(note="no stimulus has an effect")
 
 
 def one_per_trial(data: pd.DataFrame, keys: Sequence[str], dv: str) -> pd.DataFrame:
     """One row per trial with the largest value of `dv`: the time at which the last of its attributes was answered."""
-    found: dict[tuple[str, ...], float] = {}
-    columns = [[written(each) for each in data[key].tolist()] for key in keys]
+    values: dict[tuple[str, ...], float] = {}
+    columns = [[written(label) for label in data[key].tolist()] for key in keys]
     for *label, value in zip(*columns, numbers_of(data[dv], dv).tolist(), strict=True):
         if not math.isnan(value):
-            found[tuple(label)] = max(value, found.get(tuple(label), value))
-    return pd.DataFrame([(*label, value) for label, value in found.items()], columns=[*keys, dv])
+            values[tuple(label)] = max(value, values.get(tuple(label), value))
+    return pd.DataFrame([(*label, value) for label, value in values.items()], columns=[*keys, dv])

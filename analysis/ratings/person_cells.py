@@ -53,7 +53,7 @@ class PersonCells:
 
     def without(self, name: str) -> PersonCells:
         """The same cells without the level of one column, which is one level in all of them."""
-        keep = [k for k, each in enumerate(self.by) if each != name]
+        keep = [k for k, column in enumerate(self.by) if column != name]
         cells = tuple(tuple(cell[k] for k in keep) for cell in self.cells)
         return replace(self, by=tuple(self.by[k] for k in keep), cells=cells)
 
@@ -95,7 +95,7 @@ def person_cells(
         counts=np.where(np.isnan(values), 0, counts.reshape(values.shape)),
         participants=tuple(map(written, people.labels)),
         by=tuple(by),
-        cells=tuple(tuple(axes[k][1][int(i)] for k, i in enumerate(each)) for each in places),
+        cells=tuple(tuple(axes[k][1][int(i)] for k, i in enumerate(place)) for place in places),
     )
 
 
@@ -106,13 +106,13 @@ def levels_of(levels: Levels, by: Sequence[str]) -> Levels:
 
 def _axis(column: pd.Series[Any], name: str, order: Sequence[str]) -> tuple[Counts, list[str]]:
     """Codes in the given order of levels, the others after them in natural order."""
-    found = coded(column, name)
-    labels = [written(label) for label in found.labels]
+    codes = coded(column, name)
+    labels = [written(label) for label in codes.labels]
     known = {label: place for place, label in enumerate(order)}
     rank = sorted(range(len(labels)), key=lambda i: (known.get(labels[i], len(known)), i))
     to = np.empty(len(labels), dtype=np.intp)
     to[rank] = np.arange(len(labels))
-    return to[found.codes], [labels[i] for i in rank]
+    return to[codes.codes], [labels[i] for i in rank]
 
 
 def written(label: object) -> str:
@@ -122,9 +122,9 @@ def written(label: object) -> str:
 
 def texts_of(data: pd.DataFrame, name: str) -> list[str]:
     """A column of labels as text; 1, 1.0 and "1" read the same."""
-    found = coded(data[name], name)
-    labels = [written(label) for label in found.labels]
-    return [labels[code] for code in found.codes]
+    codes = coded(data[name], name)
+    labels = [written(label) for label in codes.labels]
+    return [labels[code] for code in codes.codes]
 
 
 def complete_people(cells: PersonCells, missing: str = "raise") -> list[int]:
@@ -132,9 +132,9 @@ def complete_people(cells: PersonCells, missing: str = "raise") -> list[int]:
     whole = np.atleast_1d(~np.isnan(cells.values).any(axis=1))
     if not whole.all() and missing == "raise":
         gaps = np.argwhere(np.isnan(cells.values)).tolist()
-        told = listed((f"participant {cells.participants[i]!r} at {place(cells, j)}" for i, j in gaps), len(gaps))
-        raise IncompleteCells(f"no value for {told}{LISTWISE}")
-    return [i for i, each in enumerate(whole.tolist()) if each]
+        listing = listed((f"participant {cells.participants[i]!r} at {place(cells, j)}" for i, j in gaps), len(gaps))
+        raise IncompleteCells(f"no value for {listing}{LISTWISE}")
+    return [i for i, value in enumerate(whole.tolist()) if value]
 
 
 def place(cells: PersonCells, j: int) -> str:
@@ -145,10 +145,10 @@ def place(cells: PersonCells, j: int) -> str:
 def constant_columns(data: pd.DataFrame, names: Sequence[str], subject: str = "participant") -> tuple[str, ...]:
     """Those of the columns that differ between participants but never within one: between factors."""
     people = coded(data[subject], subject)
-    found = []
+    constant = []
     for name in names:
         codes = coded(data[name], name)
         pairs = np.unique(people.codes * len(codes.labels) + codes.codes)
         if len(pairs) == len(people.labels) and len(codes.labels) > 1:
-            found.append(name)
-    return tuple(found)
+            constant.append(name)
+    return tuple(constant)

@@ -119,8 +119,8 @@ def _description(ratings: Ratings, kinds: dict[str, str], table: bytes) -> dict[
         "interrupted": ratings.interrupted,
         "seeds": ratings.seeds,
         "stimulus_sources": dict(ratings.stimulus_sources),
-        "inputs": [asdict(each) for each in ratings.inputs],
-        "exclusions": [asdict(each) for each in ratings.exclusions],
+        "inputs": [asdict(entry) for entry in ratings.inputs],
+        "exclusions": [asdict(line) for line in ratings.exclusions],
     }
 
 
@@ -140,8 +140,8 @@ def _checked_table(folder: Path, described: dict[str, Any]) -> pd.DataFrame:
 
 def _ratings(described: dict[str, Any], table: pd.DataFrame) -> Ratings:
     crossings = (
-        Crossing(each["between"], {name: tuple(levels) for name, levels in each["levels"].items()})
-        for each in described["crossings"]
+        Crossing(crossing["between"], {name: tuple(levels) for name, levels in crossing["levels"].items()})
+        for crossing in described["crossings"]
     )
     return Ratings(
         name=described["name"],
@@ -150,8 +150,8 @@ def _ratings(described: dict[str, Any], table: pd.DataFrame) -> Ratings:
         between=tuple(described["between"]),
         attributes=tuple(described["attributes"]),
         scale=None if described["scale"] is None else Scale(**described["scale"]),
-        inputs=tuple(Input(**each) for each in described["inputs"]),
-        exclusions=tuple(Exclusion(**each) for each in described["exclusions"]),
+        inputs=tuple(Input(**entry) for entry in described["inputs"]),
+        exclusions=tuple(Exclusion(**line) for line in described["exclusions"]),
         antonyms=described["antonyms"],
         categories=described["categories"],
         crossings=tuple(crossings),

@@ -97,7 +97,8 @@ def chosen(
 def left_out_sessions(choice: Choice) -> tuple[Exclusion, ...]:
     """A line for every session that is not analysed, where the study rates nothing."""
     return tuple(
-        Exclusion("session", f"{each.participant}, session {each.session}", why, 0) for each, why in choice.left_out
+        Exclusion("session", f"{session.participant}, session {session.session}", why, 0)
+        for session, why in choice.left_out
     )
 
 
@@ -137,8 +138,8 @@ def _no_sessions(connection: Connection, study: str) -> str:
 
 
 def _definition(connection: Connection, study: str, digest: str) -> Study:
-    found = query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
-    for row in found:
+    rows = query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
+    for row in rows:
         if row["study_digest"] == digest:
             stored = row["definition"]
             return _study(parse(stored.encode()) if isinstance(stored, str) else stored, study)
@@ -153,25 +154,25 @@ def _study(definition: Any, study: str) -> Study:
         raise DataRefused(f"study {study!r}: the stored definition cannot be read: {' '.join(lines[1:3])}") from None
 
 
-def assembled(study: Study, choice: Choice, found: Sequence[Rating]) -> Ratings:
+def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Ratings:
     """The ratings of these sessions, wherever their rows come from. Raises DataRefused as `read_ratings` does."""
     if not study.attributes:
         raise DataRefused(
             f"study {study.study!r}: its task is {study.task}, which gives no ratings; what was answered lies in the"
             " tables words, answers and streams of the collected database"
         )
-    kept = {session.session for session in choice.kept}
-    counted = [each for each in found if each.session in kept and not each.practice]
+    sessions = {session.session for session in choice.kept}
+    counted = [rating for rating in ratings if rating.session in sessions and not rating.practice]
     within, crossings = _factors(study)
     return Ratings(
         name=study.study,
-        table=_table(study, counted, [each for each in found if each.session in kept]),
+        table=_table(study, counted, [rating for rating in ratings if rating.session in sessions]),
         within=within,
         between=("group",) if len({session.group_name for session in choice.kept}) > 1 else (),
         attributes=tuple(attribute.name for attribute in study.attributes),
         scale=None if study.scale is None else Scale(study.scale.low, study.scale.high, study.scale.step),
         inputs=inputs_of(study, choice),
-        exclusions=(*_left_out(choice, found), *_without_ratings(choice, counted), *_practice(kept, found)),
+        exclusions=(*_left_out(choice, ratings), *_without_ratings(choice, counted), *_practice(sessions, ratings)),
         antonyms={a.name: a.high for a in study.attributes if a.outcome is None},
         categories={a.name: a.category for a in study.attributes if a.category is not None},
         crossings=crossings,
@@ -180,22 +181,22 @@ def assembled(study: Study, choice: Choice, found: Sequence[Rating]) -> Ratings:
         pooled=column_name((study.analysis and study.analysis.pooled) or ""),
         families=column_name((study.analysis and study.analysis.families) or ""),
         simulated=any(session.simulated for session in choice.kept),
-        interrupted=tuple(_told(session) for session in choice.kept if session.status != "complete"),
+        interrupted=tuple(_describe(session) for session in choice.kept if session.status != "complete"),
         seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
-        stimulus_sources=_sources(study, {each.stimulus for each in counted}),
+        stimulus_sources=_sources(study, {rating.stimulus for rating in counted}),
         sample=collected_sample(study, choice.kept),
     )
 
 
-def _told(session: SessionRow) -> str:
+def _describe(session: SessionRow) -> str:
     answered = f"{session.trials_answered} of {session.trials_planned} trials"
     return f"{session.participant}, session {session.session}: {answered}"
 
 
-def _sources(study: Study, met: set[str]) -> dict[str, int]:
+def _sources(study: Study, stimuli: set[str]) -> dict[str, int]:
     """How many of the stimuli that were met have each value in the column `source`, where the study has one."""
-    columns = [stimulus.columns for stimulus in study.stimuli if stimulus.id in met]
-    return dict(Counter(each[SOURCE] for each in columns)) if all(SOURCE in each for each in columns) else {}
+    columns = [stimulus.columns for stimulus in study.stimuli if stimulus.id in stimuli]
+    return dict(Counter(column[SOURCE] for column in columns)) if all(SOURCE in column for column in columns) else {}
 
 
 def column_name(stimulus_column: str) -> str:
@@ -221,11 +222,11 @@ def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:
     return within, tuple(crossings)
 
 
-def _table(study: Study, counted: Sequence[Rating], found: Sequence[Rating]) -> pd.DataFrame:
+def _table(study: Study, counted: Sequence[Rating], ratings: Sequence[Rating]) -> pd.DataFrame:
     order = {attribute.name: place for place, attribute in enumerate(study.attributes)}
     stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
-    for each in found:
-        _check(each, order, stimuli)
+    for rating in ratings:
+        _check(rating, order, stimuli)
     rows = sorted(counted, key=lambda r: (r.participant, r.session, r.trial, order[r.attribute]))
     shared = [name for name in study.stimuli[0].columns if all(name in columns for columns in stimuli.values())]
     return pd.DataFrame(
@@ -271,29 +272,31 @@ def _number(rating: Rating) -> float:
 
 def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:
     """The study and every session file, kept or left out, by their SHA-256."""
-    sessions = (*choice.kept, *(each for each, _ in choice.left_out))
+    sessions = (*choice.kept, *(session for session, _ in choice.left_out))
     return (
         Input(f"study {study.study}", choice.digest, "the compiled study"),
         *(Input(s.file, s.file_sha256, f"session {s.session}, last event {s.head_hash}") for s in sessions),
     )
 
 
-def _left_out(choice: Choice, found: Sequence[Rating]) -> Iterator[Exclusion]:
-    rows = Counter(each.session for each in found if not each.practice)
+def _left_out(choice: Choice, ratings: Sequence[Rating]) -> Iterator[Exclusion]:
+    rows = Counter(rating.session for rating in ratings if not rating.practice)
     for session, why in choice.left_out:
         yield Exclusion("session", f"{session.participant}, session {session.session}", why, rows[session.session])
 
 
 def _without_ratings(choice: Choice, counted: Sequence[Rating]) -> Iterator[Exclusion]:
     """A session kept but empty has no row in the table, so only this line tells of it."""
-    rated = {each.session for each in counted}
+    rated = {rating.session for rating in counted}
     for session in choice.kept:
         if session.session not in rated:
             yield Exclusion("session", f"{session.participant}, session {session.session}", "holds no rating", 0)
 
 
-def _practice(kept: set[str], found: Sequence[Rating]) -> Iterator[Exclusion]:
-    practised = Counter((each.participant, each.session) for each in found if each.practice and each.session in kept)
+def _practice(sessions: set[str], ratings: Sequence[Rating]) -> Iterator[Exclusion]:
+    practised = Counter(
+        (rating.participant, rating.session) for rating in ratings if rating.practice and rating.session in sessions
+    )
     for (participant, session), rows in practised.items():
         yield Exclusion("practice", f"{participant}, session {session}", "practice trials do not count", rows)
 

@@ -33,26 +33,26 @@ def achieved_sample(study: Study, sessions: Sequence[DoneSession]) -> dict[str, 
     planned = sample_of(study)
     if not planned:
         return {}
-    had = {(each.participant, each.number) for each in sessions}
-    group_of = {each.participant: each.group for each in sessions}
+    had = {(session.participant, session.number) for session in sessions}
+    group_of = {session.participant: session.group for session in sessions}
     numbers = range(1, study.sessions + 1)
     done = [who for who in group_of if all((who, number) in had for number in numbers)]
-    found: dict[str, Any] = {"done": len(done)}
+    achieved: dict[str, Any] = {"done": len(done)}
     if "planned" in planned:
-        found["planned"] = planned["planned"]
+        achieved["planned"] = planned["planned"]
     if "per_group" in planned:
-        found["groups"] = {
+        achieved["groups"] = {
             group: {"planned": planned_people(study, group), "done": sum(group_of[who] == group for who in done)}
             for group in study.groups
         }
     if study.sessions > 1:
-        counts = Counter(each.number for each in sessions)
-        found["sessions_done"] = {str(number): counts[number] for number in numbers}
+        counts = Counter(session.number for session in sessions)
+        achieved["sessions_done"] = {str(number): counts[number] for number in numbers}
     if study.minutes is not None:
-        found["minutes_planned"] = study.minutes
-        if minutes := [each.minutes for each in sessions]:
-            found["minutes"] = {"median": median(minutes), "least": min(minutes), "most": max(minutes)}
-    return found
+        achieved["minutes_planned"] = study.minutes
+        if minutes := [session.minutes for session in sessions]:
+            achieved["minutes"] = {"median": median(minutes), "least": min(minutes), "most": max(minutes)}
+    return achieved
 
 
 def collected_sample(study: Study, sessions: Iterable[SessionRow]) -> dict[str, Any]:
@@ -63,15 +63,18 @@ def collected_sample(study: Study, sessions: Iterable[SessionRow]) -> dict[str, 
     )
 
 
-def sample_facts(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def sample_facts(achieved: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield what `achieved_sample` returned as labels and texts for the head of a page."""
-    if "planned" in found:
-        groups = found.get("groups", {})
-        told = ", ".join(f"group {group}: {each['done']} of {each['planned']}" for group, each in groups.items())
-        yield "Done of planned", f"{found['done']:,} of {found['planned']:,}" + (f" ({told})" if told else "")
-    for number, done in found.get("sessions_done", {}).items():
+    if "planned" in achieved:
+        groups = achieved.get("groups", {})
+        listing = ", ".join(f"group {group}: {rows['done']} of {rows['planned']}" for group, rows in groups.items())
+        yield (
+            "Done of planned",
+            f"{achieved['done']:,} of {achieved['planned']:,}" + (f" ({listing})" if listing else ""),
+        )
+    for number, done in achieved.get("sessions_done", {}).items():
         yield f"Session {number} done", f"{done:,}"
-    if "minutes_planned" in found:
-        real = found.get("minutes")
+    if "minutes_planned" in achieved:
+        real = achieved.get("minutes")
         came = f"{real['median']:.0f} ({real['least']:.0f} to {real['most']:.0f})" if real else "none"
-        yield "Minutes, real and planned", f"{came}; {found['minutes_planned']:g} planned"
+        yield "Minutes, real and planned", f"{came}; {achieved['minutes_planned']:g} planned"

@@ -99,8 +99,8 @@ def _title(engine: Engine, ratings: Ratings) -> str:
     """The title that stands in the study's definition; its digest is the first input of the ratings."""
     query = text("SELECT title FROM studies WHERE study_digest = :digest")
     with engine.connect() as connection:
-        found = connection.execute(query, {"digest": ratings.inputs[0].sha256}).scalar_one_or_none()
-    return str(found) if found else ""
+        title = connection.execute(query, {"digest": ratings.inputs[0].sha256}).scalar_one_or_none()
+    return str(title) if title else ""
 
 
 def both_of(name: str, folder: Path) -> DataRefused:

@@ -76,9 +76,9 @@ def target_errors(
 
 
 def _manipulated(data: pd.DataFrame, attribute_column: str) -> pd.DataFrame:
-    attributes, wanted = texts_of(data, "attribute"), texts_of(data, attribute_column)
-    unknown = sorted(set(wanted) - set(attributes))
-    own = data[[a == w for a, w in zip(attributes, wanted, strict=True)]].reset_index(drop=True)
+    attributes, targets = texts_of(data, "attribute"), texts_of(data, attribute_column)
+    unknown = sorted(set(targets) - set(attributes))
+    own = data[[a == w for a, w in zip(attributes, targets, strict=True)]].reset_index(drop=True)
     if not len(own):
         first = unknown[0] if unknown else ""
         raise DataRefused(
@@ -119,10 +119,10 @@ def _number(text: str, column: str) -> float:
 def _ends(own: pd.DataFrame, aims: Floats) -> list[str]:
     """Which of an attribute's targets this is; targets between the ends keep their number."""
     attributes = own["attribute"].tolist()
-    found: dict[str, set[float]] = {}
+    targets: dict[str, set[float]] = {}
     for name, aim in zip(attributes, aims.tolist(), strict=True):
-        found.setdefault(name, set()).add(aim)
-    return [_end(aim, found[name]) for name, aim in zip(attributes, aims.tolist(), strict=True)]
+        targets.setdefault(name, set()).add(aim)
+    return [_end(aim, targets[name]) for name, aim in zip(attributes, aims.tolist(), strict=True)]
 
 
 def _end(aim: float, of: set[float]) -> str:
@@ -139,26 +139,28 @@ def _all(
     cells = both[0]
     attributes = list(dict.fromkeys(cell[0] for cell in cells.cells))
 
-    def told(of: str, attribute: str, end: str, target: float, pair: Sequence[Floats]) -> TargetError:
-        made = [one_sample(each, floor=cells.floor(), confidence=confidence, what="errors") for each in pair]
-        return TargetError(of, attribute, end, target, made[0], made[1])
+    def error(of: str, attribute: str, end: str, target: float, values: Sequence[Floats]) -> TargetError:
+        absolute, signed = (
+            one_sample(column, floor=cells.floor(), confidence=confidence, what="errors") for column in values
+        )
+        return TargetError(of, attribute, end, target, absolute, signed)
 
     for j, (attribute, end) in enumerate(cells.cells):
-        yield told(EACH, attribute, end, goal[attribute, end], [each.values[:, j] for each in both])
-    whole = {name: [_mean(each, [j for j, c in enumerate(cells.cells) if c[0] == name]) for each in both]
+        yield error(EACH, attribute, end, goal[attribute, end], [errors.values[:, j] for errors in both])
+    whole = {name: [_mean(errors, [j for j, cell in enumerate(cells.cells) if cell[0] == name]) for errors in both]
              for name in attributes}  # fmt: skip
     for name in attributes:
-        yield told(ATTRIBUTE, name, "", NAN, whole[name])
+        yield error(ATTRIBUTE, name, "", NAN, whole[name])
     groups: dict[str, list[str]] = {}
     for name in attributes:
         groups.setdefault(categories.get(name, ""), []).append(name)
     means = {group: [_over(whole, names, k) for k in (0, 1)] for group, names in groups.items() if group}
-    for group, pair in means.items():
-        yield told(CATEGORY, group, "", NAN, pair)
+    for group, values in means.items():
+        yield error(CATEGORY, group, "", NAN, values)
     if len(means) == 2:
         (first, one), (second, two) = means.items()
-        yield told("difference", f"{second} − {first}", "", NAN, [two[k] - one[k] for k in (0, 1)])
-    yield told(ALL, "all attributes", "", NAN, [_over(whole, attributes, k) for k in (0, 1)])
+        yield error("difference", f"{second} − {first}", "", NAN, [two[k] - one[k] for k in (0, 1)])
+    yield error(ALL, "all attributes", "", NAN, [_over(whole, attributes, k) for k in (0, 1)])
 
 
 def _mean(cells: PersonCells, at: Sequence[int]) -> Floats:

@@ -109,30 +109,30 @@ def cell_trends(
 
 def families_of(data: pd.DataFrame, level: str, family: str, order: Sequence[str]) -> dict[str, str]:
     """The family of each level. Raises DataRefused where a level stands in two."""
-    found: dict[str, set[str]] = {}
+    families: dict[str, set[str]] = {}
     for one, group in zip(texts_of(data, level), texts_of(data, family), strict=True):
-        found.setdefault(one, set()).add(group)
-    if torn := [f"{one!r} in {' and '.join(sorted(found[one]))}" for one in order if len(found[one]) > 1]:
+        families.setdefault(one, set()).add(group)
+    if torn := [f"{one!r} in {' and '.join(sorted(families[one]))}" for one in order if len(families[one]) > 1]:
         raise DataRefused(
             f"column {family!r}: {listed(torn, len(torn))}; a trend needs one {family} for each {level}:"
             " correct the stimulus table or name another column"
         )
-    return {one: next(iter(found[one])) for one in order}
+    return {one: next(iter(families[one])) for one in order}
 
 
 def steps_of(data: pd.DataFrame, level: str, numeric: str | None) -> dict[str, float] | None:
     """The number of each level in a column, None where no column is named. One number for each level, or refused."""
     if numeric is None:
         return None
-    found: dict[str, set[str]] = {}
+    numbers: dict[str, set[str]] = {}
     for one, number in zip(texts_of(data, level), texts_of(data, numeric), strict=True):
-        found.setdefault(one, set()).add(number)
-    if several := [f"{one!r} ({len(each)} numbers)" for one, each in sorted(found.items()) if len(each) > 1]:
+        numbers.setdefault(one, set()).add(number)
+    if several := [f"{one!r} ({len(numbers)} numbers)" for one, numbers in sorted(numbers.items()) if len(numbers) > 1]:
         raise DataRefused(
             f"column {numeric!r} has more than one number for {level} {listed(several, len(several))};"
             " name a column with one number for each, or leave it out: the levels then stand one step apart"
         )
-    return {one: _number(next(iter(each)), numeric, one) for one, each in found.items()}
+    return {one: _number(next(iter(numbers)), numeric, one) for one, numbers in numbers.items()}
 
 
 def _number(text: str, column: str, level: str) -> float:
@@ -147,20 +147,20 @@ def _number(text: str, column: str, level: str) -> float:
 
 def _members(order: Sequence[str], families: Mapping[str, str]) -> dict[str, list[int]]:
     """The cells of each family, in order; families as they come along the levels."""
-    found: dict[str, list[int]] = {}
+    members: dict[str, list[int]] = {}
     for j, one in enumerate(order):
-        found.setdefault(families[one], []).append(j)
-    if not any(len(at) > 1 for at in found.values()):
+        members.setdefault(families[one], []).append(j)
+    if not any(len(at) > 1 for at in members.values()):
         raise DataRefused("no family has two levels; a trend needs at least two")
-    return {families[one]: found[families[one]] for one in order}
+    return {families[one]: members[families[one]] for one in order}
 
 
-def reference_level(order: Sequence[str], families: Mapping[str, str], wanted: str | None = None) -> str | None:
+def reference_level(order: Sequence[str], families: Mapping[str, str], chosen: str | None = None) -> str | None:
     """The level that others are compared with: the wanted one, else the first where it is a family of its own."""
-    if wanted is not None:
-        if wanted not in order:
-            raise DataRefused(f"no level {wanted!r} to compare with; {nearest(wanted, order)}")
-        return wanted
+    if chosen is not None:
+        if chosen not in order:
+            raise DataRefused(f"no level {chosen!r} to compare with; {nearest(chosen, order)}")
+        return chosen
     sizes = Counter(families[one] for one in order)
     alone = len(sizes) > 1 and sizes[families[order[0]]] == 1
     return order[0] if alone and max(sizes.values()) > 1 else None
@@ -219,9 +219,11 @@ def _against(
         yield one, one_sample(gaps, floor=pair.floor(), confidence=confidence, what="differences")
 
 
-def _rows(heads: Sequence[Row], found: Sequence[tuple[str, OneSample]], correction: str, size: int | None) -> list[Row]:
-    p = [each.p for _, each in found]
-    tested = [i for i, (_, each) in enumerate(found) if each.n > 0]
+def _rows(
+    heads: Sequence[Row], samples: Sequence[tuple[str, OneSample]], correction: str, size: int | None
+) -> list[Row]:
+    p = [sample.p for _, sample in samples]
+    tested = [i for i, (_, sample) in enumerate(samples) if sample.n > 0]
     family = len(tested) if size is None else size
     if family < len(tested):
         raise BadOption(f"a family of {size} is fixed, but {len(tested)} slopes are tested; fix at least as many")
@@ -230,10 +232,10 @@ def _rows(heads: Sequence[Row], found: Sequence[tuple[str, OneSample]], correcti
     return [
         {
             **head,
-            **columns_of(each),
+            **columns_of(sample),
             "p_corrected": corrected.get(i, NAN),
             "family_size": family,
-            "note": each.note,
+            "note": sample.note,
         }
-        for i, (head, (_, each)) in enumerate(zip(heads, found, strict=True))
+        for i, (head, (_, sample)) in enumerate(zip(heads, samples, strict=True))
     ]

@@ -96,19 +96,19 @@ def _groups(cells: PersonCells, between: Sequence[str]) -> list[PersonCells]:
     columns = [cells.level(name) for name in between]
     labels = list(zip(*columns, strict=True)) if columns else [()] * len(cells.cells)
     seen = ~np.isnan(cells.values)
-    found, owners = [], np.zeros(len(cells.participants), dtype=int)
+    groups, owners = [], np.zeros(len(cells.participants), dtype=int)
     for label in dict.fromkeys(labels):
-        here = [j for j, each in enumerate(labels) if each == label]
+        here = [j for j, other in enumerate(labels) if other == label]
         people = np.flatnonzero(seen[:, here].any(axis=1)).tolist()
         owners[people] += 1
-        found.append(cells.only(here, people))
+        groups.append(cells.only(here, people))
     twice = [cells.participants[i] for i in np.flatnonzero(owners > 1)]
     if twice:
         raise DuplicatedCells(
             f"participants in more than one group of {', '.join(between)}: {listed(twice, len(twice))};"
             " take the column out of `between`"
         )
-    return found
+    return groups
 
 
 def _group_rows(

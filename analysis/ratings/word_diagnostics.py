@@ -29,18 +29,18 @@ def diagnose_words(
 
     `owed` is how many counted trials should have been answered by now; the default is those that were.
     """
-    counted = sorted((each for each in trials if not each.practice), key=lambda each: each.trial)
+    counted = sorted((trial for trial in trials if not trial.practice), key=lambda trial: trial.trial)
     return tuple(_signs(counted, len(counted) if owed is None else owed, limits or Limits()))
 
 
 def _signs(trials: list[Worded], owed: int, limits: Limits) -> Iterator[Diagnostic]:
     enough, n = len(trials) >= limits.least_trials, len(trials)
     yield _amount(trials)
-    lengths = [len(list(same)) for _, same in groupby(trials, key=lambda each: frozenset(each.words))]
+    lengths = [len(list(same)) for _, same in groupby(trials, key=lambda trial: frozenset(trial.words))]
     yield of_run("same words in a row", max(lengths, default=0), n, limits.run, "the same words")
     yield _always_the_same(trials, limits)
     if n:
-        empty = sum(not each.words for each in trials)
+        empty = sum(not trial.words for trial in trials)
         yield of_share("no word at all", empty, n, limits.same_share, enough, "trials have no word")
     else:
         yield none("no word at all", "share", "no trial is answered yet")
@@ -52,13 +52,13 @@ def _amount(trials: list[Worded]) -> Diagnostic:
     """How much was ticked of what was offered; how many words were written, where nothing was offered."""
     if not trials:
         return none("words per trial", "words", "no trial is answered yet")
-    if any(each.offered for each in trials):
-        shares = [len(each.words) / each.offered for each in trials if each.offered]
+    if any(trial.offered for trial in trials):
+        shares = [len(trial.words) / trial.offered for trial in trials if trial.offered]
         value = median(shares)
         return Diagnostic(
             "words ticked", value, "share", len(shares), None, False, f"{value:.0%} of the words are ticked (median)."
         )
-    number = float(median([len(each.words) for each in trials]))
+    number = float(median([len(trial.words) for trial in trials]))
     return Diagnostic("words per trial", number, "words", len(trials), None, False, f"{number:g} words (median).")
 
 
@@ -67,18 +67,21 @@ def _always_the_same(trials: list[Worded], limits: Limits) -> Diagnostic:
     name, n = "different sets of words", len(trials)
     if not n:
         return none(name, "share", "no trial is answered yet")
-    sets = len({frozenset(each.words) for each in trials})
+    sets = len({frozenset(trial.words) for trial in trials})
     sentence = f"{sets} different sets of words in {n} trials; flagged where there is one throughout."
     return Diagnostic(name, sets / n, "share", n, 1 / n, n >= limits.least_trials and sets == 1, sentence)
 
 
 def _times(trials: list[Worded], enough: bool, limits: Limits) -> Iterator[Diagnostic]:
-    seconds = [each.seconds for each in trials if each.seconds is not None]
+    seconds = [trial.seconds for trial in trials if trial.seconds is not None]
     if not seconds:
         yield none("too fast", "share", "no response time is on record")
         yield none("time per trial", "s", "no response time is on record")
         return
-    fast, what = sum(each < limits.seconds_per_trial for each in seconds), f"less than {limits.seconds_per_trial:g} s"
+    fast, what = (
+        sum(second < limits.seconds_per_trial for second in seconds),
+        f"less than {limits.seconds_per_trial:g} s",
+    )
     yield of_share("too fast", fast, len(seconds), limits.fast_share, enough, f"trials took {what}", above=True)
     yield of_seconds("time per trial", seconds, limits.seconds_per_trial, enough, "a trial")
 
