@@ -58,7 +58,7 @@ def profile_interval(
     The quantile is widened by Bartlett's factor: the mean of twice that fall at the estimate over `draws` sets of
     answers simulated by the fitted function, where the mean is above 1 (chi squared's). `draws=0`: as it is.
     An end that is not reached within 40 standard errors, or only where no fit is looked for (ten ranges of levels away;
-    a spread of a ten-thousandth or a thousand of them), is NaN and said to be open.
+    a spread of a ten-thousandth or a thousand of them), is NaN and marked as open.
     Sources: Venzon & Moolgavkar 1988; Bartlett 1937, by simulation as Rocke 1989; docs/decisions/0012.
     """
     check_share(confidence, "confidence")

@@ -83,7 +83,7 @@ def posterior(
 ) -> Posterior:
     """Return the posterior under the priors of psignifit 4, with beta-binomial answers (or binomial ones).
 
-    Also answers that step from one side to the other, or are all alike, have a posterior: it then tells mostly the
+    Also answers that step from one side to the other, or are all alike, have a posterior: it then shows mostly the
     prior, which is made from the levels tested. Data and rates as for `fit_psychometric`.
     Source: Schütt, Harmeling, Macke & Wichmann 2016, appendix A.
     """

@@ -109,7 +109,7 @@ def fit_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
 
 
 def refuse_no_estimate(answers: Levels, spec: FunctionSpec, problem: Problem, fits: Fitted, i: int) -> None:
-    """Refuse fit `i` of those to answers at the same levels where it tells no threshold or no slope.
+    """Refuse fit `i` of those to answers at the same levels where it determines no threshold or no slope.
 
     Raises NoEstimate.
     """

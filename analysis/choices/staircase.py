@@ -1,4 +1,4 @@
-"""Staircases: the rule that was followed, the reversals, and the threshold that they tell."""
+"""Staircases: the rule that was followed, the reversals, and the threshold that they give."""
 
 from __future__ import annotations
 

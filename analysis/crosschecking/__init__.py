@@ -1,1 +1,1 @@
-"""A second opinion: tables of `regenerate` held against pingouin and statsmodels."""
+"""A second opinion: tables of `regenerate` compared with pingouin and statsmodels."""

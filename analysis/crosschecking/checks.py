@@ -1,4 +1,4 @@
-"""Each answer of a plan held against another package's: the largest relative difference, or why it is not checked."""
+"""Each answer of a plan compared with another package's: the largest relative difference, or why it is not checked."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ FILE = "crosscheck.json"
 
 @dataclass(frozen=True)
 class CrossCheck:
-    """One answer held against another package, or the reason why it is not (`package` then may be "").
+    """One answer compared with another package's, or the reason why it is not (`package` then may be "").
 
     `difference` is the largest relative difference over `numbers` numbers, `where` the number it is of.
     """
@@ -224,7 +224,7 @@ def _check_retest(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) 
 
 @dataclass(frozen=True)
 class Model:
-    """What a mixed model is asked for, as in a plan."""
+    """The specification of a mixed model, as in a plan."""
 
     fixed: tuple[str, ...]
     numeric: tuple[str, ...]

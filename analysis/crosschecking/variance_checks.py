@@ -1,4 +1,4 @@
-"""Analyses of variance, pairs of levels, their equivalence and tests of ranks held against another package."""
+"""Analyses of variance, pairs of levels, their equivalence and tests of ranks compared with another package's."""
 
 from __future__ import annotations
 

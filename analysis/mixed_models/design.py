@@ -192,7 +192,7 @@ def factor_variable(factor: Factor, coding: Coding, internal: Coding = "sum") ->
 
 
 def number_variable(column: pd.Series[Any], name: Hashable, centre: bool = True) -> Variable:
-    """Return a numeric column, centred (unless told otherwise) and divided by a power of two near its size.
+    """Return a numeric column, centred (if `centre`) and divided by a power of two near its size.
 
     Raises BadValue (text, NaN, infinity) or TooFew (one value).
     """

@@ -53,7 +53,7 @@ class Optimum:
 
 
 class Counted:
-    """A deviance of factors that counts how often it is asked."""
+    """A deviance of factors that counts its evaluations."""
 
     def __init__(self, function: Callable[[list[Floats]], float]) -> None:
         self.function = function

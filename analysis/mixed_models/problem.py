@@ -346,7 +346,7 @@ def _penalised(problem: Problem, whole: Floats, factors: Sequence[Floats]) -> Fl
 
 
 def deviance(problem: Problem, at: Solved, reml: bool) -> float:
-    """Return minus twice the log likelihood (restricted, if asked) at its best sigma, in internal coordinates."""
+    """Return minus twice the log likelihood (restricted where `reml`) at its best sigma, in internal coordinates."""
     degrees = degrees_of_freedom(problem, reml)
     extra = at.log_det_fixed if reml else 0.0
     return at.log_det + extra + degrees * (1 + math.log(2 * math.pi * at.rss / degrees))

@@ -111,7 +111,7 @@ def _intervals(fit: Fit, allowed: float) -> Iterator[tuple[str, str, float, floa
 
 
 def _nothing(profile: _Profile) -> float:
-    """Return a standard deviation so small that the data cannot tell it from none."""
+    """Return a standard deviation so small that the data cannot distinguish it from none."""
     unit = 1.0 if profile.term is None else profile.ratio_of(np.diag(profile.best.parameters.natural[profile.term]))
     return SMALLEST_SHARE * profile.sigma * unit
 

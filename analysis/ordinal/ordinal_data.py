@@ -163,7 +163,7 @@ class Predictors:
 
 
 def terms_of(data: pd.DataFrame, predictors: Predictors, orders: Orders) -> list[Term]:
-    """Return the model's terms, in the order asked for, interactions last.
+    """Return the model's terms, in the order requested, interactions last.
 
     `orders` gives a factor's levels in an order of one's own; the first is what "treatment" compares with. Raises
     UnknownColumn, BadValue, BadOption or TooFew.

@@ -173,7 +173,7 @@ def share_intervals(
     """Return percentile intervals of each component's share of the variance, over participants drawn with replacement.
 
     Columns: component, share, ci_low, ci_high. Means of few participants are noisier than their truth, so the first
-    share's interval may lie off its estimate: it tells the spread, not a bias.
+    share's interval may lie off its estimate: it shows the spread, not a bias.
     Raises TooFew for one participant, IncompleteCells where resamples leave cells empty.
     Source: Efron & Tibshirani 1993, 7.2 and 13.3.
     """

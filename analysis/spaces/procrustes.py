@@ -27,7 +27,7 @@ class Procrustes:
 
     `r` and `m2` = 1 - r squared compare the two at unit size, the same in either direction; `squares` is the sum of
     squared distances between target and fitted points, `residuals` each object's distance. `p` is of the permutation
-    test (NaN if none was asked for), `exact` whether it went through every permutation.
+    test (NaN if none was requested), `exact` whether it went through every permutation.
     """
 
     fitted: pd.DataFrame

@@ -173,7 +173,7 @@ def minimise(objective: Objective, start: Floats, steps: int) -> tuple[Floats, f
 def settle(objective: Objective, start: Floats, steps: int) -> Floats:
     """Move a point near a minimum on until its slope is nothing but rounding.
 
-    A value tells its minimum's place to half of the digits, and which half depends on the processor; the slope tells it
+    A value gives its minimum's place to half of the digits, and which half depends on the processor; the slope gives it
     to all. A step is kept while the slope shrinks; one that is not teaches the memory all the same.
     """
     place, slope = start, objective(start)[1]

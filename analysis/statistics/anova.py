@@ -284,7 +284,7 @@ def effects_table(rows: Sequence[Effect]) -> pd.DataFrame:
 
 
 def _text(values: tuple[str, ...]) -> Any:
-    return _kept_text(values).copy()  # a table may be changed by whoever asked for it
+    return _kept_text(values).copy()  # the caller may change the table
 
 
 @lru_cache(maxsize=256)

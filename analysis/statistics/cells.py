@@ -164,7 +164,7 @@ def _refuse_sparse(sizes: list[int], names: list[Hashable], rows: int) -> None:
 
 
 def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) -> Cells:
-    """Return the array of a table with gaps or repetitions, where the caller said what to do about them."""
+    """Return the array of a table with gaps or repetitions, as `missing` and `aggregate` say."""
     size = math.prod(grid.shape)
     count = np.bincount(grid.flat, minlength=size)
     if count.max(initial=0) > 1 and aggregate is None:

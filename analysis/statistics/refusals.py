@@ -13,7 +13,7 @@ class StatisticsError(ValueError):
 
 
 class UnknownColumn(StatisticsError):
-    """A column that the table lacks, or a name that stands for two things at once."""
+    """A column missing from the table, or a name that stands for two things at once."""
 
 
 class BadValue(StatisticsError):
@@ -45,11 +45,11 @@ class NotConverged(StatisticsError):
 
 
 class RankDeficient(StatisticsError):
-    """Fixed effects that the data cannot tell apart."""
+    """Fixed effects that the data cannot distinguish."""
 
 
 class NotIdentified(StatisticsError):
-    """A random effect that the data cannot tell from another or from the residual."""
+    """A random effect that the data cannot distinguish from another or from the residual."""
 
 
 class NoResidual(StatisticsError):
@@ -61,7 +61,7 @@ class NotComparable(StatisticsError):
 
 
 class NoEstimate(StatisticsError):
-    """Data from which the asked numbers cannot be told: the likelihood has no maximum at finite values."""
+    """Data that do not determine the requested numbers: the likelihood has no maximum at finite values."""
 
 
 def refuse_idle(name: str, value: object, default: object, where: str) -> None:
