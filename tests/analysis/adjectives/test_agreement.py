@@ -60,9 +60,9 @@ def test_overlap_is_the_mean_of_jaccard_over_pairs() -> None:
 
 def test_full_agreement_is_one() -> None:
     same = {(f"P{p}", f"T{s}"): WORDS[s] for p in range(4) for s in range(3)}
-    found = word_agreement(study(same), draws=100)
-    assert found.jaccard == found.jaccard_low == 1
-    assert found.words.set_index("word").loc[["Rough", "Smooth", "Hard", ALL], "alpha"].tolist() == [1, 1, 1, 1]
+    result = word_agreement(study(same), draws=100)
+    assert result.jaccard == result.jaccard_low == 1
+    assert result.words.set_index("word").loc[["Rough", "Smooth", "Hard", ALL], "alpha"].tolist() == [1, 1, 1, 1]
 
 
 def test_stimuli_that_not_all_met_have_alpha_and_no_kappa() -> None:
@@ -81,9 +81,9 @@ def test_one_participant_has_nobody_to_agree_with() -> None:
 
 
 def test_nobody_ticks_anything() -> None:
-    found = word_agreement(study({(f"P{p}", "T"): "" for p in range(3)}), draws=100)
-    assert np.isnan(found.jaccard)
-    assert "no two participants ticked a word" in found.note
+    result = word_agreement(study({(f"P{p}", "T"): "" for p in range(3)}), draws=100)
+    assert np.isnan(result.jaccard)
+    assert "no two participants ticked a word" in result.note
 
 
 def test_the_order_of_rows_changes_nothing() -> None:

@@ -23,21 +23,21 @@ def refused(pairs: list[tuple[object, object]]) -> str:
 
 
 def test_both_kept_make_one_pair_and_who_has_no_antonym_is_left_out() -> None:
-    found = antonym_pairs(["Smooth", "Grainy", "Rough", "Bumpy", "Flat", "Soft"], table(GOOD), OFFERED)
-    assert [(pair.word, pair.antonym) for pair in found.pairs] == GOOD[:3]  # in the order of relevance
-    assert [(pair.word_kept, pair.antonym_kept) for pair in found.pairs] == [(True, True), (True, True), (False, True)]
-    assert found.left_out == ("Grainy",)
+    result = antonym_pairs(["Smooth", "Grainy", "Rough", "Bumpy", "Flat", "Soft"], table(GOOD), OFFERED)
+    assert [(pair.word, pair.antonym) for pair in result.pairs] == GOOD[:3]  # in the order of relevance
+    assert [(pair.word_kept, pair.antonym_kept) for pair in result.pairs] == [(True, True), (True, True), (False, True)]
+    assert result.left_out == ("Grainy",)
 
 
 def test_with_need_both_one_kept_word_makes_no_pair() -> None:
-    found = antonym_pairs(["Rough", "Smooth", "Soft"], table(GOOD), OFFERED, need_both=True)
-    assert [(pair.word, pair.antonym) for pair in found.pairs] == [("Rough", "Smooth")]
-    assert found.left_out == ("Soft",)
+    result = antonym_pairs(["Rough", "Smooth", "Soft"], table(GOOD), OFFERED, need_both=True)
+    assert [(pair.word, pair.antonym) for pair in result.pairs] == [("Rough", "Smooth")]
+    assert result.left_out == ("Soft",)
 
 
 def test_a_pair_told_both_ways_is_one_pair() -> None:
-    found = antonym_pairs(["Rough"], table([("Rough", "Smooth"), ("Smooth", "Rough")]), OFFERED)
-    assert found.pairs == (("Rough", "Smooth", True, False),)
+    result = antonym_pairs(["Rough"], table([("Rough", "Smooth"), ("Smooth", "Rough")]), OFFERED)
+    assert result.pairs == (("Rough", "Smooth", True, False),)
 
 
 @pytest.mark.parametrize(
@@ -68,5 +68,5 @@ def test_a_table_without_its_columns_is_refused() -> None:
 
 
 def test_an_antonym_that_was_not_offered_is_accepted_where_nothing_is_said_of_the_offer() -> None:
-    found = antonym_pairs(["Hard to pull"], table([("Easy-to-pull", "Hard to pull")]))
-    assert found.pairs == (("Easy-to-pull", "Hard to pull", False, True),)
+    result = antonym_pairs(["Hard to pull"], table([("Easy-to-pull", "Hard to pull")]))
+    assert result.pairs == (("Easy-to-pull", "Hard to pull", False, True),)

@@ -33,30 +33,30 @@ def written() -> pd.DataFrame:
     return table.assign(session="s/" + table["participant"])
 
 
-def counts(found: Lexicon) -> dict[str, tuple[int, int, int]]:
-    rows = found.words.to_dict("records")
+def counts(result: Lexicon) -> dict[str, tuple[int, int, int]]:
+    rows = result.words.to_dict("records")
     return {row["word"]: (row["mentions"], row["participants"], row["stimuli"]) for row in rows}
 
 
 def test_words_are_counted_once_a_trial_and_shared_by_people_and_stimuli() -> None:
-    found = lexicon(written())
-    assert counts(found) == {
+    result = lexicon(written())
+    assert counts(result) == {
         "heavy": (2, 2, 2),
         "easy to open": (1, 1, 1),
         "jerky": (1, 1, 1),
         "velvety": (1, 1, 0),
         "weighty": (1, 1, 1),
     }
-    assert found.words.loc[0, "spellings"] == " heavy ; HEAVY; Heavy"
-    assert (found.mentions, found.unplaced) == (6, 1)
-    assert found.participants.to_dict("list") == {
+    assert result.words.loc[0, "spellings"] == " heavy ; HEAVY; Heavy"
+    assert (result.mentions, result.unplaced) == (6, 1)
+    assert result.participants.to_dict("list") == {
         "participant": ["P1", "P2", "P3"],
         "mentions": [2, 3, 1],
         "words": [2, 3, 1],
         "words_of_its_own": [1, 2, 1],
     }
-    assert found.stimuli["stimulus"].tolist() == ["BC3", "K3"]
-    assert found.stimuli["mentions"].tolist() == [2, 3]
+    assert result.stimuli["stimulus"].tolist() == ["BC3", "K3"]
+    assert result.stimuli["mentions"].tolist() == [2, 3]
 
 
 def test_trials_that_cannot_be_told_apart_are_refused() -> None:
@@ -78,9 +78,9 @@ def test_each_normalisation_says_what_is_one_word() -> None:
 
 
 def test_synonyms_count_as_one_and_contradictions_are_refused() -> None:
-    found = lexicon(written(), synonyms={"Weighty": "Heavy"})
-    assert counts(found)["heavy"] == (2, 2, 2)  # P2 wrote both in one trial
-    assert "weighty" not in counts(found)
+    result = lexicon(written(), synonyms={"Weighty": "Heavy"})
+    assert counts(result)["heavy"] == (2, 2, 2)  # P2 wrote both in one trial
+    assert "weighty" not in counts(result)
     with pytest.raises(SynonymTableError, match="synonyms of synonyms: 'weighty' as 'heavy' as 'massive'"):
         lexicon(written(), synonyms={"weighty": "heavy", "heavy": "massive"})
     with pytest.raises(SynonymTableError, match="counts as itself"):
@@ -99,8 +99,8 @@ def test_a_table_of_synonyms_is_read_or_refused_with_its_line() -> None:
 
 
 def test_what_was_offered_already_is_marked() -> None:
-    found = lexicon(written(), offered=("Heavy", "Easy to open")).words.set_index("word")
-    assert found["offered"].to_dict() == {
+    result = lexicon(written(), offered=("Heavy", "Easy to open")).words.set_index("word")
+    assert result["offered"].to_dict() == {
         "heavy": True,
         "easy to open": True,
         "jerky": False,

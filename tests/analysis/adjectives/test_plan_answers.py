@@ -31,9 +31,9 @@ def answer(test: str, given: Selected, **settings: Any) -> Answer:
     kind = kinds.TESTS[test]
     asked = kind.settings.model_validate({"name": "x", "test": test, **SETTINGS[test], **settings})
     before = given.table.copy()
-    found = kind.answer(given, asked)
+    result = kind.answer(given, asked)
     pd.testing.assert_frame_equal(before, given.table)
-    return found
+    return result
 
 
 def small(people: int = 8) -> Selected:
@@ -51,35 +51,35 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Selected]:
     names = ("texture_adjectives", "door_adjectives", "door_lexicon")
     for _ in collect([RECORDED / f"{name}_P001_s1.sqlite" for name in names], engine):
         pass
-    found = {}
+    result = {}
     for name in names:
         material = read_material(engine, name, digest=None, include_incomplete=False, simulated=None)
         listed = material.study.adjectives.words if material.study and material.study.adjectives else ()
         offered = tuple(each.word for each in listed)
-        found[name] = Selected(material.words, material.trials, (), {}, draws=200, offered=offered)
+        result[name] = Selected(material.words, material.trials, (), {}, draws=200, offered=offered)
     engine.dispose()
-    return found
+    return result
 
 
 @pytest.mark.parametrize("test", SETTINGS)
 def test_every_answer_is_plain_values_with_words_for_them(test: str) -> None:
-    found = answer(test, small())
-    for row in (row for rows in (found.rows, *found.more.values()) for row in rows):
+    result = answer(test, small())
+    for row in (row for rows in (result.rows, *result.more.values()) for row in rows):
         for value in row.values():
             assert value is None or type(value) in (float, int, str, bool)
             assert not isinstance(value, float) or math.isfinite(value)
         assert None not in row.values() or row["note"]
-    assert found.rows
-    assert found.headline.endswith(".")
-    assert found.method.endswith(".")
+    assert result.rows
+    assert result.headline.endswith(".")
+    assert result.method.endswith(".")
 
 
 def test_relevance_counts_what_was_ticked_alone_and_names_the_normalisation() -> None:
-    found = answer("relevance", small())
-    assert {row["word"] for row in found.rows} == set(WORDS)
-    assert found.kinds["relevance"] == "share of the most ticked word's ticks (share_of_maximum)"
-    assert (found.participants, found.rows[0]["relevance"], found.rows[-1]["relevance"]) == (8, 1.0, 0.0)
-    assert "of 5 words reach 0.5 of the most ticked word's ticks" in found.headline
+    result = answer("relevance", small())
+    assert {row["word"] for row in result.rows} == set(WORDS)
+    assert result.kinds["relevance"] == "share of the most ticked word's ticks (share_of_maximum)"
+    assert (result.participants, result.rows[0]["relevance"], result.rows[-1]["relevance"]) == (8, 1.0, 0.0)
+    assert "of 5 words reach 0.5 of the most ticked word's ticks" in result.headline
     for name in ("share_of_trials", "any_stimulus"):
         assert name in answer("relevance", small(), normalisation=name, interval="bca").kinds["relevance"]
 
@@ -94,8 +94,8 @@ def test_neither_normalisation_nor_threshold_is_chosen_in_silence() -> None:
 
 
 def test_pairs_are_made_of_kept_words_and_the_rest_is_said() -> None:
-    found = answer("adjective_pairs", small(), threshold=0.2)
-    assert {(row["word"], row["antonym"]) for row in found.rows} == {("Rough", "Smooth"), ("Hard", "Soft")}
+    result = answer("adjective_pairs", small(), threshold=0.2)
+    assert {(row["word"], row["antonym"]) for row in result.rows} == {("Rough", "Smooth"), ("Hard", "Soft")}
     fewer = answer("adjective_pairs", small(), threshold=0.2, antonyms=PAIRS[:1])
     assert {row["word"] for row in fewer.more["left_out"]} == {"Hard", "Soft"}
     assert fewer.notes[0].startswith("Left out for lack of a pair: ")
@@ -108,18 +108,18 @@ def test_pairs_are_made_of_kept_words_and_the_rest_is_said() -> None:
         answer("adjective_pairs", small(), antonyms="antonyms")
     own = {"antonyms": pd.DataFrame(PAIRS, columns=["word", "antonym"])}
     named = answer("adjective_pairs", replace(small(), tables=own), threshold=0.2, antonyms="antonyms")
-    assert named.rows == found.rows
+    assert named.rows == result.rows
 
 
 def test_the_lexicon_takes_suggestions_with_and_without_a_trial() -> None:
-    found = answer("lexicon", small())
-    assert found.rows == (
+    result = answer("lexicon", small())
+    assert result.rows == (
         {
             **{"word": "woven", "mentions": 2, "participants": 2, "stimuli": 1},
             **{"spellings": "Woven; woven", "offered": False},
         },
     )
-    assert found.notes == ("1 mention without a stimulus (suggestions).",)
+    assert result.notes == ("1 mention without a stimulus (suggestions).",)
     assert answer("lexicon", small(), kinds=["further"]).rows[0]["mentions"] == 1
     assert answer("lexicon", small(), synonyms={"woven": "fabric"}).rows[0]["word"] == "fabric"
     with pytest.raises(DataRefused, match="kinds of word there: further, ticked, words"):
@@ -129,11 +129,11 @@ def test_the_lexicon_takes_suggestions_with_and_without_a_trial() -> None:
 def test_further_lists_are_merged_with_what_was_written() -> None:
     own = {"literature": pd.DataFrame({"word": ["Woven", "calm"]})}
     given = replace(small(), tables=own)
-    found = answer("lexicon", given, lists={"literature": "literature", "authors": ["calmer", "stiff"]})
-    merged = {row["word"]: row["sources"] for row in found.more["merged"]}
+    result = answer("lexicon", given, lists={"literature": "literature", "authors": ["calmer", "stiff"]})
+    merged = {row["word"]: row["sources"] for row in result.more["merged"]}
     assert merged == {"woven": "experiment; literature", "calm": "literature; authors", "stiff": "authors"}
     told = "Merged lexicon: 3 words (1 of experiment, 2 of literature, 2 of authors; 2 are of more than one source)."
-    assert found.notes[-1] == told
+    assert result.notes[-1] == told
     apart = answer("lexicon", given, lists={"authors": ["calmer", "calm"]}, inflected=False)
     assert len(apart.more["merged"]) == 3
     with pytest.raises(DataRefused, match="no table 'literatur'; did you mean 'literature'"):
@@ -155,8 +155,8 @@ def test_a_study_without_words_is_refused() -> None:
 def test_recorded_sessions_of_one_participant(recorded: dict[str, Selected]) -> None:
     textures, doors = recorded["texture_adjectives"], recorded["door_adjectives"]
     ticked = textures.table[textures.table["kind"] == "ticked"]
-    found = answer("relevance", textures, normalisation="share_of_trials")
-    by_word = {row["word"]: row for row in found.rows}
+    result = answer("relevance", textures, normalisation="share_of_trials")
+    by_word = {row["word"]: row for row in result.rows}
     assert len(by_word) == 57
     for word, count in ticked["word"].value_counts().items():
         assert by_word[word]["relevance"] == count / len(textures.trials)

@@ -24,8 +24,8 @@ SMALL = {
 
 
 def scores(normalisation: str, threshold: float = 0.5, **options: object) -> pd.DataFrame:
-    found = relevance(study(SMALL), normalisation, threshold, draws=200, **options)  # type: ignore[arg-type]
-    return found.set_index("word")
+    result = relevance(study(SMALL), normalisation, threshold, draws=200, **options)  # type: ignore[arg-type]
+    return result.set_index("word")
 
 
 @pytest.mark.parametrize(
@@ -37,13 +37,13 @@ def scores(normalisation: str, threshold: float = 0.5, **options: object) -> pd.
     ],
 )
 def test_each_normalisation_by_hand(normalisation: str, expected: dict[str, float]) -> None:
-    found = scores(normalisation)
-    assert found["relevance"].to_dict() == expected
-    assert found.index.tolist() == ["Rough", "Smooth", "Hard", "Soft", "Vague"]  # ties stand as offered
-    assert (found["kept"] == (found["relevance"] >= 0.5)).all()
-    assert found["ticks"].tolist() == [3, 2, 2, 1, 0]
-    assert found["participants"].tolist() == [3, 2, 2, 1, 0]
-    assert found["stimuli"].tolist() == [1, 1, 1, 1, 0]
+    result = scores(normalisation)
+    assert result["relevance"].to_dict() == expected
+    assert result.index.tolist() == ["Rough", "Smooth", "Hard", "Soft", "Vague"]  # ties stand as offered
+    assert (result["kept"] == (result["relevance"] >= 0.5)).all()
+    assert result["ticks"].tolist() == [3, 2, 2, 1, 0]
+    assert result["participants"].tolist() == [3, 2, 2, 1, 0]
+    assert result["stimuli"].tolist() == [1, 1, 1, 1, 0]
 
 
 def test_a_share_of_exactly_the_threshold_is_kept() -> None:
@@ -63,7 +63,7 @@ def test_a_word_never_ticked_counts_with_zero_and_says_so() -> None:
 def test_a_draw_is_a_study_with_these_participants(normalisation: str) -> None:
     """Percentile limits and the chance of being kept, from a slow loop over the same draws."""
     ticks, people, draws = random_ticks(7, 4), 7, 100
-    found = relevance(study(ticks), normalisation, 0.5, draws=draws, seed=3).set_index("word")  # type: ignore[arg-type]
+    result = relevance(study(ticks), normalisation, 0.5, draws=draws, seed=3).set_index("word")  # type: ignore[arg-type]
     rng, slow = generator(3, "relevance"), []
     for counts in rng.multinomial(people, [1 / people] * people, size=draws):
         drawn = {
@@ -74,8 +74,8 @@ def test_a_draw_is_a_study_with_these_participants(normalisation: str) -> None:
         table = relevance(study(drawn), normalisation, 0.5, draws=0)  # type: ignore[arg-type]
         slow.append(table.set_index("word")["relevance"].loc[list(WORDS)])
     for word, column in zip(WORDS, np.array(slow).T, strict=True):
-        assert found.loc[word, ["ci_low", "ci_high"]].tolist() == pytest.approx(np.quantile(column, [0.025, 0.975]))
-        assert found.loc[word, "kept_chance"] == pytest.approx((column >= 0.5).mean())
+        assert result.loc[word, ["ci_low", "ci_high"]].tolist() == pytest.approx(np.quantile(column, [0.025, 0.975]))
+        assert result.loc[word, "kept_chance"] == pytest.approx((column >= 0.5).mean())
 
 
 def test_bca_limits_are_those_of_scipy() -> None:
@@ -114,17 +114,17 @@ def test_rows_and_repeated_rows_change_nothing_and_the_seed_alone_decides() -> N
 def test_meeting_a_stimulus_again_counts_each_trial_once() -> None:
     words, trials = tables(SMALL)
     again = pd.concat([trials, trials.assign(trial=trials["trial"] + 10)])
-    found = relevance(gather_selections(words, again, WORDS), "share_of_trials", 0.5, draws=0).set_index("word")
-    assert found.loc["Rough", "relevance"] == 3 / 12
+    result = relevance(gather_selections(words, again, WORDS), "share_of_trials", 0.5, draws=0).set_index("word")
+    assert result.loc["Rough", "relevance"] == 3 / 12
     anywhere = relevance(gather_selections(words, again, WORDS), "any_stimulus", 0.5, draws=0).set_index("word")
     assert anywhere.loc["Rough", "relevance"] == 1
 
 
 def test_one_participant_has_relevance_and_no_interval() -> None:
-    found = relevance(study({("P1", "T1"): "Rough"}), "share_of_trials", 0.5)
-    assert found.loc[0, "relevance"] == 1
-    assert np.isnan(found.loc[0, "ci_low"])
-    assert "two participants" in found.loc[0, "note"]
+    result = relevance(study({("P1", "T1"): "Rough"}), "share_of_trials", 0.5)
+    assert result.loc[0, "relevance"] == 1
+    assert np.isnan(result.loc[0, "ci_low"])
+    assert "two participants" in result.loc[0, "note"]
 
 
 def test_mistakes_are_refused_by_name() -> None:

@@ -26,9 +26,9 @@ def baseball() -> pd.DataFrame:
 
 
 def with_ties() -> pd.DataFrame:
-    found = pd.DataFrame(in_r()["ties"])
+    result = pd.DataFrame(in_r()["ties"])
     rows = []
-    for pair in found.itertuples():
+    for pair in result.itertuples():
         rows.append((pair.first, pair.second, False, pair.first, pair.first_wins))
         rows.append((pair.second, pair.first, False, pair.first, pair.second_wins))
         rows.append((pair.second, pair.first, True, pair.first, pair.ties))

@@ -26,53 +26,53 @@ from tests.examples import examples
 PUBLISHED = {"Milwaukee": 1.58, "Detroit": 1.44, "Toronto": 1.29, "New York": 1.25, "Boston": 1.11, "Cleveland": 0.68}
 
 
-def against(found: pd.DataFrame, expected: dict[str, float], prefix: str, column: str) -> None:
-    values = found.set_index("item")[column]
+def against(result: pd.DataFrame, expected: dict[str, float], prefix: str, column: str) -> None:
+    values = result.set_index("item")[column]
     for name, value in expected.items():
         if name.startswith(prefix):
             assert values[name.removeprefix(prefix)] == pytest.approx(value, rel=1e-8)
 
 
 def test_worths_are_those_of_r_and_of_the_textbook() -> None:
-    found = bradley_terry(baseball(), "winner", "loser", count="count", constraint="Baltimore")
+    result = bradley_terry(baseball(), "winner", "loser", count="count", constraint="Baltimore")
     expected = in_r()["bradley_terry"]
-    against(found.values, expected["coefficients"], "Xp", "value")
-    against(found.values, expected["se"], "Xp", "se")
-    assert (found.deviance, found.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
+    against(result.values, expected["coefficients"], "Xp", "value")
+    against(result.values, expected["se"], "Xp", "se")
+    assert (result.deviance, result.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
     teams = list(PUBLISHED)
-    assert found.covariance.loc[teams, teams].to_numpy() == pytest.approx(np.array(expected["vcov"]), rel=1e-7)
-    assert found.values.set_index("item")["value"].round(2)[teams].to_dict() == PUBLISHED  # Agresti 2002, 10.6.2
+    assert result.covariance.loc[teams, teams].to_numpy() == pytest.approx(np.array(expected["vcov"]), rel=1e-7)
+    assert result.values.set_index("item")["value"].round(2)[teams].to_dict() == PUBLISHED  # Agresti 2002, 10.6.2
 
 
 def test_the_advantage_of_the_first_place_is_that_of_r() -> None:
-    found = bradley_terry(baseball(), "winner", "loser", first="home", count="count", constraint="Baltimore")
+    result = bradley_terry(baseball(), "winner", "loser", first="home", count="count", constraint="Baltimore")
     expected = in_r()["bradley_terry_home"]
-    home = found.effects.set_index("effect").loc["position"]
+    home = result.effects.set_index("effect").loc["position"]
     assert home["estimate"] == pytest.approx(expected["coefficients"]["(Intercept)"], rel=1e-8)
     assert home["se"] == pytest.approx(expected["se"]["(Intercept)"], rel=1e-8)
-    against(found.values, expected["coefficients"], "X", "value")
-    assert (found.deviance, found.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
+    against(result.values, expected["coefficients"], "X", "value")
+    assert (result.deviance, result.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
 
 
 @pytest.mark.parametrize("order", [False, True])
 def test_ties_are_those_of_davidson_in_r(order: bool) -> None:
     first = "first" if order else None
-    found = bradley_terry(with_ties(), "winner", "loser", "tie", first, "count", constraint="a")
+    result = bradley_terry(with_ties(), "winner", "loser", "tie", first, "count", constraint="a")
     expected = in_r()["davidson_order" if order else "davidson"]
-    effects = found.effects.set_index("effect")
-    against(found.values, {k: v for k, v in expected["coefficients"].items() if len(k) == 1}, "", "value")
+    effects = result.effects.set_index("effect")
+    against(result.values, {k: v for k, v in expected["coefficients"].items() if len(k) == 1}, "", "value")
     assert effects.loc["tie", "estimate"] == pytest.approx(expected["coefficients"]["tie"], rel=1e-8)
     assert effects.loc["tie", "se"] == pytest.approx(expected["se"]["tie"], rel=1e-8)
     if order:
         assert effects.loc["position", "estimate"] == pytest.approx(-expected["coefficients"]["second"], rel=1e-8)
-    assert (found.deviance, found.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
+    assert (result.deviance, result.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
 
 
 def test_the_probit_scale_is_that_of_r() -> None:
-    found, expected = thurstone(baseball(), "winner", "loser", "count", constraint="Baltimore"), in_r()["thurstone"]
-    against(found.values, expected["coefficients"], "Xp", "value")
-    against(found.values, expected["se"], "Xp", "se")
-    assert (found.deviance, found.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
+    result, expected = thurstone(baseball(), "winner", "loser", "count", constraint="Baltimore"), in_r()["thurstone"]
+    against(result.values, expected["coefficients"], "Xp", "value")
+    against(result.values, expected["se"], "Xp", "se")
+    assert (result.deviance, result.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
 
 
 def test_differences_do_not_depend_on_the_constraint() -> None:
@@ -139,11 +139,11 @@ def test_least_squares_is_the_mean_of_the_deviates() -> None:
         [("a", "b", 60), ("b", "a", 40), ("a", "c", 80), ("c", "a", 20), ("b", "c", 70), ("c", "b", 30)],
         columns=["winner", "loser", "n"],
     )
-    found = thurstone(counts, "winner", "loser", "n", "least_squares").values["value"].tolist()
+    result = thurstone(counts, "winner", "loser", "n", "least_squares").values["value"].tolist()
     z = {0.6: 0.2533471031357997, 0.8: 0.8416212335729143, 0.7: 0.5244005127080407}  # R's qnorm
-    assert found == pytest.approx([(z[0.6] + z[0.8]) / 3, (z[0.7] - z[0.6]) / 3, (-z[0.8] - z[0.7]) / 3], rel=1e-12)
+    assert result == pytest.approx([(z[0.6] + z[0.8]) / 3, (z[0.7] - z[0.6]) / 3, (-z[0.8] - z[0.7]) / 3], rel=1e-12)
     likely = thurstone(counts, "winner", "loser", "n").values["value"].tolist()
-    assert likely == pytest.approx(found, abs=0.02)
+    assert likely == pytest.approx(result, abs=0.02)
     with pytest.raises(IncompleteCells, match="'a' and 'b'"):
         thurstone(choices("ab bc cb ca ac"), "winner", "loser", method="least_squares")
 
@@ -152,12 +152,12 @@ def test_circular_triads_are_counted() -> None:
     one = choices("ab bc ca ad bd cd").assign(who="P1")
     two = choices("ab ac ad bc bd cd").assign(who="P2")
     three = choices("ab bc ca").assign(who="P3")
-    found = circular_triads(pd.concat([one, two, three]), "winner", "loser", "who").set_index("who")
-    assert found.loc["P1", ["triads", "circular", "consistence"]].tolist() == [4, 1, 0.5]
-    assert found.loc["P2", ["triads", "circular", "consistence"]].tolist() == [4, 0, 1.0]
-    assert found.loc["P3", ["triads", "circular"]].tolist() == [1, 1]
-    assert np.isnan(found.loc["P3", "consistence"])
-    assert found.loc["all together", "circular"] == 1
+    result = circular_triads(pd.concat([one, two, three]), "winner", "loser", "who").set_index("who")
+    assert result.loc["P1", ["triads", "circular", "consistence"]].tolist() == [4, 1, 0.5]
+    assert result.loc["P2", ["triads", "circular", "consistence"]].tolist() == [4, 0, 1.0]
+    assert result.loc["P3", ["triads", "circular"]].tolist() == [1, 1]
+    assert np.isnan(result.loc["P3", "consistence"])
+    assert result.loc["all together", "circular"] == 1
 
 
 def test_kendalls_largest_number_of_circular_triads() -> None:

@@ -23,13 +23,13 @@ from tests.analysis.choices.test_staircase import run
 def answer(test: str, table: pd.DataFrame, **settings: Any) -> Answer:
     kind, before = kinds.TESTS[test], table.copy()
     given = Selected(table, pd.DataFrame(), (), {}, seed=3, draws=99)
-    found = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, "table": "t", **settings}))
+    result = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, "table": "t", **settings}))
     pd.testing.assert_frame_equal(before, table)
-    for row in (*found.rows, *(row for rows in found.more.values() for row in rows)):
+    for row in (*result.rows, *(row for rows in result.more.values() for row in rows)):
         for name, value in row.items():
             assert value is None or type(value) in (float, int, str, bool), (name, value)
             assert not isinstance(value, float) or math.isfinite(value), (name, value)
-    return found
+    return result
 
 
 def observers(people: int = 3) -> pd.DataFrame:
@@ -44,14 +44,14 @@ def observers(people: int = 3) -> pd.DataFrame:
 
 
 def test_worths_of_a_plans_own_table_of_texts() -> None:
-    found = answer("bradley_terry", baseball().astype(str), count="count", first="home", reference="Baltimore")
+    result = answer("bradley_terry", baseball().astype(str), count="count", first="home", reference="Baltimore")
     values = bradley_terry(baseball(), "winner", "loser", None, "home", "count", "Baltimore").values
-    assert [row["value"] for row in found.rows] == values["value"].tolist()
-    assert found.values == 273
-    assert found.more["effects"][0]["effect"] == "position"
-    assert len(found.more["differences"]) == 21
-    assert found.headline.startswith("Most to least: Milwaukee")
-    assert {"fit", "covariance", "pairs", "triads"} <= set(found.more)
+    assert [row["value"] for row in result.rows] == values["value"].tolist()
+    assert result.values == 273
+    assert result.more["effects"][0]["effect"] == "position"
+    assert len(result.more["differences"]) == 21
+    assert result.headline.startswith("Most to least: Milwaukee")
+    assert {"fit", "covariance", "pairs", "triads"} <= set(result.more)
 
 
 def test_a_column_of_participants_is_found_by_its_name_and_consistence_told_for_each() -> None:
@@ -59,10 +59,10 @@ def test_a_column_of_participants_is_found_by_its_name_and_consistence_told_for_
     order = [("P2", "a", "b"), ("P2", "b", "c"), ("P2", "a", "c")]
     table = pd.DataFrame([*cycle, *order], columns=["participant", "winner", "loser"])
     for test in ("bradley_terry", "thurstone"):
-        found = answer(test, table, confidence=0.9)
-        assert found.participants == 2
-        assert [(row["who"], row["circular"]) for row in found.more["triads"][1:]] == [("P1", 1), ("P2", 0)]
-        assert found.kinds["ci_low"] == "90 % normal interval of the value"
+        result = answer(test, table, confidence=0.9)
+        assert result.participants == 2
+        assert [(row["who"], row["circular"]) for row in result.more["triads"][1:]] == [("P1", 1), ("P2", 0)]
+        assert result.kinds["ci_low"] == "90 % normal interval of the value"
 
 
 def test_ties_and_refusals() -> None:
@@ -87,36 +87,36 @@ def test_the_probit_scale_and_the_classical_one() -> None:
 
 
 def test_a_function_for_each_participant_and_their_mean() -> None:
-    found = answer("psychometric", observers().astype(str), n="n", function="gaussian", task="symmetric", lapse=0.0)
-    assert [row["participant"] for row in found.rows] == ["P0", "P1", "P2"]
-    assert [row["threshold"] for row in found.rows] == pytest.approx([5, 6, 7], abs=0.5)
-    for row in found.rows:
+    result = answer("psychometric", observers().astype(str), n="n", function="gaussian", task="symmetric", lapse=0.0)
+    assert [row["participant"] for row in result.rows] == ["P0", "P1", "P2"]
+    assert [row["threshold"] for row in result.rows] == pytest.approx([5, 6, 7], abs=0.5)
+    for row in result.rows:
         assert row["threshold_low"] < row["threshold"] < row["threshold_high"]
         assert row["p_deviance"] > 0
-    (mean, _) = found.more["summary"]
+    (mean, _) = result.more["summary"]
     assert (mean["quantity"], mean["n"], mean["without_estimate"]) == ("threshold", 3, 0)
     assert mean["ci_low"] < mean["mean"] < mean["ci_high"]
-    assert len(found.more["levels"]) == 27
-    assert found.values == 3 * 9 * 40
-    assert f"Mean threshold {mean['mean']:.3g} (95% interval {mean['ci_low']:.3g} to" in found.headline
-    assert "JND" in found.headline
+    assert len(result.more["levels"]) == 27
+    assert result.values == 3 * 9 * 40
+    assert f"Mean threshold {mean['mean']:.3g} (95% interval {mean['ci_low']:.3g} to" in result.headline
+    assert "JND" in result.headline
 
 
 @pytest.mark.parametrize("interval", ["profile", "bootstrap", "posterior", "none"])
 def test_other_intervals(interval: str) -> None:
-    found = answer("psychometric", observers(1), n="n", task="symmetric", interval=interval)
-    (row,) = found.rows
+    result = answer("psychometric", observers(1), n="n", task="symmetric", interval=interval)
+    (row,) = result.rows
     assert row["threshold"] == pytest.approx(5, abs=0.5)
     assert (row["threshold_low"] is None) == (interval == "none")
-    assert found.more["summary"][0]["note"] == "one value: no spread"
+    assert result.more["summary"][0]["note"] == "one value: no spread"
 
 
 def test_the_answer_says_what_the_task_made_of_the_rates_and_an_older_plan_is_read_with_a_note() -> None:
-    found = answer("psychometric", observers(1), n="n", task="symmetric")
-    assert "symmetric task, equal lapse rates on both sides" in found.method
-    assert "Bartlett" in found.method
-    assert found.rows[0]["guess"] == found.rows[0]["lapse"]
-    assert not found.notes
+    result = answer("psychometric", observers(1), n="n", task="symmetric")
+    assert "symmetric task, equal lapse rates on both sides" in result.method
+    assert "Bartlett" in result.method
+    assert result.rows[0]["guess"] == result.rows[0]["lapse"]
+    assert not result.notes
     older = answer("psychometric", observers(1), n="n")
     plain = answer("psychometric", observers(1), n="n", guess=0, lapse=[0, 0.06], interval="profile")
     assert older.rows == plain.rows
@@ -130,12 +130,12 @@ def test_the_answer_says_what_the_task_made_of_the_rates_and_an_older_plan_is_re
 def test_a_participant_without_an_estimate_keeps_the_row_and_the_reason() -> None:
     table = observers(2)
     table.loc[table["participant"] == "P1", "correct"] = 40
-    found = answer("psychometric", table, n="n", task="symmetric")
-    assert found.rows[1]["threshold"] is None
-    assert "every answer was a hit" in found.rows[1]["note"]
-    assert found.more["summary"][0]["without_estimate"] == 1
-    assert "1 of 2 functions have no estimate" in found.notes[0]
-    assert "n = 1 of 2" in found.headline
+    result = answer("psychometric", table, n="n", task="symmetric")
+    assert result.rows[1]["threshold"] is None
+    assert "every answer was a hit" in result.rows[1]["note"]
+    assert result.more["summary"][0]["without_estimate"] == 1
+    assert "1 of 2 functions have no estimate" in result.notes[0]
+    assert "n = 1 of 2" in result.headline
     with pytest.raises(StatisticsError, match="no threshold could be told"):
         answer("psychometric", table.assign(correct=40), n="n", task="symmetric")
 
@@ -153,25 +153,25 @@ def test_staircases_give_reversals_and_a_fit() -> None:
         "alternatives": 2,
         "last": 20,
     }
-    found = answer("psychometric", table, **asked)
-    assert [row["rule"] for row in found.rows] == ["2 down, 1 up"] * 2
-    assert found.rows[0]["converges_at"] == pytest.approx(0.5**0.5)
-    assert found.rows[0]["share_at"] == pytest.approx(0.5 + (0.5 - found.rows[0]["lapse"]) * 0.5)
-    assert found.rows[0]["reversals_used"] == 40
-    assert found.rows[0]["reversal_threshold"] == pytest.approx(found.rows[1]["reversal_threshold"], abs=1.5)
-    assert {row["participant"] for row in found.more["reversals"]} == {"P1", "P2"}
-    assert answer("psychometric", table.sample(frac=1, random_state=1), **asked).rows == found.rows
+    result = answer("psychometric", table, **asked)
+    assert [row["rule"] for row in result.rows] == ["2 down, 1 up"] * 2
+    assert result.rows[0]["converges_at"] == pytest.approx(0.5**0.5)
+    assert result.rows[0]["share_at"] == pytest.approx(0.5 + (0.5 - result.rows[0]["lapse"]) * 0.5)
+    assert result.rows[0]["reversals_used"] == 40
+    assert result.rows[0]["reversal_threshold"] == pytest.approx(result.rows[1]["reversal_threshold"], abs=1.5)
+    assert {row["participant"] for row in result.more["reversals"]} == {"P1", "P2"}
+    assert answer("psychometric", table.sample(frac=1, random_state=1), **asked).rows == result.rows
 
 
 def test_means_are_over_participants_within_each_condition() -> None:
     table = pd.concat(
         [observers().assign(side="left"), observers().assign(side="right", level=observers()["level"] + 3)]
     )
-    found = answer("psychometric", table, n="n", by=["participant", "side"], task="symmetric", interval="none")
-    means = {(row["side"], row["quantity"]): row for row in found.more["summary"]}
+    result = answer("psychometric", table, n="n", by=["participant", "side"], task="symmetric", interval="none")
+    means = {(row["side"], row["quantity"]): row for row in result.more["summary"]}
     assert set(means) == {(side, name) for side in ("left", "right") for name in ("threshold", "jnd")}
     assert means["left", "threshold"]["n"] == 3
     assert means["right", "threshold"]["mean"] == pytest.approx(means["left", "threshold"]["mean"] + 3, abs=0.01)
-    assert "side left: threshold" in found.headline
+    assert "side left: threshold" in result.headline
     alone = answer("psychometric", observers(), n="n", by=["participant"], task="symmetric", interval="none")
     assert alone.more["summary"][0]["mean"] == pytest.approx(means["left", "threshold"]["mean"], rel=1e-12)

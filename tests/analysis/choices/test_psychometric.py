@@ -40,24 +40,28 @@ def answers(levels: list[float], hits: list[int], n: int = 20) -> pd.DataFrame:
 @pytest.mark.parametrize("name", PLAIN)
 def test_the_plain_fit_is_the_glm_of_r(name: str) -> None:
     expected = in_r()["plain"][name]
-    found = fit_psychometric(table(expected["set"]), "level", "k", "n", function=SHAPE[expected["link"]], **PLAIN_RATES)
-    half = np.log(found.threshold) if expected["link"] == "cloglog" else found.threshold
+    result = fit_psychometric(
+        table(expected["set"]), "level", "k", "n", function=SHAPE[expected["link"]], **PLAIN_RATES
+    )
+    half = np.log(result.threshold) if expected["link"] == "cloglog" else result.threshold
     assert half == pytest.approx(expected["half"], rel=1e-8)
-    assert 1 / found.spread == pytest.approx(expected["slope"], rel=1e-8)
-    assert -found.centre / found.spread == pytest.approx(expected["intercept"], rel=1e-8)
-    assert found.log_likelihood == pytest.approx(expected["loglik"], rel=1e-10)
-    assert (found.deviance, found.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
+    assert 1 / result.spread == pytest.approx(expected["slope"], rel=1e-8)
+    assert -result.centre / result.spread == pytest.approx(expected["intercept"], rel=1e-8)
+    assert result.log_likelihood == pytest.approx(expected["loglik"], rel=1e-10)
+    assert (result.deviance, result.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
 
 
 @pytest.mark.parametrize("name", PLAIN)
 def test_the_profile_interval_is_where_the_deviance_of_r_says(name: str) -> None:
     expected = in_r()["plain"][name]
-    found = fit_psychometric(table(expected["set"]), "level", "k", "n", function=SHAPE[expected["link"]], **PLAIN_RATES)
-    ends = np.array(profile_interval(found, "threshold", draws=0)[:2])
+    result = fit_psychometric(
+        table(expected["set"]), "level", "k", "n", function=SHAPE[expected["link"]], **PLAIN_RATES
+    )
+    ends = np.array(profile_interval(result, "threshold", draws=0)[:2])
     assert (np.log(ends) if expected["link"] == "cloglog" else ends) == pytest.approx(expected["half_ci"], rel=1e-7)
     if expected["link"] != "cloglog":
-        unit = found.jnd / found.spread
-        slopes = sorted(unit / end for end in profile_interval(found, "jnd", draws=0)[:2])
+        unit = result.jnd / result.spread
+        slopes = sorted(unit / end for end in profile_interval(result, "jnd", draws=0)[:2])
         assert slopes == pytest.approx(expected["slope_ci"], rel=1e-7)
 
 
@@ -66,20 +70,20 @@ def test_the_profile_interval_is_where_the_deviance_of_r_says(name: str) -> None
 )
 def test_two_alternatives_give_the_optimum_of_r(key: str, function: str) -> None:
     expected = in_r()["two_choice"][key]
-    found = fit_psychometric(
+    result = fit_psychometric(
         table("two_choice"), "level", "k", "n", function=function, **OF_TWO, lapse=expected["lapse"]
     )
-    assert found.log_likelihood == pytest.approx(expected["loglik"], abs=1e-9)
-    assert (found.centre, found.spread) == (
+    assert result.log_likelihood == pytest.approx(expected["loglik"], abs=1e-9)
+    assert (result.centre, result.spread) == (
         pytest.approx(expected["centre"], rel=1e-6),
         pytest.approx(expected["spread"], rel=1e-6),
     )
 
 
 def test_threshold_and_jnd_are_what_their_names_say() -> None:
-    found = fit_psychometric(table("yes_no"), "level", "k", "n", function="gaussian", **PLAIN_RATES, jnd="x84_x50")
-    assert found.jnd == pytest.approx(found.spread, rel=1e-12)
-    assert found.slope == pytest.approx(1 / found.spread / np.sqrt(2 * np.pi))
+    result = fit_psychometric(table("yes_no"), "level", "k", "n", function="gaussian", **PLAIN_RATES, jnd="x84_x50")
+    assert result.jnd == pytest.approx(result.spread, rel=1e-12)
+    assert result.slope == pytest.approx(1 / result.spread / np.sqrt(2 * np.pi))
     weibull = fit_psychometric(table("two_choice"), "level", "k", "n", function="weibull", **OF_TWO, threshold=0.75)
     at = 0.5 + (0.5 - weibull.lapse) * -np.expm1(
         -((weibull.threshold / np.exp(weibull.centre)) ** (1 / weibull.spread))
@@ -173,32 +177,32 @@ def test_a_rate_that_the_task_decides_is_refused(options: dict, reason: str) -> 
     ],
 )
 def test_the_result_says_what_the_task_made_of_the_rates(options: dict, assumed: str) -> None:
-    found = fit_psychometric(table("two_choice"), "level", "k", "n", **options)
-    assert found.assumed == assumed
+    result = fit_psychometric(table("two_choice"), "level", "k", "n", **options)
+    assert result.assumed == assumed
     if options["task"] == "symmetric":
-        assert found.guess == found.lapse
+        assert result.guess == result.lapse
     if "alternatives" in options:
-        assert (found.guess, found.lapse) == (1 / 3, 0.02)
+        assert (result.guess, result.lapse) == (1 / 3, 0.02)
 
 
 def test_lapses_to_both_sides_are_one_rate_in_likelihood_posterior_and_step() -> None:
     """The best of all pairs of equal rates on a grid; and a mirrored observer has the mirrored threshold."""
     both = answers([1.0, 2, 3, 4, 5, 6, 7], [3, 2, 6, 21, 34, 37, 38], 40)
-    found = fit_psychometric(both, "level", "k", "n", task="symmetric")
+    result = fit_psychometric(both, "level", "k", "n", task="symmetric")
     fixed = [
         fit_psychometric(both, "level", "k", "n", task="symmetric", lapse=rate).log_likelihood
-        for rate in (*np.linspace(0.02, 0.12, 11), found.lapse)
+        for rate in (*np.linspace(0.02, 0.12, 11), result.lapse)
     ]
-    assert max(fixed[:-1]) <= fixed[-1] == pytest.approx(found.log_likelihood, rel=1e-12)
-    apart = fit_psychometric(both, "level", "k", "n", task="yes_no", guess=found.guess, lapse=found.lapse)
-    assert (apart.threshold, apart.log_likelihood) == pytest.approx((found.threshold, found.log_likelihood), rel=1e-9)
+    assert max(fixed[:-1]) <= fixed[-1] == pytest.approx(result.log_likelihood, rel=1e-12)
+    apart = fit_psychometric(both, "level", "k", "n", task="yes_no", guess=result.guess, lapse=result.lapse)
+    assert (apart.threshold, apart.log_likelihood) == pytest.approx((result.threshold, result.log_likelihood), rel=1e-9)
     mirrored = answers([1.0, 2, 3, 4, 5, 6, 7], [2, 3, 6, 19, 34, 38, 37], 40)
     assert fit_psychometric(mirrored, "level", "k", "n", task="symmetric").threshold == pytest.approx(
-        8 - found.threshold, rel=1e-7
+        8 - result.threshold, rel=1e-7
     )
     bayes = posterior(both, "level", "k", "n", task="symmetric", overdispersed=False)
-    assert bayes.guess == bayes.lapse == pytest.approx(found.lapse, abs=0.02)
-    assert bayes.threshold == pytest.approx(found.threshold, abs=0.1)
+    assert bayes.guess == bayes.lapse == pytest.approx(result.lapse, abs=0.02)
+    assert bayes.threshold == pytest.approx(result.threshold, abs=0.1)
     with pytest.raises(NoEstimate, match="step from one side to the other between levels 3 and 4"):
         fit_psychometric(answers([1.0, 2, 3, 4, 5, 6], [1, 1, 1, 19, 19, 19]), "level", "k", "n", task="symmetric")
 
@@ -234,24 +238,24 @@ def test_the_interval_of_one_fit_is_that_of_many_and_bartletts_factor_only_widen
     for hits, ends in zip(sets.problem.hits, many, strict=True):
         data = pd.DataFrame({"level": sets.given.levels, "k": hits, "n": 40})
         fit = fit_psychometric(data, "level", "k", "n", function="gaussian", **OF_TWO)
-        plain, found = (profile_interval(fit, "threshold", 0.95, *how) for how in ((0,), (50, 7)))
-        assert found[:2] == pytest.approx(ends, rel=1e-6)
-        assert found.low <= plain.low < plain.high <= found.high
+        plain, result = (profile_interval(fit, "threshold", 0.95, *how) for how in ((0,), (50, 7)))
+        assert result[:2] == pytest.approx(ends, rel=1e-6)
+        assert result.low <= plain.low < plain.high <= result.high
     with pytest.raises(BadOption, match="no effect with draws=0"):
         profile_interval(fit, "threshold", draws=0, seed=3)
 
 
 def test_profile_bootstrap_and_posterior_agree_where_data_are_many() -> None:
     many = simulated(np.random.default_rng(3), 0.0, 0.0, 300)
-    found = fit_psychometric(many, "level", "k", "n", function="gaussian", **PLAIN_RATES)
-    profile, again = profile_interval(found, "threshold"), resampled_answers(found, 500)
+    result = fit_psychometric(many, "level", "k", "n", function="gaussian", **PLAIN_RATES)
+    profile, again = profile_interval(result, "threshold"), resampled_answers(result, 500)
     bayes = posterior(many, "level", "k", "n", function="gaussian", **PLAIN_RATES, overdispersed=False)
     width = profile.high - profile.low
     assert again.threshold[:2] == pytest.approx(profile[:2], abs=0.15 * width)
     assert bayes.threshold_interval == pytest.approx(profile[:2], abs=0.1 * width)
-    assert bayes.threshold == pytest.approx(found.threshold, abs=0.05 * width)
+    assert bayes.threshold == pytest.approx(result.threshold, abs=0.05 * width)
     assert again.p_deviance > 0.01
-    assert again == resampled_answers(found, 500)
+    assert again == resampled_answers(result, 500)
 
 
 def test_a_misfit_shows_in_the_deviance() -> None:
@@ -266,9 +270,9 @@ def test_a_unit_of_1e_200_changes_nothing_and_a_step_leaves_the_jnd_open_from_be
     few = fit_psychometric(
         answers([1, 2.0], [1, 2], 3), "level", "k", "n", task="yes_no", guess=(0, 0.2), lapse=(0, 0.06)
     )
-    found = profile_interval(few, "jnd", draws=0)
-    assert np.isnan(found.low)
-    assert "from below" in found.note
+    result = profile_interval(few, "jnd", draws=0)
+    assert np.isnan(result.low)
+    assert "from below" in result.note
 
 
 def test_falling_answers_have_the_mirrored_interval() -> None:
@@ -281,9 +285,9 @@ def test_falling_answers_have_the_mirrored_interval() -> None:
 
 def test_an_end_that_the_data_do_not_bound_is_open() -> None:
     few = answers([1, 2, 3, 4.0], [1, 2, 2, 3], 4)
-    found = profile_interval(fit_psychometric(few, "level", "k", "n", **PLAIN_RATES), "jnd")
-    assert np.isnan(found.high)
-    assert "from above" in found.note
+    result = profile_interval(fit_psychometric(few, "level", "k", "n", **PLAIN_RATES), "jnd")
+    assert np.isnan(result.high)
+    assert "from above" in result.note
 
 
 @pytest.mark.parametrize("expected", PSIGNIFIT, ids=lambda fit: f"{fit['set']} {fit['sigmoid']}")
@@ -292,19 +296,19 @@ def test_the_posterior_is_that_of_psignifit(expected: dict) -> None:
     weibull = expected["sigmoid"] == "weibull"
     task = OF_TWO if expected["experiment"] == "2AFC" else {"task": "yes_no"}
     function = "weibull" if weibull else "gaussian"
-    found = posterior(table(expected["set"]), "level", "k", "n", function=function, **task)
+    result = posterior(table(expected["set"]), "level", "k", "n", function=function, **task)
     mean, ends = expected["mean"], expected["ci95"]["threshold"]
-    assert found.width == pytest.approx(mean["width"], rel=0.005)
-    assert (found.lapse, found.eta) == (pytest.approx(mean["lambda"], abs=6e-4), pytest.approx(mean["eta"], abs=2e-3))
-    ours = np.log(found.threshold_interval) if weibull else found.threshold_interval
+    assert result.width == pytest.approx(mean["width"], rel=0.005)
+    assert (result.lapse, result.eta) == (pytest.approx(mean["lambda"], abs=6e-4), pytest.approx(mean["eta"], abs=2e-3))
+    ours = np.log(result.threshold_interval) if weibull else result.threshold_interval
     assert ours == pytest.approx(ends, abs=0.06 * (ends[1] - ends[0]))
     if not weibull:
-        assert found.threshold == pytest.approx(mean["threshold"], rel=2e-3)
-        assert found.guess == pytest.approx(mean["gamma"], abs=1e-3)
+        assert result.threshold == pytest.approx(mean["threshold"], rel=2e-3)
+        assert result.guess == pytest.approx(mean["gamma"], abs=1e-3)
 
 
 def test_a_step_has_a_posterior_though_no_slope() -> None:
     step = answers([1.0, 2.0, 3.0, 4.0, 5.0], [0, 0, 20, 20, 20])
-    found = posterior(step, "level", "k", "n", task="yes_no", guess=0, overdispersed=False)
-    assert 2 < found.threshold_interval[0] < found.threshold < found.threshold_interval[1] < 3
+    result = posterior(step, "level", "k", "n", task="yes_no", guess=0, overdispersed=False)
+    assert 2 < result.threshold_interval[0] < result.threshold < result.threshold_interval[1] < 3
     assert expit(0) == 0.5

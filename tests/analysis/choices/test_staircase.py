@@ -32,13 +32,13 @@ def run(
 
 
 def test_reversals_by_hand() -> None:
-    found = staircase(track([5, 4, 3, 3, 4, 5, 4, 3, 4], [1, 1, 1, 0, 0, 1, 1, 0, 0]), "level", "correct", last=2)
-    assert found.reversals.to_numpy().tolist() == [
+    result = staircase(track([5, 4, 3, 3, 4, 5, 4, 3, 4], [1, 1, 1, 0, 0, 1, 1, 0, 0]), "level", "correct", last=2)
+    assert result.reversals.to_numpy().tolist() == [
         [4, 3.0, "valley", False],
         [6, 5.0, "peak", True],
         [8, 3.0, "valley", True],
     ]
-    assert (found.threshold, found.used) == (4.0, 2)
+    assert (result.threshold, result.used) == (4.0, 2)
 
 
 @pytest.mark.parametrize(
@@ -93,9 +93,9 @@ def test_the_order_of_rows_does_not_matter_when_trials_are_numbered() -> None:
 def test_moves_without_a_rule_say_so() -> None:
     rng = np.random.default_rng(3)
     random = track(rng.integers(1, 9, 60).astype(float).tolist(), rng.integers(0, 2, 60).tolist())
-    found = staircase(random, "level", "correct")
-    assert found.rule is None
-    assert "no up-down rule" in found.notes[-1]
+    result = staircase(random, "level", "correct")
+    assert result.rule is None
+    assert "no up-down rule" in result.notes[-1]
 
 
 def test_what_is_no_staircase_is_refused() -> None:

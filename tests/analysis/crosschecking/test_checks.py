@@ -85,10 +85,10 @@ ORDINARY = {
 
 @pytest.mark.parametrize("name", ORDINARY)
 def test_it_agrees_on_ordinary_data(name):
-    (found,) = cross_check([ORDINARY[name]()])
-    assert not found.reason
-    assert found.numbers >= 2
-    assert found.difference < (1e-9)
+    (result,) = cross_check([ORDINARY[name]()])
+    assert not result.reason
+    assert result.numbers >= 2
+    assert result.difference < (1e-9)
 
 
 WRONG = {
@@ -117,9 +117,9 @@ def test_a_wrong_number_is_a_disagreement(name):
         rows = tuple(
             {**row, column: None if row[column] is None else row[column] * (1 + 1e-5)} for row in right.answer.rows
         )
-        (found,) = cross_check([replace(right, answer=replace(right.answer, rows=rows))])
-        assert found.disagrees, column
-        assert 1e-6 < found.difference < 1e-3 or name == "mixed model"
+        (result,) = cross_check([replace(right, answer=replace(right.answer, rows=rows))])
+        assert result.disagrees, column
+        assert 1e-6 < result.difference < 1e-3 or name == "mixed model"
 
 
 def test_a_variance_that_is_not_the_optimum_is_a_disagreement():
@@ -127,16 +127,16 @@ def test_a_variance_that_is_not_the_optimum_is_a_disagreement():
     right = ORDINARY["mixed model, crossed"]()
     rows = tuple({**row, "variance": row["variance"] * 1.001} for row in right.answer.more["variances"][:1])
     wrong = replace(right.answer, more={**right.answer.more, "variances": (*rows, *right.answer.more["variances"][1:])})
-    (found,) = cross_check([replace(right, answer=wrong)])
-    assert found.disagrees
-    assert found.where.startswith("variance of ")
+    (result,) = cross_check([replace(right, answer=wrong)])
+    assert result.disagrees
+    assert result.where.startswith("variance of ")
 
 
 def test_a_number_that_only_one_of_them_has_is_a_disagreement():
     right = ORDINARY["one factor"]()
-    (found,) = cross_check([replace(right, answer=replace(right.answer, rows=({**right.answer.rows[0], "F": None},)))])
-    assert found.disagrees
-    assert "F of a: one of the two has no number" in found.text()
+    (result,) = cross_check([replace(right, answer=replace(right.answer, rows=({**right.answer.rows[0], "F": None},)))])
+    assert result.disagrees
+    assert "F of a: one of the two has no number" in result.text()
 
 
 def test_rounded_numbers_are_compared_at_their_printed_precision():
@@ -151,9 +151,9 @@ def test_what_is_near_zero_is_compared_to_its_own_size_only_where_it_is_a_p():
 
 def test_a_large_table_is_not_checked_and_says_so(monkeypatch):
     monkeypatch.setattr(comparing, "MOST_VALUES", 40)
-    (found,) = cross_check([ORDINARY["one factor"]()])
-    assert found.checked_with() == "not checked: size (48 values; at most 40)"
-    assert found.difference is None and not found.disagrees
+    (result,) = cross_check([ORDINARY["one factor"]()])
+    assert result.checked_with() == "not checked: size (48 values; at most 40)"
+    assert result.difference is None and not result.disagrees
 
 
 def test_a_package_that_fails_costs_no_answer(monkeypatch):
@@ -161,15 +161,15 @@ def test_a_package_that_fails_costs_no_answer(monkeypatch):
         raise ValueError("no such luck")
 
     monkeypatch.setattr(packages, "pingouin_within", broken)
-    (found,) = cross_check([ORDINARY["one factor"]()])
-    assert found.reason == "pingouin failed (ValueError: no such luck)"
+    (result,) = cross_check([ORDINARY["one factor"]()])
+    assert result.reason == "pingouin failed (ValueError: no such luck)"
 
 
 def test_what_neither_package_has_says_so_and_other_kinds_have_no_line():
     table = rated()
     krippendorff = answered(table, "krippendorff_alpha", units=("stimulus",), raters="participant", level="interval")
-    found = cross_check([krippendorff, answered(table, "means", by=("a",))])
-    assert [each.checked_with() for each in found] == ["not checked: neither pingouin nor statsmodels has it"]
+    result = cross_check([krippendorff, answered(table, "means", by=("a",))])
+    assert [each.checked_with() for each in result] == ["not checked: neither pingouin nor statsmodels has it"]
 
 
 def test_the_sentence_counts_what_was_checked_with_what():

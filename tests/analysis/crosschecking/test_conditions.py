@@ -17,8 +17,8 @@ RNG = np.random.Generator(np.random.PCG64(7))
 CELLS = np.round(RNG.normal(50, 5, (8, 1)) + RNG.normal(0, 3, (8, 4)), 1)
 
 
-def reason(found):
-    (check,) = cross_check([found])
+def reason(result):
+    (check,) = cross_check([result])
     assert check.difference is None
     return check.reason
 
@@ -34,9 +34,9 @@ def pingouin_f(table):
     ids=["constant", "additive", "participants 1e9 apart"],
 )
 def test_a_residual_that_drowns(cells):
-    found = answered(long(cells), "anova", within=("a",))
-    assert "sums of squares are rounding there" in reason(found)
-    right = found.answer.rows[0]["F"]
+    result = answered(long(cells), "anova", within=("a",))
+    assert "sums of squares are rounding there" in reason(result)
+    right = result.answer.rows[0]["F"]
     assert right is None or not math.isclose(pingouin_f(long(cells)), right, rel_tol=1e-6)
 
 
@@ -48,18 +48,18 @@ def test_one_effect_of_two_may_drown_alone():
 
 def test_squares_beyond_the_range_of_doubles():
     table = rated().assign(value=lambda t: t["value"] * 1e160)
-    found = answered(table, "anova", within=("a",))
-    assert reason(found) == "squares of the values leave the range of doubles"
-    assert not math.isclose(pingouin_f(table), found.answer.rows[0]["F"], rel_tol=1e-6)
+    result = answered(table, "anova", within=("a",))
+    assert reason(result) == "squares of the values leave the range of doubles"
+    assert not math.isclose(pingouin_f(table), result.answer.rows[0]["F"], rel_tol=1e-6)
 
 
 def test_differences_that_differ_by_rounding():
     """0.3 - 0.2 and 0.2 - 0.1 are one difference, which SciPy ranks as two."""
     cells = np.array([[0.3, 0.2], [0.2, 0.1], [0.1, 0.2], [0.7, 0.2], [0.2, 0.9], [0.1, 0.9]])
-    found = answered(long(cells), "wilcoxon", factor="a")
-    assert "a0 and a1 that differ only by rounding are ties" in reason(found)
+    result = answered(long(cells), "wilcoxon", factor="a")
+    assert "a0 and a1 that differ only by rounding are ties" in reason(result)
     theirs = packages.pingouin_signed_ranks(cells[:, 0], cells[:, 1], "wilcoxon")
-    assert theirs["W"] != found.answer.rows[0]["W"]
+    assert theirs["W"] != result.answer.rows[0]["W"]
 
 
 def test_means_of_large_values_make_other_ties():
@@ -75,26 +75,26 @@ def test_a_gap():
 
 def test_more_conditions_than_participants_need_no_condition():
     """Its automatic p calls such a matrix spherical (FACTS of statistics.md); we ask for the corrected p always."""
-    found = answered(rated((6, 20)), "anova", within=("a",))
-    (check,) = cross_check([found])
+    result = answered(rated((6, 20)), "anova", within=("a",))
+    (check,) = cross_check([result])
     assert check.difference < 1e-6
 
 
 def test_unequal_groups_of_type_three():
     table = rated((11, 4), groups=3)
-    found = answered(table, "anova", within=("a",), between=("group",))
-    assert "type II" in reason(found)
+    result = answered(table, "anova", within=("a",), between=("group",))
+    assert "type II" in reason(result)
     theirs = packages.read_pingouin_anova(packages.pingouin_mixed(table, "value", "a", "group", "participant"))
-    assert not math.isclose(theirs["a", "F"], next(r["F"] for r in found.answer.rows if r["effect"] == "a"))
+    assert not math.isclose(theirs["a", "F"], next(r["F"] for r in result.answer.rows if r["effect"] == "a"))
 
 
 def test_a_pair_that_does_not_differ_in_its_differences():
     cells = CELLS.copy()
     cells[:, 1] = cells[:, 0] + 1
-    found = answered(long(cells), "pairs", factor="a")
-    assert "does not vary" in reason(found)
+    result = answered(long(cells), "pairs", factor="a")
+    assert "does not vary" in reason(result)
     assert abs(packages.statsmodels_t(cells[:, 1], cells[:, 0], True)["T"]) > 1e12
-    assert found.answer.rows[0]["t"] is None
+    assert result.answer.rows[0]["t"] is None
 
 
 def test_groups_that_hardly_vary():
@@ -104,32 +104,32 @@ def test_groups_that_hardly_vary():
 
 def test_ties_that_rounding_hides():
     cells = np.array([[0.3, 0.3, 0.5], [0.1 + 0.2, 0.3, 0.2], [0.1 + 0.2, 0.3, 0.7], [0.4, 0.1, 0.6]])
-    found = answered(long(cells), "friedman", factor="a")
-    assert "differ only by rounding" in reason(found)
+    result = answered(long(cells), "friedman", factor="a")
+    assert "differ only by rounding" in reason(result)
     theirs = packages.read_pingouin_friedman(packages.pingouin_friedman(long(cells), "value", "a", "participant"))
-    assert theirs["chi2"] != pytest.approx(found.answer.rows[0]["chi2"])
+    assert theirs["chi2"] != pytest.approx(result.answer.rows[0]["chi2"])
 
 
 def test_nothing_to_rank():
-    found = answered(long(np.full((5, 3), 2.0)), "friedman", factor="a")
-    assert "there are no ranks" in reason(found)
+    result = answered(long(np.full((5, 3), 2.0)), "friedman", factor="a")
+    assert "there are no ranks" in reason(result)
 
 
 def test_an_estimated_variance_that_is_not_positive():
     table = long(np.array([[1, 2, 1.4], [2, 1, 1.7]]))  # participants rate three stimuli
-    found = answered(table, "icc", targets="stimulus", raters="participant")
-    assert "not above 0" in reason(found)
+    result = answered(table, "icc", targets="stimulus", raters="participant")
+    assert "not above 0" in reason(result)
     theirs = packages.read_pingouin_icc(packages.pingouin_icc(table, "value", "stimulus", "participant"))
     assert theirs["ICC2k", "ICC"] > 1
 
 
 def test_participants_a_million_residuals_apart():
     table = rated(apart=1e7)
-    found = answered(table, "mixed_model", fixed=("a",))
-    assert "says converged and is not" in reason(found)
+    result = answered(table, "mixed_model", fixed=("a",))
+    assert "says converged and is not" in reason(result)
     frame = pd.get_dummies(table["a"], dtype=float).assign(a0=1.0, y=table["value"], g0=table["participant"])
     fitted = packages.statsmodels_mixed_model(frame, ["a0", "a1", "a2", "a3"], ["g0"])
-    right = found.answer.more["variances"][-1]["variance"]
+    right = result.answer.more["variances"][-1]["variance"]
     assert not math.isclose(fitted.scale, right, rel_tol=1e-6)
 
 

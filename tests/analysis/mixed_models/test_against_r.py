@@ -27,13 +27,13 @@ def many(values):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_fixed_effects(name):
-    found = ours(name).fixed
-    found = found.assign(effect=found["effect"].map(plain)).set_index("effect").loc[many(expected(name)["names"])]
+    result = ours(name).fixed
+    result = result.assign(effect=result["effect"].map(plain)).set_index("effect").loc[many(expected(name)["names"])]
     for column, key, rtol in (
         *(("estimate", "estimate", 1e-8), ("se", "se", 1e-8), ("t", "t", 2e-8)),
         *(("df", "df", 1e-6), ("p", "p", 2e-5)),
     ):
-        np.testing.assert_allclose(found[column], many(expected(name)[key]), rtol=rtol, err_msg=column)
+        np.testing.assert_allclose(result[column], many(expected(name)[key]), rtol=rtol, err_msg=column)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -53,26 +53,26 @@ def test_variances_and_correlations(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_likelihood_and_criteria(name):
     model, r = ours(name), expected(name)
-    found = (model.log_likelihood, model.criterion, model.aic, model.bic)
-    np.testing.assert_allclose(found, [r["logLik"], r["criterion"], r["AIC"], r["BIC"]], rtol=1e-11)
+    result = (model.log_likelihood, model.criterion, model.aic, model.bic)
+    np.testing.assert_allclose(result, [r["logLik"], r["criterion"], r["AIC"], r["BIC"]], rtol=1e-11)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if expected(name)["effects"]])
 def test_effects_of_type_three(name):
-    found = ours(name).effects.set_index("Source")
-    assert list(expected(name)["effects"]) == list(found.index)
+    result = ours(name).effects.set_index("Source")
+    assert list(expected(name)["effects"]) == list(result.index)
     for source, r in expected(name)["effects"].items():
-        assert found["ddof1"][source] == r["NumDF"]
-        np.testing.assert_allclose(found["F"][source], r["F"], rtol=1e-6)
-        np.testing.assert_allclose(found["ddof2"][source], r["DenDF"], rtol=1e-6)
-        np.testing.assert_allclose(found["p_unc"][source], r["p"], rtol=1e-4)
+        assert result["ddof1"][source] == r["NumDF"]
+        np.testing.assert_allclose(result["F"][source], r["F"], rtol=1e-6)
+        np.testing.assert_allclose(result["ddof2"][source], r["DenDF"], rtol=1e-6)
+        np.testing.assert_allclose(result["p_unc"][source], r["p"], rtol=1e-4)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_random_effects_of_every_level(name):
-    found = random_effects(ours(name))
-    keys = zip(found["group"], found["level"], found["effect"], strict=True)
-    mine = {(group_of(g), group_of(level), plain(e)): v for (g, level, e), v in zip(keys, found["value"], strict=True)}
+    result = random_effects(ours(name))
+    keys = zip(result["group"], result["level"], result["effect"], strict=True)
+    mine = {(group_of(g), group_of(level), plain(e)): v for (g, level, e), v in zip(keys, result["value"], strict=True)}
     for group, r in expected(name)["ranef"].items():
         for level, row in zip(r["levels"], r["values"], strict=True):
             for effect, value in zip(many(r["effects"]), row, strict=True):
@@ -98,10 +98,10 @@ def test_shipped_references(name):
     fixed, random, numeric = SHIPPED[name]
     data = reference_table(f"csv/{r['csv']}")
     model = mixed_model(data, "y", fixed, random, numeric=numeric, reml="REML=TRUE" in r["call"])
-    found = model.fixed.assign(effect=model.fixed["effect"].map(plain)).set_index("effect")
+    result = model.fixed.assign(effect=model.fixed["effect"].map(plain)).set_index("effect")
     for effect, value in r["fixef"].items():
-        assert found["estimate"][effect] == pytest.approx(value, rel=1e-8)
-        assert found["se"][effect] == pytest.approx(r["se"][effect], rel=1e-6)
+        assert result["estimate"][effect] == pytest.approx(value, rel=1e-8)
+        assert result["se"][effect] == pytest.approx(r["se"][effect], rel=1e-6)
     variances = [row["vcov"] for row in r["varcorr"] if row["var2"] is None]
     np.testing.assert_allclose(model.variances["variance"], variances, rtol=1e-6)
     assert model.log_likelihood == pytest.approx(r["logLik"], rel=1e-8)
@@ -123,8 +123,8 @@ def test_likelihood_ratio():
 def test_profile_intervals(name):
     """R's confint(profile(m, delta = 0.1)), whose steps are close enough to interpolate between."""
     r = whole()["profile"][name]
-    found = profile_intervals(ours(name))
-    spread = {f"sd_{e}|{g}" if e else "sigma": (low, high) for g, e, _, low, high in found.to_numpy()}
+    result = profile_intervals(ours(name))
+    spread = {f"sd_{e}|{g}" if e else "sigma": (low, high) for g, e, _, low, high in result.to_numpy()}
     assert set(spread) == set(r["names"])
     for each, low, high in zip(r["names"], r["low"], r["high"], strict=True):
         assert spread[each] == pytest.approx((low, high), rel=1e-6)

@@ -64,10 +64,10 @@ def test_statsmodels_says_converged_and_is_wrong():
         from statsmodels.formula import api as formula
 
         table = balanced(1e6, 1.0)
-        found = formula.mixedlm("y ~ C(c)", table, groups=table["p"]).fit(reml=True)
+        result = formula.mixedlm("y ~ C(c)", table, groups=table["p"]).fit(reml=True)
     r = exact(table)
-    assert found.converged
-    assert abs(found.scale / r["residual"] - 1) > 0.01 or abs(found.cov_re.iloc[0, 0] / r["between"] - 1) > 0.01
+    assert result.converged
+    assert abs(result.scale / r["residual"] - 1) > 0.01 or abs(result.cov_re.iloc[0, 0] / r["between"] - 1) > 0.01
 
 
 @pytest.mark.parametrize("size", [1e3, 1e6])

@@ -40,9 +40,9 @@ def test_rounding_times_are_those_of_hollander_and_wolfe():
 @pytest.mark.parametrize("name", SETS)
 def test_nemenyi_is_its_formula_with_the_ptukey_of_r(name):
     file, factor = SETS[name]
-    found = nemenyi(shipped(file), "y", factor, "subject", aggregate="mean").set_index(["A", "B"])
+    result = nemenyi(shipped(file), "y", factor, "subject", aggregate="mean").set_index(["A", "B"])
     for pair in r_values("nemenyi")[name]:
-        row = found.loc[(pair["A"], pair["B"])]
+        row = result.loc[(pair["A"], pair["B"])]
         assert row["diff"] == pytest.approx(pair["diff"], abs=1e-14)
         assert row["q"] == pytest.approx(pair["q"], rel=1e-13, abs=1e-14)
         assert row["p"] == pytest.approx(pair["p"], rel=2e-9)  # ptukey's own error; mpmath decides below
@@ -66,22 +66,22 @@ def test_the_range_of_normal_values_against_r_and_to_the_last_digits():
 def test_signed_ranks_are_wilcox_test_of_r(name):
     values = r_values("signed")[name]
     a, b = (np.array(values[key], dtype=float) for key in "xy")
-    found = signed_ranks(a, b)
-    assert found.statistic == values["normal"]["statistic"]
-    assert found.p_normal == pytest.approx(values["normal"]["p"], rel=1e-13)
+    result = signed_ranks(a, b)
+    assert result.statistic == values["normal"]["statistic"]
+    assert result.p_normal == pytest.approx(values["normal"]["p"], rel=1e-13)
     if "exact" in values:
-        assert found.p_exact == pytest.approx(values["exact"]["p"], rel=1e-13)
-        assert found.shift.estimate == pytest.approx(values["exact"]["estimate"], rel=1e-12)
-        assert [found.shift.low, found.shift.high] == pytest.approx(values["exact"]["ci"], rel=1e-12)
+        assert result.p_exact == pytest.approx(values["exact"]["p"], rel=1e-13)
+        assert result.shift.estimate == pytest.approx(values["exact"]["estimate"], rel=1e-12)
+        assert [result.shift.low, result.shift.high] == pytest.approx(values["exact"]["ci"], rel=1e-12)
     else:  # enumerated in R: all patterns of signs of the ranks found
-        assert (found.p_exact, signed_ranks(a, b, "pratt").p_exact) == (values["wilcoxon"]["p"], values["pratt"]["p"])
+        assert (result.p_exact, signed_ranks(a, b, "pratt").p_exact) == (values["wilcoxon"]["p"], values["pratt"]["p"])
         assert signed_ranks(a, b, "pratt").statistic == values["pratt"]["W"]
 
 
 def test_pairs_of_decimals_have_the_ties_that_were_written():
-    found = wilcoxon_tests(shipped("RoundingTimes"), "y", within="method", subject="subject").set_index(["A", "B"])
+    result = wilcoxon_tests(shipped("RoundingTimes"), "y", within="method", subject="subject").set_index(["A", "B"])
     for pair in r_values("signed")["rounding"]:  # R was given hundredths as whole numbers
-        row = found.loc[(pair["A"], pair["B"])]
+        row = result.loc[(pair["A"], pair["B"])]
         assert row["W"] == pair["statistic"]
         assert row["p_normal"] == pytest.approx(pair["p"], rel=1e-13)
 
@@ -90,15 +90,15 @@ def test_pairs_of_decimals_have_the_ties_that_were_written():
 def test_rank_sums_are_wilcox_test_of_r(name):
     values = r_values("sums")[name]
     a, b = (np.array(values[key], dtype=float) for key in "ab")
-    found, turned = rank_sums(a, b), rank_sums(b, a)
-    assert found.statistic == values["normal"]["statistic"]
-    assert found.p_normal == pytest.approx(values["normal"]["p"], rel=1e-13)
+    result, turned = rank_sums(a, b), rank_sums(b, a)
+    assert result.statistic == values["normal"]["statistic"]
+    assert result.p_normal == pytest.approx(values["normal"]["p"], rel=1e-13)
     exact = values["exact"]["p"] if name == "untied" else values["enumerated"]["p"]
-    assert found.p_exact == pytest.approx(exact, rel=1e-13)
-    assert (turned.size, turned.z, turned.p_exact) == (-found.size, -found.z, found.p_exact)
+    assert result.p_exact == pytest.approx(exact, rel=1e-13)
+    assert (turned.size, turned.z, turned.p_exact) == (-result.size, -result.z, result.p_exact)
     if name == "untied":
-        assert found.shift.estimate == pytest.approx(values["exact"]["estimate"], rel=1e-12)
-        assert [found.shift.low, found.shift.high] == pytest.approx(values["exact"]["ci"], rel=1e-12)
+        assert result.shift.estimate == pytest.approx(values["exact"]["estimate"], rel=1e-12)
+        assert [result.shift.low, result.shift.high] == pytest.approx(values["exact"]["ci"], rel=1e-12)
 
 
 ALIGNED = {
@@ -113,14 +113,14 @@ ALIGNED = {
 @pytest.mark.parametrize("name", ALIGNED)
 def test_aligned_ranks_are_those_written_out_in_r(name):
     file, within, between = ALIGNED[name]
-    found = aligned_ranks(shipped(file), "y", within=within, between=between, subject="subject", aggregate="mean")
+    result = aligned_ranks(shipped(file), "y", within=within, between=between, subject="subject", aggregate="mean")
     expected = r_values("aligned")[name]
-    assert set(found["Source"]) == set(expected)
-    for _, row in found.iterrows():
+    assert set(result["Source"]) == set(expected)
+    for _, row in result.iterrows():
         values = expected[row["Source"]]
         assert (row["ddof1"], row["ddof2"]) == (values["df1"], values["df2"])
         assert row["F"] == pytest.approx(values["F"], rel=1e-12)
         assert row["p_unc"] == pytest.approx(values["p"], rel=1e-12)
         assert row["aligned_sum"] < 1e-14
         assert row["other_F"] < 1e-9 or "unequal" in row["note"]
-    assert (found["other_F"] < 1e-9).all() == (name != "obk_mixed")  # the one set with groups of unequal size
+    assert (result["other_F"] < 1e-9).all() == (name != "obk_mixed")  # the one set with groups of unequal size

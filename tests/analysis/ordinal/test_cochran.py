@@ -57,10 +57,10 @@ def test_answers_that_are_all_alike_have_no_q_and_never_a_p():
     assert table[["Q", "p_unc", "p_exact"]].isna().all(axis=None) and table["note"][0] == NO_DIFFERENCE
 
 
-@pytest.mark.parametrize("found", [2, -1, 0.5])
-def test_other_answers_than_yes_and_no_are_refused(found):
-    with pytest.raises(StatisticsError, match=f"y: {found:g} found; .* 0 .no. or 1 .yes."):
-        cochran_q(long([[1, 0], [found, 1]]), "y", "method", "person")
+@pytest.mark.parametrize("value", [2, -1, 0.5])
+def test_other_answers_than_yes_and_no_are_refused(value):
+    with pytest.raises(StatisticsError, match=f"y: {value:g} found; .* 0 .no. or 1 .yes."):
+        cochran_q(long([[1, 0], [value, 1]]), "y", "method", "person")
 
 
 def answered(cells, **settings):

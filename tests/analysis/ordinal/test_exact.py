@@ -37,11 +37,11 @@ def arrangements(ranks):
 def test_friedman_over_all_orders_of_every_participant(cells):
     ranks = doubled(cells)
     n, k = ranks.shape
-    found = ((ranks.sum(axis=0) - n * (k + 1)) ** 2).sum()
+    result = ((ranks.sum(axis=0) - n * (k + 1)) ** 2).sum()
     values = [
         sum((sum(column) - n * (k + 1)) ** 2 for column in zip(*rows, strict=True)) for rows in arrangements(ranks)
     ]
-    share = Fraction(sum(value >= found for value in values), len(values))
+    share = Fraction(sum(value >= result for value in values), len(values))
     assert exact_tail(ranks) == pytest.approx(float(share), rel=1e-14)
 
 
@@ -51,8 +51,8 @@ def test_each_pair_after_friedman_over_all_orders(cells):
     table = nemenyi(long(cells), "y", "condition", "subject")
     sums = [tuple(map(sum, zip(*rows, strict=True))) for rows in arrangements(ranks)]
     for (i, j), p in zip(combinations(range(ranks.shape[1]), 2), table["p_exact"], strict=True):
-        found = abs(int(ranks[:, i].sum() - ranks[:, j].sum()))
-        share = Fraction(sum(abs(each[i] - each[j]) >= found for each in sums), len(sums))
+        result = abs(int(ranks[:, i].sum() - ranks[:, j].sum()))
+        share = Fraction(sum(abs(each[i] - each[j]) >= result for each in sums), len(sums))
         assert p == pytest.approx(float(share), rel=1e-14)
 
 

@@ -34,11 +34,11 @@ def test_the_published_means_are_sixteenths_and_come_out_of_80_answers():
         assert len(sums) == 1, item
         rows += [{"item": item, "value": value} for value in answers_with_sum(sums[0])]
     assert len(rows) == 80
-    found = likert(pd.DataFrame(rows), "value", "item", POINTS).set_index("item")
-    assert {item: two_decimals(found.loc[item, "mean"]) for item in THESIS} == THESIS
-    assert found["mean"].tolist() == [total / 16 for total in (87, 95, 90, 77, 82)]  # in natural order of the names
-    assert found["n"].tolist() == [16] * 5
-    assert found["disagree"].max() == 0  # with answers this close together nobody is below the middle
+    result = likert(pd.DataFrame(rows), "value", "item", POINTS).set_index("item")
+    assert {item: two_decimals(result.loc[item, "mean"]) for item in THESIS} == THESIS
+    assert result["mean"].tolist() == [total / 16 for total in (87, 95, 90, 77, 82)]  # in natural order of the names
+    assert result["n"].tolist() == [16] * 5
+    assert result["disagree"].max() == 0  # with answers this close together nobody is below the middle
 
 
 def test_every_number_of_one_item():
@@ -56,13 +56,13 @@ def test_every_number_of_one_item():
 
 def test_constant_answers_and_one_participant_have_what_can_be_had():
     table = pd.DataFrame({"q": ["a"] * 4 + ["b", "c"], "y": [4, 4, 4, 4, 7, np.nan]})
-    found = likert(table, "y", "q", POINTS).set_index("q" if "q" in table.index.names else "item")
-    assert (found.loc["a", "sd"], found.loc["a", "agree"], found.loc["a", "mode"]) == (0.0, 0.0, "4")
-    assert math.isnan(found.loc["b", "sd"])
-    assert found.loc["b", "note"] == "sd is undefined: one answer"
-    assert (found.loc["c", "n"], found.loc["c", "missing"], found.loc["c", "note"]) == (0, 1, "no answer was given")
-    assert math.isnan(found.loc["c", "median"])
-    assert math.isnan(found.loc["c", "share_1"])
+    result = likert(table, "y", "q", POINTS).set_index("q" if "q" in table.index.names else "item")
+    assert (result.loc["a", "sd"], result.loc["a", "agree"], result.loc["a", "mode"]) == (0.0, 0.0, "4")
+    assert math.isnan(result.loc["b", "sd"])
+    assert result.loc["b", "note"] == "sd is undefined: one answer"
+    assert (result.loc["c", "n"], result.loc["c", "missing"], result.loc["c", "note"]) == (0, 1, "no answer was given")
+    assert math.isnan(result.loc["c", "median"])
+    assert math.isnan(result.loc["c", "share_1"])
 
 
 def test_order_of_rows_and_type_of_labels_change_nothing():

@@ -54,12 +54,12 @@ def numbers_are_said(answer):
 
 
 def test_friedman_and_its_pairs():
-    found = {test: numbers_are_said(ask(test, rounding_times(), factor="method")) for test in RANKS}
-    assert found["friedman"].rows[0]["chi2"] == pytest.approx(r_values("friedman")["RoundingTimes"]["chi2"], rel=1e-14)
-    assert found["friedman"].headline.startswith("method: χ²(2) = 11.14, p = .004, Kendall's W = .25, 95% CI [")
-    assert found["nemenyi"].headline == "method: 1 of 3 pairs differ at 0.05 (Nemenyi)"
-    assert [row["family"] for row in found["wilcoxon"].rows] == [3, 3, 3]
-    assert (found["friedman"].participants, found["friedman"].values) == (22, 66)
+    result = {test: numbers_are_said(ask(test, rounding_times(), factor="method")) for test in RANKS}
+    assert result["friedman"].rows[0]["chi2"] == pytest.approx(r_values("friedman")["RoundingTimes"]["chi2"], rel=1e-14)
+    assert result["friedman"].headline.startswith("method: χ²(2) = 11.14, p = .004, Kendall's W = .25, 95% CI [")
+    assert result["nemenyi"].headline == "method: 1 of 3 pairs differ at 0.05 (Nemenyi)"
+    assert [row["family"] for row in result["wilcoxon"].rows] == [3, 3, 3]
+    assert (result["friedman"].participants, result["friedman"].values) == (22, 66)
 
 
 def test_a_factor_constant_within_participants_is_compared_by_rank_sums():

@@ -48,9 +48,9 @@ def test_order_of_rows_and_columns_changes_no_bit(cells, seed):
 @settings(max_examples=examples(8), deadline=None)
 @given(TENTHS)
 def test_types_of_labels_change_no_bit(cells):
-    found = rank_results(long(cells / 10, int))
+    result = rank_results(long(cells / 10, int))
     for table in (long(cells / 10), long(cells / 10).astype({"condition": "category", "subject": "category"})):
-        for a, b in zip(found, rank_results(table), strict=True):
+        for a, b in zip(result, rank_results(table), strict=True):
             labels = [name for name in ("A", "B") if name in a]
             same([a.drop(columns=labels)], [b.drop(columns=labels)])
 

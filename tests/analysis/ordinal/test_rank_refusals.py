@@ -81,8 +81,8 @@ def test_every_test_refuses_what_it_cannot_answer(call):
         with pytest.raises(error) as caught:
             call(broken)
         assert isinstance(caught.value, StatisticsError)
-    found = call(table.iloc[1:], missing="listwise")
-    assert found.attrs["dropped"] == ["0"]
+    result = call(table.iloc[1:], missing="listwise")
+    assert result.attrs["dropped"] == ["0"]
     twice = pd.concat([table, table])
     pd.testing.assert_frame_equal(call(twice, aggregate="mean"), call(table))
 
@@ -133,9 +133,9 @@ def test_a_family_fixed_beforehand_keeps_its_size():
     assert adjust_in_family([0.01, 0.04], "bonf", 6) == [0.06, 0.24]
     assert adjust_in_family([0.01, 0.04], "holm", 6) == pytest.approx([0.06, 0.20])
     assert adjust_in_family([0.01, math.nan], "holm", None)[0] == 0.02
-    found = CALLS["wilcoxon"](long(CELLS), padjust="bonferroni", family=10)
-    assert found["p_corr"].tolist() == pytest.approx([min(1, 10 * p) for p in found["p_unc"]])
-    assert (found["family"] == 10).all()
+    result = CALLS["wilcoxon"](long(CELLS), padjust="bonferroni", family=10)
+    assert result["p_corr"].tolist() == pytest.approx([min(1, 10 * p) for p in result["p_unc"]])
+    assert (result["family"] == 10).all()
 
 
 def test_p_is_never_zero_and_far_tails_keep_digits():
@@ -151,11 +151,11 @@ def test_p_is_never_zero_and_far_tails_keep_digits():
 
 
 def test_few_pairs_have_no_interval_and_say_so():
-    found = signed_ranks(np.array([1.0, 2.0, 4.0]), np.array([0.5, 0.25, 0.125]))
-    assert found.p_exact == 0.25
-    assert math.isnan(found.shift.low)
-    assert "too few values" in found.note
-    assert found.shift.estimate == 1.96875  # (1.75 + 2.1875) / 2, the middle of six means of pairs
+    result = signed_ranks(np.array([1.0, 2.0, 4.0]), np.array([0.5, 0.25, 0.125]))
+    assert result.p_exact == 0.25
+    assert math.isnan(result.shift.low)
+    assert "too few values" in result.note
+    assert result.shift.estimate == 1.96875  # (1.75 + 2.1875) / 2, the middle of six means of pairs
 
 
 def test_more_conditions_than_participants_and_two_of_each():

@@ -49,11 +49,11 @@ def test_sign_reversal_reverses_ranks_exactly():
 
 def test_friedman_on_blurred_decimals_is_friedman_on_what_was_written():
     cells = FRIEDMAN[BLURRED]
-    found = friedman(long(cells), "y", "condition", "subject").iloc[0]
+    result = friedman(long(cells), "y", "condition", "subject").iloc[0]
     clean = friedman(long(np.round(cells, 9)), "y", "condition", "subject").iloc[0]
-    assert found.equals(clean)
-    assert found["chi2"] == pytest.approx(exact_friedman(cells)["chi2"], rel=1e-15)
-    assert found["tied"] == 12
+    assert result.equals(clean)
+    assert result["chi2"] == pytest.approx(exact_friedman(cells)["chi2"], rel=1e-15)
+    assert result["tied"] == 12
 
 
 def test_libraries_break_there():
@@ -72,9 +72,9 @@ def test_libraries_break_there():
 @pytest.mark.parametrize("name", SIGNED)
 def test_signed_ranks_of_decimals_are_exact(name):
     a, b = SIGNED[name]
-    found = signed_ranks(a, b)
-    assert found.p_exact == pytest.approx(exact_signed_p(a, b), rel=1e-15)
-    assert found.zeros == int(np.isclose(a, b, rtol=1e-12).sum())
+    result = signed_ranks(a, b)
+    assert result.p_exact == pytest.approx(exact_signed_p(a, b), rel=1e-15)
+    assert result.zeros == int(np.isclose(a, b, rtol=1e-12).sum())
 
 
 def test_rank_sums_models_and_items_take_the_same_rule():

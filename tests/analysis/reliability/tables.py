@@ -26,6 +26,6 @@ def wide(name: str) -> NDArray[np.float64]:
     return np.array(R["sets"][name]["wide"], dtype=np.float64)
 
 
-def relative(found: float, expected: float) -> float:
+def relative(result: float, expected: float) -> float:
     """|found - expected| / |expected|; infinite where nothing was found."""
-    return abs(found - expected) / (abs(expected) or 1.0) if np.isfinite(found) else np.inf
+    return abs(result - expected) / (abs(expected) or 1.0) if np.isfinite(result) else np.inf

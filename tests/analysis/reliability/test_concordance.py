@@ -20,16 +20,16 @@ from tests.examples import examples
 
 @pytest.mark.parametrize("name", R["sets"])
 def test_w_chi2_and_p_are_those_of_r_with_ties(name: str) -> None:
-    expected, found = R["sets"][name]["kendall"], concordance(wide(name))
-    assert relative(found["W"], expected["W"]) < 1e-14  # vegan::kendall.global
-    assert relative(found["chi2"], expected["chi2"]) < 1e-14  # stats::friedman.test
-    assert relative(found["p_chi2"], expected["p"]) < 1e-12
+    expected, result = R["sets"][name]["kendall"], concordance(wide(name))
+    assert relative(result["W"], expected["W"]) < 1e-14  # vegan::kendall.global
+    assert relative(result["chi2"], expected["chi2"]) < 1e-14  # stats::friedman.test
+    assert relative(result["p_chi2"], expected["p"]) < 1e-12
 
 
 def test_hollander_and_wolfe() -> None:
-    found = kendall_w(reference_table("csv/RoundingTimes.csv"), "y", "method", "subject", p="chi2").iloc[0]
-    assert round(found["chi2"], 3) == 11.143
-    assert round(found["p"], 6) == 0.003805
+    result = kendall_w(reference_table("csv/RoundingTimes.csv"), "y", "method", "subject", p="chi2").iloc[0]
+    assert round(result["chi2"], 3) == 11.143
+    assert round(result["p"], 6) == 0.003805
 
 
 @pytest.mark.parametrize(
@@ -52,9 +52,9 @@ def test_the_exact_p_counts_every_order(values: list[list[float]]) -> None:
     observed = spread(ranks)
     orders = [[np.array(each) for each in permutations(row)] for row in ranks[1:]]
     hits = [spread([ranks[0], *rest]) >= observed - 1e-9 for rest in product(*orders)]
-    found = concordance(np.array(values, dtype=float), "exact")
-    assert found["p_kind"] == "exact"
-    assert found["p"] == pytest.approx(np.mean(hits), rel=1e-12)
+    result = concordance(np.array(values, dtype=float), "exact")
+    assert result["p_kind"] == "exact"
+    assert result["p"] == pytest.approx(np.mean(hits), rel=1e-12)
 
 
 def test_shuffled_and_exact_p_agree_and_the_seed_decides() -> None:
@@ -68,10 +68,10 @@ def test_shuffled_and_exact_p_agree_and_the_seed_decides() -> None:
 
 
 def test_too_many_orders_are_said_and_p_is_never_zero() -> None:
-    found = concordance(wide("many"), "exact", 200)
-    assert found["p_kind"] == "permutation"
-    assert found["note"] == "too many orders for an exact p"
-    assert found["p"] == 1 / 201
+    result = concordance(wide("many"), "exact", 200)
+    assert result["p_kind"] == "permutation"
+    assert result["note"] == "too many orders for an exact p"
+    assert result["p"] == 1 / 201
     assert concordance(np.add.outer(np.arange(300.0), np.zeros(400)), "chi2")["p_chi2"] > 0
 
 
@@ -93,8 +93,8 @@ def test_w_and_its_exact_p_are_those_of_friedmans_test() -> None:
 
 
 def test_raters_who_put_all_level_are_said() -> None:
-    found = concordance(np.column_stack(([1.0, 2, 3], [1.0, 2, 3], [5.0, 5, 5])), "exact")
-    assert found["note"].startswith("1 of 3 raters put all targets level")
+    result = concordance(np.column_stack(([1.0, 2, 3], [1.0, 2, 3], [5.0, 5, 5])), "exact")
+    assert result["note"].startswith("1 of 3 raters put all targets level")
     nothing = concordance(np.full((4, 3), 0.3), "auto")
     assert np.isnan(nothing["W"])
     assert np.isnan(nothing["p"])

@@ -18,14 +18,14 @@ def alpha_of(values: np.ndarray, **options: object) -> Alpha:
 
 @pytest.mark.parametrize("name", R["sets"])
 def test_every_number_is_that_of_psych(name: str) -> None:
-    theirs, found = R["sets"][name]["alpha"], alpha_of(wide(name))
+    theirs, result = R["sets"][name]["alpha"], alpha_of(wide(name))
     pairs = [
-        *((found.alpha, theirs["raw_alpha"]), (found.standardised, theirs["std_alpha"])),
-        *((found.average_r, theirs["average_r"]), (found.ci_low, theirs["feldt_low"])),
-        (found.ci_high, theirs["feldt_high"]),
+        *((result.alpha, theirs["raw_alpha"]), (result.standardised, theirs["std_alpha"])),
+        *((result.average_r, theirs["average_r"]), (result.ci_low, theirs["feldt_low"])),
+        (result.ci_high, theirs["feldt_high"]),
     ]
     for column in ("alpha_if_dropped", "item_total", "item_rest", "mean", "sd"):
-        order = found.items.sort_values("item", key=lambda names: names.astype(int))
+        order = result.items.sort_values("item", key=lambda names: names.astype(int))
         pairs += zip(order[column], theirs[column], strict=True)
     assert max(relative(ours, r) for ours, r in pairs) < 1e-12
 
@@ -33,10 +33,10 @@ def test_every_number_is_that_of_psych(name: str) -> None:
 def test_the_reference_of_attitude_and_its_interval() -> None:
     expected = reference_values("r_reference")["attitude_alpha"]
     table = pd.read_csv(reference_path("csv/attitude_wide.csv")).reset_index(names="case")
-    found = cronbach_alpha(table.melt("case", var_name="item", value_name="y"), "y", "item", "case")
-    assert relative(found.alpha, expected["raw_alpha"]) < 1e-14
-    assert relative(found.ci_low, expected["feldt_low"]) < 1e-14
-    assert relative(found.ci_high, expected["feldt_high"]) < 1e-14
+    result = cronbach_alpha(table.melt("case", var_name="item", value_name="y"), "y", "item", "case")
+    assert relative(result.alpha, expected["raw_alpha"]) < 1e-14
+    assert relative(result.ci_low, expected["feldt_low"]) < 1e-14
+    assert relative(result.ci_high, expected["feldt_high"]) < 1e-14
 
 
 @pytest.mark.parametrize(
@@ -58,9 +58,9 @@ def test_a_reversed_item_is_noticed_and_can_be_turned() -> None:
     x = wide("USJudgeRatings")[:, 1:6].copy()
     straight = alpha_of(x)
     x[:, 2] = 10 - x[:, 2]
-    found, turned = alpha_of(x), alpha_of(x, reverse=("2",))
-    assert "runs against the other items" in found.items.loc[2, "note"]
-    assert found.alpha < 0.5
+    result, turned = alpha_of(x), alpha_of(x, reverse=("2",))
+    assert "runs against the other items" in result.items.loc[2, "note"]
+    assert result.alpha < 0.5
     assert turned.alpha == pytest.approx(straight.alpha, rel=1e-13)
     with pytest.raises(UnknownColumn, match="reverse names 'x'"):
         alpha_of(x, reverse=("x",))
@@ -68,12 +68,12 @@ def test_a_reversed_item_is_noticed_and_can_be_turned() -> None:
 
 def test_a_constant_item_has_no_correlations_and_the_rest_is_right() -> None:
     x = np.column_stack((wide("attitude")[:, :3], np.full(30, 0.1)))
-    found = alpha_of(x)
-    assert np.isfinite(found.alpha)
-    assert np.isnan(found.standardised)
-    assert "3 does not vary" in found.note
-    assert np.isnan(found.items.loc[3, "item_rest"])
-    assert found.items.loc[3, "alpha_if_dropped"] == alpha_of(x[:, :3]).alpha
+    result = alpha_of(x)
+    assert np.isfinite(result.alpha)
+    assert np.isnan(result.standardised)
+    assert "3 does not vary" in result.note
+    assert np.isnan(result.items.loc[3, "item_rest"])
+    assert result.items.loc[3, "alpha_if_dropped"] == alpha_of(x[:, :3]).alpha
 
 
 def test_where_nothing_varies_or_all_agree_the_note_says_so() -> None:
@@ -89,8 +89,8 @@ def test_where_nothing_varies_or_all_agree_the_note_says_so() -> None:
 
 def test_cases_of_several_columns_and_gaps() -> None:
     table = long(wide("attitude")).assign(day=lambda t: t["target"].astype(int) % 2, who=lambda t: t["target"])
-    found = cronbach_alpha(table, "y", "rater", ["who", "day"])
-    assert found.alpha == alpha_of(wide("attitude")).alpha
+    result = cronbach_alpha(table, "y", "rater", ["who", "day"])
+    assert result.alpha == alpha_of(wide("attitude")).alpha
     with pytest.raises(IncompleteCells, match="who and day=\\('7', 1\\), rater='3'"):
         gap = table[~((table["target"] == "7") & (table["rater"] == "3"))]
         cronbach_alpha(gap, "y", "rater", ["who", "day"])

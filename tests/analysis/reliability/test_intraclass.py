@@ -24,10 +24,10 @@ TABLES = hnp.arrays(
 )
 
 
-def close_to_r(found: pd.DataFrame, rows: list[dict[str, object]]) -> float:
+def close_to_r(result: pd.DataFrame, rows: list[dict[str, object]]) -> float:
     return max(
         relative(float(ours[column]), float(theirs[key]))
-        for (_, ours), theirs in zip(found.iterrows(), rows, strict=True)
+        for (_, ours), theirs in zip(result.iterrows(), rows, strict=True)
         for column, key in NUMBERS.items()
     )
 
@@ -36,22 +36,22 @@ def close_to_r(found: pd.DataFrame, rows: list[dict[str, object]]) -> float:
 def test_the_shared_sets_give_what_psych_gives(name: str) -> None:
     entry = reference_values("r_reference")[name]
     table = reference_table(f"csv/{entry['csv']}")
-    found = icc(table, "y", "subject", entry["within"][0], aggregate="mean")
-    assert close_to_r(found, entry["icc"]["rows"]) < 1e-12
+    result = icc(table, "y", "subject", entry["within"][0], aggregate="mean")
+    assert close_to_r(result, entry["icc"]["rows"]) < 1e-12
 
 
 @pytest.mark.parametrize("name", R["sets"])
 def test_further_sets_give_what_psych_gives_also_where_it_is_negative(name: str) -> None:
-    found = icc(long(wide(name), int), "y", "target", "rater")
-    assert close_to_r(found, R["sets"][name]["icc"]) < 1e-12
-    assert all(("negative" in note) == (value < 0) for note, value in zip(found["note"], found["ICC"], strict=True))
+    result = icc(long(wide(name), int), "y", "target", "rater")
+    assert close_to_r(result, R["sets"][name]["icc"]) < 1e-12
+    assert all(("negative" in note) == (value < 0) for note, value in zip(result["note"], result["ICC"], strict=True))
 
 
 def test_the_published_example_and_both_families_of_names() -> None:
-    found = icc(reference_table("csv/shrout_fleiss_1979.csv"), "y", "subject", "rater")
-    assert found["ICC"].round(2).tolist() == [0.17, 0.29, 0.71, 0.44, 0.62, 0.91]  # Shrout & Fleiss 1979, table 4
-    assert found["type"].tolist() == ["ICC1", "ICC2", "ICC3", "ICC1k", "ICC2k", "ICC3k"]
-    assert found["name"].tolist() == ["ICC(1)", "ICC(A,1)", "ICC(C,1)", "ICC(k)", "ICC(A,k)", "ICC(C,k)"]
+    result = icc(reference_table("csv/shrout_fleiss_1979.csv"), "y", "subject", "rater")
+    assert result["ICC"].round(2).tolist() == [0.17, 0.29, 0.71, 0.44, 0.62, 0.91]  # Shrout & Fleiss 1979, table 4
+    assert result["type"].tolist() == ["ICC1", "ICC2", "ICC3", "ICC1k", "ICC2k", "ICC3k"]
+    assert result["name"].tolist() == ["ICC(1)", "ICC(A,1)", "ICC(C,1)", "ICC(k)", "ICC(A,k)", "ICC(C,k)"]
 
 
 @pytest.mark.filterwarnings("ignore")  # pingouin's, of what pandas will drop
@@ -92,29 +92,29 @@ def test_extreme_tables_keep_their_digits(how: str) -> None:
         "raters 1e9 apart": x + 1e9 * np.arange(5),
         "times 1e-200": x * 1e-200,
     }[how]
-    found = [each.icc for each in iccs(made)]
-    assert max(relative(ours, float(true)) for ours, true in zip(found, exact(made), strict=True)) < 1e-14
+    result = [each.icc for each in iccs(made)]
+    assert max(relative(ours, float(true)) for ours, true in zip(result, exact(made), strict=True)) < 1e-14
 
 
 def test_constant_ratings_have_no_icc_and_say_so() -> None:
     for value in (0.0, 0.1, 0.3, 100.0):
-        found = icc(long(np.full((5, 4), value)), "y", "target", "rater")
-        assert found[["ICC", "F", "p", "ci_low", "ci_high"]].isna().all(axis=None)
-        assert found["note"].str.startswith("undefined: the targets do not differ").all()
+        result = icc(long(np.full((5, 4), value)), "y", "target", "rater")
+        assert result[["ICC", "F", "p", "ci_low", "ci_high"]].isna().all(axis=None)
+        assert result["note"].str.startswith("undefined: the targets do not differ").all()
 
 
 def test_perfect_agreement_is_one_without_an_interval() -> None:
-    found = icc(long(np.arange(5.0)[:, None] * np.ones((1, 3)) * 0.1), "y", "target", "rater")
-    assert (found["ICC"] == 1).all()
-    assert found[["F", "p", "ci_low", "ci_high"]].isna().all(axis=None)
-    assert found["note"].str.contains("agree exactly").all()
+    result = icc(long(np.arange(5.0)[:, None] * np.ones((1, 3)) * 0.1), "y", "target", "rater")
+    assert (result["ICC"] == 1).all()
+    assert result[["F", "p", "ci_low", "ci_high"]].isna().all(axis=None)
+    assert result["note"].str.contains("agree exactly").all()
 
 
 def test_raters_shifted_by_a_constant_are_consistent_and_do_not_agree() -> None:
-    found = icc(long(np.add.outer([1.0, 2, 4, 8], [0.0, 0.1, 0.3])), "y", "target", "rater").set_index("type")
-    assert found.loc["ICC3", "ICC"] == 1
-    assert 0.99 < found.loc["ICC2", "ICC"] < 1
-    assert np.isfinite(found.loc["ICC1", ["F", "p", "ci_low", "ci_high"]].astype(float)).all()
+    result = icc(long(np.add.outer([1.0, 2, 4, 8], [0.0, 0.1, 0.3])), "y", "target", "rater").set_index("type")
+    assert result.loc["ICC3", "ICC"] == 1
+    assert 0.99 < result.loc["ICC2", "ICC"] < 1
+    assert np.isfinite(result.loc["ICC1", ["F", "p", "ci_low", "ci_high"]].astype(float)).all()
 
 
 @pytest.mark.filterwarnings("ignore")  # pingouin's, of what pandas will drop
@@ -122,20 +122,20 @@ def test_an_estimated_variance_that_is_not_positive_gives_no_number() -> None:
     import pingouin
 
     table = long([[1, 2], [2, 1], [1.4, 1.7]])
-    found = icc(table, "y", "target", "rater").set_index("type")
-    assert np.isnan(found.loc["ICC2k", "ICC"])
-    assert "variance of a rating is not above 0" in found.loc["ICC2k", "note"]
+    result = icc(table, "y", "target", "rater").set_index("type")
+    assert np.isnan(result.loc["ICC2k", "ICC"])
+    assert "variance of a rating is not above 0" in result.loc["ICC2k", "note"]
     theirs = pingouin.intraclass_corr(table, targets="target", raters="rater", ratings="y").set_index("Type")
     assert theirs.loc["ICC(A,k)", "ICC"] > 1  # a reliability above 1, from dividing by a negative variance
 
 
 def test_equal_target_means_are_the_least_reliable_there_is() -> None:
-    found = icc(long([[1, 2, 3], [2, 3, 1], [3, 1, 2]]), "y", "target", "rater").set_index("type")
-    assert found.loc["ICC1", "ICC"] == found.loc["ICC3", "ICC"] == -0.5  # -1 / (k - 1)
-    assert (found["F"] == 0).all()
-    assert (found["p"] == 1).all()
-    assert np.isnan(found.loc["ICC3k", "ICC"])
-    assert found["note"].str.contains("the targets' means are equal").all()
+    result = icc(long([[1, 2, 3], [2, 3, 1], [3, 1, 2]]), "y", "target", "rater").set_index("type")
+    assert result.loc["ICC1", "ICC"] == result.loc["ICC3", "ICC"] == -0.5  # -1 / (k - 1)
+    assert (result["F"] == 0).all()
+    assert (result["p"] == 1).all()
+    assert np.isnan(result.loc["ICC3k", "ICC"])
+    assert result["note"].str.contains("the targets' means are equal").all()
 
 
 def test_what_cannot_be_answered_is_refused_by_name() -> None:

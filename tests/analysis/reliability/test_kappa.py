@@ -20,9 +20,9 @@ WORKED = np.array(  # 10 things, 14 raters, 5 categories: kappa .210 (Wikipedia,
 def test_the_worked_example_and_statsmodels() -> None:
     from statsmodels.stats import inter_rater as rater
 
-    found = fleiss_kappa(WORKED)
-    assert round(found.kappa, 3) == 0.210
-    assert found.kappa == pytest.approx(rater.fleiss_kappa(WORKED), rel=1e-12)
+    result = fleiss_kappa(WORKED)
+    assert round(result.kappa, 3) == 0.210
+    assert result.kappa == pytest.approx(rater.fleiss_kappa(WORKED), rel=1e-12)
 
 
 def test_alpha_is_kappa_but_for_a_small_sample() -> None:
@@ -50,11 +50,11 @@ COHEN = np.array([[44, 5, 1], [7, 20, 3], [9, 5, 6]])  # 100 units, two raters, 
 def test_cohen_s_kappa_its_error_and_interval_are_those_of_statsmodels() -> None:
     from statsmodels.stats import inter_rater as rater
 
-    found, expected = cohen_kappa(COHEN), rater.cohens_kappa(COHEN)
-    assert found.kappa == pytest.approx(expected.kappa, rel=1e-13)
-    assert found.se == pytest.approx(expected.std_kappa, rel=1e-12)
-    assert (found.low, found.high) == pytest.approx((expected.kappa_low, expected.kappa_upp), rel=1e-12)
-    assert (found.agreement, found.units) == (0.7, 100)
+    result, expected = cohen_kappa(COHEN), rater.cohens_kappa(COHEN)
+    assert result.kappa == pytest.approx(expected.kappa, rel=1e-13)
+    assert result.se == pytest.approx(expected.std_kappa, rel=1e-12)
+    assert (result.low, result.high) == pytest.approx((expected.kappa_low, expected.kappa_upp), rel=1e-12)
+    assert (result.agreement, result.units) == (0.7, 100)
 
 
 def test_cohen_s_kappa_where_it_is_one_none_or_refused() -> None:

@@ -32,9 +32,9 @@ TWELVE = np.array(
     ("level", "published"), [("nominal", 0.743), ("ordinal", 0.815), ("interval", 0.849), ("ratio", 0.797)]
 )
 def test_the_published_example_with_gaps(level: str, published: float) -> None:
-    found = krippendorff(TWELVE, level)  # type: ignore[arg-type]
-    assert round(found.alpha, 3) == published
-    assert (found.units, found.raters, found.values, found.missing, found.unpaired) == (11, 4, 40, 7, 1)
+    result = krippendorff(TWELVE, level)  # type: ignore[arg-type]
+    assert round(result.alpha, 3) == published
+    assert (result.units, result.raters, result.values, result.missing, result.unpaired) == (11, 4, 40, 7, 1)
 
 
 def test_the_published_examples_of_two_observers() -> None:
@@ -80,12 +80,12 @@ def test_any_table_gives_what_the_definition_gives(seed: int, level: str) -> Non
     rng = np.random.default_rng(seed)
     x = rng.integers(0, 4, (rng.integers(1, 7), rng.integers(2, 5))).astype(float)
     x[rng.random(x.shape) < 0.3] = NO
-    found, expected = krippendorff(x, level), slow_alpha(x, level)  # type: ignore[arg-type]
+    result, expected = krippendorff(x, level), slow_alpha(x, level)  # type: ignore[arg-type]
     if expected is None:
-        assert np.isnan(found.alpha)
-        assert found.note.startswith("undefined")
+        assert np.isnan(result.alpha)
+        assert result.note.startswith("undefined")
     else:
-        assert found.alpha == pytest.approx(expected, abs=1e-13)
+        assert result.alpha == pytest.approx(expected, abs=1e-13)
 
 
 def test_the_smallest_and_largest_values_have_the_ratios_that_they_have() -> None:
@@ -143,6 +143,6 @@ def test_refusals() -> None:
 def test_nominal_values_may_be_any_labels_and_none_is_missing() -> None:
     table = long(TWELVE)
     names = table.assign(y=table["y"].map({1: "nan", 2: "None", 3: "c", 4: "d", 5: "e"}))
-    found = krippendorff_alpha(names, "y", "target", "rater", "nominal", draws=0)
-    assert found.alpha == krippendorff(TWELVE, "nominal").alpha
-    assert found.missing == 7
+    result = krippendorff_alpha(names, "y", "target", "rater", "nominal", draws=0)
+    assert result.alpha == krippendorff(TWELVE, "nominal").alpha
+    assert result.missing == 7

@@ -43,42 +43,42 @@ def answer(test: str, given: Selected, **settings: Any) -> Answer:
     before = given.table.copy()
     if test == "krippendorff_alpha":
         settings = {"level": "interval"} | settings
-    found = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, **settings}))
+    result = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, **settings}))
     pd.testing.assert_frame_equal(before, given.table)
-    return found
+    return result
 
 
 @pytest.mark.parametrize("test", OWN)
 def test_every_answer_is_plain_values_with_words_for_them(test: str) -> None:
-    found = answer(test, selected())
-    tables = [found.rows, *found.more.values()]
+    result = answer(test, selected())
+    tables = [result.rows, *result.more.values()]
     for row in (row for rows in tables for row in rows):
         for value in row.values():
             assert value is None or type(value) in (float, int, str, bool)
             assert not isinstance(value, float) or math.isfinite(value)
         undefined = [key for key, value in row.items() if value is None and key != "threshold"]
         assert not undefined or row["note"]
-    assert found.participants == 6
-    assert found.values in (60, 180)
-    assert found.headline.endswith(".")
-    assert "nan" not in found.headline
-    assert found.method.endswith(".")
+    assert result.participants == 6
+    assert result.values in (60, 180)
+    assert result.headline.endswith(".")
+    assert "nan" not in result.headline
+    assert result.method.endswith(".")
 
 
 def test_icc_averages_repetitions_and_says_so() -> None:
     given = selected()
-    found = answer("icc", given)
+    result = answer("icc", given)
     rough = given.table[given.table["attribute"] == "rough"]
     means = rough.pivot_table(index="stimulus", columns="participant", values="value", aggfunc="mean").to_numpy()
-    assert [row["ICC"] for row in found.rows] == [each.icc for each in iccs(means)]
-    assert found.notes == ("Each cell is the mean of 2 values.",)
-    assert found.headline.startswith("ICC(A,1) = .")
+    assert [row["ICC"] for row in result.rows] == [each.icc for each in iccs(means)]
+    assert result.notes == ("Each cell is the mean of 2 values.",)
+    assert result.headline.startswith("ICC(A,1) = .")
     assert answer("krippendorff_alpha", given).notes == ("Each cell is the mean of 2 values.",)
     with pytest.raises(
         DataRefused, match="several values of one participant for one stimulus: .*'ordinal' have no mean"
     ):
         answer("krippendorff_alpha", given, level="ordinal")
-    assert "5 × stimulus, 6 × participant" in found.headline
+    assert "5 × stimulus, 6 × participant" in result.headline
 
 
 def test_one_participant_is_refused_by_those_who_compare_people() -> None:
@@ -117,11 +117,11 @@ def test_a_rater_who_reverses_the_scale_has_a_flag() -> None:
     given = selected()
     turned = given.table["participant"] == "P3"
     table = given.table.assign(value=given.table["value"].where(~turned, 100 - given.table["value"]))
-    found = answer("raters", Selected(table, given.trials, given.outcomes, {}, scale=(0, 100)))
-    flagged = {row["participant"] for row in found.rows if row["flagged"]}
+    result = answer("raters", Selected(table, given.trials, given.outcomes, {}, scale=(0, 100)))
+    flagged = {row["participant"] for row in result.rows if row["flagged"]}
     assert flagged == {"P3"}
-    assert "P3" in found.headline
-    assert {row["sign"] for row in found.more["signs"]} >= {"too fast", "retest r"}
+    assert "P3" in result.headline
+    assert {row["sign"] for row in result.more["signs"]} >= {"too fast", "retest r"}
     assert answer("raters", selected(scale=None)).more["signs"] == ()
 
 
@@ -129,12 +129,12 @@ def test_groups_that_share_no_stimulus_are_compared_within_themselves() -> None:
     table = selected().table
     second = table.assign(participant="Q" + table["participant"], stimulus="Q" + table["stimulus"], group="2")
     both = pd.concat([table.assign(group="1"), second], ignore_index=True)
-    found = answer("raters", Selected(both, pd.DataFrame(), ("rough",), {}))
+    result = answer("raters", Selected(both, pd.DataFrame(), ("rough",), {}))
     alone = answer("raters", Selected(table, pd.DataFrame(), ("rough",), {}))
-    assert found.rows[:6] == alone.rows
-    assert {row["missing"] for row in found.rows} == {0}
-    assert "Each cell is the mean of 2 values." in found.notes
-    assert any("within their group" in note for note in found.notes)
+    assert result.rows[:6] == alone.rows
+    assert {row["missing"] for row in result.rows} == {0}
+    assert "Each cell is the mean of 2 values." in result.notes
+    assert any("within their group" in note for note in result.notes)
 
 
 def test_the_seed_of_the_plan_decides_the_draws() -> None:

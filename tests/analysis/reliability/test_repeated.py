@@ -29,7 +29,7 @@ def ask(table: pd.DataFrame, **options: object) -> Retest:
 @pytest.mark.parametrize("name", R["retest"])
 def test_every_number_is_that_of_r(name: str) -> None:
     theirs = R["retest"][name]
-    found = ask(meetings(theirs["first"], theirs["second"])).measures.set_index("measure")
+    result = ask(meetings(theirs["first"], theirs["second"])).measures.set_index("measure")
     agreement, consistency = theirs["icc"][1], theirs["icc"][2]
     expected = {
         "Pearson r": (theirs["r"], theirs["r_low"], theirs["r_high"]),  # cor.test
@@ -38,32 +38,32 @@ def test_every_number_is_that_of_r(name: str) -> None:
         "bias, second - first": (theirs["bias"], theirs["bias_low"], theirs["bias_high"]),  # t.test
     }
     for measure, numbers in expected.items():
-        ours = found.loc[measure, ["value", "ci_low", "ci_high"]]
+        ours = result.loc[measure, ["value", "ci_low", "ci_high"]]
         assert max(relative(a, b) for a, b in zip(ours, numbers, strict=True)) < 1e-12
     sd = theirs["sd_difference"]
     z = 1.959963984540054  # R: qnorm(.975)
-    assert relative(found.loc["SEM, consistency", "value"], sd / np.sqrt(2)) < 1e-14
-    assert relative(found.loc["smallest detectable change, consistency", "value"], z * sd) < 1e-14
-    assert relative(found.loc["upper limit of agreement", "value"], theirs["bias"] + z * sd) < 1e-13
+    assert relative(result.loc["SEM, consistency", "value"], sd / np.sqrt(2)) < 1e-14
+    assert relative(result.loc["smallest detectable change, consistency", "value"], z * sd) < 1e-14
+    assert relative(result.loc["upper limit of agreement", "value"], theirs["bias"] + z * sd) < 1e-13
     difference = np.array(theirs["second"]) - np.array(theirs["first"])
-    assert relative(found.loc["SEM, agreement", "value"], np.sqrt(np.mean(difference**2) / 2)) < 1e-14
+    assert relative(result.loc["SEM, agreement", "value"], np.sqrt(np.mean(difference**2) / 2)) < 1e-14
 
 
 def test_a_constant_shift_is_bias_and_no_error() -> None:
-    found = ask(meetings([1.0, 2, 3, 5, 8, 4], [2.0, 3, 4, 6, 9, 5])).measures.set_index("measure")
-    assert found.loc["ICC(C,1)", "value"] == found.loc["Pearson r", "value"] == 1
-    assert found.loc["bias, second - first", "value"] == 1
-    assert found.loc["SEM, consistency", "value"] == 0
-    assert found.loc["SEM, agreement", "value"] == pytest.approx(np.sqrt(0.5))
-    assert "do not vary" in found.loc["SD of the differences", "note"]
+    result = ask(meetings([1.0, 2, 3, 5, 8, 4], [2.0, 3, 4, 6, 9, 5])).measures.set_index("measure")
+    assert result.loc["ICC(C,1)", "value"] == result.loc["Pearson r", "value"] == 1
+    assert result.loc["bias, second - first", "value"] == 1
+    assert result.loc["SEM, consistency", "value"] == 0
+    assert result.loc["SEM, agreement", "value"] == pytest.approx(np.sqrt(0.5))
+    assert "do not vary" in result.loc["SD of the differences", "note"]
 
 
 def test_third_meetings_and_missing_answers_are_counted() -> None:
     table = meetings([1.0, 2, 3, 5, 8, 4], [2.0, 2, np.nan, 6, 9, 5], [9.0] * 6)
-    found = ask(table)
-    assert (found.further, found.incomplete, len(found.pairs)) == (6, 1, 5)
+    result = ask(table)
+    assert (result.further, result.incomplete, len(result.pairs)) == (6, 1, 5)
     whole = table[(table["trial"] < 200) & ~table["trial"].isin([2, 102])]
-    pd.testing.assert_frame_equal(found.measures, ask(whole).measures, check_exact=True)
+    pd.testing.assert_frame_equal(result.measures, ask(whole).measures, check_exact=True)
 
 
 def test_the_order_column_decides_and_not_the_rows() -> None:
@@ -78,11 +78,11 @@ def test_the_order_column_decides_and_not_the_rows() -> None:
 
 
 def test_each_person_has_a_line() -> None:
-    found = ask(meetings([1.0, 2, 3, 5, 8, 4], [2.0, 3, 5, 6, 9, 3], people=2)).people
-    assert found["who"].tolist() == ["P0", "P1"]
-    assert found["pairs"].tolist() == [3, 3]
-    assert found.loc[0, "bias"] == pytest.approx(4 / 3)
-    assert found.loc[0, "r"] == pytest.approx(np.corrcoef([1, 3, 8], [2, 5, 9])[0, 1])
+    result = ask(meetings([1.0, 2, 3, 5, 8, 4], [2.0, 3, 5, 6, 9, 3], people=2)).people
+    assert result["who"].tolist() == ["P0", "P1"]
+    assert result["pairs"].tolist() == [3, 3]
+    assert result.loc[0, "bias"] == pytest.approx(4 / 3)
+    assert result.loc[0, "r"] == pytest.approx(np.corrcoef([1, 3, 8], [2, 5, 9])[0, 1])
 
 
 def test_refusals() -> None:

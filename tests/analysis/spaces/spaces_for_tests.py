@@ -25,8 +25,8 @@ def attitude() -> pd.DataFrame:
 
 
 def given_set(name: str) -> Dissimilarities:
-    found = in_r()["sets"][name]
-    return dissimilarities_of(pd.DataFrame(found["values"], index=found["labels"], columns=found["labels"]))
+    result = in_r()["sets"][name]
+    return dissimilarities_of(pd.DataFrame(result["values"], index=result["labels"], columns=result["labels"]))
 
 
 def ratings(people: int = 12, stimuli: int = 8, attributes: int = 4, noise: float = 0.7, seed: int = 5) -> pd.DataFrame:

@@ -13,35 +13,35 @@ from tests.analysis.spaces.spaces_for_tests import attitude, in_r
 
 
 def both() -> tuple[pd.DataFrame, pd.DataFrame]:
-    found = in_r()["procrustes"]
-    return pd.DataFrame(found["x"]), pd.DataFrame(found["y"])
+    result = in_r()["procrustes"]
+    return pd.DataFrame(result["x"]), pd.DataFrame(result["y"])
 
 
 @pytest.mark.parametrize("scale", [True, False])
 def test_the_fit_is_that_of_vegan(scale: bool) -> None:
-    found, expected = procrustes(*both(), scale=scale), in_r()["procrustes"]["scaled" if scale else "unscaled"]
-    assert found.squares == pytest.approx(expected["ss"], rel=1e-12)
-    assert found.turn == pytest.approx(np.array(expected["rotation"]), abs=1e-13)
-    assert found.stretch == pytest.approx(expected["scale"], rel=1e-13)
-    assert found.shift == pytest.approx(expected["translation"], abs=1e-9)
-    assert found.fitted.to_numpy() == pytest.approx(np.array(expected["fitted"]), abs=1e-9)
-    assert [found.r, found.m2] == pytest.approx([in_r()["procrustes"]["r"], in_r()["procrustes"]["m2"]], rel=1e-12)
+    result, expected = procrustes(*both(), scale=scale), in_r()["procrustes"]["scaled" if scale else "unscaled"]
+    assert result.squares == pytest.approx(expected["ss"], rel=1e-12)
+    assert result.turn == pytest.approx(np.array(expected["rotation"]), abs=1e-13)
+    assert result.stretch == pytest.approx(expected["scale"], rel=1e-13)
+    assert result.shift == pytest.approx(expected["translation"], abs=1e-9)
+    assert result.fitted.to_numpy() == pytest.approx(np.array(expected["fitted"]), abs=1e-9)
+    assert [result.r, result.m2] == pytest.approx([in_r()["procrustes"]["r"], in_r()["procrustes"]["m2"]], rel=1e-12)
 
 
 def test_the_permutation_test_is_that_of_vegan() -> None:
     target, expected = both()[0], in_r()["procrustes"]["weak"]
-    found = procrustes(target, pd.DataFrame(expected["y"]), draws=9999)
-    assert found.r == pytest.approx(expected["r"], rel=1e-12)
-    assert found.p == pytest.approx(expected["p"], abs=4 * np.sqrt(expected["p"] / 9999))
+    result = procrustes(target, pd.DataFrame(expected["y"]), draws=9999)
+    assert result.r == pytest.approx(expected["r"], rel=1e-12)
+    assert result.p == pytest.approx(expected["p"], abs=4 * np.sqrt(expected["p"] / 9999))
 
 
 def test_few_objects_are_permuted_in_every_way() -> None:
     target, other = (frame.iloc[:5] for frame in both())
-    found = procrustes(target, other, draws=200)
-    assert found.exact
-    assert found.draws == 120
-    assert found.p * 120 == pytest.approx(round(found.p * 120))
-    assert found.p > 0
+    result = procrustes(target, other, draws=200)
+    assert result.exact
+    assert result.draws == 120
+    assert result.p * 120 == pytest.approx(round(result.p * 120))
+    assert result.p > 0
 
 
 def test_a_mirror_image_needs_reflection() -> None:
@@ -79,20 +79,20 @@ def test_what_cannot_be_compared_is_refused() -> None:
 def test_vectors_are_those_of_envfit() -> None:
     expected = in_r()["envfit"]
     points = pd.DataFrame(expected["points"], columns=["Dim1", "Dim2"])
-    found = property_vectors(points, attitude(), draws=4999).set_index("property").loc[in_r()["attitude_columns"]]
-    assert found[["Dim1", "Dim2"]].to_numpy() == pytest.approx(np.array(expected["arrows"]), abs=1e-12)
-    assert found["r2"].tolist() == pytest.approx(expected["r2"], rel=1e-12)
-    assert found["p"].tolist() == pytest.approx(expected["p"], abs=0.002)
+    result = property_vectors(points, attitude(), draws=4999).set_index("property").loc[in_r()["attitude_columns"]]
+    assert result[["Dim1", "Dim2"]].to_numpy() == pytest.approx(np.array(expected["arrows"]), abs=1e-12)
+    assert result["r2"].tolist() == pytest.approx(expected["r2"], rel=1e-12)
+    assert result["p"].tolist() == pytest.approx(expected["p"], abs=0.002)
 
 
 def test_a_vector_points_where_its_property_grows() -> None:
     points = pd.DataFrame(np.random.default_rng(2).normal(size=(12, 2)), columns=["Dim1", "Dim2"])
     properties = pd.DataFrame({"up": points["Dim2"] * 5 + 1e9, "still": 3.0})
-    found = property_vectors(points, properties, draws=99).set_index("property")
-    assert found.loc["up", ["Dim1", "Dim2"]].tolist() == pytest.approx([0, 1], abs=1e-6)
-    assert found.loc["up", "p"] == 1 / 100
-    assert np.isnan(found.loc["still", ["Dim1", "Dim2", "r2", "p", "p_F"]].astype(float)).all()
-    assert "no direction" in found.loc["still", "note"]
+    result = property_vectors(points, properties, draws=99).set_index("property")
+    assert result.loc["up", ["Dim1", "Dim2"]].tolist() == pytest.approx([0, 1], abs=1e-6)
+    assert result.loc["up", "p"] == 1 / 100
+    assert np.isnan(result.loc["still", ["Dim1", "Dim2", "r2", "p", "p_F"]].astype(float)).all()
+    assert "no direction" in result.loc["still", "note"]
     exact = property_vectors(points, properties - [1e9, 0]).set_index("property")
     assert np.isnan(exact.loc["up", "F"])
     assert "without remainder" in exact.loc["up", "note"]

@@ -17,19 +17,19 @@ from tests.examples import examples
 
 @pytest.mark.parametrize("kind", ["covariance", "correlation"])
 def test_components_are_those_of_r(kind: str) -> None:
-    found, expected = pca(attitude(), kind), in_r()["prcomp"][kind]
-    columns = [in_r()["attitude_columns"].index(name) for name in found.directions.index]
+    result, expected = pca(attitude(), kind), in_r()["prcomp"][kind]
+    columns = [in_r()["attitude_columns"].index(name) for name in result.directions.index]
     rotation = np.array(expected["rotation"])[columns]
-    turn = np.sign((rotation * found.directions.to_numpy()).sum(axis=0))
-    assert np.sqrt(found.variances) == pytest.approx(expected["sdev"], rel=1e-13)
-    assert found.directions.to_numpy() == pytest.approx(rotation * turn, abs=1e-12)
-    assert found.scores.to_numpy() == pytest.approx(np.array(expected["scores"]) * turn, abs=1e-11)
+    turn = np.sign((rotation * result.directions.to_numpy()).sum(axis=0))
+    assert np.sqrt(result.variances) == pytest.approx(expected["sdev"], rel=1e-13)
+    assert result.directions.to_numpy() == pytest.approx(rotation * turn, abs=1e-12)
+    assert result.scores.to_numpy() == pytest.approx(np.array(expected["scores"]) * turn, abs=1e-11)
 
 
 def test_loadings_are_correlations_of_attributes_with_scores() -> None:
-    found = pca(attitude())
-    joined = np.corrcoef(attitude()[found.loadings.index], found.scores, rowvar=False)
-    assert found.loadings.to_numpy() == pytest.approx(joined[:7, 7:], abs=1e-12)
+    result = pca(attitude())
+    joined = np.corrcoef(attitude()[result.loadings.index], result.scores, rowvar=False)
+    assert result.loadings.to_numpy() == pytest.approx(joined[:7, 7:], abs=1e-12)
 
 
 def test_the_largest_coefficient_is_positive() -> None:
@@ -90,11 +90,11 @@ def test_parallel_analysis_finds_one_factor_and_none_in_noise() -> None:
 
 def test_shares_have_intervals_over_participants() -> None:
     profiles = gather_profiles(ratings(), "value", "stimulus", "attribute", "participant")
-    found = share_intervals(profiles, draws=400)
-    assert (found["ci_low"] <= found["ci_high"]).all()
-    assert found.loc[0, "ci_low"] < found.loc[0, "share"] + 0.05
+    result = share_intervals(profiles, draws=400)
+    assert (result["ci_low"] <= result["ci_high"]).all()
+    assert result.loc[0, "ci_low"] < result.loc[0, "share"] + 0.05
     mixed = gather_profiles(ratings().sample(frac=1, random_state=1), "value", "stimulus", "attribute", "participant")
-    assert found.equals(share_intervals(mixed, draws=400))
+    assert result.equals(share_intervals(mixed, draws=400))
     alone = gather_profiles(ratings(people=1), "value", "stimulus", "attribute", "participant")
     with pytest.raises(TooFew, match="one participant"):
         share_intervals(alone)

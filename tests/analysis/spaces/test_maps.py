@@ -28,33 +28,33 @@ NAMES = ("value", "stimulus", "attribute", "participant")
 
 @pytest.mark.parametrize("name", SETS)
 def test_the_classical_map_is_that_of_r(name: str) -> None:
-    found, expected = classical_mds(given_set(name)), in_r()["cmdscale"][name]
-    assert found.eigenvalues == pytest.approx(expected["eig"], abs=1e-12 * expected["eig"][0])
-    assert [found.fit_absolute, found.fit_positive] == pytest.approx(expected["GOF"], rel=1e-12)
+    result, expected = classical_mds(given_set(name)), in_r()["cmdscale"][name]
+    assert result.eigenvalues == pytest.approx(expected["eig"], abs=1e-12 * expected["eig"][0])
+    assert [result.fit_absolute, result.fit_positive] == pytest.approx(expected["GOF"], rel=1e-12)
     points = pd.DataFrame(expected["points"], index=in_r()["sets"][name]["labels"])
-    assert procrustes(points, found.points, scale=False).r == pytest.approx(1, abs=1e-12)
-    assert pdist(found.points) == pytest.approx(pdist(points.loc[list(found.points.index)]), rel=1e-9)
+    assert procrustes(points, result.points, scale=False).r == pytest.approx(1, abs=1e-12)
+    assert pdist(result.points) == pytest.approx(pdist(points.loc[list(result.points.index)]), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", SETS)
 @pytest.mark.parametrize("dimensions", [1, 2, 3])
 def test_stress_is_never_above_that_of_r(name: str, dimensions: int) -> None:
     expected = in_r()["stress"][name][dimensions - 1]  # the best of 62 runs of isoMDS and monoMDS
-    found = nonmetric_mds(given_set(name), dimensions, starts=8)
-    assert found.stress <= min(expected["isoMDS"], expected["monoMDS_primary"]) + 1e-6
+    result = nonmetric_mds(given_set(name), dimensions, starts=8)
+    assert result.stress <= min(expected["isoMDS"], expected["monoMDS_primary"]) + 1e-6
 
 
 @pytest.mark.parametrize("name", SETS)
 def test_tied_pairs_may_be_kept_tied(name: str) -> None:
-    found = nonmetric_mds(given_set(name), 2, "secondary", starts=8)
-    assert found.stress <= in_r()["stress"][name][1]["monoMDS_secondary"] + 1e-6
-    tied = found.shepard.groupby("dissimilarity")["disparity"].nunique()
+    result = nonmetric_mds(given_set(name), 2, "secondary", starts=8)
+    assert result.stress <= in_r()["stress"][name][1]["monoMDS_secondary"] + 1e-6
+    tied = result.shepard.groupby("dissimilarity")["disparity"].nunique()
     assert (tied == 1).all()
 
 
 def test_a_map_is_the_same_whatever_the_order_and_unit() -> None:
-    found = in_r()["sets"]["ekman"]
-    frame = pd.DataFrame(found["values"], index=found["labels"], columns=found["labels"])
+    result = in_r()["sets"]["ekman"]
+    frame = pd.DataFrame(result["values"], index=result["labels"], columns=result["labels"])
     mixed = frame.sample(frac=1, random_state=1).sample(frac=1, axis=1, random_state=2)
     numbered = frame.set_axis([int(name) for name in frame], axis=0).set_axis([int(name) for name in frame], axis=1)
     one, two = (nonmetric_mds(dissimilarities_of(each), starts=4) for each in (frame, mixed))
@@ -88,10 +88,10 @@ def test_places_have_all_their_digits_whatever_way_led_there(name: str) -> None:
 
 
 def test_the_shepard_data_give_the_stress() -> None:
-    found = nonmetric_mds(given_set("attitude"), starts=2)
-    pairs = found.shepard
+    result = nonmetric_mds(given_set("attitude"), starts=2)
+    pairs = result.shepard
     squared = ((pairs["distance"] - pairs["disparity"]) ** 2).sum() / (pairs["distance"] ** 2).sum()
-    assert np.sqrt(squared) == pytest.approx(found.stress, rel=1e-12)
+    assert np.sqrt(squared) == pytest.approx(result.stress, rel=1e-12)
     ordered = pairs.sort_values(["dissimilarity", "distance"])
     assert (np.diff(ordered["disparity"]) >= -1e-12).all()
 
@@ -103,10 +103,10 @@ def test_ties_by_rounding_are_ties() -> None:
 
 def test_a_plane_is_found_again() -> None:
     truth = pd.DataFrame(np.random.default_rng(3).normal(size=(20, 2)))
-    found = nonmetric_mds(distances(truth), starts=5)
-    assert found.stress < 1e-4
-    assert procrustes(truth, found.points).r > 0.999
-    assert not found.degenerate
+    result = nonmetric_mds(distances(truth), starts=5)
+    assert result.stress < 1e-4
+    assert procrustes(truth, result.points).r > 0.999
+    assert not result.degenerate
 
 
 def test_a_degenerate_map_says_so() -> None:
@@ -115,9 +115,9 @@ def test_a_degenerate_map_says_so() -> None:
         far[block, block] = 1.0
     far += squareform(np.random.default_rng(1).uniform(0, 0.5, 66))
     np.fill_diagonal(far, 0)
-    found = nonmetric_mds(dissimilarities_of(pd.DataFrame(far)), starts=4)
-    assert found.degenerate
-    assert any("degenerate" in note for note in found.notes)
+    result = nonmetric_mds(dissimilarities_of(pd.DataFrame(far)), starts=4)
+    assert result.degenerate
+    assert any("degenerate" in note for note in result.notes)
     few = nonmetric_mds(distances(pd.DataFrame(np.random.default_rng(1).normal(size=(5, 4)))), starts=4)
     assert "Kruskal & Wish" in " ".join(few.notes)
 
@@ -164,8 +164,8 @@ def test_ratings_of_pairs_become_a_table_in_either_order() -> None:
         [("p", "a", "b", 4), ("p", "c", "a", 6), ("p", "b", "c", 1), ("q", "b", "a", 6), ("p", "a", "a", 9)],
         columns=["participant", "one", "two", "value"],
     )
-    found = pair_dissimilarities(pairs, "value", "one", "two", "participant")
-    assert found.values.tolist() == [[0, 5, 6], [5, 0, 1], [6, 1, 0]]
+    result = pair_dissimilarities(pairs, "value", "one", "two", "participant")
+    assert result.values.tolist() == [[0, 5, 6], [5, 0, 1], [6, 1, 0]]
     turned = pair_dissimilarities(pairs, "value", "two", "one", "participant", "similarity", top=10)
     assert turned.values.tolist() == [[0, 5, 4], [5, 0, 9], [4, 9, 0]]
     with pytest.raises(IncompleteCells, match="'b' and 'c'"):
@@ -191,11 +191,11 @@ def test_ellipses_shrink_with_participants(method: str) -> None:
         profiles = gather_profiles(ratings(people, stimuli=10), *NAMES)
         between = profile_distances(profiles)
         points = (classical_mds(between) if method == "classical" else nonmetric_mds(between, starts=2)).points
-        found = confidence_ellipses(between, points, method, draws=60)
-        assert (found[["x", "y"]].to_numpy() == points.to_numpy()).all()
-        assert found["angle_deg"].between(-90, 90).all()
+        result = confidence_ellipses(between, points, method, draws=60)
+        assert (result[["x", "y"]].to_numpy() == points.to_numpy()).all()
+        assert result["angle_deg"].between(-90, 90).all()
         spread = (points.to_numpy() ** 2).sum() / len(points)
-        areas.append((found["major"] * found["minor"]).mean() / spread)
+        areas.append((result["major"] * result["minor"]).mean() / spread)
     assert areas[1] < 0.5 * areas[0]
 
 
@@ -212,9 +212,9 @@ def test_ellipses_cover_the_true_places() -> None:
         )
         between = profile_distances(gather_profiles(table, *NAMES))
         points = procrustes(target, classical_mds(between).points, scale=False).fitted
-        found = confidence_ellipses(between, points, draws=150)
+        result = confidence_ellipses(between, points, draws=150)
         off = (target - points.to_numpy()).to_numpy()
-        for row, miss in zip(found.itertuples(), off, strict=True):
+        for row, miss in zip(result.itertuples(), off, strict=True):
             covariance = np.array([[row.var_x, row.cov_xy], [row.cov_xy, row.var_y]])
             held.append(miss @ np.linalg.solve(covariance, miss) <= -2 * np.log(0.05))
     assert 0.86 <= np.mean(held) <= 1.0

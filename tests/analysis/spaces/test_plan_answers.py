@@ -29,48 +29,48 @@ def selected(table: pd.DataFrame | None = None) -> Selected:
 def answer(test: str, given: Selected | None = None, **settings: Any) -> Answer:
     kind, given = kinds.TESTS[test], given or selected()
     before = given.table.copy()
-    found = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, **settings}))
+    result = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, **settings}))
     pd.testing.assert_frame_equal(before, given.table)
-    for row in (*found.rows, *(row for rows in found.more.values() for row in rows)):
+    for row in (*result.rows, *(row for rows in result.more.values() for row in rows)):
         for name, value in row.items():
             assert value is None or type(value) in (float, int, str, bool), (name, value)
             assert not isinstance(value, float) or math.isfinite(value), (name, value)
             assert not name.startswith("p") or name not in ("p", "p_F") or value is None or value > 0
-    return found
+    return result
 
 
 def test_components_with_variances_and_loadings() -> None:
-    found = answer("pca", scaled=True)
+    result = answer("pca", scaled=True)
     profiles = gather_profiles(ratings(10, 9), "value", "stimulus", "attribute", "participant")
     expected = pca(profiles.means(), "correlation")
-    assert [row["stimulus"] for row in found.rows] == list(expected.scores.index)
-    assert [row["pc1"] for row in found.rows] == pytest.approx(expected.scores["PC1"].tolist(), rel=1e-9)
-    first = found.more["variances"][0]
+    assert [row["stimulus"] for row in result.rows] == list(expected.scores.index)
+    assert [row["pc1"] for row in result.rows] == pytest.approx(expected.scores["PC1"].tolist(), rel=1e-9)
+    first = result.more["variances"][0]
     assert first["ci_low"] < first["ci_high"]
     assert {"reference_quantile", "kept", "p", "cumulative"} <= set(first)
-    assert found.more["loadings"][0]["attribute"] == "A0"
-    assert "parallel analysis keeps" in found.headline
-    assert (found.participants, found.values) == (10, 360)
+    assert result.more["loadings"][0]["attribute"] == "A0"
+    assert "parallel analysis keeps" in result.headline
+    assert (result.participants, result.values) == (10, 360)
 
 
 def test_a_map_with_all_that_a_figure_needs() -> None:
-    found = answer("mds", replications=40, reference=19, starts=4, scree=3)
-    assert set(found.rows[0]) == {"stimulus", "dim1", "dim2"}
-    ellipse = found.more["ellipses"][0]
+    result = answer("mds", replications=40, reference=19, starts=4, scree=3)
+    assert set(result.rows[0]) == {"stimulus", "dim1", "dim2"}
+    ellipse = result.more["ellipses"][0]
     assert {"stimulus", "centre_1", "centre_2", "semi_major", "semi_minor", "angle_deg"} <= set(ellipse)
-    assert ellipse["centre_1"] == found.rows[0]["dim1"]
-    assert [row["dimensions"] for row in found.more["scree"]] == [1, 2, 3]
-    assert [row["starts"] for row in found.more["scree"]] == [3, 5, 3]  # the map's own is not looked for again
-    assert "19 shuffles" in found.headline
-    assert len(found.more["shepard"]) == 36
-    assert found.headline.startswith("Stress-1 = 0")
+    assert ellipse["centre_1"] == result.rows[0]["dim1"]
+    assert [row["dimensions"] for row in result.more["scree"]] == [1, 2, 3]
+    assert [row["starts"] for row in result.more["scree"]] == [3, 5, 3]  # the map's own is not looked for again
+    assert "19 shuffles" in result.headline
+    assert len(result.more["shepard"]) == 36
+    assert result.headline.startswith("Stress-1 = 0")
 
 
 def test_a_classical_map_of_one_participant_has_no_ellipses_and_says_why() -> None:
     alone = selected(ratings(people=1))
-    found = answer("mds", alone, method="classical")
-    assert "ellipses" not in found.more
-    assert any("one participant" in note for note in found.notes)
+    result = answer("mds", alone, method="classical")
+    assert "ellipses" not in result.more
+    assert any("one participant" in note for note in result.notes)
     assert "ellipses" not in answer("mds", method="classical", dimensions=1).more
 
 
@@ -86,10 +86,10 @@ def test_a_map_from_ratings_of_pairs() -> None:
     ]
     given = Selected(pd.DataFrame(rows), pd.DataFrame(rows), ("similar",), {}, seed=1)
     asked = {"pairs": ["a", "b"], "meaning": "similarity", "top": 10, "method": "classical", "replications": 30}
-    found = answer("mds", given, **asked)
-    assert len(found.rows) == 6
-    assert "10 - mean similarity" in found.method
-    assert len(found.more["ellipses"]) == 6
+    result = answer("mds", given, **asked)
+    assert len(result.rows) == 6
+    assert "10 - mean similarity" in result.method
+    assert len(result.more["ellipses"]) == 6
     with pytest.raises(DataRefused, match="one outcome"):
         answer("mds", replace(given, outcomes=("similar", "other")), **asked)
     with pytest.raises(DataRefused, match="no column 'c'"):
@@ -97,12 +97,12 @@ def test_a_map_from_ratings_of_pairs() -> None:
 
 
 def test_groups_are_compared_in_pairs() -> None:
-    found = answer("procrustes")
-    (row,) = found.rows
+    result = answer("procrustes")
+    (row,) = result.rows
     assert (row["group_a"], row["group_b"], row["participants_a"], row["stimuli"]) == ("1", "2", 5, 9)
     assert row["r"] > 0.8
     assert row["p"] == 1 / 100
-    assert len(found.more["residuals"]) == 9
+    assert len(result.more["residuals"]) == 9
     with pytest.raises(TooFew, match="one level"):
         answer("procrustes", replace(selected(), table=selected().table.assign(group="1")))
     with pytest.raises(DataRefused, match="several levels"):
@@ -124,11 +124,11 @@ def test_halves_tell_how_reliable_a_map_is() -> None:
 
 @pytest.mark.parametrize("on", ["classical", "nonmetric", "pca"])
 def test_attributes_are_directions_in_the_map(on: str) -> None:
-    found = answer("vectors", on=on, starts=3)
-    assert [row["attribute"] for row in found.rows] == ["A0", "A1", "A2", "A3"]
-    assert {"direction_1", "direction_2", "r2", "p", "note"} <= set(found.rows[0])
-    assert found.rows[0]["direction_1"] ** 2 + found.rows[0]["direction_2"] ** 2 == pytest.approx(1)
-    assert "configuration" in found.more
+    result = answer("vectors", on=on, starts=3)
+    assert [row["attribute"] for row in result.rows] == ["A0", "A1", "A2", "A3"]
+    assert {"direction_1", "direction_2", "r2", "p", "note"} <= set(result.rows[0])
+    assert result.rows[0]["direction_1"] ** 2 + result.rows[0]["direction_2"] ** 2 == pytest.approx(1)
+    assert "configuration" in result.more
 
 
 def test_the_vectors_map_is_the_map() -> None:

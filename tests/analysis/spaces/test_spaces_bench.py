@@ -19,5 +19,5 @@ def test_ours_is_right(case: Case) -> None:
 
 
 def test_each_figure_has_another_implementation_beside_ours() -> None:
-    found = {(case.case, case.input) for case in cases(quick=True) if not case.method.startswith("palpate")}
-    assert {(case.case, case.input) for case in OURS} == found
+    result = {(case.case, case.input) for case in cases(quick=True) if not case.method.startswith("palpate")}
+    assert {(case.case, case.input) for case in OURS} == result

@@ -24,9 +24,9 @@ NAMES = {  # reference name -> our column
 }
 
 
-def relative_error(found: float, expected: float) -> float:
+def relative_error(result: float, expected: float) -> float:
     """|found - expected| / |expected|; the absolute error where the expected value is 0."""
-    return abs(found - expected) / (abs(expected) or 1.0)
+    return abs(result - expected) / (abs(expected) or 1.0)
 
 
 def long_table(cells: NDArray[np.float64], label: type = str) -> pd.DataFrame:
@@ -46,9 +46,9 @@ def same(a: pd.DataFrame, b: pd.DataFrame) -> bool:
 def rated_table() -> pd.DataFrame:
     """8 participants who rated 3 cars in 2 variants each, labels as text."""
     cells = np.round(np.random.default_rng(6).normal(5, 2, (8, 3, 2)), 1)
-    found = long_table(cells).rename(columns={"A": "car", "B": "variant", "subject": "participant"})
-    found["participant"] = "P00" + found["participant"]
-    return found.assign(car=found["car"].map({"0": "BC3", "1": "FORD", "2": "G90"}))
+    result = long_table(cells).rename(columns={"A": "car", "B": "variant", "subject": "participant"})
+    result["participant"] = "P00" + result["participant"]
+    return result.assign(car=result["car"].map({"0": "BC3", "1": "FORD", "2": "G90"}))
 
 
 def tell(table: pd.DataFrame, error: type[StatisticsError], **options: object) -> str:

@@ -54,8 +54,8 @@ def test_undefined_statistics_have_a_reason(name: str) -> None:
     assert all(math.isnan(row[column]) for column in ("F", "p_unc", "p_GG_corr", "p_HF_corr", "eps"))
     for key in ("SS", "SS_error", "pes", "ges"):
         expected = EXACT[name][key]
-        found = row[NAMES[key]]
-        assert math.isnan(found) if expected is None else found == pytest.approx(float(expected), rel=1e-15)
+        result = row[NAMES[key]]
+        assert math.isnan(result) if expected is None else result == pytest.approx(float(expected), rel=1e-15)
     assert "undefined" in apa_f(row)
     assert "nan" not in apa_f(row)
 
@@ -105,11 +105,11 @@ def test_a_residual_of_2_units_in_the_last_place_is_rounding() -> None:
     assert 1.5 * 2.0**-53 < math.sqrt(row["SS_error"] / cells.size) < 2.5 * 2.0**-53
     assert "rounding level" in row["note"]
     assert "rounding level" in anova(long_table(cells), "y", "A").iloc[0]["note"]
-    found = [
+    result = [
         *pairwise_tests(long_table(cells), "y", within="A", subject="subject")["note"],
         *pairwise_tests(long_table(cells), "y", between="A")["note"],
     ]
-    assert all("rounding level" in note for note in found)
+    assert all("rounding level" in note for note in result)
 
 
 def test_t_tests_and_groups_take_20_units_in_the_last_place_for_variation() -> None:

@@ -72,17 +72,17 @@ def test_unusual_labels(labels: list[object]) -> None:
     cells = np.round(np.random.default_rng(2).normal(size=(8, 2)), 2)
     table = long_table(cells, int)
     odd = table.assign(A=pd.Series([labels[i] for i in table["A"]], dtype=object))
-    found, plain = rm_anova(odd, "y", "A", "subject"), rm_anova(table, "y", "A", "subject")
-    assert found["F"].iloc[0] == pytest.approx(plain["F"].iloc[0], rel=1e-13)
+    result, plain = rm_anova(odd, "y", "A", "subject"), rm_anova(table, "y", "A", "subject")
+    assert result["F"].iloc[0] == pytest.approx(plain["F"].iloc[0], rel=1e-13)
 
 
 def test_equal_labels_of_different_types_are_one_label_in_every_order_of_rows() -> None:
     groups = pd.Series([1, 1.0, np.int64(1), 2.0, 2, 2], dtype=object)
     table = pd.DataFrame({"g": groups, "y": [1.0, 2.0, 4.0, 2.0, 5.0, 9.0]})
-    found = [anova(rows, "y", "g") for rows in (table, table.iloc[::-1])]
-    assert same(*found)
-    assert [list(map(repr, table.attrs["group_sizes"])) for table in found] == [["1.0", "2.0"]] * 2
-    assert found[0].attrs["group_sizes"] == {1: 3, 2: 3}
+    result = [anova(rows, "y", "g") for rows in (table, table.iloc[::-1])]
+    assert same(*result)
+    assert [list(map(repr, table.attrs["group_sizes"])) for table in result] == [["1.0", "2.0"]] * 2
+    assert result[0].attrs["group_sizes"] == {1: 3, 2: 3}
 
 
 @pytest.mark.parametrize(
@@ -168,18 +168,18 @@ def test_a_result_can_be_changed_without_changing_the_next() -> None:
 
 def test_a_result_is_an_ordinary_table() -> None:
     """It is put together from blocks; the usual constructor, and what is done with a table, must see no difference."""
-    found = rm_anova(long_table(np.random.default_rng(1).normal(size=(6, 3, 2))), "y", ["A", "B"], "subject")
-    usual = pd.DataFrame({name: found[name].tolist() for name in found.columns})
-    assert same(found, usual)
-    assert found.index.equals(usual.index)
-    assert same(pickle.loads(pickle.dumps(found)), usual)
-    assert same(pd.concat([found, found], ignore_index=True), pd.concat([usual, usual], ignore_index=True))
-    for table in (found, usual):
+    result = rm_anova(long_table(np.random.default_rng(1).normal(size=(6, 3, 2))), "y", ["A", "B"], "subject")
+    usual = pd.DataFrame({name: result[name].tolist() for name in result.columns})
+    assert same(result, usual)
+    assert result.index.equals(usual.index)
+    assert same(pickle.loads(pickle.dumps(result)), usual)
+    assert same(pd.concat([result, result], ignore_index=True), pd.concat([usual, usual], ignore_index=True))
+    for table in (result, usual):
         table["F"] = 1.0
         table.insert(0, "attribute", "soft")
         table.loc[table["Source"] == "A", ["ddof1", "SS"]] = 7
         del table["note"]
-    assert same(found.sort_values("p_unc").T, usual.sort_values("p_unc").T)
+    assert same(result.sort_values("p_unc").T, usual.sort_values("p_unc").T)
 
 
 def test_the_callers_table_is_not_changed() -> None:

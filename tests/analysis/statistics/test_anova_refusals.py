@@ -41,10 +41,10 @@ def test_at_most_five_missing_cells_are_named(table: pd.DataFrame) -> None:
 
 def test_listwise_leaves_out_and_tells(table: pd.DataFrame) -> None:
     gaps = table.drop(index=[1, 20])
-    found = rm_anova(gaps, "y", ["car", "variant"], "participant", missing="listwise")
-    assert found.attrs == {"participants": 6, "dropped": ["P000", "P003"]}
+    result = rm_anova(gaps, "y", ["car", "variant"], "participant", missing="listwise")
+    assert result.attrs == {"participants": 6, "dropped": ["P000", "P003"]}
     whole = table[~table["participant"].isin(["P000", "P003"])]
-    assert same(found, rm_anova(whole, "y", ["car", "variant"], "participant"))
+    assert same(result, rm_anova(whole, "y", ["car", "variant"], "participant"))
 
 
 def test_listwise_that_leaves_too_few(table: pd.DataFrame) -> None:
@@ -63,22 +63,22 @@ def test_a_duplicated_cell_is_named(table: pd.DataFrame) -> None:
 
 def test_a_factor_left_out_is_averaged_over_only_when_asked(table: pd.DataFrame) -> None:
     assert "and 19 more" in tell(table, DuplicatedCells, within="car")
-    found = rm_anova(table, "y", "car", "participant", aggregate="mean")
-    assert found.attrs == {"participants": 8, "dropped": [], "ratings_per_cell": (2, 2)}
+    result = rm_anova(table, "y", "car", "participant", aggregate="mean")
+    assert result.attrs == {"participants": 8, "dropped": [], "ratings_per_cell": (2, 2)}
     means = table.groupby(["participant", "car"])["y"].mean().reset_index()
-    pd.testing.assert_frame_equal(found, rm_anova(means, "y", "car", "participant"), rtol=1e-12)
+    pd.testing.assert_frame_equal(result, rm_anova(means, "y", "car", "participant"), rtol=1e-12)
 
 
 def test_unequal_averages_are_told(table: pd.DataFrame) -> None:
-    found = rm_anova(table.drop(index=[3]), "y", "car", "participant", aggregate="mean")
-    assert found.attrs["ratings_per_cell"] == (1, 2)
+    result = rm_anova(table.drop(index=[3]), "y", "car", "participant", aggregate="mean")
+    assert result.attrs["ratings_per_cell"] == (1, 2)
 
 
 def test_a_missing_value_among_repetitions_is_no_average(table: pd.DataFrame) -> None:
     gap = table.assign(y=table["y"].mask(table.index == 3))
     assert "1 cell missing" in tell(gap, IncompleteCells, within="car", aggregate="mean")
-    found = rm_anova(gap, "y", "car", "participant", aggregate="mean", missing="listwise")
-    assert found.attrs["dropped"] == ["P000"]
+    result = rm_anova(gap, "y", "car", "participant", aggregate="mean", missing="listwise")
+    assert result.attrs["dropped"] == ["P000"]
 
 
 @pytest.mark.parametrize("value", [np.inf, -np.inf])
@@ -102,8 +102,8 @@ def test_effects_of_one_name_are_refused(table: pd.DataFrame) -> None:
     )
     numbered = three.rename(columns={"a": 1, "b": "1"})
     assert "have the same name: '1'" in tell(numbered, UnknownColumn, within=[1, "1"], aggregate="mean")
-    found = rm_anova(three.rename(columns={"a:b": "c"}), "y", ["a", "b", "c"], "participant")
-    assert found["Source"].is_unique
+    result = rm_anova(three.rename(columns={"a:b": "c"}), "y", ["a", "b", "c"], "participant")
+    assert result["Source"].is_unique
 
 
 def test_columns_are_found_by_their_whole_name(table: pd.DataFrame) -> None:
@@ -168,9 +168,9 @@ def test_between_groups_counts_no_participant_twice(table: pd.DataFrame) -> None
     grouped = table.assign(group=table["participant"].map(lambda p: "odd" if int(p[-1]) % 2 else "even"))
     with pytest.raises(DuplicatedCells, match=r"'P000' \(6 values\)"):
         anova(grouped, "y", "group", subject="participant")
-    found = anova(grouped, "y", "group", subject="participant", aggregate="mean")
-    assert found["ddof2"].tolist() == [6]
-    assert found.attrs == {"group_sizes": {"even": 4, "odd": 4}, "dropped": [], "ratings_per_cell": (6, 6)}
+    result = anova(grouped, "y", "group", subject="participant", aggregate="mean")
+    assert result["ddof2"].tolist() == [6]
+    assert result.attrs == {"group_sizes": {"even": 4, "odd": 4}, "dropped": [], "ratings_per_cell": (6, 6)}
     gap = grouped.assign(y=grouped["y"].mask(grouped.index == 0))
     with pytest.raises(IncompleteCells, match="for P000;"):
         anova(gap, "y", "group", subject="participant", aggregate="mean")

@@ -35,19 +35,19 @@ PF = 1e-6  # R's pf with ncp stops at an error of 1e-9 in the probability
 def test_eta_squared_against_r(case: dict) -> None:
     f, df1, df2, level = (case[key] for key in ("F", "df1", "df2", "confidence"))
     np.testing.assert_allclose(f_noncentrality(f, df1, df2, level), case["nc"], rtol=PF, atol=PF)
-    found = eta_squared_interval(f, df1, df2, confidence=level)
-    np.testing.assert_allclose(found, case["effectsize"], rtol=PF, atol=PF)
+    result = eta_squared_interval(f, df1, df2, confidence=level)
+    np.testing.assert_allclose(result, case["effectsize"], rtol=PF, atol=PF)
     mbess = eta_squared_interval(f, df1, df2, confidence=level, added=df1 + 1)
     np.testing.assert_allclose(mbess, case["mbess"], rtol=PF, atol=PF)
 
 
 def test_dz_and_g_against_r() -> None:
     for case in R["dz"]:
-        found = dz_interval(case["dz"], case["n"], confidence=case["confidence"])
-        np.testing.assert_allclose(found, case["limits"], rtol=1e-8)
+        result = dz_interval(case["dz"], case["n"], confidence=case["confidence"])
+        np.testing.assert_allclose(result, case["limits"], rtol=1e-8)
     for case in R["g"]:
-        found = hedges_interval(case["g"], case["n1"], case["n2"], confidence=case["confidence"])
-        np.testing.assert_allclose(found, case["limits"], rtol=1e-8)
+        result = hedges_interval(case["g"], case["n1"], case["n2"], confidence=case["confidence"])
+        np.testing.assert_allclose(result, case["limits"], rtol=1e-8)
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -74,9 +74,9 @@ def test_t_at_any_size(t: float, df: int) -> None:
 
 def test_t_against_r() -> None:
     # R 4.2.2: pt(1.3, 1, 2), pt(-3, 2, -4.5), pt(7, 11, 9), pt(20, 400, 19)
-    found = [t_chance(1.3, 1, 2), t_chance(-3, 2, -4.5), t_chance(7, 11, 9), t_chance(20, 400, 19)]
+    result = [t_chance(1.3, 1, 2), t_chance(-3, 2, -4.5), t_chance(7, 11, 9), t_chance(20, 400, 19)]
     expected = [0.21776225440245228, 0.85647474002390045, 0.11503322703572329, 0.78987170267891094]
-    np.testing.assert_allclose(found, expected, rtol=1e-11)
+    np.testing.assert_allclose(result, expected, rtol=1e-11)
 
 
 def test_a_90_percent_interval_leaves_out_zero_where_p_is_below_5_percent() -> None:
@@ -87,10 +87,10 @@ def test_a_90_percent_interval_leaves_out_zero_where_p_is_below_5_percent() -> N
 
 def test_every_kind_of_table() -> None:
     table = design(UNEQUAL)
-    found = mixed_anova(table, "y", within=["A", "B"], between=["g", "h"], subject="subject")
+    result = mixed_anova(table, "y", within=["A", "B"], between=["g", "h"], subject="subject")
     for correction in ("none", "GG"):
-        limits = eta_squared_intervals(found, correction=correction)
-        assert limits["Source"].tolist() == found["Source"].tolist()
+        limits = eta_squared_intervals(result, correction=correction)
+        assert limits["Source"].tolist() == result["Source"].tolist()
         for name in ("np2", "ng2"):
             assert ((limits[f"{name}_low"] <= limits[name]) & (limits[name] <= limits[f"{name}_high"])).sum() >= 10
             assert limits[[f"{name}_low", f"{name}_high"]].stack().between(0, 1).all()
@@ -100,11 +100,11 @@ def test_every_kind_of_table() -> None:
 
 def test_generalized_limits_keep_the_ratio_of_errors() -> None:
     row = rm_anova(reference_table("csv/md_15.1.csv"), "y", "time", "subject")
-    found = eta_squared_intervals(row).iloc[0]
-    odds = {name: value / (1 - value) for name, value in found.items() if name not in ("Source", "note")}
+    result = eta_squared_intervals(row).iloc[0]
+    odds = {name: value / (1 - value) for name, value in result.items() if name not in ("Source", "note")}
     for end in ("_low", "_high"):
         assert odds[f"np2{end}"] / odds[f"ng2{end}"] == pytest.approx(odds["np2"] / odds["ng2"], rel=1e-12)
-    assert found["ng2_low"] < found["ng2"] < found["ng2_high"]
+    assert result["ng2_low"] < result["ng2"] < result["ng2_high"]
 
 
 def test_undefined_and_extreme() -> None:
@@ -124,9 +124,9 @@ def test_undefined_and_extreme() -> None:
 
 def test_pairs_have_the_interval_of_their_effect_size() -> None:
     table = reference_table("csv/md_15.1.csv")
-    found = pairwise_tests(table, "y", within="time", subject="subject", effect_interval=0.95)
-    assert list(found.columns)[-4:] == ["dz", "dz_low", "dz_high", "note"]
-    assert ((found["p_unc"] < 0.05) == (found["dz_low"] * found["dz_high"] > 0)).all()
+    result = pairwise_tests(table, "y", within="time", subject="subject", effect_interval=0.95)
+    assert list(result.columns)[-4:] == ["dz", "dz_low", "dz_high", "note"]
+    assert ((result["p_unc"] < 0.05) == (result["dz_low"] * result["dz_high"] > 0)).all()
     between = pairwise_tests(table, "y", between="time", effect_interval=0.9)
     assert list(between.columns)[-3:] == ["hedges_low", "hedges_high", "note"]
     flat = pairwise_tests(long_table(np.full((4, 2), 7.0)), "y", within="A", subject="subject", effect_interval=0.95)
@@ -137,8 +137,8 @@ def test_an_estimate_above_its_own_interval_is_told() -> None:
     """F(28, 532) = 0.5988 with epsilon 0.4262: eta squared .0306, R's noncentral F: 0 to .0184."""
     row = {"Source": "a", "F": 0.598818760187415, "ddof1": 28, "ddof2": 532, "np2": 0.030553818957897685}
     row |= {"ng2": 0.015021162425791079, "eps": 0.42620488412587, "note": ""}
-    found = eta_squared_intervals(pd.DataFrame([row]), correction="GG").iloc[0]
-    assert found["np2_low"] == 0 < found["np2_high"] == pytest.approx(0.0184382606670012, rel=1e-6)
-    assert found["note"].startswith("eta squared lies above its own interval")
+    result = eta_squared_intervals(pd.DataFrame([row]), correction="GG").iloc[0]
+    assert result["np2_low"] == 0 < result["np2_high"] == pytest.approx(0.0184382606670012, rel=1e-6)
+    assert result["note"].startswith("eta squared lies above its own interval")
     ordinary = eta_squared_intervals(pd.DataFrame([row | {"F": 2.0, "np2": 56 / 588}]), correction="GG").iloc[0]
     assert ordinary["note"] == ""

@@ -24,11 +24,11 @@ EDGE = reference_values("edge_cases_exact")
 NAMES = {"SS": "ss", "SS_error": "ss_error", "F": "f", "GG_eps": "eps", "pes": "np2", "ges": "ng2"}
 
 
-def agree(found: Fraction | None, expected: Any) -> bool:
+def agree(result: Fraction | None, expected: Any) -> bool:
     if expected is None:
-        return found is None
+        return result is None
     value = Fraction(Decimal(expected))
-    return found is not None and abs(found - value) <= abs(value) * Fraction(1, 10**24)
+    return result is not None and abs(result - value) <= abs(value) * Fraction(1, 10**24)
 
 
 @pytest.mark.parametrize("name", edge_cases())

@@ -43,9 +43,9 @@ def test_a_huge_effect_costs_the_others_no_digit(column: str) -> None:
     """1e9 between participants, groups or conditions: exact fractions on the same doubles agree."""
     table = design(UNEQUAL)
     place = pd.factorize(table[column])[0]
-    found = self_check(table.assign(y=(10 * table["y"]).round() + 1e9 * place), "y", **ASKED)
-    assert found["checked"].all()
-    assert found["difference"].max() < 1e-13
+    result = self_check(table.assign(y=(10 * table["y"]).round() + 1e9 * place), "y", **ASKED)
+    assert result["checked"].all()
+    assert result["difference"].max() < 1e-13
 
 
 def test_against_the_tests_it_contains() -> None:
@@ -82,17 +82,17 @@ def test_the_unit_changes_no_f(exponent: int, seed: int) -> None:
 def test_rows_that_are_nobodys_may_come_in_any_order() -> None:
     table = design(UNEQUAL, k=(1, 1))
     for kind in ("II", "III"):
-        found = [mixed_anova(t, "y", between=["g", "h"], sum_of_squares=kind) for t in (table, table.iloc[::-1])]
-        assert same(*found)
+        result = [mixed_anova(t, "y", between=["g", "h"], sum_of_squares=kind) for t in (table, table.iloc[::-1])]
+        assert same(*result)
 
 
 def test_the_names_of_groups_and_effects() -> None:
-    found = result(design(UNEQUAL))
-    assert found["Source"].tolist()[:6] == ["g", "h", "g:h", "A", "g:A", "h:A"]
-    assert found["d"].tolist()[:4] == [1, 1, 1, 2]
-    assert found.attrs["group_sizes"]["'g' = 'u' and 'h' = 'm'"] == 5
-    assert "Greenhouse" not in apa_f(found.iloc[0])
-    assert "Greenhouse" in apa_f(found.iloc[3])
+    answer = result(design(UNEQUAL))
+    assert answer["Source"].tolist()[:6] == ["g", "h", "g:h", "A", "g:A", "h:A"]
+    assert answer["d"].tolist()[:4] == [1, 1, 1, 2]
+    assert answer.attrs["group_sizes"]["'g' = 'u' and 'h' = 'm'"] == 5
+    assert "Greenhouse" not in apa_f(answer.iloc[0])
+    assert "Greenhouse" in apa_f(answer.iloc[3])
     three = design({("u", "f"): 3, ("v", "f"): 4, ("w", "f"): 3})
     between = mixed_anova(three, "y", within=["A", "B"], between="g", subject="subject").iloc[0]
     assert (between["ddof1"], between["eps"]) == (2, 1.0)
@@ -116,16 +116,16 @@ def test_more_groups_than_are_solved_in_integers() -> None:
 def test_no_residual_is_no_f() -> None:
     table = design(UNEQUAL)
     for values in (0.3, 100.0, (table["g"] == "u") * 0.1 + (table["A"] == "a1") * 0.3):
-        found = result(table.assign(y=values))
-        assert found[["F", "p_unc", "p_GG_corr"]].isna().all(axis=None)
-        assert found["note"].str.startswith("F is undefined").all()
+        answer = result(table.assign(y=values))
+        assert answer[["F", "p_unc", "p_GG_corr"]].isna().all(axis=None)
+        assert answer["note"].str.startswith("F is undefined").all()
 
 
 def test_fewer_participants_than_contrasts() -> None:
-    found = mixed_anova(
+    result = mixed_anova(
         design({("u", "f"): 3, ("v", "f"): 2}, k=(6, 1)), "y", within="A", between="g", subject="subject"
     )
-    row = found.set_index("Source").loc["A"]
+    row = result.set_index("Source").loc["A"]
     assert np.isnan(row["eps_HF"])
     assert 0 < row["p_GG_corr"] < 1
     assert "Huynh-Feldt is undefined" in row["note"]
@@ -164,9 +164,9 @@ def test_what_is_refused(said: str, change: Callable[[pd.DataFrame], pd.DataFram
 
 def test_listwise_leaves_participants_out_of_their_group() -> None:
     table = design(UNEQUAL)
-    found = result(table.iloc[1:], missing="listwise")
-    assert found.attrs["dropped"] == ["uf0"]
-    np.testing.assert_array_equal(found["F"], result(table[table["subject"] != "uf0"])["F"])
+    answer = result(table.iloc[1:], missing="listwise")
+    assert answer.attrs["dropped"] == ["uf0"]
+    np.testing.assert_array_equal(answer["F"], result(table[table["subject"] != "uf0"])["F"])
 
 
 def test_labels_that_programs_lose() -> None:

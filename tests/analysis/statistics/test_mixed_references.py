@@ -17,23 +17,23 @@ SHIPPED = {name: entry for name, entry in reference_values("r_reference").items(
 OWN = [(name, kind) for name, entry in R["anova"].items() for kind in (("II", "III") if entry["between"] else ("III",))]
 
 
-def check(found: pd.DataFrame, effects: dict[str, Any]) -> None:
-    assert list(found.index) == list(effects)
+def check(result: pd.DataFrame, effects: dict[str, Any]) -> None:
+    assert list(result.index) == list(effects)
     for effect, values in effects.items():
         compared = {key: column for key, column in NAMES.items() if values.get(key) is not None}
         assert {"SS", "SS_error", "F", "p", "pes", "ges"} <= set(compared)
         for key, column in compared.items():
-            assert relative_error(found.at[effect, column], values[key]) < 1e-12, (effect, column)
+            assert relative_error(result.at[effect, column], values[key]) < 1e-12, (effect, column)
         if "HF_eps_raw" in values:
-            assert relative_error(found.at[effect, "eps_HF"], min(1.0, values["HF_eps_raw"])) < 1e-12
+            assert relative_error(result.at[effect, "eps_HF"], min(1.0, values["HF_eps_raw"])) < 1e-12
 
 
-def check_sphericity(found: pd.DataFrame, effects: dict[str, Any]) -> None:
-    tested = [effect for effect, values in effects.items() if "mauchly_W" in values and effect in found.index]
-    assert tested == list(found.index)
+def check_sphericity(result: pd.DataFrame, effects: dict[str, Any]) -> None:
+    tested = [effect for effect, values in effects.items() if "mauchly_W" in values and effect in result.index]
+    assert tested == list(result.index)
     for effect in tested:
-        assert relative_error(found.at[effect, "W"], effects[effect]["mauchly_W"]) < 1e-12
-        assert relative_error(found.at[effect, "p"], effects[effect]["mauchly_p"]) < 1e-12
+        assert relative_error(result.at[effect, "W"], effects[effect]["mauchly_W"]) < 1e-12
+        assert relative_error(result.at[effect, "p"], effects[effect]["mauchly_p"]) < 1e-12
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -67,9 +67,9 @@ def test_sets_made_for_this_test(name: str, kind: Any) -> None:
 
 def test_three_factors_within_by_the_call_for_repeated_measures() -> None:
     entry = R["anova"]["within_2x3x4"]
-    found = rm_anova(r_table(entry["csv"]), "y", entry["within"], "subject").set_index("Source")
-    assert len(found) == 7
-    check(found, entry["type3"])
+    result = rm_anova(r_table(entry["csv"]), "y", entry["within"], "subject").set_index("Source")
+    assert len(result) == 7
+    check(result, entry["type3"])
 
 
 def test_the_two_types_differ_where_groups_do() -> None:

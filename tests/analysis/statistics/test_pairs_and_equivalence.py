@@ -30,9 +30,9 @@ def test_families_against_r() -> None:
 def test_a_family_larger_than_its_pairs() -> None:
     asked: dict[str, Any] = {"within": "time", "subject": "subject"}
     plain = pairwise_tests(MD, "y", **asked)["p_unc"]
-    found = pairwise_tests(MD, "y", padjust="bonf", family=20, **asked)
-    np.testing.assert_allclose(found["p_corr"], np.minimum(1, 20 * plain), rtol=1e-15)
-    assert found.attrs["family"] == 20
+    result = pairwise_tests(MD, "y", padjust="bonf", family=20, **asked)
+    np.testing.assert_allclose(result["p_corr"], np.minimum(1, 20 * plain), rtol=1e-15)
+    assert result.attrs["family"] == 20
     same = pairwise_tests(MD, "y", padjust="holm", family=6, **asked)
     assert same["p_corr"].tolist() == pairwise_tests(MD, "y", padjust="holm", **asked)["p_corr"].tolist()
 
@@ -57,8 +57,8 @@ def check(row: pd.Series, expected: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(("name", "asked"), [("paired", {"bounds": (-10, 8)}), ("paired_dz", {"bounds_dz": 0.5})])
 def test_paired_against_r(name: str, asked: dict[str, Any]) -> None:
-    found = equivalence_tests(MD, "y", within="time", subject="subject", **asked).set_index(["A", "B"])
-    check(found.loc[("m30", "m36")], R["equivalence"][name])
+    result = equivalence_tests(MD, "y", within="time", subject="subject", **asked).set_index(["A", "B"])
+    check(result.loc[("m30", "m36")], R["equivalence"][name])
 
 
 @pytest.mark.parametrize(
@@ -74,8 +74,8 @@ def test_two_groups_against_r(name: str, asked: dict[str, Any]) -> None:
 def test_a_narrow_difference_is_equivalent_and_a_wide_one_is_not() -> None:
     rng = np.random.Generator(np.random.PCG64(2))
     cells = rng.normal(50, 9, (40, 1)) + rng.normal(0, 1, (40, 3)) + [0, 0.1, 6]
-    found = equivalence_tests(long_table(cells), "y", within="A", subject="subject", bounds=(-2, 2))
-    assert found["equivalent"].tolist() == [True, False, False]
+    result = equivalence_tests(long_table(cells), "y", within="A", subject="subject", bounds=(-2, 2))
+    assert result["equivalent"].tolist() == [True, False, False]
     moved = equivalence_tests(
         long_table(np.round(cells, 1) * 10 + 1e9), "y", within="A", subject="subject", bounds=(-20, 20)
     )

@@ -23,8 +23,8 @@ LIMITS = {"ci_low": "ci_low", "ci_high": "ci_high"}
 
 def family(name: str, factor: str, padjust: str) -> pd.DataFrame:
     table = reference_table(f"csv/{R[name]['csv']}")
-    found = pairwise_tests(table, "y", within=factor, subject="subject", padjust=padjust, aggregate="mean")
-    return found.set_index(["A", "B"])
+    result = pairwise_tests(table, "y", within=factor, subject="subject", padjust=padjust, aggregate="mean")
+    return result.set_index(["A", "B"])
 
 
 def test_there_are_families() -> None:
@@ -45,21 +45,21 @@ def test_against_r(name: str, factor: str) -> None:
 
 @pytest.mark.parametrize(("name", "factor"), FAMILIES)
 def test_against_exact_arithmetic(name: str, factor: str) -> None:
-    found = family(name, factor, "bonferroni")
+    result = family(name, factor, "bonferroni")
     for pair in EXACT[name]["pairwise"][factor]:
-        row = found.loc[(pair["A"], pair["B"])]
+        row = result.loc[(pair["A"], pair["B"])]
         for key, column in {"mean_diff": "mean_diff", "t": "T", "p_unc": "p_unc", "p_bonf": "p_corr"}.items():
             assert relative_error(row[column], float(pair[key])) < 1e-12
 
 
 def test_columns() -> None:
     table = reference_table("csv/md_15.1.csv")
-    found = pairwise_tests(table, dv="y", within="time", subject="subject", padjust="bonf")
-    assert list(found.columns) == [
+    result = pairwise_tests(table, dv="y", within="time", subject="subject", padjust="bonf")
+    assert list(result.columns) == [
         *("Contrast", "A", "B", "Paired", "T", "dof", "alternative", "p_unc", "p_corr", "p_adjust"),
         *("mean_diff", "ci_low", "ci_high", "dz", "note"),
     ]
-    assert found["p_adjust"].unique().tolist() == ["bonf"]
+    assert result["p_adjust"].unique().tolist() == ["bonf"]
     between = pairwise_tests(table, dv="y", between="time")
     assert "hedges" in between
     assert "dz" not in between
@@ -68,12 +68,12 @@ def test_columns() -> None:
 
 def test_an_undefined_pair_keeps_its_place_in_the_family() -> None:
     cells = np.array([[1.0, 2.0, 4.0], [2.0, 3.0, 1.0], [5.0, 6.0, 3.0], [3.0, 4.0, 9.0]])
-    found = pairwise_tests(long_table(cells), "y", within="A", subject="subject", padjust="bonf")
-    first = found.iloc[0]
+    result = pairwise_tests(long_table(cells), "y", within="A", subject="subject", padjust="bonf")
+    first = result.iloc[0]
     assert first["note"] == "t is undefined: the differences do not vary"
     assert first["mean_diff"] == -1.0
     assert all(math.isnan(first[column]) for column in ("T", "p_unc", "p_corr", "dz"))
-    assert found["p_corr"][1] == pytest.approx(min(1, 3 * found["p_unc"][1]))
+    assert result["p_corr"][1] == pytest.approx(min(1, 3 * result["p_unc"][1]))
     assert "undefined" in apa_t(first)
     equal = pairwise_tests(long_table(cells[:, [0, 0]]), "y", within="A", subject="subject").iloc[0]
     assert equal["note"].endswith("do not vary and their mean is zero")
@@ -130,10 +130,10 @@ def test_welch_for_unequal_sizes_pooled_for_equal_ones() -> None:
 
 def test_groups_without_variation_or_of_one() -> None:
     table = pd.DataFrame({"g": list("aabbc"), "y": [0.1, 0.1, 0.3, 0.3, 5.0]})
-    found = pairwise_tests(table, "y", between="g").set_index(["A", "B"])
-    assert found["T"].isna().all()
-    assert "do not vary" in found.at[("a", "b"), "note"]
-    assert "a group has one value" in found.at[("a", "c"), "note"]
+    result = pairwise_tests(table, "y", between="g").set_index(["A", "B"])
+    assert result["T"].isna().all()
+    assert "do not vary" in result.at[("a", "b"), "note"]
+    assert "a group has one value" in result.at[("a", "c"), "note"]
 
 
 def test_the_factor_is_given_by_name() -> None:

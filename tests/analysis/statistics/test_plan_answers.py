@@ -65,22 +65,22 @@ def test_within_between_and_mixed() -> None:
         ),
     ]
     for settings, expected in cases:
-        found = ask(table, "anova", **settings)
-        plain(found)
-        assert [row["effect"] for row in found.rows] == expected["Source"].tolist()
-        assert [row["F"] for row in found.rows] == expected["F"].tolist()
-        assert found.participants == 16
-        assert found.headline.count("F(") == len(expected)
-        assert ("sphericity" in found.more) is ("within" in settings)
+        result = ask(table, "anova", **settings)
+        plain(result)
+        assert [row["effect"] for row in result.rows] == expected["Source"].tolist()
+        assert [row["F"] for row in result.rows] == expected["F"].tolist()
+        assert result.participants == 16
+        assert result.headline.count("F(") == len(expected)
+        assert ("sphericity" in result.more) is ("within" in settings)
     assert "type II" in ask(table, "anova", **cases[-1][0]).method
 
 
 def test_p_is_corrected_where_there_is_something_to_correct() -> None:
     table = design(UNEQUAL).assign(y=lambda t: t["y"] + 3 * (t["A"] == "a1"))
-    found = {row["effect"]: row for row in ask(table, "anova", within=["A"], between=["g"]).rows}
-    assert found["g"]["correction"] == "none"
-    assert found["A"]["p"] == found["A"]["p_greenhouse_geisser"] != found["A"]["p_uncorrected"]
-    limits = [found["A"][f"generalized_eta_squared{end}"] for end in ("_low", "", "_high")]
+    result = {row["effect"]: row for row in ask(table, "anova", within=["A"], between=["g"]).rows}
+    assert result["g"]["correction"] == "none"
+    assert result["A"]["p"] == result["A"]["p_greenhouse_geisser"] != result["A"]["p_uncorrected"]
+    limits = [result["A"][f"generalized_eta_squared{end}"] for end in ("_low", "", "_high")]
     assert limits == sorted(limits)
     few = design({("u", "f"): 2, ("v", "f"): 2}, k=(5, 1))
     row = ask(few, "anova", within=["A"], between=["g"], correction="HF").rows[1]
@@ -90,23 +90,23 @@ def test_p_is_corrected_where_there_is_something_to_correct() -> None:
 
 def test_pairs_stand_in_the_order_of_the_study() -> None:
     table = design(UNEQUAL)
-    found = ask(table, "pairs", factor="A", correction="bonferroni", family=12)
-    plain(found)
-    assert [(row["a"], row["b"]) for row in found.rows] == [("a2", "a0"), ("a2", "a1"), ("a0", "a1")]
+    result = ask(table, "pairs", factor="A", correction="bonferroni", family=12)
+    plain(result)
+    assert [(row["a"], row["b"]) for row in result.rows] == [("a2", "a0"), ("a2", "a1"), ("a0", "a1")]
     theirs = pairwise_tests(
         table, "y", within="A", subject="subject", aggregate="mean", padjust="bonf", family=12, effect_interval=0.95
     ).set_index(["A", "B"])
-    turned, row = theirs.loc[("a0", "a2")], found.rows[0]
+    turned, row = theirs.loc[("a0", "a2")], result.rows[0]
     assert (row["t"], row["mean_difference"], row["p"]) == (-turned["T"], -turned["mean_diff"], turned["p_corr"])
     assert (row["ci95_low"], row["cohens_dz_high"]) == (-turned["ci_high"], -turned["dz_low"])
-    assert (row["family"], "family of 12" in found.headline) == (12, True)
-    assert "values are means" in " ".join(found.notes) or "averaged first" in " ".join(found.notes)
+    assert (row["family"], "family of 12" in result.headline) == (12, True)
+    assert "values are means" in " ".join(result.notes) or "averaged first" in " ".join(result.notes)
 
 
 def test_pairs_of_a_factor_that_is_constant_within_participants() -> None:
-    found = ask(design(UNEQUAL), "pairs", factor="g")
-    plain(found)
-    (row,) = found.rows
+    result = ask(design(UNEQUAL), "pairs", factor="g")
+    plain(result)
+    (row,) = result.rows
     assert (row["a"], row["b"]) == ("v", "u")
     assert row["hedges_g_low"] < row["hedges_g"] < row["hedges_g_high"]
 
@@ -116,9 +116,9 @@ def test_equivalence_takes_its_bounds_in_the_order_of_the_study(factor: str) -> 
     table = design({("u", "f"): 9, ("v", "f"): 9})
     shifted = table.assign(y=table["y"] + 6.0 * (table["A"] == "a2") + 30.0 * (table["g"] == "v"))
     low, high = (3, 9) if factor == "A" else (20, 40)
-    found = ask(shifted, "equivalence", factor=factor, bounds=[low, high])
-    plain(found)
-    row = found.rows[0]
+    result = ask(shifted, "equivalence", factor=factor, bounds=[low, high])
+    plain(result)
+    row = result.rows[0]
     assert (row["a"], row["bound_low"], row["bound_high"]) == (ORDER[factor][0], low, high)
     assert row["mean_difference"] > 0
     assert row["equivalent"] is (low < row["interval_low"] and row["interval_high"] < high)
@@ -135,9 +135,9 @@ def test_undefined_numbers_are_none_with_a_reason() -> None:
         ("pairs", {"factor": "A"}),
         ("equivalence", {"factor": "A", "bounds": [-1, 1]}),
     ):
-        found = ask(flat, test, **settings)
-        plain(found)
-        assert all(row["p"] is None for row in found.rows)
+        result = ask(flat, test, **settings)
+        plain(result)
+        assert all(row["p"] is None for row in result.rows)
 
 
 def test_what_is_refused() -> None:
@@ -171,6 +171,6 @@ def test_the_order_of_rows_changes_nothing() -> None:
 
 def test_a_levels_table_may_hold_numbers() -> None:
     table = design(UNEQUAL).assign(A=lambda t: t["A"].str[1:].astype(int))
-    found = ask(table, "pairs", factor="A")
-    assert [(row["a"], row["b"]) for row in found.rows] == [("0", "1"), ("0", "2"), ("1", "2")]
-    assert np.isfinite([row["t"] for row in found.rows]).all()
+    result = ask(table, "pairs", factor="A")
+    assert [(row["a"], row["b"]) for row in result.rows] == [("0", "1"), ("0", "2"), ("1", "2")]
+    assert np.isfinite([row["t"] for row in result.rows]).all()

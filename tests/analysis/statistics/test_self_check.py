@@ -20,10 +20,10 @@ def test_every_reference_set_is_right_to_the_last_digits(name: str) -> None:
     entry = SETS[name]
     table, kind = reference_table(f"csv/{entry['csv']}"), "I" * entry["type"]
     asked = {"within": entry["within"], "between": entry["between"], "subject": "subject", "aggregate": "mean"}
-    found = self_check(table, "y", sum_of_squares=kind, **asked)
-    assert found["checked"].all()
-    assert found["difference"].max() < 1e-15
-    for effect, f in zip(found["Source"], found["exact_F"], strict=True):
+    result = self_check(table, "y", sum_of_squares=kind, **asked)
+    assert result["checked"].all()
+    assert result["difference"].max() < 1e-15
+    for effect, f in zip(result["Source"], result["exact_F"], strict=True):
         assert f == pytest.approx(entry["effects"][effect]["F"], rel=1e-12)
 
 
@@ -40,9 +40,9 @@ def test_the_oracles_agree() -> None:
 @pytest.mark.parametrize("asked", [{"within": "A", "subject": "subject"}, {"between": "A"}], ids=["within", "between"])
 def test_40_by_45(asked: dict) -> None:
     cells = np.random.default_rng(40).normal(50, 9, (40, 45))
-    found = self_check(long_table(cells), "y", **asked)
-    assert found["checked"].all()
-    assert found["difference"].max() < 1e-15
+    result = self_check(long_table(cells), "y", **asked)
+    assert result["checked"].all()
+    assert result["difference"].max() < 1e-15
 
 
 def test_a_wrong_number_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,15 +52,15 @@ def test_a_wrong_number_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
         return [(d, effect._replace(f=effect.f * (1 + 1e-9))) for d, effect in real(*asked)]
 
     monkeypatch.setattr(checking, "mixed_effects", off)
-    found = self_check(design(UNEQUAL), "y", within=["A", "B"], between=["g", "h"], subject="subject")
-    assert (found["number"] == "f").all()
-    np.testing.assert_allclose(found["difference"], 1e-9, rtol=1e-5)
+    result = self_check(design(UNEQUAL), "y", within=["A", "B"], between=["g", "h"], subject="subject")
+    assert (result["number"] == "f").all()
+    np.testing.assert_allclose(result["difference"], 1e-9, rtol=1e-5)
 
 
 def test_nothing_is_left_out_without_a_word() -> None:
     table = long_table(np.random.default_rng(1).normal(size=(5, 4)))
-    found = self_check(table, "y", within="A", subject="subject", most=19)
-    assert found["note"].tolist() == ["not checked: 20 values, more than 19"]
-    assert not found["checked"].any()
+    result = self_check(table, "y", within="A", subject="subject", most=19)
+    assert result["note"].tolist() == ["not checked: 20 values, more than 19"]
+    assert not result["checked"].any()
     flat = self_check(table.assign(y=0.3), "y", within="A", subject="subject").iloc[0]
     assert (flat["checked"], flat["note"][:33]) == (False, "not checked: F is undefined: the ")

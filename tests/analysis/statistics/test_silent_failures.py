@@ -79,9 +79,9 @@ def test_more_conditions_than_participants_are_not_called_spherical() -> None:
     exact = given.answer()["A", "p_GG"]
     assert exact is not None
     assert rm_anova(given.table, "y", "A", "subject")["p_GG_corr"][0] == pytest.approx(exact, rel=1e-12)
-    found = theirs("pingouin").rm_anova(given.table, dv="y", within="A", subject="subject").iloc[0]
-    assert "p_GG_corr" not in found  # no correction was found to be needed
-    assert found["p_unc"] < exact * 1e-60
+    result = theirs("pingouin").rm_anova(given.table, dv="y", within="A", subject="subject").iloc[0]
+    assert "p_GG_corr" not in result  # no correction was found to be needed
+    assert result["p_unc"] < exact * 1e-60
 
 
 def test_a_participant_with_a_gap_is_not_dropped_without_a_word() -> None:
@@ -108,9 +108,9 @@ def test_gaps_that_leave_every_condition_with_as_many_are_still_gaps() -> None:
         rm_anova(table, "y", "A", "subject")
     right = rm_anova(table, "y", "A", "subject", missing="listwise")
     assert len(right.attrs["dropped"]) == 3
-    found = anova_rms(table, "A")
-    assert found["Den DF"].iloc[0] != right["ddof2"][0]
-    assert abs(found["F Value"].iloc[0] / right["F"][0] - 1) > 0.01
+    result = anova_rms(table, "A")
+    assert result["Den DF"].iloc[0] != right["ddof2"][0]
+    assert abs(result["F Value"].iloc[0] / right["F"][0] - 1) > 0.01
 
 
 def test_an_undefined_pair_stays_in_its_family() -> None:
@@ -118,11 +118,11 @@ def test_an_undefined_pair_stays_in_its_family() -> None:
     cells[:, 1] = cells[:, 0]
     table = long_table(cells)
     ours = pairwise_tests(table, "y", within="A", subject="subject", padjust="bonf")
-    found = theirs("pingouin").pairwise_tests(table, dv="y", within="A", subject="subject", padjust="bonf")
+    result = theirs("pingouin").pairwise_tests(table, dv="y", within="A", subject="subject", padjust="bonf")
     assert math.isnan(ours["p_corr"][0])
-    place = int(found["p_unc"].idxmin())
+    place = int(result["p_unc"].idxmin())
     assert ours["p_corr"][place] == pytest.approx(min(1, 6 * ours["p_unc"][place]))
-    assert found["p_corr"][place] / found["p_unc"][place] == pytest.approx(5)
+    assert result["p_corr"][place] / result["p_unc"][place] == pytest.approx(5)
 
 
 def test_friedman_does_not_rank_rounding() -> None:
@@ -169,8 +169,8 @@ def test_a_mixed_model_with_participants_far_apart() -> None:
 def test_type_two_is_not_said() -> None:
     """pingouin's mixed ANOVA is type II without saying so; with unequal groups type III is another number."""
     table = reference_table("csv/obk_long.csv").groupby(["subject", "treatment", "hour"], as_index=False)["y"].mean()
-    found = theirs("pingouin").mixed_anova(table, dv="y", within="hour", between="treatment", subject="subject")
-    theirs_f = found.set_index("Source")["F"]["hour"]
+    result = theirs("pingouin").mixed_anova(table, dv="y", within="hour", between="treatment", subject="subject")
+    theirs_f = result.set_index("Source")["F"]["hour"]
     for kind in ("II", "III"):
         right = reference_values("r_reference")[f"mixed_obk_type{len(kind)}"]["effects"]["hour"]["F"]
         ours = mixed_anova(table, "y", within="hour", between="treatment", subject="subject", sum_of_squares=kind)
@@ -197,6 +197,6 @@ def test_a_constant_difference_has_no_t() -> None:
     ours = pairwise_tests(table, "y", within="A", subject="subject").iloc[0]
     assert math.isnan(ours["T"])
     assert ours["note"] == "t is undefined: the differences do not vary"
-    found = theirs("pingouin").pairwise_tests(table, dv="y", within="A", subject="subject").iloc[0]
-    assert math.isinf(found["T"])
-    assert found["p_unc"] == 0
+    result = theirs("pingouin").pairwise_tests(table, dv="y", within="A", subject="subject").iloc[0]
+    assert math.isinf(result["T"])
+    assert result["p_unc"] == 0

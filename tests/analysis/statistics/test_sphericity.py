@@ -19,33 +19,33 @@ ASKED: dict[str, Any] = {"within": "A", "subject": "subject"}
 def test_the_two_second_order_terms() -> None:
     """R writes all conditions (15 here) where Anderson has the contrasts (4); with one factor: conditions, 5 for 4."""
     table = reference_table("csv/obk_long.csv")
-    found = mauchly_tests(table, "y", within=["phase", "hour"], subject="subject").set_index("Source")
-    assert found["d"].tolist() == [2, 4, 8]
-    hour = found.loc["hour"]
+    result = mauchly_tests(table, "y", within=["phase", "hour"], subject="subject").set_index("Source")
+    assert result["d"].tolist() == [2, 4, 8]
+    hour = result.loc["hour"]
     assert hour["p"] != hour["p_anderson"]
     assert hour["p"] == pytest.approx(hour["p_anderson"], rel=0.05)
-    assert found.loc["phase", "p"] == found.loc["phase", "p_anderson"]  # the term vanishes for two contrasts
+    assert result.loc["phase", "p"] == result.loc["phase", "p_anderson"]  # the term vanishes for two contrasts
 
 
 def test_one_row_for_each_effect_with_something_to_test() -> None:
     table = design(UNEQUAL)
-    found = mauchly_tests(table, "y", within=["A", "B"], between=["g", "h"], subject="subject")
-    assert found["Source"].tolist() == ["A", "A:B"]
+    result = mauchly_tests(table, "y", within=["A", "B"], between=["g", "h"], subject="subject")
+    assert result["Source"].tolist() == ["A", "A:B"]
     assert mauchly_tests(table, "y", within="B", subject="subject", aggregate="mean").empty
 
 
 def test_fewer_participants_than_contrasts_have_no_test() -> None:
-    found = mauchly_tests(long_table(np.random.default_rng(1).normal(size=(5, 7))), "y", **ASKED).iloc[0]
-    assert math.isnan(found["W"])
-    assert math.isnan(found["p"])
-    assert "there is no test of sphericity" in found["note"]
+    result = mauchly_tests(long_table(np.random.default_rng(1).normal(size=(5, 7))), "y", **ASKED).iloc[0]
+    assert math.isnan(result["W"])
+    assert math.isnan(result["p"])
+    assert "there is no test of sphericity" in result["note"]
 
 
 @pytest.mark.parametrize("values", [np.full((9, 4), 0.3), np.arange(9.0)[:, None] + np.zeros(4)])
 def test_no_residual_has_no_test(values: np.ndarray) -> None:
-    found = mauchly_tests(long_table(values), "y", **ASKED).iloc[0]
-    assert "has no variation" in found["note"]
-    assert math.isnan(found["W"])
+    result = mauchly_tests(long_table(values), "y", **ASKED).iloc[0]
+    assert "has no variation" in result["note"]
+    assert math.isnan(result["W"])
 
 
 def test_a_doubled_condition_has_no_test() -> None:
