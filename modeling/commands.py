@@ -77,9 +77,10 @@ def train_doors(
     Example: palpate train doors --lab LAB
     """
     from palpate.modeling.commands_training import Training, train_pair
-    from palpate.modeling.doors.evaluation_outputs import default_of, kept_in
+    from palpate.modeling.doors.evaluation_outputs import NAME, default_of
     from palpate.modeling.doors.registry import demand_file
     from palpate.modeling.doors.results import DoorOptions, folds_for
+    from palpate.modeling.evaluate.outputs import jobs_folder
 
     named: dict[Direction, str | None] = {"forward": forward, "inverse": inverse}
     for way, name in named.items():
@@ -88,9 +89,9 @@ def train_doors(
     with going_on("what is left"), progress_lines() as report:
         data, _ = read(asked)
         methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}
-        kept = kept_in(asked.lab)
+        work = jobs_folder(asked.lab, NAME)
         wanted = DoorOptions(
-            seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, work=kept
+            seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, work=work
         )
         written = train_pair(data, Training(methods, to or asked.lab / "models", wanted), report)
     if as_json:
@@ -141,8 +142,9 @@ def evaluate_doors(
     Example: palpate evaluate doors --lab LAB --methods ridge,generator
     """
     from palpate.modeling.doors.evaluation import evaluate_doors as evaluated
-    from palpate.modeling.doors.evaluation_outputs import folder_for, kept_in, write_all
+    from palpate.modeling.doors.evaluation_outputs import NAME, folder_for, write_all
     from palpate.modeling.doors.results import DoorOptions, folds_for
+    from palpate.modeling.evaluate.outputs import jobs_folder
 
     wanted = DoorOptions(
         methods=_methods(names),
@@ -152,7 +154,7 @@ def evaluate_doors(
         folds=folds_for(quick),
         workers=workers,
         cluster=cluster,
-        work=kept_in(asked.lab),
+        work=jobs_folder(asked.lab, NAME),
         beside=not quick,
     )
     with going_on("what is left"), progress_lines() as report:
@@ -210,7 +212,7 @@ def _show(evaluation: DoorEvaluation, page: Path) -> None:
                 table.add_row(row["method"], *(written(row[name], form) for name, _, form in columns))
             console.print(table)
     for choice in evaluation.choices.values():
-        click.echo(f"default: {choice.method}. {choice.why} {choice.of_the_network}".rstrip())
+        click.echo(f"default: {choice.method}. {choice.why} {' '.join(choice.of_ours)}".rstrip())
     for label, line in reached(evaluation):
         click.echo(f"{label}: {line}")
     click.echo(f"Look at {page}")

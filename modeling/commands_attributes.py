@@ -140,12 +140,13 @@ def wanted_for(
 ) -> AttributeOptions:
     """What the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
     from palpate.modeling.attributes.evaluation import AttributeOptions, require_methods
-    from palpate.modeling.attributes.evaluation_outputs import kept_in
+    from palpate.modeling.attributes.evaluation_outputs import NAME
     from palpate.modeling.attributes.registry import METHODS
+    from palpate.modeling.evaluate.outputs import jobs_folder
 
     require_methods(methods or (), METHODS)
     return AttributeOptions(
-        work=kept_in(asked.lab), methods=methods, ablations=ablations, seed=asked.seed, quick=asked.quick,
+        work=jobs_folder(asked.lab, NAME), methods=methods, ablations=ablations, seed=asked.seed, quick=asked.quick,
         epochs=asked.epochs, workers=asked.workers, cluster=asked.cluster, folds=folds,
         early_stopping=asked.early_stopping,
     )  # fmt: skip
@@ -170,11 +171,11 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
     Example: palpate train attributes --lab LAB --method ridge
     """
     from palpate.analysis.reports.terminal import print_banners
-    from palpate.modeling.attributes.choice import Choice
     from palpate.modeling.attributes.evaluation_outputs import default_of
     from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
     from palpate.modeling.attributes.training import demand_no_loss
     from palpate.modeling.attributes.training import train_attributes as trained
+    from palpate.modeling.evaluate.outputs import Choice
 
     wanted = wanted_for(asked, None if method is None else (method,), ablations=False)
     folder = to or asked.lab / "models"
@@ -233,10 +234,11 @@ def evaluate_attributes(
     Example: palpate evaluate attributes --lab LAB --methods ridge,visuo_tactile
     """
     from palpate.modeling.attributes.evaluation import evaluate_methods
+    from palpate.modeling.attributes.evaluation_outputs import NAME, write_all
     from palpate.modeling.attributes.evaluation_outputs import as_json as results
-    from palpate.modeling.attributes.evaluation_outputs import folder_for, write_all
     from palpate.modeling.attributes.feature_times import feature_seconds
     from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
+    from palpate.modeling.evaluate.outputs import evaluation_folder
 
     chosen = names_in(names)
     if names and not chosen:
@@ -249,7 +251,7 @@ def evaluate_attributes(
         report("timing features")
         times = feature_seconds({kind for each in material.textures for kind in (*each.touch, *each.sight)})
         found = evaluate_methods(material, wanted, METHODS, OWN_FEATURES, report, times)
-        paths = write_all(found, to or folder_for(asked.lab), report, figures)
+        paths = write_all(found, to or evaluation_folder(asked.lab, NAME), report, figures)
     if as_json:
         echo_json({**results(found), "files": list(map(str, paths))})
         return

@@ -88,7 +88,8 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
 
 def recordings_for(asked: Asked, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:
     """The recordings that were asked for. Raises TextureDataError, or what reading a lab raises."""
-    from palpate.modeling.textures.evaluation_outputs import kept_in
+    from palpate.modeling.evaluate.outputs import jobs_folder
+    from palpate.modeling.textures.evaluation_outputs import NAME
     from palpate.modeling.textures.recording import TextureDataError
     from palpate.protocols.did_you_mean import nearest
 
@@ -99,7 +100,9 @@ def recordings_for(asked: Asked, simulator: TextureSimulator, report: Report) ->
         unknown = [name for name in asked.textures if name not in SIX]
         if unknown:
             raise TextureDataError(f"--textures: no texture {unknown[0]!r}; {nearest(unknown[0], SIX)}")
-        return simulated(simulator, asked.textures or SIX, cache=kept_in(asked.lab) / "recordings", report=report)
+        return simulated(
+            simulator, asked.textures or SIX, cache=jobs_folder(asked.lab, NAME) / "recordings", report=report
+        )
     found = _recorded(asked)
     known = {each.texture: each for each in found}
     unknown = [name for name in asked.textures if name not in known]
@@ -129,14 +132,15 @@ def _recorded(asked: Asked) -> tuple[Recording, ...]:
 
 def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
     """What the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
+    from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation import TextureOptions
-    from palpate.modeling.textures.evaluation_outputs import kept_in
+    from palpate.modeling.textures.evaluation_outputs import NAME
     from palpate.modeling.textures.registry import demand_known
 
     demand_known(methods or ())
     settings = {name: value for name, value in (("epochs", asked.epochs), ("batch", asked.batch)) if value is not None}
     return TextureOptions(
-        work=kept_in(asked.lab), methods=methods, explore=asked.simulated, grid=grid, seed=asked.seed,
+        work=jobs_folder(asked.lab, NAME), methods=methods, explore=asked.simulated, grid=grid, seed=asked.seed,
         quick=asked.quick, settings=settings, workers=asked.workers, cluster=asked.cluster,
     )  # fmt: skip
 
@@ -218,9 +222,10 @@ def evaluate_textures(
 
     Example: palpate evaluate textures --simulated --methods ar,foten_generative
     """
+    from palpate.modeling.evaluate.outputs import evaluation_folder
     from palpate.modeling.textures.evaluation import domain_for, evaluate_methods
+    from palpate.modeling.textures.evaluation_outputs import NAME, write_all
     from palpate.modeling.textures.evaluation_outputs import as_json as results
-    from palpate.modeling.textures.evaluation_outputs import folder_for, write_all
     from palpate.modeling.textures.evaluation_tables import VARIANTS
     from palpate.modeling.textures.registry import THESIS
 
@@ -230,7 +235,7 @@ def evaluate_textures(
         simulator = get_simulator()
         recordings = recordings_for(asked, simulator, report)
         found = evaluate_methods(domain_for(recordings, simulator, wanted), wanted, report)
-        paths = write_all(found, to or folder_for(asked.lab), report, figures)
+        paths = write_all(found, to or evaluation_folder(asked.lab, NAME), report, figures)
     if as_json:
         echo_json({**results(found), "files": list(map(str, paths))})
         return

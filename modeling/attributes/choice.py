@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from palpate.modeling.attributes.entries import FEELING, PROPOSED, SEEING
+from palpate.modeling.evaluate.outputs import Choice
 
 Row = Mapping[str, Any]
 DEFAULT = PROPOSED
@@ -15,15 +15,6 @@ RULE = (
     "The default is the method with the least MAE, mean over textures and attributes, of those that answered for every "
     "texture; of equals, the one that is trained faster."
 )
-
-
-@dataclass(frozen=True)
-class Choice:
-    """The default method, why it is, and how the proposed network stands against it."""
-
-    method: str
-    why: str
-    of_ours: tuple[str, ...] = ()
 
 
 def choice(rows: Sequence[Row]) -> Choice:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.reports.csv_files import json_row
-from palpate.modeling.attributes.choice import DEFAULT, RULE, Choice
+from palpate.modeling.attributes.choice import DEFAULT, RULE
 from palpate.modeling.attributes.entries import FEELING, SEEING
 from palpate.modeling.attributes.evaluation import AttributeEvaluation, usable
 from palpate.modeling.attributes.evaluation_report import choice_of, reached
@@ -26,22 +25,13 @@ from palpate.modeling.attributes.lacking import senses
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.stored_material import digest_of
 from palpate.modeling.doors.intervals import COVERAGE
-from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
+from palpate.modeling.evaluate.outputs import Choice, evaluation_folder, read_results, tables_as_json, write_evaluation
 from palpate.modeling.training.run_card import versions
+from palpate.protocols.progress import Report, silent
 
-NAME, KEPT = "attributes", ".jobs"
+NAME = "attributes"
 LONG = ("learning_curves", "predictions")
 """Tables of many rows: they stand in their CSV alone."""
-
-
-def folder_for(lab: Path) -> Path:
-    """Where a lab's evaluation lies."""
-    return lab / "evaluated" / NAME
-
-
-def kept_in(lab: Path) -> Path:
-    """Where a lab keeps finished jobs."""
-    return folder_for(lab) / KEPT
 
 
 def tables(evaluation: AttributeEvaluation) -> dict[str, list[Row]]:
@@ -82,12 +72,10 @@ def as_json(evaluation: AttributeEvaluation) -> dict[str, Any]:
         "jobs": len(evaluation.results),
         "jobs_kept": evaluation.results.loaded,
         "feature_seconds": dict(evaluation.times),
-        "default": {"method": chosen.method, "why": chosen.why, "of_ours": list(chosen.of_ours), "rule": RULE},
+        "default": chosen.as_json(RULE),
         "reached": [list(each) for each in reached(evaluation)],
         "intervals": {"coverage": COVERAGE, "half_width": intervals(evaluation)},
-        "tables": {
-            name: [json_row(row) for row in rows] for name, rows in tables(evaluation).items() if name not in LONG
-        },
+        "tables": tables_as_json(tables(evaluation), LONG),
     }  # fmt: skip
 
 
@@ -101,24 +89,16 @@ def intervals(evaluation: AttributeEvaluation) -> dict[str, dict[str, float]]:
 
 
 def write_all(
-    evaluation: AttributeEvaluation,
-    folder: Path,
-    report: Callable[[str], None] = lambda _line: None,
-    drawings: bool = True,
+    evaluation: AttributeEvaluation, folder: Path, report: Report = silent, drawings: bool = True
 ) -> list[Path]:
-    """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
-    not is removed, nothing else is touched."""
-    from palpate.analysis.reports.figures import DrawnFigure
+    """Write tables, figures, results and the report, and return the paths, the report last; see `write_evaluation`."""
     from palpate.modeling.attributes.evaluation_figures import figures
     from palpate.modeling.attributes.evaluation_report import report_html
 
-    def draw(place: Path) -> list[DrawnFigure]:
-        report("drawing")
-        return list(figures(evaluation, place)) if drawings else []
-
     return write_evaluation(
-        folder, tables(evaluation), draw, partial(report_html, evaluation), lambda: as_json(evaluation)
-    )
+        folder, tables(evaluation), partial(figures, evaluation) if drawings else None,
+        partial(report_html, evaluation), partial(as_json, evaluation), report,
+    )  # fmt: skip
 
 
 def default_of(lab: Path, material: Material) -> Choice:
@@ -128,7 +108,7 @@ def default_of(lab: Path, material: Material) -> Choice:
     ask for the shipped default, says nothing against it; one in which that was refused, as for pictures alone, does.
     The shipped default is the network's branch of one sense where there is nothing of the other.
     """
-    told, shipped = read_results(folder_for(lab)), _shipped(material)
+    told, shipped = read_results(evaluation_folder(lab, NAME)), _shipped(material)
     if not told:
         return Choice(shipped, "the shipped default, for this lab has no evaluation that can be read.")
     try:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Points, Section
 from palpate.analysis.reports.figures import DrawnFigure
 from palpate.analysis.reports.page import EVALUATION, Page, page_html
 from palpate.modeling.attributes import evaluation_words as words
-from palpate.modeling.attributes.choice import RULE, Choice, choice, fusion
+from palpate.modeling.attributes.choice import RULE, choice, fusion
 from palpate.modeling.attributes.evaluation import AttributeEvaluation
 from palpate.modeling.attributes.evaluation_sections import (
     features_section,
@@ -19,14 +18,16 @@ from palpate.modeling.attributes.evaluation_sections import (
 )
 from palpate.modeling.attributes.evaluation_tables import method_rows
 from palpate.modeling.attributes.lacking import lacking
+from palpate.modeling.evaluate.outputs import Choice
 
 
 def report_html(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
     """The whole page as one text. Every name in it is escaped."""
     chosen = choice_of(evaluation)
     every = (
-        in_short(evaluation, chosen), methods_section(evaluation, chosen), features_section(evaluation, chosen),
-        textures_section(evaluation, pictured, chosen), time_section(pictured), provenance(evaluation),
+        chosen.section(RULE, reached(evaluation)), methods_section(evaluation, chosen),
+        features_section(evaluation, chosen), textures_section(evaluation, pictured, chosen), time_section(pictured),
+        provenance(evaluation),
     )  # fmt: skip
     sections = tuple(each for each in every if each is not None)
     return page_html(Page(words.TITLE, words.LEAD, banners(evaluation), facts(evaluation), sections), EVALUATION)
@@ -75,10 +76,3 @@ def reached(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
     told = [("Ours", line) for line in choice(rows).of_ours]
     both = fusion(rows)
     return told if both is None else [*told, both]
-
-
-def in_short(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
-    """The default method and why, and what was set out to be reached."""
-    points = [("Default", f"{chosen.method}. {chosen.why}"), ("The rule", RULE), *reached(evaluation)]
-    blocks: tuple[Block, ...] = (Points(tuple(points)),)
-    return Section("short", "In short", blocks)

@@ -9,7 +9,6 @@ from palpate.analysis.reports.figures import DrawnFigure, figure_block
 from palpate.analysis.reports.figures import chosen as pictures
 from palpate.analysis.reports.numbers import in_seconds
 from palpate.modeling.attributes import evaluation_words as words
-from palpate.modeling.attributes.choice import Choice
 from palpate.modeling.attributes.evaluation import AttributeEvaluation
 from palpate.modeling.attributes.evaluation_tables import (
     Row,
@@ -21,7 +20,7 @@ from palpate.modeling.attributes.evaluation_tables import (
     table_rows,
 )
 from palpate.modeling.attributes.evaluation_thesis import Which, number_of
-from palpate.modeling.training.run_card import versions
+from palpate.modeling.evaluate.outputs import Choice, software_table
 
 OVERALL = (
     Column("title", "method"),
@@ -122,7 +121,6 @@ def time_section(pictured: Sequence[DrawnFigure]) -> Section | None:
 
 def provenance(evaluation: AttributeEvaluation) -> Section:
     """What everything comes from."""
-    software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
     notes: list[Row] = [{"texture": each.label, "notes": "; ".join(each.notes) or None}
                         for each in evaluation.material.textures if each.notes]  # fmt: skip
     jobs, taken = len(evaluation.results), evaluation.results.loaded
@@ -134,5 +132,5 @@ def provenance(evaluation: AttributeEvaluation) -> Section:
     if notes:
         columns = [Column("texture", "texture"), Column("notes", "notes", "words")]
         blocks += [Heading("Textures"), table("What was noticed", notes, columns, folded=len(notes) > 6)]
-    blocks.append(table("Software", software, [Column("package", "package"), Column("version", "version")]))
+    blocks.append(software_table())
     return Section("provenance", "Provenance", tuple(blocks))

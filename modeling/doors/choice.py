@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from palpate.modeling.doors.registry import NO_FILE, THESIS
+from palpate.modeling.evaluate.outputs import Choice
 
 ALLOWED = 0.05
 """The network may be this much worse than the best baseline before that is said in plain words."""
 Row = Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class Choice:
-    """The default method of one direction, why it is, and what is to be said of the thesis' own method."""
-
-    method: str
-    why: str
-    of_the_network: str = ""
 
 
 def forward_choice(rows: Sequence[Row]) -> Choice:
@@ -57,19 +48,19 @@ def _loop(rows: Sequence[Row]) -> tuple[str, str]:
     return ("loop_fresh", "fresh perceivers") if fresh else ("loop_judge", "judged by the forward model")
 
 
-def _network(rows: Sequence[Row], name: str, what: str) -> str:
-    """How the thesis' network stands against the best of the others; "" where either is missing."""
+def _network(rows: Sequence[Row], name: str, what: str) -> tuple[str, ...]:
+    """Return how the thesis' network stands against the best of the others; empty where either is missing."""
     network = next((row for row in rows if row["method"] == THESIS and row[name] is not None), None)
     known = [row for row in rows if row["method"] != THESIS and row[name] is not None]
     if network is None or not known:
-        return ""
+        return ()
     best = min(known, key=lambda row: row[name])
     if best[name] <= 0:
-        return f"{best['title']} is without error; the network of the thesis has a {what} of {network[name]:.2f}."
+        return (f"{best['title']} is without error; the network of the thesis has a {what} of {network[name]:.2f}.",)
     more = network[name] / best[name] - 1
     told = f"{what} {network[name]:.2f} against {best[name]:.2f} of {best['title']}"
     if more > ALLOWED:
-        return f"The network of the thesis is beaten: {told}, {more:.0%} more; {ALLOWED:.0%} was allowed."
+        return (f"The network of the thesis is beaten: {told}, {more:.0%} more; {ALLOWED:.0%} was allowed.",)
     if more > 0:
-        return f"The network of the thesis is {more:.1%} behind the best other method: {told}."
-    return f"The network of the thesis is the best, by {-more:.1%}: {told}."
+        return (f"The network of the thesis is {more:.1%} behind the best other method: {told}.",)
+    return (f"The network of the thesis is the best, by {-more:.1%}: {told}.",)

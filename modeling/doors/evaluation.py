@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
-from palpate.modeling.doors.choice import Choice, forward_choice, inverse_choice
+from palpate.modeling.doors.choice import forward_choice, inverse_choice
 from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.modeling.doors.evaluation_overall import method_rows
 from palpate.modeling.doors.floors import floors
@@ -14,6 +14,7 @@ from palpate.modeling.doors.measured_door import Recovered, measured
 from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.results import DoorOptions, DoorResults, domain_for, evaluate_methods
+from palpate.modeling.evaluate.outputs import Choice
 from palpate.protocols.progress import Report, silent
 
 Row = dict[str, Any]

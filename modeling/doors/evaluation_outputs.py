@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -11,38 +10,26 @@ from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_results import as_json, tables
 from palpate.modeling.doors.folding import Kinds
 from palpate.modeling.doors.registry import DEFAULT, NO_FILE, Direction, methods_of
-from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
+from palpate.modeling.evaluate.outputs import evaluation_folder, read_results, write_evaluation
+from palpate.protocols.progress import Report, silent
 
-KEPT = ".jobs"
+NAME = "doors"
 
 
 def folder_for(lab: Path, split: Kinds) -> Path:
-    """Where a lab's evaluation lies: the one on grouped folds counts, another split's stands beside it."""
-    name = "doors" if split == "grouped" else f"doors-{split.replace('_', '-')}"
-    return lab / "evaluated" / name
+    """Return where a lab's evaluation lies: the one on grouped folds counts, another split's stands beside it."""
+    return evaluation_folder(lab, NAME if split == "grouped" else f"{NAME}-{split.replace('_', '-')}")
 
 
-def kept_in(lab: Path) -> Path:
-    """Where a lab keeps finished trainings, whatever the split."""
-    return lab / "evaluated" / "doors" / KEPT
-
-
-def write_all(
-    evaluation: DoorEvaluation, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
-) -> list[Path]:
-    """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
-    not is removed, nothing else is touched."""
-    from palpate.analysis.reports.figures import DrawnFigure
+def write_all(evaluation: DoorEvaluation, folder: Path, report: Report = silent, drawings: bool = True) -> list[Path]:
+    """Write tables, figures, results and the report, and return the paths, the report last; see `write_evaluation`."""
     from palpate.modeling.doors.evaluation_figures import figures
     from palpate.modeling.doors.evaluation_report import report_html
 
-    def draw(place: Path) -> list[DrawnFigure]:
-        report("drawing")
-        return list(figures(evaluation, place)) if drawings else []
-
     return write_evaluation(
-        folder, tables(evaluation), draw, partial(report_html, evaluation), lambda: as_json(evaluation)
-    )
+        folder, tables(evaluation), partial(figures, evaluation) if drawings else None,
+        partial(report_html, evaluation), partial(as_json, evaluation), report,
+    )  # fmt: skip
 
 
 def default_of(lab: Path, data: DoorData, direction: Direction) -> str:

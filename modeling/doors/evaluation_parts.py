@@ -11,7 +11,7 @@ from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_tables import Row
 from palpate.modeling.doors.measured_door import Recovered
-from palpate.modeling.training.run_card import versions
+from palpate.modeling.evaluate.outputs import software_table
 
 TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}
 """What the project set out to reach, on 0..100 and percent."""
@@ -53,7 +53,7 @@ def in_short(evaluation: DoorEvaluation) -> Section:
     named = {"forward": "From force to feeling", "inverse": "From feeling to force"}
     for way, choice in evaluation.choices.items():
         points.append((named[way], f"Default: {choice.method}. {choice.why}"))
-        points += [("The thesis' network", choice.of_the_network)] if choice.of_the_network else []
+        points += [("The thesis' network", sentence) for sentence in choice.of_ours]
     points += reached(evaluation)
     return Section("short", "In short", (Points(tuple(points)),))
 
@@ -163,7 +163,6 @@ def profile_name(name: str) -> str:
 def provenance(evaluation: DoorEvaluation) -> Section:
     """What everything comes from."""
     results, domain = evaluation.results, evaluation.results.domain
-    software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
     inputs: list[Row] = [{"input": line} for line in domain.data.made_from]
     (low, high), (least, most) = domain.scaling.rating, domain.scaling.force_N
     run = (
@@ -175,6 +174,6 @@ def provenance(evaluation: DoorEvaluation) -> Section:
         Words(run),
         Words(words.UNROUNDED),
         table("Inputs and their SHA-256", inputs, [Column("input", "input", "words")], folded=len(inputs) > 6),
-        table("Software", software, [Column("package", "package"), Column("version", "version")]),
+        software_table(),
     ]
     return Section("provenance", "Provenance", tuple(blocks))

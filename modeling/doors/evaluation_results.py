@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from palpate.analysis.reports.csv_files import json_row
 from palpate.modeling.doors.ceiling import Ceiling
 from palpate.modeling.doors.domain import door_code
 from palpate.modeling.doors.evaluation import DoorEvaluation
@@ -23,6 +22,7 @@ from palpate.modeling.doors.evaluation_tables import (
 from palpate.modeling.doors.measured_door import measured_rows
 from palpate.modeling.doors.results import MethodResults
 from palpate.modeling.doors.scores import mae, r2, rmse
+from palpate.modeling.evaluate.outputs import tables_as_json
 from palpate.modeling.training.run_card import versions
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
@@ -164,13 +164,11 @@ def as_json(evaluation: DoorEvaluation) -> dict[str, Any]:
         "jobs": len(results.jobs),
         "jobs_kept": results.jobs.loaded,
         "default": {
-            way: {"method": choice.method, "why": choice.why, "of_the_network": choice.of_the_network}
+            way: {"method": choice.method, "why": choice.why, "of_the_network": " ".join(choice.of_ours)}
             for way, choice in evaluation.choices.items()
         },
         "no_ceiling": evaluation.no_ceiling or None,
-        "tables": {
-            name: [json_row(row) for row in rows] for name, rows in tables(evaluation).items() if name not in LONG
-        },
+        "tables": tables_as_json(tables(evaluation), LONG),
     }  # fmt: skip
 
 

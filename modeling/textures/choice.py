@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from palpate.modeling.evaluate.outputs import Choice
 from palpate.modeling.textures.registry import BASELINE, DEFAULT
 
 Row = Mapping[str, Any]
@@ -16,15 +16,6 @@ RULE = (
 )
 
 NOWHERE = (math.inf, math.inf)
-
-
-@dataclass(frozen=True)
-class Choice:
-    """The default method, why it is, and how ours stands against the baseline and against the best."""
-
-    method: str
-    why: str
-    of_ours: tuple[str, ...] = ()
 
 
 def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:

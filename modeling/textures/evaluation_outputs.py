@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.reports.csv_files import json_row
-from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
+from palpate.modeling.evaluate.outputs import evaluation_folder, read_results, tables_as_json, write_evaluation
 from palpate.modeling.textures.choice import RULE
 from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_report import choice_of
@@ -28,20 +27,11 @@ from palpate.modeling.textures.evaluation_tables import (
 from palpate.modeling.textures.recording import Recording, recording_digest
 from palpate.modeling.textures.registry import DEFAULT, METHODS
 from palpate.modeling.training.run_card import versions
+from palpate.protocols.progress import Report, silent
 
-KEPT = ".jobs"
+NAME = "textures"
 LONG = ("learning_curves",)
 """Tables of a row for each epoch: they stand in their CSV alone."""
-
-
-def folder_for(lab: Path) -> Path:
-    """Where a lab's evaluation lies."""
-    return lab / "evaluated" / "textures"
-
-
-def kept_in(lab: Path) -> Path:
-    """Where a lab keeps finished jobs."""
-    return folder_for(lab) / KEPT
 
 
 def tables(evaluation: TextureEvaluation) -> dict[str, list[Row]]:
@@ -83,32 +73,22 @@ def as_json(evaluation: TextureEvaluation) -> dict[str, Any]:
         "seconds": evaluation.seconds,
         "jobs": len(evaluation.results),
         "jobs_kept": evaluation.results.loaded,
-        "default": {"method": chosen.method, "why": chosen.why, "of_ours": list(chosen.of_ours), "rule": RULE},
-        "tables": {
-            name: [json_row(row) for row in rows] for name, rows in tables(evaluation).items() if name not in LONG
-        },
+        "default": chosen.as_json(RULE),
+        "tables": tables_as_json(tables(evaluation), LONG),
     }  # fmt: skip
 
 
 def write_all(
-    evaluation: TextureEvaluation,
-    folder: Path,
-    report: Callable[[str], None] = lambda _line: None,
-    drawings: bool = True,
+    evaluation: TextureEvaluation, folder: Path, report: Report = silent, drawings: bool = True
 ) -> list[Path]:
-    """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
-    not is removed, nothing else is touched."""
-    from palpate.analysis.reports.figures import DrawnFigure
+    """Write tables, figures, results and the report, and return the paths, the report last; see `write_evaluation`."""
     from palpate.modeling.textures.evaluation_figures import figures
     from palpate.modeling.textures.evaluation_report import report_html
 
-    def draw(place: Path) -> list[DrawnFigure]:
-        report("drawing")
-        return list(figures(evaluation, place)) if drawings else []
-
     return write_evaluation(
-        folder, tables(evaluation), draw, partial(report_html, evaluation), lambda: as_json(evaluation)
-    )
+        folder, tables(evaluation), partial(figures, evaluation) if drawings else None,
+        partial(report_html, evaluation), partial(as_json, evaluation), report,
+    )  # fmt: skip
 
 
 def default_of(lab: Path, recordings: Sequence[Recording]) -> str:
@@ -116,7 +96,7 @@ def default_of(lab: Path, recordings: Sequence[Recording]) -> str:
 
     An evaluation without the shipped default among its methods says nothing against it.
     """
-    told = read_results(folder_for(lab))
+    told = read_results(evaluation_folder(lab, NAME))
     try:
         same = {each["digest"] for each in told["data"].values()} == set(map(recording_digest, recordings))
         evaluated = {row["method"] for row in told["tables"]["methods"]}

@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Points, Section
 from palpate.analysis.reports.figures import DrawnFigure
 from palpate.analysis.reports.page import EVALUATION, Page, page_html
+from palpate.modeling.evaluate.outputs import Choice
 from palpate.modeling.textures import evaluation_words as words
-from palpate.modeling.textures.choice import RULE, Choice, choice
+from palpate.modeling.textures.choice import RULE, choice
 from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_reached import reached
 from palpate.modeling.textures.evaluation_sections import free_section, provenance, step_section, time_section
@@ -20,8 +20,9 @@ from palpate.modeling.textures.recording import recording_digest
 def report_html(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
     """The whole page as one text. Every name in it is escaped."""
     chosen = choice_of(evaluation)
+    points = [*(("Ours", sentence) for sentence in chosen.of_ours), *reached(evaluation)]
     sections = (
-        in_short(evaluation, chosen), free_section(evaluation, pictured, chosen),
+        chosen.section(RULE, points), free_section(evaluation, pictured, chosen),
         step_section(evaluation, pictured, chosen), time_section(evaluation, pictured, chosen), provenance(evaluation),
     )  # fmt: skip
     return page_html(Page(words.TITLE, words.LEAD, banners(evaluation), facts(evaluation), sections), EVALUATION)
@@ -56,12 +57,3 @@ def facts(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
         ("Running free", f"{evaluation.domain.seconds:g} s" if evaluation.drives else "not possible"),
         ("Data, SHA-256", whole[:12]),
     ]
-
-
-def in_short(evaluation: TextureEvaluation, chosen: Choice) -> Section:
-    """The default method and why, and what was set out to be reached."""
-    points = [("Default", f"{chosen.method}. {chosen.why}"), ("The rule", RULE)]
-    points += [("Ours", text) for text in chosen.of_ours]
-    points += reached(evaluation)
-    blocks: tuple[Block, ...] = (Points(tuple(points)),)
-    return Section("short", "In short", blocks)

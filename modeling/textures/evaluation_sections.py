@@ -8,8 +8,8 @@ from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Wor
 from palpate.analysis.reports.figures import DrawnFigure, figure_block
 from palpate.analysis.reports.figures import chosen as pictures
 from palpate.analysis.reports.numbers import in_seconds
+from palpate.modeling.evaluate.outputs import Choice, software_table
 from palpate.modeling.textures import evaluation_words as words
-from palpate.modeling.textures.choice import Choice
 from palpate.modeling.textures.evaluation import TextureEvaluation
 from palpate.modeling.textures.evaluation_tables import (
     Row,
@@ -23,7 +23,6 @@ from palpate.modeling.textures.evaluation_tables import (
 )
 from palpate.modeling.textures.free_run import LIMITS
 from palpate.modeling.textures.registry import METHODS
-from palpate.modeling.training.run_card import versions
 
 OVERALL = (
     Column("title", "method"),
@@ -180,7 +179,6 @@ def _jobs(evaluation: TextureEvaluation) -> str:
 
 def provenance(evaluation: TextureEvaluation) -> Section:
     """What everything comes from."""
-    software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
     run = f"Seed {evaluation.options.seed}. {_jobs(evaluation)}"
     inputs: list[Row] = [{"input": line} for each in evaluation.domain.recordings.values() for line in each.made_from]
     blocks: list[Block] = [Words(run), Words(words.UNROUNDED), Heading("Recordings")]
@@ -196,5 +194,5 @@ def provenance(evaluation: TextureEvaluation) -> Section:
     )
     sources = [Column("title", "method"), Column("method", "name"), Column("source", "source", "words")]
     blocks.append(table("Methods and their sources", method_rows(evaluation), sources))
-    blocks.append(table("Software", software, [Column("package", "package"), Column("version", "version")]))
+    blocks.append(software_table())
     return Section("provenance", "Provenance", tuple(blocks))

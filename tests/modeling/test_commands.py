@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from palpate import command_line
 from palpate.modeling.commands import evaluate, train
-from palpate.modeling.files.evaluation_folder import RESULTS
+from palpate.modeling.evaluate.outputs import RESULTS
 from palpate.signals.models.file import read_model
 from palpate.studies.catalogue import SHIPPED
 from tests.modeling.doors.small_evaluation import small_data

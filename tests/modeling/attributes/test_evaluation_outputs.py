@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from palpate.modeling.attributes.evaluation_outputs import as_json, default_of, folder_for, tables, write_all
+from palpate.modeling.attributes.evaluation_outputs import as_json, default_of, tables, write_all
 from palpate.modeling.attributes.evaluation_report import banners, reached, report_html
 from palpate.modeling.attributes.evaluation_tables import fold_rows, method_rows, table_rows
 from palpate.modeling.attributes.evaluation_thesis import number_of, printed
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.attributes.resnet_weights import Weights
-from palpate.modeling.files.evaluation_folder import REPORT, RESULTS
+from palpate.modeling.evaluate.outputs import REPORT, RESULTS, evaluation_folder
 from tests.modeling.attributes import small_evaluation as small
 
 TIMES = {"recording": 2.0, "mfcc": 0.25, "hand": 0.5, "picture": 4.0, "glcm": 1.0}
@@ -208,7 +208,7 @@ def test_textures_kept_apart_are_named(tmp_path):
 
 def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(tmp_path):
     judged = small.judged(tmp_path / "work")
-    write_all(judged, folder_for(tmp_path), drawings=False)
+    write_all(judged, evaluation_folder(tmp_path, "attributes"), drawings=False)
     found = default_of(tmp_path, judged.material)
     assert found.method == "ridge"
     assert re.fullmatch(r"this lab's evaluation of 12 textures: Ridge has the least MAE: \d+\.\d\d.*", found.why)
@@ -235,8 +235,8 @@ def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(t
 )
 def test_an_evaluation_that_does_not_decide_what_is_trained_says_why(tmp_path, changed, told):
     judged = small.judged(tmp_path / "work")
-    write_all(judged, folder_for(tmp_path), drawings=False)
-    results = folder_for(tmp_path) / RESULTS
+    write_all(judged, evaluation_folder(tmp_path, "attributes"), drawings=False)
+    results = evaluation_folder(tmp_path, "attributes") / RESULTS
     results.write_text(json.dumps({**json.loads(results.read_text()), **changed}))
     found = default_of(tmp_path, judged.material)
     assert found.method == "visuo_tactile"
@@ -255,10 +255,10 @@ def test_where_one_sense_has_nothing_the_branch_of_the_other_is_trained(tmp_path
 def test_as_many_folds_as_there_are_textures_are_a_whole_evaluation(tmp_path):
     judged = small.judged(tmp_path / "work", folds=12)
     assert not any("were left out" in line for line in banners(judged))
-    write_all(judged, folder_for(tmp_path), drawings=False)
+    write_all(judged, evaluation_folder(tmp_path, "attributes"), drawings=False)
     assert default_of(tmp_path, judged.material).method == "ridge"
     small_one = small.judged(tmp_path / "work", folds=11)
-    write_all(small_one, folder_for(tmp_path), drawings=False)
+    write_all(small_one, evaluation_folder(tmp_path, "attributes"), drawings=False)
     assert default_of(tmp_path, judged.material).method == "visuo_tactile"
 
 

@@ -99,14 +99,14 @@ def forward(method, error):
 def test_a_baseline_that_beats_the_network_by_more_than_five_percent_becomes_the_default_in_plain_words():
     choice = forward_choice([forward("mean", 13.0), forward("forest", 3.0), forward("network", 3.3)])
     assert choice.method == "forest"
-    assert choice.of_the_network.endswith("10% more; 5% was allowed.")
+    assert choice.of_ours[0].endswith("10% more; 5% was allowed.")
 
 
 def test_the_least_error_decides_however_little_less_it_is_and_of_equals_the_first():
     choice = forward_choice([forward("ridge", 2.85), forward("gaussian_process", 2.81), forward("network", 2.9)])
     assert choice.method == "gaussian_process"
     assert "the least MAE: 2.81" in choice.why
-    assert "3.2% behind" in choice.of_the_network
+    assert "3.2% behind" in choice.of_ours[0]
     assert forward_choice([forward("ridge", 2.85), forward("forest", 2.85)]).method == "ridge"
     assert inverse_choice([inverse("network", 4.04), inverse("generator", 4.0)]).method == "generator"
 
@@ -124,5 +124,5 @@ def inverse(method, loop, corners=0.0):
 def test_a_method_that_leaves_the_limits_at_a_corner_is_not_the_default_however_small_its_loop_error():
     choice = inverse_choice([inverse("nearest", 3.0, corners=4.0), inverse("network", 8.0), inverse("generator", 4.0)])
     assert choice.method == "generator"
-    assert "beaten" in choice.of_the_network
+    assert "beaten" in choice.of_ours[0]
     assert inverse_choice([inverse("nearest", 3.0, corners=4.0)]).why.startswith("No method stays within the limits")

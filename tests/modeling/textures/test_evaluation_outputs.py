@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from palpate.modeling.files.evaluation_folder import REPORT, RESULTS
+from palpate.modeling.evaluate.outputs import REPORT, RESULTS
 from palpate.modeling.textures.evaluation import evaluate_methods
 from palpate.modeling.textures.evaluation_figures import free_beginning
 from palpate.modeling.textures.evaluation_outputs import default_of, tables, write_all
