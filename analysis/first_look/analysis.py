@@ -38,7 +38,7 @@ class Analysis:
     statistics: StudyStatistics
 
     def headline(self, attribute: str) -> Test | None:
-        """The test that comes first for an attribute: of the pooled factor, else the crossed one, else of groups."""
+        """Return the first test of an attribute: of the pooled factor, else the crossed one, else of groups."""
         for kind in ("pooled", "crossed", "between"):
             for test in self.statistics.tests:
                 if test.attribute == attribute and test.question.kind == kind:
@@ -59,7 +59,7 @@ def analyse_ratings(ratings: Ratings, title: str = "", progress: Progress = lamb
 
 
 def stimulus_means(ratings: Ratings) -> pd.DataFrame:
-    """Mean and SD across participants of every attribute for every stimulus."""
+    """Return mean and SD across participants of every attribute for every stimulus."""
     named = ("stimulus",) if "stimulus" in ratings.table.columns and "stimulus" not in ratings.within else ()
     return describe(ratings, ("attribute", *ratings.within, *named), kind="over participants")
 
@@ -81,7 +81,7 @@ def with_nan(row: Row) -> dict[str, Any]:
 
 
 def software() -> Mapping[str, str]:
-    """The versions that the numbers were computed with."""
+    """Return the versions that the numbers were computed with."""
     import platform
 
     packages = ("palpate", "numpy", "scipy", "pandas", "matplotlib")

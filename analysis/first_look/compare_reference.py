@@ -57,7 +57,7 @@ class Compared:
 
 
 def compare_with_reference(table: Iterable[Row], reference: Mapping[str, Any]) -> list[Compared]:
-    """Every number of an analysis of variance that the reference has, side by side.
+    """Return every number of an analysis of variance that the reference has, side by side.
 
     `table` holds rows of `rm_anova` (or of a `Test`), `reference` an entry of r_reference.json: effects by name,
     a:b for an interaction. Raises DataRefused where the reference has an effect that the table lacks.
@@ -72,7 +72,7 @@ def compare_with_reference(table: Iterable[Row], reference: Mapping[str, Any]) -
 
 
 def read_reference(choice: str, name: str) -> Mapping[str, Any]:
-    """The reference of a data set: `r` for the shipped values of R, or FILE.json#KEY.
+    """Return the reference of a data set: `r` for the shipped values of R, or FILE.json#KEY.
 
     Raises DataRefused where there is none, OSError where the file cannot be read.
     """
@@ -90,7 +90,7 @@ def read_reference(choice: str, name: str) -> Mapping[str, Any]:
 
 
 def fitting_test(tests: Iterable[Test], reference: Mapping[str, Any]) -> Test:
-    """The test that has every effect of the reference; raises DataRefused where none or several have."""
+    """Return the test that has every effect of the reference; raises DataRefused where none or several have."""
     effects = set(reference["effects"])
     fitting = [test for test in tests if effects <= {row.get("Source") for row in test.rows}]
     if len(fitting) != 1:
@@ -100,7 +100,7 @@ def fitting_test(tests: Iterable[Test], reference: Mapping[str, Any]) -> Test:
 
 
 def comparison_table(compared: Iterable[Compared], title: str) -> Table:
-    """The comparison for a terminal."""
+    """Return the comparison for a terminal."""
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table

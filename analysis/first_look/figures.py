@@ -25,12 +25,12 @@ class Picture:
 
 
 def shown_factors(ratings: Ratings) -> tuple[str, ...]:
-    """The factors whose levels stand on the axis: the pooled one, else every within factor; () leaves no figure."""
+    """Return the factors on the axis: the pooled one, else every within factor; () leaves no figure."""
     return (ratings.pooled,) if ratings.pooled else ratings.within
 
 
 def level_means(ratings: Ratings) -> pd.DataFrame:
-    """Mean and SD across participants of every attribute at every shown level, in the order of the study.
+    """Return mean and SD across participants of every attribute at every shown level, in the order of the study.
 
     The columns are those of `describe(..., kind="over participants")`.
     """
@@ -38,7 +38,7 @@ def level_means(ratings: Ratings) -> pd.DataFrame:
 
 
 def pictures(ratings: Ratings) -> Iterator[Picture]:
-    """The figures that this data set has: none where no factor varies within participants.
+    """Yield the figures that this data set has: none where no factor varies within participants.
 
     The trends are drawn without whiskers: those of the means are in the figure before. Raises DataRefused where a level
     belongs to two families.
@@ -58,12 +58,12 @@ def pictures(ratings: Ratings) -> Iterator[Picture]:
 
 
 def _families(ratings: Ratings) -> str | None:
-    """The column that groups the levels of the one factor shown; several factors group themselves by the first."""
+    """Return the column that groups the levels of the one factor; several factors group themselves by the first."""
     factors = shown_factors(ratings)
     return ratings.families if ratings.families not in ("", *factors) and len(factors) == 1 else None
 
 
 def _follow_each_other(levels: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether there are several families, one of them with several levels."""
+    """Return whether there are several families, one of them with several levels."""
     sizes = [len(list(own)) for _, own in groupby(levels, key=lambda level: level["family"])]
     return len(sizes) > 1 and max(sizes) > 1

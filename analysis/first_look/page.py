@@ -159,7 +159,7 @@ def _provenance(analysis: Analysis) -> Iterator[Block]:
 
 
 def level_table(analysis: Analysis) -> Table:
-    """The numbers that both figures show."""
+    """Return the numbers that both figures show."""
     factors = shown_factors(analysis.ratings)
     rows = [
         (
@@ -175,7 +175,7 @@ def level_table(analysis: Analysis) -> Table:
 
 
 def stimulus_table(analysis: Analysis) -> Table:
-    """Mean and, in brackets, SD over the n participants of every stimulus: a row for each, a column an attribute."""
+    """Return mean and, in brackets, SD over the n participants: a row for each stimulus, a column an attribute."""
     attributes = analysis.ratings.attributes
     labels = [
         name for name in analysis.stimuli.columns[: analysis.stimuli.columns.get_loc("kind")] if name != "attribute"

@@ -15,7 +15,7 @@ MOST_SEEDS = 6
 
 
 def lead(ratings: Ratings) -> str:
-    """The data set in one line."""
+    """Return the data set in one line."""
     people, given = count(len(ratings.participants), "participant"), count(len(ratings.table), "rating")
     if len(ratings.attributes) == 1:
         return f"{people}, {given}."
@@ -23,7 +23,7 @@ def lead(ratings: Ratings) -> str:
 
 
 def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
-    """Each fact with its name, those that this data set has."""
+    """Yield each fact with its name, those that this data set has."""
     yield "Study" if "session" in ratings.table.columns else "Data set", ratings.name
     yield "Participants", _by_group(ratings)
     yield from sample_facts(ratings.sample)
@@ -42,7 +42,7 @@ def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
 
 
 def left_out(exclusions: tuple[Exclusion, ...]) -> str:
-    """How much was left out, each kind by itself; what was averaged or never was a rating is not among it."""
+    """Return how much was left out, each kind by itself; what was averaged or never was a rating is not among it."""
     parts = []
     for what in ("session", "participant"):
         lines = [line for line in exclusions if line.what == what]
@@ -54,13 +54,13 @@ def left_out(exclusions: tuple[Exclusion, ...]) -> str:
 
 
 def averaged(ratings: Ratings) -> tuple[int, int]:
-    """How many ratings were averaged when the table was read, and into how many values: (0, 0) where none were."""
+    """Return how many ratings were averaged in reading, and into how many values: (0, 0) where none were."""
     lines = [line for line in ratings.exclusions if line.what == "averaged"]
     return _rows(lines), sum(line.into for line in lines)
 
 
 def check_words(analysis: Analysis) -> str:
-    """What the check of the design found, in a sentence that holds for these data."""
+    """Return what the check of the design found, in a sentence that holds for these data."""
     ratings, merged = analysis.ratings, averaged(analysis.ratings)[0] > 0
     if not analysis.design.ok:
         kinds = {problem.kind for problem in analysis.design.problems}
@@ -79,7 +79,7 @@ def check_words(analysis: Analysis) -> str:
 
 
 def inclusions(ratings: Ratings) -> Iterator[str]:
-    """What a reader must know of the sessions that were taken in."""
+    """Yield what a reader must know of the sessions that were taken in."""
     if ratings.interrupted:
         several = len(ratings.interrupted) > 1
         what = f"{count(len(ratings.interrupted), 'interrupted session')} {'were' if several else 'was'} included"
@@ -87,13 +87,13 @@ def inclusions(ratings: Ratings) -> Iterator[str]:
 
 
 def exclusions(ratings: Ratings) -> Table:
-    """The exclusion ledger."""
+    """Return the exclusion ledger."""
     rows = [(line.what, line.who, line.why, f"{line.rows:,}") for line in ratings.exclusions]
     return text_table(("what", words("who"), words("why"), number("how many")), rows)
 
 
 def participants(ratings: Ratings) -> Table:
-    """Each participant with the groups, the number of ratings and, from sessions, how they were given."""
+    """Return each participant with the groups, the number of ratings and, from sessions, how they were given."""
     has = [name for name in ("session", "revised", "response_time_s") if name in ratings.table.columns]
     heads = {"session": words("session"), "revised": number("revised"), "response_time_s": number("median response, s")}
     rows = []
@@ -111,7 +111,7 @@ def participants(ratings: Ratings) -> Table:
 
 
 def inputs(ratings: Ratings) -> Table:
-    """Every input with its hash."""
+    """Return every input with its hash."""
     rows = [(entry.name, entry.note, entry.sha256) for entry in ratings.inputs]
     return text_table((words("input"), words("what"), Head("SHA-256", "hash")), rows)
 
@@ -121,7 +121,7 @@ def _rows(lines: list[Exclusion]) -> int:
 
 
 def _origins(ratings: Ratings) -> Iterator[tuple[str, str]]:
-    """Where the stimuli and the answers come from, as far as the study says."""
+    """Yield where the stimuli and the answers come from, as far as the study says."""
     if ratings.stimulus_sources:
         sources = ", ".join(f"{number:,} {source}" for source, number in ratings.stimulus_sources.items())
         yield "Stimuli", f"{sum(ratings.stimulus_sources.values()):,}: {sources}"
@@ -140,7 +140,7 @@ def _not_left_out(exclusions: tuple[Exclusion, ...]) -> Iterator[tuple[str, str]
 
 
 def _levels_met(ratings: Ratings, factor: str) -> str:
-    """How many levels there are, and how many of them a participant met where these are fewer."""
+    """Return how many levels there are, and how many of them a participant met where these are fewer."""
     total = len(ratings.levels(factor))
     met = ratings.table.groupby("participant")[factor].nunique()
     most = int(met.max()) if len(met) else 0

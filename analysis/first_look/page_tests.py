@@ -40,7 +40,7 @@ class PairsTable:
 
 
 def variance_tables(analysis: Analysis) -> Iterator[VarianceTable]:
-    """The analyses of variance, in the order in which they were asked for."""
+    """Yield the analyses of variance, in the order in which they were asked for."""
     for question in analysis.statistics.questions:
         if question.kind != "pairs":
             tests = [test for test in analysis.statistics.of(question) if test.rows]
@@ -83,7 +83,7 @@ def refusals(analysis: Analysis) -> Iterator[str]:
 
 
 def groups_met(analysis: Analysis) -> str:
-    """Whether the groups differ in what they met as well as in the people: "" where there is nothing to meet."""
+    """Return whether the groups differ in what they met as well as in the people: "" where there is nothing to meet."""
     factors, differing = analysis.ratings.cells, differing_factors(analysis.ratings)
     if not differing:
         return f"The groups met the same levels of {phrase(factors)}." if factors else ""
@@ -97,7 +97,7 @@ def groups_met(analysis: Analysis) -> str:
 
 
 def question_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
-    """What was compared, of whom, which averages went in, and whether groups that there are play no part."""
+    """Return what was compared, of whom, which averages went in, and whether groups that there are play no part."""
     people = sorted({test.participants for test in tests})
     who = count(people[-1], "participant") if len(people) == 1 else f"{people[0]} to {people[-1]} participants"
     apart = question.kind == "between" or question.group is not None
@@ -117,13 +117,13 @@ def _averaging(question: Question, tests: list[Test]) -> Iterator[str]:
 
 
 def per_value(tests: list[Test]) -> str:
-    """How many ratings a participant's value is the mean of."""
+    """Return how many ratings a participant's value is the mean of."""
     least, most = (pick(test.ratings_per_cell[i] for test in tests) for i, pick in ((0, min), (1, max)))
     return count(most, "rating") if least == most else f"{least:,} to {most:,} ratings"
 
 
 def pairs_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
-    """What a comparison of pairs compares, and how many ratings the means of each level rest on."""
+    """Return what a comparison of pairs compares, and how many ratings the means of each level rest on."""
     description = f"Levels of {question.factors[0]}, compared within participants."
     least, most = (pick(test.ratings_per_cell[i] for test in tests) for i, pick in ((0, min), (1, max)))
     if most > 1 and least == most:
@@ -136,7 +136,7 @@ def pairs_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
 
 
 def _by_number(tests: list[Test]) -> str:
-    """The levels by their number of ratings: `3 ratings for original, 9 for amplitude and position`."""
+    """Return the levels by their number of ratings: `3 ratings for original, 9 for amplitude and position`."""
     levels: dict[str, list[str]] = {}
     for level in tests[0].ratings_per_level:
         ends = {end for test in tests for end in test.ratings_per_level.get(level, ())}
@@ -211,7 +211,7 @@ def _pairs_table(test: Test) -> Table:
 
 
 def headlines(analysis: Analysis) -> Iterator[tuple[str, str]]:
-    """Each attribute with its first result in a sentence, or with a word that it was not tested."""
+    """Yield each attribute with its first result in a sentence, or with a word that it was not tested."""
     for attribute in analysis.ratings.attributes:
         test = analysis.headline(attribute)
         if test is not None:
@@ -220,29 +220,29 @@ def headlines(analysis: Analysis) -> Iterator[tuple[str, str]]:
 
 
 def attribute_title(analysis: Analysis, attribute: str) -> str:
-    """An attribute with both of its words: `Easy-to-pull – Hard-to-pull`."""
+    """Return an attribute with both of its words: `Easy-to-pull – Hard-to-pull`."""
     antonym = analysis.ratings.antonyms.get(attribute)
     return f"{attribute} – {antonym}" if antonym else attribute
 
 
 def sentence(row: Row) -> str:
-    """An effect and its test: `variant: F(4.20, 163.90) = 12.34, p < .001, ...`."""
+    """Return an effect and its test: `variant: F(4.20, 163.90) = 12.34, p < .001, ...`."""
     return f"{effect_name(row['Source'])}: {apa_f(with_nan(row))}"
 
 
 def pair_sentence(row: Row) -> str:
-    """A pair and its test, the p value adjusted by Holm's method."""
+    """Return a pair and its test, the p value adjusted by Holm's method."""
     adjusted = with_nan(row) | {"p_adjust": "holm", "p_corr": with_nan(row)["p_holm"]}
     return f"{row['A']} − {row['B']}: {apa_t(adjusted)}"
 
 
 def all_sentences(tests: tuple[Test, ...] | list[Test]) -> Iterator[str]:
-    """Every effect of every test, each with its attribute."""
+    """Yield every effect of every test, each with its attribute."""
     for test in tests:
         for row in test.rows:
             yield f"{test.attribute}, {sentence(row)}"
 
 
 def effect_name(source: str) -> str:
-    """An effect as a reader writes it: `car × variant`."""
+    """Return an effect as a reader writes it: `car × variant`."""
     return source.replace(":", " × ")

@@ -64,7 +64,7 @@ def write_results(analysis: Analysis, folder: Path) -> list[Path]:
 
 
 def statistics_json(analysis: Analysis) -> str:
-    """Every number of the analysis, with its method, n, exclusions and the hash of every input.
+    """Return every number of the analysis, with its method, n, exclusions and the hash of every input.
 
     Keys are sorted and no value is NaN: an undefined number is null, and the `note` beside it says why.
     `ratings_per_cell` are the fewest and the most ratings that one participant's value is the mean of.
@@ -73,7 +73,7 @@ def statistics_json(analysis: Analysis) -> str:
 
 
 def statistics_data(analysis: Analysis) -> dict[str, Any]:
-    """What statistics.json holds, as JSON data."""
+    """Return what statistics.json holds, as JSON data."""
     ratings, design = analysis.ratings, analysis.design
     return {
         "name": ratings.name,
@@ -99,7 +99,7 @@ def statistics_data(analysis: Analysis) -> dict[str, Any]:
 
 
 def result_tables(analysis: Analysis) -> dict[str, list[dict[str, Any]]]:
-    """The rows of each CSV by file name; the level means are named for their factor: variant_means.csv."""
+    """Return the rows of each CSV by file name; the level means are named for their factor: variant_means.csv."""
     levels = re.sub(r"\W+", "_", "_".join(shown_factors(analysis.ratings))).strip("_") or "level"
     tests = analysis.statistics.tests
     return {
@@ -129,7 +129,7 @@ def _test(test: Test) -> dict[str, Any]:
 
 
 def named(row: Row) -> dict[str, Any]:
-    """A row of a test under names that say what the number is."""
+    """Return a row of a test under names that say what the number is."""
     if "Contrast" in row:
         return {name: row[column] for column, name in PAIR.items() if column in row}
     effect = {name: row[column] for column, name in EFFECT.items() if column in row}

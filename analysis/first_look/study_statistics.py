@@ -67,7 +67,7 @@ class StudyStatistics:
     tests: tuple[Test, ...]
 
     def of(self, question: Question) -> tuple[Test, ...]:
-        """The tests that answer one question, in the order of the attributes."""
+        """Return the tests that answer one question, in the order of the attributes."""
         return tuple(test for test in self.tests if test.question == question)
 
 
@@ -110,7 +110,7 @@ def study_statistics(ratings: Ratings, progress: Progress = lambda *_: None) -> 
 
 
 def levels_by_group(ratings: Ratings, factor: str) -> dict[str, tuple[str, ...]]:
-    """The levels of a factor that each group met, in the order of the study, {} where there are no groups."""
+    """Return the levels of a factor that each group met, in the order of the study, {} where there are no groups."""
     if not ratings.between:
         return {}
     groups = ratings.table.groupby(list(ratings.between), sort=True)
@@ -123,7 +123,7 @@ def levels_by_group(ratings: Ratings, factor: str) -> dict[str, tuple[str, ...]]
 
 
 def differing_factors(ratings: Ratings) -> tuple[str, ...]:
-    """The factors of which the groups of participants met different levels."""
+    """Return the factors of which the groups of participants met different levels."""
     return tuple(name for name in ratings.cells if len(set(levels_by_group(ratings, name).values())) > 1)
 
 

@@ -36,7 +36,7 @@ class RowCell:
 
 
 def spark_points(values: Sequence[float]) -> str:
-    """The points of a line over all values, zero at the foot."""
+    """Return the points of a line over all values, zero at the foot."""
     width, height = SPARK
     values = values if len(values) != 1 else (*values, *values)  # one trial is a level, not nothing
     greatest = max(values, default=0.0) or 1.0
@@ -47,7 +47,7 @@ def spark_points(values: Sequence[float]) -> str:
 
 
 def bars_path(counts: Sequence[int]) -> str:
-    """The bars of a histogram as one path."""
+    """Return the bars of a histogram as one path."""
     width, height = SPARK
     greatest = max(counts, default=0) or 1
     step = width / max(len(counts), 1)
@@ -56,7 +56,7 @@ def bars_path(counts: Sequence[int]) -> str:
 
 
 def heat(balance: GroupBalance) -> Heat | None:
-    """How often every item stood at every position; None where nothing counts yet."""
+    """Return how often every item stood at every position; None where nothing counts yet."""
     rows = [balance.certificate.positions[item] for item in balance.certificate.items]
     greatest = max((count for row in rows for count in row), default=0)
     if not greatest:
@@ -71,12 +71,12 @@ def heat(balance: GroupBalance) -> Heat | None:
 
 
 def shade(count: int, greatest: int) -> int:
-    """The shade of a count: 0 for none, else 1 to LEVELS."""
+    """Return the shade of a count: 0 for none, else 1 to LEVELS."""
     return -(-LEVELS * count // greatest) if count else 0
 
 
 def row_cells(balance: GroupBalance) -> tuple[RowCell, ...]:
-    """Every row of the design as a square, so many to a line."""
+    """Return every row of the design as a square, so many to a line."""
     taken = {row.place: row for row in balance.rows}
     return tuple(
         RowCell(n, n % ROWS_ACROSS * ROW_CELL, n // ROWS_ACROSS * ROW_CELL, taken.get(n)) for n in range(balance.round)

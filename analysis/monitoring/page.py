@@ -42,18 +42,18 @@ class Pages:
     rows: dict[tuple[Any, ...], tuple[Session, Any, Any]] = field(default_factory=dict)
 
     def fragment(self, snapshot: Snapshot) -> str:
-        """What changes on the page."""
+        """Return the part of the page that changes."""
         return self._rendered("fragment.html", self._view(snapshot))
 
     def live(self, snapshot: Snapshot, nonce: str) -> str:
-        """The page with its style and script, both under the nonce of the Content-Security-Policy header."""
+        """Return the page with its style and script, both under the nonce of the Content-Security-Policy header."""
         return self._rendered(
             "page.html",
             {"nonce": nonce, "css": style(("report.css",), TEMPLATES / "monitor.css"), **self._view(snapshot)},
         )
 
     def still(self, snapshot: Snapshot) -> str:
-        """The page as one file: nothing is loaded, nothing runs."""
+        """Return the page as one file: nothing is loaded, nothing runs."""
         return self._rendered(
             "page.html",
             {"nonce": None, "css": style(("report.css",), TEMPLATES / "monitor.css"), **self._view(snapshot)},
@@ -76,7 +76,7 @@ class Pages:
         return {"lab": snapshot, "sessions": sessions, "facts": list(_facts(snapshot)), "notes": notes} | parts | alike
 
     def _row_writer(self, view: dict[str, Any]) -> Any:
-        """What writes a session's row of a table; a row is kept while the session, and what all rows share, is so."""
+        """Return what writes a session's row; a row is cached while the session, and what all rows share, is the same."""
         parts = self.templates.get_template("parts.html").make_module(view)
         day = datetime.fromtimestamp(view["lab"].at).date()
         shared = (view["one_study"], view["all_simulated"], day)
@@ -91,7 +91,7 @@ class Pages:
         return row
 
     def _study(self, study: StudyBalance, snapshot: Snapshot, raters: list[Session], alike: Any) -> tuple[Any, Any]:
-        """The balance of a study and the table of its raters, as HTML."""
+        """Return the balance of a study and the table of its raters, as HTML."""
         several = sum(other.study == study.study for other in snapshot.balances) > 1
         view = {"study": study, "several": several, "raters": raters, **alike}
         who = tuple((each.participant, each.number, each.withdrawn, each.simulated, each.rated) for each in raters)
@@ -109,13 +109,13 @@ class Pages:
 
 
 def _urgency(session: Session) -> tuple[int, float, str]:
-    """Those that run, those to go on with, then the latest."""
+    """Return a sort key: running sessions first, then interrupted ones, then the latest."""
     rank = FIRST.index(session.status) if session.status in FIRST else len(FIRST)
     return rank, -(session.ended_at or session.started_at or 0.0), session.file
 
 
 def _raters(study: StudyBalance, sessions: Sequence[Session]) -> list[Session]:
-    """The sessions of a study that have answers, the flagged first."""
+    """Return the sessions of a study that have answers, the flagged first."""
     answered = [session for session in sessions if session.rated is not None and session.digest == study.digest]
     return sorted(answered, key=lambda each: (-len(each.rated.flags if each.rated else ()), each.participant))
 

@@ -46,7 +46,7 @@ class _Trial:
 
 
 def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
-    """The diagnostics of a session; None where nothing is answered, or its task asks nothing (a capture).
+    """Return the diagnostics of a session; None where nothing is answered, or its task asks nothing (a capture).
 
     `over` says that every planned trial is owed; else those that the participant has come past.
     """
@@ -103,7 +103,7 @@ def _words(trials: Sequence[_Trial], owed: int) -> Rated:
 
 
 def _worded(trial: _Trial) -> Worded:
-    """The words ticked of a list; else those in whatever lists the answers hold."""
+    """Return the words ticked of a list; else those in whatever lists the answers hold."""
     values, offered = trial.answer.values, len(trial.answer.items)
     if "ticked" in values:
         return Worded(trial.number, trial.stimulus, tuple(values["ticked"]), offered, trial.seconds, trial.practice)

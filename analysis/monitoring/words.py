@@ -23,7 +23,7 @@ STATUS = {
 
 
 def duration(seconds: float | None) -> str:
-    """A time span: 8 s, 12 min 04 s, 1 h 02 min, 3 days."""
+    """Return a time span: 8 s, 12 min 04 s, 1 h 02 min, 3 days."""
     if seconds is None:
         return NONE
     whole = round(max(0.0, seconds))
@@ -37,7 +37,7 @@ def duration(seconds: float | None) -> str:
 
 
 def rough(seconds: float | None) -> str:
-    """A time that is estimated: to ten seconds, from two minutes on to the minute."""
+    """Return a time that is estimated: to ten seconds, from two minutes on to the minute."""
     if seconds is None:
         return NONE
     if seconds < 120:
@@ -47,7 +47,7 @@ def rough(seconds: float | None) -> str:
 
 
 def clock(at: float | None, now: float) -> str:
-    """A time of day, with the date where it is not today's."""
+    """Return a time of day, with the date where it is not today's."""
     if at is None:
         return NONE
     then, today = datetime.fromtimestamp(at), datetime.fromtimestamp(now)
@@ -57,12 +57,12 @@ def clock(at: float | None, now: float) -> str:
 
 
 def exact_clock(at: float) -> str:
-    """A time of day to the second."""
+    """Return a time of day to the second."""
     return f"{datetime.fromtimestamp(at):%H:%M:%S}"
 
 
 def sign(found: Diagnostic) -> str:
-    """A diagnostic's number in its unit."""
+    """Return a diagnostic's number in its unit."""
     value = found.value
     if value is None:
         return NONE

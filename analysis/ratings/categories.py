@@ -20,7 +20,7 @@ from palpate.protocols.wording import count, some
 
 
 def turned(data: pd.DataFrame, attributes: Sequence[str], scale: tuple[float, float] | None) -> pd.DataFrame:
-    """A copy with these attributes' values turned round: about the middle of the scale, about 0 where it has none.
+    """Return a copy with these attributes' values mirrored: about the middle of the scale, about 0 without one.
 
     Raises DataRefused where an attribute is not there.
     """
@@ -43,7 +43,7 @@ def category_cells(
     subject: str = "participant",
     levels: Levels = NO_LEVELS,
 ) -> PersonCells:
-    """Each participant's mean over the attributes of each category, in every combination of `by`.
+    """Return each participant's mean over the attributes of each category, in every combination of `by`.
 
     The attributes of a category count equally; where one of them is missing, so is the mean. The cells' columns are
     `category` and `by`. Raises DataRefused where an attribute has no category.
@@ -70,7 +70,7 @@ def category_cells(
 
 
 def _of_category(cells: PersonCells, categories: Mapping[str, str]) -> dict[str, dict[Label, list[int]]]:
-    """The cells of each category and combination of the other columns."""
+    """Return the cells of each category and combination of the other columns."""
     attributes = list(dict.fromkeys(cell[0] for cell in cells.cells))
     if without := [name for name in attributes if name not in categories]:
         raise DataRefused(
@@ -88,7 +88,7 @@ def _row_means(values: Floats) -> Floats:
 
 
 def two_categories(categories: Mapping[str, str], attributes: Sequence[str]) -> tuple[str, str]:
-    """The two categories of these attributes in the study's order. Raises DataRefused where there are not two."""
+    """Return the two categories of these attributes in the study's order. Raises DataRefused for any other number."""
     names = list(dict.fromkeys(categories[name] for name in attributes if name in categories))
     if len(names) != 2:
         raise DataRefused(
@@ -116,7 +116,7 @@ def category_differences(
 
 
 def overall(cells: PersonCells) -> PersonCells:
-    """Each participant's mean over all cells of a category that they have, cells counting equally."""
+    """Return each participant's mean over all cells of a category that they have, cells counting equally."""
     names = list(dict.fromkeys(cell[0] for cell in cells.cells))
     at = [[j for j, cell in enumerate(cells.cells) if cell[0] == name] for name in names]
     values = [[_known_mean(row) for row in cells.values[:, places].tolist()] for places in at]

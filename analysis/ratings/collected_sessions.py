@@ -48,7 +48,7 @@ def choose_sessions(
     rows: Sequence[SessionRow], study: str, digest: str | None, include_incomplete: bool, simulated: bool | None,
     withdrawn: Collection[str] = (),
 ) -> Choice:  # fmt: skip
-    """The sessions of one version of the study, all real or all simulated, and complete unless told otherwise.
+    """Return the sessions of one version of the study, all real or all simulated, and complete unless told otherwise.
 
     Nobody in `withdrawn` is among them, whatever the rows say of their sessions.
     Raises DataRefused where the choice is not the program's to make, and where nothing is left.

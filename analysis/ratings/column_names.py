@@ -15,7 +15,7 @@ RESERVED = frozenset((*OF_THE_TABLE, *OF_THE_MEANS))
 
 
 def taken_names(roles: Mapping[str, Iterable[str]]) -> Iterator[tuple[str, str]]:
-    """Each (role, name) whose name is reserved, but 'group' may be a between factor: it means just that."""
+    """Yield each (role, name) whose name is reserved, but 'group' may be a between factor: it means just that."""
     for role, names in roles.items():
         for name in names:
             if name in RESERVED and (role, name) != ("between", "group"):

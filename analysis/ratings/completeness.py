@@ -61,7 +61,7 @@ class Faults:
 
 
 def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:
-    """Every cell of the design check that forbids an average, none left unlisted; `by_session` as `check_ratings`."""
+    """Return every cell that the design check forbids to average, none unlisted; `by_session` as `check_ratings`."""
     report = check_ratings(ratings, limit=sys.maxsize, by_session=by_session)
     places: dict[tuple[str, str], dict[Kind, list[Place]]] = {}
     for problem in report.problems:
@@ -73,7 +73,7 @@ def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:
 
 
 def without_incomplete(ratings: Ratings) -> Ratings:
-    """The ratings of the participants who filled every owed cell, with a line in `exclusions` for each other one.
+    """Return the ratings of participants who filled every owed cell, with a line in `exclusions` for each other.
 
     Raises DataRefused where nobody is left.
     """

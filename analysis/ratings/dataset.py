@@ -37,11 +37,11 @@ class Scale:
             raise DataRefused(f"a scale with step {self.step:g}: the step must be above 0")
 
     def holds(self, value: float) -> bool:
-        """Whether `value` lies between the ends, both included."""
+        """Return whether `value` lies between the ends, both included."""
         return self.low <= value <= self.high
 
     def on_step(self, value: float) -> bool:
-        """Whether `value` is a whole number of steps from the lower end.
+        """Return whether `value` is a whole number of steps from the lower end.
 
         A step such as 0.1 is no binary fraction: 1e-9 of a step is allowed, and as much of the count of steps.
         """
@@ -163,7 +163,7 @@ class Ratings:
         return natural(self.table["participant"].tolist())
 
     def levels(self, factor: str) -> tuple[str, ...]:
-        """The levels of `factor`: declared ones first and in their order, then others that occur, in natural order."""
+        """Return the levels of `factor`: declared ones in their order, then others that occur, in natural order."""
         if factor not in self.table.columns:
             raise DataRefused(f"data set {self.name!r}: no factor {factor!r}; the factors are {self.factors_text()}")
         declared: dict[str, None] = {}
@@ -178,17 +178,17 @@ class Ratings:
         return (*declared, *natural(set(self.table[factor].tolist()) - set(declared)))
 
     def _families_in_order(self) -> list[str]:
-        """The families as they come along the levels of the factor that all participants share."""
+        """Return the families as they come along the levels of the factor that all participants share."""
         pairs = set(zip(self.table[self.pooled].tolist(), self.table[self.families].tolist(), strict=True))
         rank = {level: place for place, level in enumerate(self.levels(self.pooled))}
         return [family for _, family in sorted(pairs, key=lambda pair: (rank[pair[0]], natural_key(pair[1])))]
 
     def factors_text(self) -> str:
-        """The factors as a message lists them."""
+        """Return the factors as a message lists them."""
         return ", ".join((*self.within, *self.between)) or "none"
 
     def only(self, attribute: str) -> Ratings:
-        """The ratings of one attribute; the others are a question not asked here, not an exclusion."""
+        """Return the ratings of one attribute; the others are a question not asked here, not an exclusion."""
         if attribute not in self.attributes:
             raise DataRefused(
                 f"data set {self.name!r}: no attribute {attribute!r}; the attributes are {some(self.attributes)}"
@@ -198,12 +198,12 @@ class Ratings:
 
 
 def natural(texts: Iterable[str]) -> tuple[str, ...]:
-    """The distinct texts with their numbers in order: g2 before g10."""
+    """Return the distinct texts with their numbers in order: g2 before g10."""
     return tuple(sorted(set(texts), key=natural_key))
 
 
 def natural_key(text: str) -> tuple[tuple[tuple[int, int, str], ...], str]:
-    """A sort key that reads runs of digits as numbers, however long; equal only for equal texts."""
+    """Return a sort key that reads runs of digits as numbers, however long; equal only for equal texts."""
     parts = re.findall(r"[0-9]+|[^0-9]+", text)
     return tuple(_number_key(part) if part[0] in "0123456789" else (1, 0, part) for part in parts), text
 

@@ -19,7 +19,7 @@ ONE_PARTICIPANT = "one participant has no spread"
 
 
 def describe(ratings: Ratings, by: Sequence[str], *, kind: Kind = "over ratings") -> pd.DataFrame:
-    """One row for each combination of the `by` columns that occurs: n, mean, sd (n - 1) and what n counts.
+    """Return one row for each combination of the `by` columns that occurs: n, mean, sd (n - 1) and what n counts.
 
     'over ratings' takes every rating as it stands; 'over participants' first averages each participant's ratings
     in the cell (over the cars of a variant, say), then takes mean and SD of these means (the error bars of thesis
@@ -36,7 +36,7 @@ def describe(ratings: Ratings, by: Sequence[str], *, kind: Kind = "over ratings"
 
 
 def participant_means(ratings: Ratings, by: Sequence[str]) -> pd.DataFrame:
-    """One row for each participant and combination of `by`: the mean of the ratings there, and their number."""
+    """Return one row for each participant and combination of `by`: the mean of the ratings there, and their number."""
     columns = ("participant", *by)
     cells = _cells(ratings, columns)
     rows = [(*label, statistics.mean(values), len(values)) for label, values in cells]
@@ -69,7 +69,7 @@ def _summary(values: Sequence[float], reason: str) -> tuple[int, float, float | 
 
 
 def _cells(ratings: Ratings, by: tuple[str, ...]) -> list[tuple[tuple[str, ...], list[float]]]:
-    """The values of each combination of `by` that occurs, in the order of the study."""
+    """Return the values of each combination of `by` that occurs, in the order of the study."""
     _check(ratings, by)
     columns = [_labels(ratings, name) for name in by]
     cells: dict[tuple[str, ...], list[float]] = {}
@@ -118,7 +118,7 @@ def _check(ratings: Ratings, by: tuple[str, ...]) -> None:
 
 
 def _frame(rows: Sequence[tuple[object, ...]], columns: Sequence[str]) -> pd.DataFrame:
-    """A table whose missing SDs stay None: as NaN they could be taken for a number."""
+    """Return a table whose missing SDs stay None: as NaN they could be taken for a number."""
     table = pd.DataFrame(list(rows), columns=list(columns))
     if "sd" in table.columns:
         table["sd"] = pd.Series([row[columns.index("sd")] for row in rows], dtype="object", index=table.index)

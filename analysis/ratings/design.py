@@ -26,7 +26,7 @@ FEWEST_TO_BE_CONSTANT = 3
 
 
 def check_ratings(ratings: Ratings, *, limit: int = 20, by_session: bool = False) -> DesignReport:
-    """The design check of a data set against its declared cells, or against its own levels where none are declared.
+    """Return the design check of a data set against its declared cells, or its own levels where none are declared.
 
     Where the study declares several sessions, or `by_session` says so, each session owes the cells.
     """
@@ -105,7 +105,7 @@ class _Rows:
         return list(zip(*(self.table[column].tolist() for column in columns), strict=True))
 
     def groups_of(self) -> dict[str, list[Label]]:
-        """Each participant's groups, the participants in natural order."""
+        """Return each participant's groups, the participants in natural order."""
         levels: dict[str, dict[Label, None]] = {}
         for person, *group in self.labels((self.participant, *self.groups)):
             levels.setdefault(person, {})[tuple(group)] = None
@@ -147,7 +147,7 @@ def _group_text(columns: Sequence[str], group: Label) -> str:
 
 
 def _owed_cells(rows: _Rows, crossings: Sequence[Crossing]) -> Plan:
-    """The levels that each participant owes; one in two groups owes those of the first, and is reported."""
+    """Return the levels that each participant owes; one in two groups owes those of the first, and is reported."""
     seen = _observed_levels(rows)
     by_group: dict[Label, dict[str, tuple[str, ...]]] = {}
     for group, levels in seen.items():
@@ -240,7 +240,7 @@ def _place(rows: _Rows, key: Label, found: str) -> Place:
 def value_problems(
     table: pd.DataFrame, participant: str, cells: Sequence[str], value: str, *, scale: Scale | None, limit: int
 ) -> list[Problem]:
-    """Every value that is no finite number, off the scale or off its steps, and every constant rater."""
+    """Return every value that is no finite number, off the scale or off its steps, and every constant rater."""
     rows: list[Row] = [
         (str(person), tuple(map(str, cell)), number)
         for person, number, *cell in zip(*(table[c].tolist() for c in (participant, value, *cells)), strict=True)
@@ -303,7 +303,7 @@ def _all(values: Sequence[object]) -> str:
 
 
 def lookalikes(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[Place]:
-    """Each set of different labels in one column that differ only in how a number, a letter or a blank is written."""
+    """Yield the sets of labels in one column that differ only in how a number, a letter or a blank is written."""
     for column in columns:
         alike: dict[str, set[str]] = {}
         for label in table[column].dropna().unique().tolist():

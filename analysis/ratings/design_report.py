@@ -40,7 +40,7 @@ class Place:
     found: str = ""
 
     def text(self) -> str:
-        """One line: participant, cell, found."""
+        """Return one line: participant, cell, found."""
         cell = [f"{column} {level}" for column, level in self.cell.items()]
         where = ", ".join([self.participant, *cell])
         return f"{where}: {self.found}" if self.found else where
@@ -63,7 +63,7 @@ class Problem:
         return f"{count(self.count, thing)} {shared}".rstrip()
 
     def text(self) -> str:
-        """A headline with the count, then one line for each listed place."""
+        """Return a headline with the count, then one line for each listed place."""
         lines = [f"{self.title}:", *(f"  {place.text()}" for place in self.listed)]
         if self.count > len(self.listed):
             lines.append(f"  ... and {self.count - len(self.listed):,} more")
@@ -86,11 +86,11 @@ class DesignReport:
         return not self.problems
 
     def of(self, kind: Kind) -> Problem | None:
-        """The problem or note of one kind, or None."""
+        """Return the problem or note of one kind, or None."""
         return next((problem for problem in (*self.problems, *self.notes) if problem.kind == kind), None)
 
     def text(self) -> str:
-        """The report for a terminal."""
+        """Return the report for a terminal."""
         verdict = "complete" if self.ok else "not usable as it is"
         people, given = count(self.participants, "participant"), count(self.rows, "rating")
         head = f"{people}, {given}, {count(self.cells_owed, 'cell')} owed: {verdict}"
@@ -98,5 +98,5 @@ class DesignReport:
 
 
 def gathered(kind: Kind, places: Sequence[Place], limit: int) -> list[Problem]:
-    """The places as one problem, or none where there are none."""
+    """Return the places as one problem, or none where there are none."""
     return [Problem(kind, len(places), tuple(places[:limit]))] if places else []

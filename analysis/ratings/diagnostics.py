@@ -93,7 +93,7 @@ class Rater:
 def diagnose(
     trials: Iterable[Answered], low: float, high: float, owed: int | None = None, limits: Limits | None = None
 ) -> tuple[Diagnostic, ...]:
-    """Every sign of one session's ratings on a scale from `low` to `high`; practice trials do not count.
+    """Return every sign of one session's ratings on a scale from `low` to `high`; practice trials do not count.
 
     `owed` is how many counted trials should have been answered by now; the default is those that were.
     Raises DiagnosticsError on a scale without extent, or a value that is not finite or off the scale.
@@ -164,7 +164,7 @@ def variability(rater: Rater) -> Diagnostic:
 
 @lru_cache(maxsize=10_000)
 def _spread(values: tuple[float, ...]) -> float:
-    """The SD of a trial's sorted values: exact, hence slow, and on a scale with steps the same ones come again."""
+    """Return the SD of a trial's sorted values: exact, hence slow, and cached, as steps repeat the same ones."""
     return pstdev(values)
 
 
@@ -178,7 +178,7 @@ def at_the_ends(rater: Rater) -> Diagnostic:
 
 
 def too_fast(rater: Rater) -> Diagnostic:
-    """The share of trials answered in less than `seconds_per_item` for each item."""
+    """Return the share of trials answered in less than `seconds_per_item` for each item."""
     per_item = _per_item(rater)
     limits = rater.limits
     if not per_item:
@@ -189,7 +189,7 @@ def too_fast(rater: Rater) -> Diagnostic:
 
 
 def seconds_per_item(rater: Rater) -> Diagnostic:
-    """The median over trials of the seconds an item took."""
+    """Return the median over trials of the seconds an item took."""
     per_item, limit = _per_item(rater), rater.limits.seconds_per_item
     if not per_item:
         return none("time per item", "s", "no response time is on record")
@@ -270,19 +270,19 @@ def _pearson(pairs: Sequence[tuple[float, float]]) -> float | None:
 
 
 def none(name: str, unit: str, why: str, n: int = 0) -> Diagnostic:
-    """A sign without a number, and why."""
+    """Return a sign without a number, and why."""
     return Diagnostic(name, None, unit, n, None, False, f"No number: {why}.")
 
 
 def of_share(name: str, part: int, n: int, limit: float, enough: bool, what: str, *, above: bool = False) -> Diagnostic:
-    """A share that is flagged from its limit on, or above it."""
+    """Return a share that is flagged from its limit on, or above it."""
     value, rule = part / n, f"flagged {'above' if above else 'from'} {limit:.0%}"
     flagged = enough and (value > limit if above else value >= limit)
     return Diagnostic(name, value, "share", n, limit, flagged, f"{part} of {n} {what} ({value:.0%}); {rule}.")
 
 
 def of_run(name: str, run: int, n: int, limit: int, what: str) -> Diagnostic:
-    """A run of trials that is flagged from its limit on."""
+    """Return a run of trials that is flagged from its limit on."""
     if not n:
         return none(name, "trials", "no trial is answered yet")
     sentence = f"At most {count(run, 'trial')} in a row with {what}, of {n}; flagged from {limit}."
@@ -290,7 +290,7 @@ def of_run(name: str, run: int, n: int, limit: int, what: str) -> Diagnostic:
 
 
 def of_seconds(name: str, seconds: Sequence[float], limit: float, enough: bool, unit: str) -> Diagnostic:
-    """A median time that is flagged below its limit."""
+    """Return a median time that is flagged below its limit."""
     value = median(seconds)
     sentence = f"{value:.2f} s {unit} (median of {count(len(seconds), 'trial')}); flagged below {limit:g} s."
     return Diagnostic(name, value, "s", len(seconds), limit, enough and value < limit, sentence)

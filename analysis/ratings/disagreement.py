@@ -51,7 +51,7 @@ def disagreement(
     subject: str = "participant",
     confidence: float = 0.95,
 ) -> Disagreement:
-    """The SD between participants in each of two categories of attributes, and the second over the first.
+    """Return the SD between participants in each of two categories of attributes, and the second over the first.
 
     In each combination of attribute and `over` the variance over participants (n - 1) is taken, and these variances
     are averaged within a category. Participants are the sample, not stimuli: the interval is the jackknife's over
@@ -107,7 +107,7 @@ def _compared(cells: PersonCells, sides: tuple[list[int], list[int]], left_out: 
 
 
 def _centred_columns(values: Floats) -> tuple[Floats, int]:
-    """Every column minus its first known value, all divided by one power of two, and its exponent."""
+    """Return every column minus its first known value, all divided by one power of two, and its exponent."""
     pivots = np.array([next((v for v in column if not math.isnan(v)), 0.0) for column in values.T.tolist()])
     change = values - pivots
     small, exponent = scaled(np.nan_to_num(change))
@@ -115,7 +115,7 @@ def _centred_columns(values: Floats) -> tuple[Floats, int]:
 
 
 def _variances(values: Floats) -> tuple[float, Floats]:
-    """The mean variance of the columns, and the same without each participant in turn."""
+    """Return the mean variance of the columns, and the same without each participant in turn."""
     there = ~np.isnan(values)
     n = np.count_nonzero(there, axis=0)
     away = values - np.nansum(values, axis=0) / n

@@ -19,7 +19,7 @@ ITEMS = ("attribute", "stimulus")
 def without_gaps(
     table: pd.DataFrame, missing: Literal["raise", "listwise"] = "raise", items: tuple[str, ...] = ITEMS
 ) -> tuple[pd.DataFrame, dict[str, int]]:
-    """The rows of the participants who rated all that others of their `group` rated, and how much each other one lacks.
+    """Return the rows of who rated all that others of their `group` rated, and how much each other person lacks.
 
     What is owed is, in each group, every combination of `items` as often as the participant with most of it rated it;
     a value of NaN is no rating. Raises DataRefused where someone lacks ratings (unless `missing="listwise"`) and where

@@ -25,7 +25,7 @@ ENDS: Mapping[str, Ends] = MappingProxyType(
 
 
 def normalised(table: pd.DataFrame, scale: Ends | None, how: How) -> tuple[pd.DataFrame, Ends | None]:
-    """A copy of a long table with its column `value` on another scale, and the ends of that scale (None: it has none).
+    """Return a copy of a long table with `value` on another scale, and the ends of that scale (None: it has none).
 
     - `none`: as it is.
     - `to_0_100`, `to_-100_100`: the declared ends of `scale` go to the new ends, all between them in proportion.
@@ -82,7 +82,7 @@ def _stretched(values: Floats, scale: Ends, ends: Ends, table: pd.DataFrame) -> 
 
 
 def _own(values: Floats, table: pd.DataFrame, rule: Callable[[Floats], Floats | str], how: str) -> Floats:
-    """Every participant's own rule, attribute by attribute; those that have none are named."""
+    """Return every participant's own rule, attribute by attribute; those that have none are named."""
     names = ["participant", *(["attribute"] if "attribute" in table.columns else [])]
     axes = [coded(table[name], name) for name in names]
     scaled = np.full(len(values), np.nan)

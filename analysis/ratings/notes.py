@@ -39,7 +39,7 @@ def data_notes(
 
 
 def exclusion_lines(exclusions: Iterable[Exclusion]) -> Iterator[str]:
-    """Each exclusion as a line; many that say the same are one counted line, so that those that differ are seen."""
+    """Yield each exclusion as a line; many that are alike are one counted line, so that others are seen."""
     ordered = sorted(exclusions, key=lambda line: (line.what, line.why, line.rows))
     for (what, why, rows), own in groupby(ordered, key=lambda line: (line.what, line.why, line.rows)):
         whose = [line.who for line in own]

@@ -58,7 +58,7 @@ def one_sample(values: Floats, *, floor: float = 0.0, confidence: float = 0.95, 
 
 
 def columns_of(sample: OneSample) -> dict[str, float | int]:
-    """The test as columns of a table."""
+    """Return the test as columns of a table."""
     return {
         "n": sample.n,
         "mean": sample.mean,

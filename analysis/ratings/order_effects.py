@@ -78,7 +78,7 @@ def order_effect(
     carry_over: bool = False,
     confidence: float = 0.95,
 ) -> OrderEffect:
-    """How a measure goes with the place of its trial in the session, one value per trial.
+    """Return how a measure goes with the place of its trial in the session, one value per trial.
 
     With `adjust="stimulus"`, y = participant + stimulus + b position is fitted by least squares first, and the effect
     of the stimulus (centred on 0) is subtracted: a balanced order and a random one are treated alike. Then each
@@ -134,7 +134,7 @@ def _counted(place: Floats, sessions: Codes, people: Codes) -> Floats:
 
 
 def _two_way(y: Floats, people: Codes, stimuli: Codes) -> tuple[Floats, Floats]:
-    """What is left of y beside additive participants and stimuli, and the stimuli's effects (alternating means)."""
+    """Return y without additive participants and stimuli, and the stimuli's effects (by alternating means)."""
     n_people, n_stimuli = np.bincount(people), np.bincount(stimuli)
     rest, effects = y - y.mean(), np.zeros(len(n_stimuli))
     scale = float(np.abs(rest).max())
@@ -166,7 +166,7 @@ def _adjusted(trials: _Trials) -> tuple[Floats, Floats]:
 
 
 def _slopes(y: Floats, x: Floats, people: Codes) -> Floats:
-    """The least-squares slope of every participant; NaN where all their x are one."""
+    """Return the least-squares slope of every participant; NaN where all their x are one."""
     n = np.bincount(people)
     away = x - (np.bincount(people, x) / n)[people]
     change = y - y[np.unique(people, return_index=True)[1]][people]
@@ -200,7 +200,7 @@ def _bins(y: Floats, trials: _Trials, bins: int, confidence: float) -> list[Bin]
 
 
 def _carried(y: Floats, trials: _Trials, effects: Floats, confidence: float) -> OneSample:
-    """Each participant's slope on the effect of the stimulus in the trial before, within one session."""
+    """Return each participant's slope on the effect of the stimulus in the trial before, within one session."""
     follows = np.flatnonzero(
         (trials.people[1:] == trials.people[:-1])
         & (trials.session[1:] == trials.session[:-1])
@@ -214,7 +214,7 @@ def _carried(y: Floats, trials: _Trials, effects: Floats, confidence: float) -> 
 
 
 def one_per_trial(data: pd.DataFrame, keys: Sequence[str], dv: str) -> pd.DataFrame:
-    """One row per trial with the largest value of `dv`: the time at which the last of its attributes was answered."""
+    """Return one row per trial with the largest `dv`: the time at which the last of its attributes was answered."""
     values: dict[tuple[str, ...], float] = {}
     columns = [[written(label) for label in data[key].tolist()] for key in keys]
     for *label, value in zip(*columns, numbers_of(data[dv], dv).tolist(), strict=True):

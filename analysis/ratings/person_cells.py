@@ -35,7 +35,7 @@ class PersonCells:
     cells: tuple[Label, ...]
 
     def level(self, name: str) -> list[str]:
-        """The level of one column in every cell."""
+        """Return the level of one column in every cell."""
         place = self.by.index(name)
         return [cell[place] for cell in self.cells]
 
@@ -52,13 +52,13 @@ class PersonCells:
         )
 
     def without(self, name: str) -> PersonCells:
-        """The same cells without the level of one column, which is one level in all of them."""
+        """Return the same cells without the level of one column, which is one level in all of them."""
         keep = [k for k, column in enumerate(self.by) if column != name]
         cells = tuple(tuple(cell[k] for k in keep) for cell in self.cells)
         return replace(self, by=tuple(self.by[k] for k in keep), cells=cells)
 
     def floor(self) -> float:
-        """The variation that rounding the data alone could make."""
+        """Return the variation that rounding the data alone could make."""
         known = self.values[~np.isnan(self.values)]
         return ROUNDING_ULPS * float(np.spacing(np.abs(known).max())) if known.size else 0.0
 
@@ -71,7 +71,7 @@ def person_cells(
     subject: str = "participant",
     levels: Levels = NO_LEVELS,
 ) -> PersonCells:
-    """The participants' means in every combination of the columns `by` that occurs.
+    """Return the participants' means in every combination of the columns `by` that occurs.
 
     Cells stand in the order of `levels` where it names a column, else in natural order; participants in natural order.
     Raises UnknownColumn, BadValue; BadOption where `by` is empty.
@@ -116,19 +116,19 @@ def _axis(column: pd.Series[Any], name: str, order: Sequence[str]) -> tuple[Coun
 
 
 def written(label: object) -> str:
-    """A label as text; 1 and 1.0 are one label."""
+    """Return a label as text; 1 and 1.0 are one label."""
     return str(int(label)) if isinstance(label, float) and label.is_integer() else str(label)
 
 
 def texts_of(data: pd.DataFrame, name: str) -> list[str]:
-    """A column of labels as text; 1, 1.0 and "1" read the same."""
+    """Return a column of labels as text; 1, 1.0 and "1" read the same."""
     codes = coded(data[name], name)
     labels = [written(label) for label in codes.labels]
     return [labels[code] for code in codes.codes]
 
 
 def complete_people(cells: PersonCells, missing: str = "raise") -> list[int]:
-    """Who has a value in every cell. With `missing="raise"`, IncompleteCells names whoever lacks one."""
+    """Return who has a value in every cell. With `missing="raise"`, IncompleteCells names whoever lacks one."""
     whole = np.atleast_1d(~np.isnan(cells.values).any(axis=1))
     if not whole.all() and missing == "raise":
         gaps = np.argwhere(np.isnan(cells.values)).tolist()
@@ -138,12 +138,12 @@ def complete_people(cells: PersonCells, missing: str = "raise") -> list[int]:
 
 
 def place(cells: PersonCells, j: int) -> str:
-    """A cell in words."""
+    """Return a cell in words."""
     return ", ".join(f"{name} {level!r}" for name, level in zip(cells.by, cells.cells[j], strict=True))
 
 
 def constant_columns(data: pd.DataFrame, names: Sequence[str], subject: str = "participant") -> tuple[str, ...]:
-    """Those of the columns that differ between participants but never within one: between factors."""
+    """Return those of the columns that differ between participants but never within one: between factors."""
     people = coded(data[subject], subject)
     constant = []
     for name in names:

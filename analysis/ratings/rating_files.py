@@ -54,7 +54,7 @@ def _other_files(folder: Path) -> list[str]:
 
 
 def load_ratings(folder: Path) -> Ratings:
-    """The data set that `save_ratings` wrote to `folder`.
+    """Return the data set that `save_ratings` wrote to `folder`.
 
     Raises DataRefused where it is none, is of a newer format, or its table was changed since.
     """

@@ -65,7 +65,7 @@ def read_ratings(
     simulated: bool | None = None,
     withdrawn: Collection[str] = (),
 ) -> Ratings:
-    """The ratings of `study`, without practice trials and, unless told, without interrupted sessions.
+    """Return the ratings of `study`, without practice trials and, unless told, without interrupted sessions.
 
     Every session and practice trial left out has a line in `exclusions`. `digest` (or its beginning) chooses one
     version of a study that was changed between participants; `simulated` keeps only simulated or only real
@@ -86,7 +86,7 @@ def chosen(
     connection: Connection, study: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None,
     withdrawn: Collection[str] = (),
 ) -> tuple[Study, Choice]:  # fmt: skip
-    """The version of the study that is analysed, and which of its sessions are. Raises DataRefused as above."""
+    """Return the version of the study that is analysed, and which of its sessions are. Raises DataRefused as above."""
     rows = [SessionRow(**row) for row in query(connection, _SESSIONS, study)]
     if not rows:
         raise DataRefused(_no_sessions(connection, study))
@@ -95,7 +95,7 @@ def chosen(
 
 
 def left_out_sessions(choice: Choice) -> tuple[Exclusion, ...]:
-    """A line for every session that is not analysed, where the study rates nothing."""
+    """Return a line for every session that is not analysed, where the study rates nothing."""
     return tuple(
         Exclusion("session", f"{session.participant}, session {session.session}", why, 0)
         for session, why in choice.left_out
@@ -112,13 +112,13 @@ def _connected(source: Engine | Connection) -> Iterator[Connection]:
 
 
 def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[str, Any]]:
-    """The rows of the statement by the names of its columns; equal texts are one object."""
+    """Yield the rows of the statement by the names of its columns; equal texts are one object."""
     for names, row in _rows(connection, statement, study):
         yield dict(zip(names, row, strict=True))
 
 
 def _rows(connection: Connection, statement: Any, study: str) -> Iterator[tuple[tuple[str, ...], list[Any]]]:
-    """The names of the columns, and a row; equal texts are one object: a large study repeats its names in every row."""
+    """Yield the names of the columns, and a row; equal texts are one object, as a large study repeats its names."""
     texts: dict[str, str] = {}
     try:
         result = connection.execute(statement, {"study": study})
@@ -155,7 +155,7 @@ def _study(definition: Any, study: str) -> Study:
 
 
 def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Ratings:
-    """The ratings of these sessions, wherever their rows come from. Raises DataRefused as `read_ratings` does."""
+    """Return the ratings of these sessions, wherever their rows come from. Raises DataRefused as `read_ratings`."""
     if not study.attributes:
         raise DataRefused(
             f"study {study.study!r}: its task is {study.task}, which gives no ratings; what was answered lies in the"
@@ -194,18 +194,18 @@ def _describe(session: SessionRow) -> str:
 
 
 def _sources(study: Study, stimuli: set[str]) -> dict[str, int]:
-    """How many of the stimuli that were met have each value in the column `source`, where the study has one."""
+    """Return how many of the stimuli that were met have each value in the column `source`, where the study has one."""
     columns = [stimulus.columns for stimulus in study.stimuli if stimulus.id in stimuli]
     return dict(Counter(column[SOURCE] for column in columns)) if all(SOURCE in column for column in columns) else {}
 
 
 def column_name(stimulus_column: str) -> str:
-    """The table's name for a column of the stimulus table: its own, unless that name has a meaning of its own."""
+    """Return the table's name for a column of the stimulus table: its own, unless that name has another meaning."""
     return f"stimulus.{stimulus_column}" if stimulus_column in RESERVED else stimulus_column
 
 
 def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:
-    """The within factors, and the cells that each group owes."""
+    """Return the within factors, and the cells that each group owes."""
     groups = {group: [s.columns for s in study.stimuli_of(group)] for group in (study.groups or [None])}
     named = study.analysis.within if study.analysis is not None else ()
     for name in named:
@@ -271,7 +271,7 @@ def _number(rating: Rating) -> float:
 
 
 def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:
-    """The study and every session file, kept or left out, by their SHA-256."""
+    """Return the study and every session file, kept or left out, by their SHA-256."""
     sessions = (*choice.kept, *(session for session, _ in choice.left_out))
     return (
         Input(f"study {study.study}", choice.digest, "the compiled study"),
@@ -286,7 +286,7 @@ def _left_out(choice: Choice, ratings: Sequence[Rating]) -> Iterator[Exclusion]:
 
 
 def _without_ratings(choice: Choice, counted: Sequence[Rating]) -> Iterator[Exclusion]:
-    """A session kept but empty has no row in the table, so only this line tells of it."""
+    """Yield a session kept but empty has no row in the table, so only this line tells of it."""
     rated = {rating.session for rating in counted}
     for session in choice.kept:
         if session.session not in rated:
@@ -302,7 +302,7 @@ def _practice(sessions: set[str], ratings: Sequence[Rating]) -> Iterator[Exclusi
 
 
 def crossed_columns(groups: Sequence[Sequence[Columns]], only: Sequence[str] = ()) -> tuple[str, ...]:
-    """The largest set of columns that names every stimulus of every group by a full crossing, each cell once.
+    """Return the largest set of columns that names every stimulus of every group by a full crossing, each cell once.
 
     `groups` holds, for each group of participants, the columns of the stimuli that it is given. A column with
     one level is no factor; `only`, where given, are the columns to choose from. Of two sets of one size the one
@@ -317,7 +317,7 @@ def crossed_columns(groups: Sequence[Sequence[Columns]], only: Sequence[str] = (
 
 
 def levels_of(columns: Sequence[str], stimuli: Sequence[Columns]) -> dict[str, tuple[str, ...]]:
-    """The levels of each column in the order in which the study lists them."""
+    """Return the levels of each column in the order in which the study lists them."""
     return {name: tuple(dict.fromkeys(stimulus[name] for stimulus in stimuli)) for name in columns}
 
 
@@ -329,7 +329,7 @@ def _shared(groups: Sequence[Sequence[Columns]]) -> list[str]:
 
 
 def _may_cross(name: str, groups: Sequence[Sequence[Columns]]) -> bool:
-    """Whether the column has several levels in each group, and their number divides that of the stimuli."""
+    """Return whether the column has several levels in each group, and their number divides that of the stimuli."""
     counts = [(len({stimulus[name] for stimulus in group}), len(group)) for group in groups]
     return all(levels > 1 and stimuli % levels == 0 for levels, stimuli in counts)
 

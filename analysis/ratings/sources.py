@@ -42,7 +42,7 @@ class DataRequest:
 
 
 def read_source(request: DataRequest, progress: Progress = lambda *_: None) -> tuple[Ratings, str]:
-    """The ratings that are asked for and their title ("" where they have none).
+    """Return the ratings that are asked for and their title ("" where they have none).
 
     Session files are gathered into a database in memory, so that files, a collected database and a lab of one
     session take one path. Raises DataRefused where there is no such data set, or what reading it raises.
@@ -74,7 +74,7 @@ def _from_ledgers(paths: list[Path], request: DataRequest, progress: Progress) -
 
 
 def gathered(paths: list[Path], lab: Path, progress: Progress = lambda *_: None) -> Engine:
-    """What the session files answered, in a database of its own; people who withdrew from the lab are marked."""
+    """Return what the session files answered, in a database of its own; people who withdrew from the lab are marked."""
     engine = scratch_database()
     progress(0, len(paths), "reading")
     with closing(fill(engine, paths, withdrawn(lab), with_events=False)) as read:
@@ -96,7 +96,7 @@ def _from_database(engine: Engine, request: DataRequest) -> tuple[Ratings, str]:
 
 
 def _title(engine: Engine, ratings: Ratings) -> str:
-    """The title that stands in the study's definition; its digest is the first input of the ratings."""
+    """Return the title that stands in the study's definition; its digest is the first input of the ratings."""
     query = text("SELECT title FROM studies WHERE study_digest = :digest")
     with engine.connect() as connection:
         title = connection.execute(query, {"digest": ratings.inputs[0].sha256}).scalar_one_or_none()
@@ -104,12 +104,12 @@ def _title(engine: Engine, ratings: Ratings) -> str:
 
 
 def both_of(name: str, folder: Path) -> DataRefused:
-    """The refusal where a lab has sessions of a study and an imported data set of the same name."""
+    """Return the refusal where a lab has sessions of a study and an imported data set of the same name."""
     return DataRefused(f"{name!r} is both a study with sessions and imported in {folder}; rename the import")
 
 
 def nothing_of(name: str, lab: Path) -> DataRefused:
-    """The refusal where a lab has neither sessions of a study nor an imported data set of that name."""
+    """Return the refusal where a lab has neither sessions of a study nor an imported data set of that name."""
     imported = lab / IMPORTED
     folders = [path for path in imported.iterdir() if path.is_dir()] if imported.is_dir() else []
     known = sorted(path.name for path in folders if not path.name.startswith(UNFINISHED))

@@ -117,7 +117,7 @@ def _number(text: str, column: str) -> float:
 
 
 def _ends(own: pd.DataFrame, aims: Floats) -> list[str]:
-    """Which of an attribute's targets this is; targets between the ends keep their number."""
+    """Return which of an attribute's targets this is; targets between the ends keep their number."""
     attributes = own["attribute"].tolist()
     targets: dict[str, set[float]] = {}
     for name, aim in zip(attributes, aims.tolist(), strict=True):

@@ -58,7 +58,7 @@ def trends(
     missing: str = "raise",
     levels: Levels = NO_LEVELS,
 ) -> Trends:
-    """Each participant's least-squares slope over a family's levels, and the mean of these slopes with its t interval.
+    """Return each participant's least-squares slope over a family's levels, and their mean with its t interval.
 
     The levels stand one step apart in their order (`levels`, else natural), or where the column `numeric` says; there
     every level has one number. Values of a participant at one level are averaged first. `reference` is a level that
@@ -108,7 +108,7 @@ def cell_trends(
 
 
 def families_of(data: pd.DataFrame, level: str, family: str, order: Sequence[str]) -> dict[str, str]:
-    """The family of each level. Raises DataRefused where a level stands in two."""
+    """Return the family of each level. Raises DataRefused where a level stands in two."""
     families: dict[str, set[str]] = {}
     for one, group in zip(texts_of(data, level), texts_of(data, family), strict=True):
         families.setdefault(one, set()).add(group)
@@ -121,7 +121,7 @@ def families_of(data: pd.DataFrame, level: str, family: str, order: Sequence[str
 
 
 def steps_of(data: pd.DataFrame, level: str, numeric: str | None) -> dict[str, float] | None:
-    """The number of each level in a column, None where no column is named. One number for each level, or refused."""
+    """Return the number of each level in a column, None where no column is named. Refuses several for one level."""
     if numeric is None:
         return None
     numbers: dict[str, set[str]] = {}
@@ -146,7 +146,7 @@ def _number(text: str, column: str, level: str) -> float:
 
 
 def _members(order: Sequence[str], families: Mapping[str, str]) -> dict[str, list[int]]:
-    """The cells of each family, in order; families as they come along the levels."""
+    """Return the cells of each family, in order; families as they come along the levels."""
     members: dict[str, list[int]] = {}
     for j, one in enumerate(order):
         members.setdefault(families[one], []).append(j)
@@ -156,7 +156,7 @@ def _members(order: Sequence[str], families: Mapping[str, str]) -> dict[str, lis
 
 
 def reference_level(order: Sequence[str], families: Mapping[str, str], chosen: str | None = None) -> str | None:
-    """The level that others are compared with: the wanted one, else the first where it is a family of its own."""
+    """Return the level that others are compared with: the chosen one, else the first if it is its own family."""
     if chosen is not None:
         if chosen not in order:
             raise DataRefused(f"no level {chosen!r} to compare with; {nearest(chosen, order)}")
@@ -183,7 +183,7 @@ def _slope(
 
 
 def _weights(x: Floats) -> Floats:
-    """What each level's value counts in a least-squares slope: (x - mean) / sum of squares."""
+    """Return what each level's value counts in a least-squares slope: (x - mean) / sum of squares."""
     away = x - x[0]
     away = away - math.fsum(away.tolist()) / len(away)
     weights: Floats = away / math.fsum((away * away).tolist())
@@ -191,7 +191,7 @@ def _weights(x: Floats) -> Floats:
 
 
 def _rises(values: Floats, weights: Floats) -> Floats:
-    """The slope of every row, from differences to its first value."""
+    """Return the slope of every row, from differences to its first value."""
     if not len(values):
         return np.array([])
     high, low = differences((values, None), 1)
@@ -200,7 +200,7 @@ def _rises(values: Floats, weights: Floats) -> Floats:
 
 
 def _there(cells: PersonCells, missing: str) -> list[int]:
-    """Who rated every one of these levels; who rated none of them belongs to another group and is not missed."""
+    """Return who rated every one of these levels; who rated none of them belongs to another group and is not missed."""
     any_here = np.flatnonzero(~np.isnan(cells.values).all(axis=1)).tolist()
     here = cells.only(range(len(cells.cells)), any_here)
     return [any_here[i] for i in complete_people(here, missing)]
@@ -209,7 +209,7 @@ def _there(cells: PersonCells, missing: str) -> list[int]:
 def _against(
     cells: PersonCells, order: list[str], start: str | None, confidence: float, missing: str
 ) -> Iterator[tuple[str, OneSample]]:
-    """Every other level minus the reference."""
+    """Yield every other level minus the reference."""
     for j, one in enumerate(order):
         if start is None or one == start:
             continue

@@ -57,7 +57,7 @@ def mean_intervals(
     missing: Literal["raise", "listwise"] = "raise",
     levels: Levels = NO_LEVELS,
 ) -> pd.DataFrame:
-    """One row per cell of `by`: n, mean, sd, sd_interval, half, ci_low, ci_high, ratings_min, ratings_max, note.
+    """Return one row per cell of `by`: n, mean, sd, sd_interval, half, ci_low, ci_high, ratings_min, ratings_max, note.
 
     Each participant's values in a cell are averaged first; n, mean and sd are over participants. `between` names the
     columns of `by` that tell groups of participants apart: every interval is made within one group. The interval is
@@ -92,7 +92,7 @@ def mean_intervals(
 
 
 def _groups(cells: PersonCells, between: Sequence[str]) -> list[PersonCells]:
-    """The cells of each group with the participants who have a value there."""
+    """Return the cells of each group with the participants who have a value there."""
     columns = [cells.level(name) for name in between]
     labels = list(zip(*columns, strict=True)) if columns else [()] * len(cells.cells)
     seen = ~np.isnan(cells.values)
@@ -145,7 +145,7 @@ def _group_rows(
 
 
 def _halves(values: Floats, method: Interval, confidence: float) -> list[_Half]:
-    """The interval of every cell from the array (participants, cells) of one group."""
+    """Return the interval of every cell from the array (participants, cells) of one group."""
     n, m = values.shape
     if method == "none":
         return [_Half(NAN, NAN)] * m
@@ -163,7 +163,7 @@ def _halves(values: Floats, method: Interval, confidence: float) -> list[_Half]:
 
 
 def _without_person(values: Floats) -> Floats:
-    """Each participant's values minus their own mean: differences first, so that no offset costs a digit."""
+    """Return each participant's values minus their own mean: differences first, so that no offset costs a digit."""
     high, low = differences((values, None), 1)
     change: Floats = high if low is None else high + low
     own: Floats = centred(change, 1) / values.shape[1]
@@ -178,7 +178,7 @@ def _student(values: Floats, confidence: float) -> _Half:
 
 
 def _pooled(own: Floats, confidence: float) -> _Half:
-    """One width for all cells, from the mean square of the participant x cell interaction."""
+    """Return one width for all cells, from the mean square of the participant x cell interaction."""
     n, m = own.shape
     high, low = differences((own, None), 0)
     rest = centred(high if low is None else high + low, 0) / n

@@ -25,7 +25,7 @@ class Worded:
 def diagnose_words(
     trials: Iterable[Worded], owed: int | None = None, limits: Limits | None = None
 ) -> tuple[Diagnostic, ...]:
-    """Every sign of one session's words; practice trials do not count. All thresholds are our judgement.
+    """Return every sign of one session's words; practice trials do not count. All thresholds are our judgement.
 
     `owed` is how many counted trials should have been answered by now; the default is those that were.
     """
@@ -49,7 +49,7 @@ def _signs(trials: list[Worded], owed: int, limits: Limits) -> Iterator[Diagnost
 
 
 def _amount(trials: list[Worded]) -> Diagnostic:
-    """How much was ticked of what was offered; how many words were written, where nothing was offered."""
+    """Return how much was ticked of what was offered; how many words were written, where nothing was offered."""
     if not trials:
         return none("words per trial", "words", "no trial is answered yet")
     if any(trial.offered for trial in trials):
@@ -63,7 +63,7 @@ def _amount(trials: list[Worded]) -> Diagnostic:
 
 
 def _always_the_same(trials: list[Worded], limits: Limits) -> Diagnostic:
-    """How many different sets of words there are, as a share of the trials: one set throughout is flagged."""
+    """Return how many different sets of words there are, as a share of the trials: one set throughout is flagged."""
     name, n = "different sets of words", len(trials)
     if not n:
         return none(name, "share", "no trial is answered yet")

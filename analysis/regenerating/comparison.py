@@ -34,12 +34,12 @@ class Difference:
     found: str
 
     def text(self) -> str:
-        """One line: file, place, what was committed, what was found."""
+        """Return one line: file, place, what was committed, what was found."""
         return f"{self.file}: {self.where}: committed {self.committed}, found {self.found}"
 
 
 def differences(texts: Mapping[str, str], folder: Path) -> list[Difference]:
-    """Every difference between the regenerated texts and the files committed in `folder`.
+    """Return every difference between the regenerated texts and the files committed in `folder`.
 
     statistics.json is compared number by number (relative 1e-9; times and versions are free), test and figure tables
     cell by cell in the same way, the tidy tables exactly. Below 1e-12 a number other than p counts as 0. Pictures,

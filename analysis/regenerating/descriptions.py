@@ -19,7 +19,7 @@ OUTCOME = "outcome"
 
 
 def test_table(results: Sequence[QuestionResult], known: Collection[str] = ()) -> Table:
-    """One test's rows, its outcomes below each other; notes as footnotes, a refused outcome with its reason.
+    """Return one test's rows, its outcomes below each other; notes as footnotes, a refused outcome with its reason.
 
     An outcome of one row stands in a column, outcomes of several rows each have a heading.
     """
@@ -41,7 +41,7 @@ def test_table(results: Sequence[QuestionResult], known: Collection[str] = ()) -
 
 
 def _rows(result: QuestionResult) -> Sequence[Row]:
-    """An outcome's rows; one that has no answer has one row of nothing, and the reason as its note."""
+    """Return an outcome's rows; one that has no answer has one row of nothing, and the reason as its note."""
     return ({"note": f"Not answered: {result.refused}"},) if result.answer is None else result.answer.rows
 
 
@@ -51,36 +51,36 @@ def _cut(results: Sequence[QuestionResult]) -> list[str]:
 
 
 def by_test(results: Sequence[QuestionResult]) -> list[tuple[QuestionResult, ...]]:
-    """The answers of each test, in the plan's order."""
+    """Return the answers of each test, in the plan's order."""
     return [tuple(own) for _, own in groupby(results, key=lambda result: result.asked.name)]
 
 
 def test_name(results: Sequence[QuestionResult]) -> str:
-    """A test's name in words."""
+    """Return a test's name in words."""
     name = results[0].asked.name.replace("_", " ").replace("-", " ")
     return name[:1].upper() + name[1:]
 
 
 def test_kind(results: Sequence[QuestionResult]) -> str:
-    """The kind of a test in words, "" where its name already says so."""
+    """Return the kind of a test in words, "" where its name already says so."""
     told = TESTS[results[0].asked.test].title
     return "" if told.lower() == test_name(results).lower() else told
 
 
 def test_title(results: Sequence[QuestionResult]) -> str:
-    """A test's name in words, and its kind where the name does not say it."""
+    """Return a test's name in words, and its kind where the name does not say it."""
     name, kind = test_name(results), test_kind(results)
     return f"{name}: {kind}" if kind else name
 
 
 def method_of(results: Sequence[QuestionResult]) -> str:
-    """The method of the first outcome that has an answer, "" where none has."""
+    """Return the method of the first outcome that has an answer, "" where none has."""
     method = next((result.answer.method for result in results if result.answer is not None), "")
     return method if not method or method.endswith(".") else f"{method}."
 
 
 def notes_of(results: Sequence[QuestionResult]) -> tuple[str, ...]:
-    """What the answers say beside their numbers, each once; what holds for some outcomes only names them."""
+    """Return what the answers say beside their numbers, each once; what holds for some outcomes only names them."""
     told: dict[str, list[str]] = {}
     answers = [(result.outcome, result.answer) for result in results if result.answer is not None]
     for outcome, answer in answers:
@@ -92,7 +92,7 @@ def notes_of(results: Sequence[QuestionResult]) -> tuple[str, ...]:
 
 
 def rests_on(results: Sequence[QuestionResult]) -> str:
-    """How many participants and values the answers rest on, in words, and what was missing."""
+    """Return how many participants and values the answers rest on, in words, and what was missing."""
     answers = [result.answer for result in results if result.answer is not None]
     if not answers:
         return ""

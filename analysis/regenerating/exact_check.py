@@ -24,13 +24,13 @@ class ExactCheck:
     note: str
 
     def text(self) -> str:
-        """One line: the test, the effect, how far it is off."""
+        """Return one line: the test, the effect, how far it is off."""
         told = self.note if self.difference is None else f"{self.difference:.1e} from exact arithmetic"
         return f"exact: {self.test}: {self.effect}: {told}"
 
 
 def exact_checks(results: Sequence[QuestionResult]) -> list[ExactCheck]:
-    """A line for every effect of every analysis of variance that was answered from complete data."""
+    """Return a line for every effect of every analysis of variance that was answered from complete data."""
     return [check for result in results if result.asked.test == "anova" for check in _of(result)]
 
 

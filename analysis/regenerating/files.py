@@ -22,7 +22,7 @@ Seconds = Mapping[int, float]
 
 
 def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
-    """The text of every table and of statistics.json by its path in the output folder; the same for equal inputs."""
+    """Return the text of every table and of statistics.json by its path in the folder; the same for equal inputs."""
     texts = {STATISTICS: statistics_json(study, seconds)}
     for name, table in material_tables(study).items():
         texts[f"tables/{name}.csv"] = table_csv(table)
@@ -36,13 +36,13 @@ def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
 
 
 def _table(columns: Sequence[str], rows: Iterable[dict[str, Any]]) -> str:
-    """A table that has its head also where it has no rows."""
+    """Return a table that has its head also where it has no rows."""
     records = list(rows)
     return csv_text(records) if records else ",".join(columns) + "\n"
 
 
 def material_tables(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:
-    """The tidy tables that the answers rest on, after exclusions; those that the study does not have are left out."""
+    """Return the tidy tables that the answers rest on, after exclusions; those that are empty are left out."""
     material = study.material
     tables = {"trials": material.trials, "words": material.words, "forms": material.forms}
     if material.ratings is not None:
@@ -51,7 +51,7 @@ def material_tables(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:
 
 
 def test_rows(results: Sequence[QuestionResult]) -> dict[str, list[dict[str, Any]]]:
-    """The rows of each test's CSV: its outcomes one after another, a refused one with its reason; `more` beside it."""
+    """Return the rows of each test's CSV: its outcomes in order, a refused one with its reason; `more` beside it."""
     tables: dict[str, list[dict[str, Any]]] = {}
     for result in results:
         about = {"outcome": result.outcome} if result.outcome else {}
@@ -66,7 +66,7 @@ def test_rows(results: Sequence[QuestionResult]) -> dict[str, list[dict[str, Any
 
 
 def statistics_json(study: RegeneratedStudy, seconds: Seconds) -> str:
-    """Every number with the hash of its inputs, the method, what each column is, n, exclusions and seconds."""
+    """Return every number with the hash of its inputs, the method, what each column is, n, exclusions and seconds."""
     return readable_json(_statistics(study, seconds)) + "\n"
 
 
@@ -109,7 +109,7 @@ def _statistics(study: RegeneratedStudy, seconds: Seconds) -> dict[str, Any]:
 
 
 def _outcomes(found: RegeneratedStudy) -> list[dict[str, Any]]:
-    """What each rated outcome is called, and what the ends of its scale mean: a name may be that of the low end."""
+    """Return what each rated outcome is called, and what the ends of its scale mean: the name may be the low end."""
     study = found.material.study
     if study is None or study.scale is None:
         return []
@@ -156,7 +156,7 @@ def _test(result: QuestionResult, seconds: float | None) -> dict[str, Any]:
 
 
 def kinds_of(answer: Answer) -> dict[str, str]:
-    """What each column of numbers is: as the answer says it, else the statistic's usual name."""
+    """Return what each column of numbers is: as the answer says it, else the statistic's usual name."""
     rows = (*answer.rows, *(row for more in answer.more.values() for row in more))
     numbers = dict.fromkeys(name for row in rows for name, value in row.items() if isinstance(value, int | float))
     return {name: answer.kinds.get(name) or heading(name) for name in (*answer.kinds, *numbers)}

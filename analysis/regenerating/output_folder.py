@@ -39,7 +39,7 @@ def written_whole(folder: Path) -> Iterator[tuple[Path, list[str]]]:
 
 
 def listed(folder: Path) -> frozenset[str]:
-    """The files that an earlier run made in `folder`, none where none is listed."""
+    """Return the files that an earlier run made in `folder`, none where none is listed."""
     try:
         files = json.loads((folder / MARK).read_text(encoding="utf-8"))["files"]
     except (OSError, ValueError, KeyError, TypeError):

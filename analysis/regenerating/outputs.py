@@ -81,7 +81,7 @@ def times_of(study: RegeneratedStudy, lab: Path) -> dict[int, float]:
 
 
 def _read(file: Path) -> dict[str, float]:
-    """What is on file; a file that is no such record is begun anew, for it holds nothing but times."""
+    """Return what is on file; a file that is no such record is begun anew, for it holds nothing but times."""
     try:
         times: Any = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -92,7 +92,7 @@ def _read(file: Path) -> dict[str, float]:
 
 
 def _key(result: QuestionResult, study: RegeneratedStudy) -> str:
-    """What the time is the time of: the question with all that the plan says about it, its inputs and the software."""
+    """Return the key of a time: the question with all that the plan says about it, its inputs and the software."""
     declared = study.plan.declared
     asked = {"asked": result.asked.model_dump(mode="json"), "outcome": result.outcome, "inputs": result.inputs}
     plans = {"alpha": declared.alpha, "seed": declared.seed, "draws": declared.draws, "missing": result.missing.policy}

@@ -208,7 +208,7 @@ def _inputs(inputs: Iterable[Input]) -> Table:
 
 
 def facts(study: RegeneratedStudy) -> list[tuple[str, str]]:
-    """What stands at the head of the page."""
+    """Return what stands at the head of the page."""
     material = study.material
     values = len(material.ratings.table) if material.ratings is not None else len(material.words)
     what = "Ratings" if material.ratings is not None else "Words"
@@ -224,7 +224,7 @@ def facts(study: RegeneratedStudy) -> list[tuple[str, str]]:
 
 
 def declared(study: RegeneratedStudy) -> list[str]:
-    """What the plan fixes for all tests, in sentences."""
+    """Return what the plan fixes for all tests, in sentences."""
     plan: AnalysisPlan = study.plan.declared
     policies = {
         "refuse": "A test that needs a missing cell is refused.",
@@ -238,7 +238,7 @@ def declared(study: RegeneratedStudy) -> list[str]:
 
 
 def seconds_told(seconds: float) -> str:
-    """A time with the digits that mean something."""
+    """Return a time with the digits that mean something."""
     return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s" if seconds >= 0.1 else "less than 0.1 s"
 
 
@@ -251,7 +251,7 @@ class LeftOut:
 
 
 def left_out(exclusions: Sequence[Exclusion]) -> LeftOut:
-    """The ledger by reason, with its counts; a rule that met nothing says so."""
+    """Return the ledger by reason, with its counts; a rule that met nothing says so."""
     lines = [(line.what, line.who, line.why, f"{line.rows:,}") for line in exclusions if line.what != NOTHING]
     together: dict[tuple[str, str], list[Exclusion]] = {}
     for line in exclusions:

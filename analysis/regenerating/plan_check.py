@@ -83,7 +83,7 @@ def _study(request: DataRequest) -> Study | None:
 
 
 def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
-    """The study's columns with their levels (empty: any), and its outcomes by the table they stand in.
+    """Return the study's columns with their levels (empty: any), and its outcomes by the table they stand in.
 
     What participants are asked about themselves are columns, too, as `answer.NAME` where a column of the stimuli has
     the name.

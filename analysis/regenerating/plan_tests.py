@@ -55,7 +55,7 @@ class QuestionResult:
 def run_tests(
     selecting: Selecting, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
 ) -> tuple[QuestionResult, ...]:
-    """Every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
+    """Return every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
     tests, results, digests = selecting.plan.tests, [], _Digests()
     with one_thread():
         for done, asked in enumerate(tests):
@@ -81,7 +81,7 @@ def _questions(selecting: Selecting, asked: Asked) -> Iterator[Question]:
 
 
 def _compares_outcomes(asked: Asked) -> bool:
-    """Whether the outcomes themselves are a factor of the test, as the items of a questionnaire may be."""
+    """Return whether the outcomes themselves are a factor of the test, as the items of a questionnaire may be."""
     return OUTCOME in columns_named(asked, COLUMNS)
 
 
@@ -134,7 +134,7 @@ class NoModel(ValueError):
 
 
 def digest(table: pd.DataFrame, own: bool = False) -> str:
-    """The SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it.
+    """Return the SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it.
 
     Of a study's answers it takes who answered what to which stimulus; the stimulus' other columns stand in the study,
     whose digest is among the inputs. Of a table of the plan's `own` it takes every column.
@@ -147,7 +147,7 @@ def digest(table: pd.DataFrame, own: bool = False) -> str:
 
 
 def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answer]]:
-    """The answers of each test by outcome, as figures look for them."""
+    """Return the answers of each test by outcome, as figures look for them."""
     answers: dict[str, dict[str, Answer]] = {}
     for result in results:
         if result.answer is not None:

@@ -105,14 +105,14 @@ def regenerate_by(
 
 
 def _qualified(result: QuestionResult, notes: Sequence[str]) -> QuestionResult:
-    """The answer; a refusal with what qualifies the data, which may be its reason."""
+    """Return the answer; a refusal with what qualifies the data, which may be its reason."""
     if result.answer is not None or not notes:
         return result
     return replace(result, refused=f"{result.refused} (of the data: {shorten('; '.join(notes), MOST_LETTERS)})")
 
 
 def find_plan(request: DataRequest, plan_file: Path | None) -> tuple[str, Plan]:
-    """The study's name and its plan: the file given, else the lab's own for it, else the one in the study's folder.
+    """Return the study's name and plan: the file given, else the lab's own for it, else the one in its folder.
 
     The lab's own lies in LAB/studies/NAME/analysis.yaml, also for a shipped study or an imported data set.
     Raises PlanError where there is none, and where the plan is that of another study.
@@ -143,7 +143,7 @@ def _folder(request: DataRequest) -> tuple[Path, str]:
 def whole_material(
     request: DataRequest, name: str, plan: Plan | None = None, progress: Progress = lambda *_: None
 ) -> Material:
-    """A study's answers before its plan's exclusions: from a database, the lab's session files or what was imported.
+    """Return a study's answers before its plan's exclusions: from a database, session files or an imported table.
 
     Without a plan only complete sessions count. Raises DataRefused on data that cannot be read.
     """
@@ -173,7 +173,7 @@ def whole_material(
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """A table of the plan's own: text stays text ("None", "NA" too), a column of numbers is one of numbers."""
+    """Return a table of the plan's own: text stays text ("None", "NA" too), a column of numbers is one of numbers."""
     try:
         table = pd.read_csv(path, keep_default_na=False, na_values=[""], dtype=str, encoding="utf-8-sig")
     except (ValueError, OSError) as error:

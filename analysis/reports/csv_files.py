@@ -22,7 +22,7 @@ class NotFinite(ValueError):
 
 
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float.
+    """Return rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float.
 
     Raises NotFinite with the column of a number that is infinite.
     """
@@ -38,7 +38,7 @@ def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def table_csv(table: pd.DataFrame) -> str:
-    """A table as CSV, the same text as that of its rows, made column by column of some thousand rows at a time."""
+    """Return a table as CSV, the same text as that of its rows, built column by column, some thousand rows a time."""
     parts = (table.iloc[first : first + ROWS] for first in range(0, len(table), ROWS))
     return table_text([str(name) for name in table.columns], (row for part in parts for row in _lines(part)))
 
@@ -48,13 +48,13 @@ def _lines(table: pd.DataFrame) -> Iterable[Sequence[str]]:
 
 
 def _cells(name: str, values: Sequence[Any]) -> list[str]:
-    """The texts of a column's values. Most columns are of few texts, each of which is looked at once."""
+    """Return the texts of a column's values. Most columns are of few texts, each of which is looked at once."""
     texts = {value: _cell(name, value) for value in set(filter(lambda value: type(value) is str, values))}
     return [texts[value] if type(value) is str else _cell(name, value) for value in values]
 
 
 def _values(column: pd.Series[Any]) -> list[Any]:
-    """The column's values as Python's own."""
+    """Return the column's values as Python's own."""
     values: list[Any] = column.tolist()
     return [value.item() if isinstance(value, np.generic) else value for value in values]
 
@@ -77,7 +77,7 @@ def demand_not_infinite(name: str, value: float) -> float:
 
 
 def without_formula(text: str) -> str:
-    """A text that no spreadsheet runs: one that begins like a formula, and is no number, gets an apostrophe before it.
+    """Return a text that no spreadsheet runs: one that begins like a formula, and is no number, gets an apostrophe.
 
     So does one with apostrophes before such a mark: taking away the first one always gives the text back.
     """
@@ -94,5 +94,5 @@ def _is_number(text: str) -> bool:
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """The rows of a table, each by its columns' names."""
+    """Return the rows of a table, each by its columns' names."""
     return [{str(name): value for name, value in record.items()} for record in table.to_dict("records")]

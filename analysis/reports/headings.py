@@ -49,7 +49,7 @@ _NUMBERED = {"pc": "component", "dim": "dimension", "direction_": "direction"}
 
 
 def heading(name: str) -> str:
-    """A column's name in words: what is not known by another name is written with spaces."""
+    """Return a column's name in words: what is not known by another name is written with spaces."""
     if name in HEADINGS:
         return HEADINGS[name]
     for start, word in _NUMBERED.items():
@@ -59,10 +59,10 @@ def heading(name: str) -> str:
 
 
 def is_p(name: str) -> bool:
-    """Whether a column holds p values, by its name."""
+    """Return whether a column holds p values, by its name."""
     return name == "p" or name.startswith("p_") or name.endswith("_p")
 
 
 def counts(name: str) -> bool:
-    """Whether a column's whole numbers are shown as such: degrees of freedom and counts."""
+    """Return whether a column's whole numbers are shown as such: degrees of freedom and counts."""
     return name in {"n", "W", "family"} or name.startswith(("df", "dof", "ddof", "n_", "count", "F_ddof"))

@@ -30,7 +30,7 @@ TURNED = ((150, r"\footnotesize", 3), (185, r"\scriptsize", 2), (10**6, r"\tiny"
 
 
 def latex_text(title: str, lead: str, tables: Sequence[NumberedTable]) -> str:
-    """Every table as a longtable with its caption and label, to be read into a document in the encoding T1."""
+    """Return every table as a longtable with its caption and label, to be read into a document in the encoding T1."""
     head = [f"% {one_line(title)}", f"% Needs \\usepackage[T1]{{fontenc}} and \\usepackage{{{PACKAGES}}}"]
     letters = sorted(
         {letter for table in tables for letter in _letters(table) if letter not in LETTERS and letter > "ſ"}
@@ -48,12 +48,12 @@ def _letters(numbered: NumberedTable) -> str:
 
 
 def one_line(text: str) -> str:
-    """A text without line breaks and control characters."""
+    """Return a text without line breaks and control characters."""
     return " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
 
 
 def escaped(text: str) -> str:
-    """A text that TeX sets as it stands."""
+    """Return a text that TeX sets as it stands."""
     return "".join(LETTERS.get(letter, letter) for letter in one_line(text))
 
 
@@ -85,7 +85,7 @@ def _sides(table: Table) -> str:
 
 
 def _head(head: Head) -> str:
-    """A column's name, its words below each other."""
+    """Return a column's name, its words below each other."""
     words = head.name.split()
     side = "r" if head.kind == "number" else "l"
     stacked = r"\\".join(map(escaped, words))

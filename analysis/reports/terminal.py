@@ -19,7 +19,7 @@ def print_banners(lines: Sequence[str]) -> None:
 
 
 def methods_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[tuple[str, str, str]]) -> Table:
-    """A line for each method; columns are a row's key, its heading, and how it is written (report.blocks.written)."""
+    """Return a line for each method; columns are a row's key, its heading, and its form (`numbers.written`)."""
     from rich.table import Table
 
     from palpate.analysis.reports.numbers import written

@@ -22,7 +22,7 @@ _RULE = '<w:{side} w:val="single" w:sz="{size}" w:space="0" w:color="1F2328"/>'
 
 
 def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
-    """Every table with its number, title and notes; wide ones on turned pages, heads repeated on each page."""
+    """Return every table with its number, title and notes; wide ones on turned pages, heads repeated on each page."""
     from docx import Document as new_document
 
     document = new_document()
@@ -85,7 +85,7 @@ def _run(text: str, look: str) -> str:
 
 
 def _grid(table: Table) -> str:
-    """The table's XML in one piece: cell by cell through the library a long table takes minutes."""
+    """Return the table's XML in one piece: cell by cell through the library a long table takes minutes."""
     rules = "".join(_RULE.format(side=side, size=8) for side in ("top", "bottom"))
     margins = '<w:tblCellMar><w:left w:w="40" w:type="dxa"/><w:right w:w="60" w:type="dxa"/></w:tblCellMar>'
     head = f'<w:tblPr><w:tblW w:w="5000" w:type="pct"/><w:tblBorders>{rules}</w:tblBorders>{margins}</w:tblPr>'
@@ -111,7 +111,7 @@ def _row(table: Table, cells: Sequence[str], size: int, *, head: bool) -> str:
 
 
 def _group(table: Table, name: str, size: int) -> str:
-    """A heading across the table, which stays with the row below it."""
+    """Return a heading across the table, which stays with the row below it."""
     layout = '<w:pPr><w:keepNext/><w:spacing w:before="60" w:after="0"/></w:pPr>'
     words = _run(name, f'<w:i/><w:sz w:val="{size}"/>')
     span = f'<w:tcPr><w:gridSpan w:val="{len(table.heads)}"/></w:tcPr>'
@@ -119,7 +119,7 @@ def _group(table: Table, name: str, size: int) -> str:
 
 
 def _timeless(document: Document) -> bytes:
-    """The file with the same date on every part."""
+    """Return the file with the same date on every part."""
     saved, result = io.BytesIO(), io.BytesIO()
     document.save(saved)
     with zipfile.ZipFile(saved) as given, zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as made:

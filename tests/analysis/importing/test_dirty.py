@@ -178,4 +178,4 @@ def test_what_a_file_is_decides_the_advice(tmp_path, data, encoding, said):
     path = tmp_path / "table.csv"
     path.write_bytes(data)
     with pytest.raises(TableRefused, match=said):
-        read_sheet(path, "table.csv", encodings=[encoding], delimiter=None, wanted=["who"], trim=False)
+        read_sheet(path, "table.csv", encodings=[encoding], delimiter=None, required=["who"], trim=False)
