@@ -35,10 +35,10 @@ def _templates() -> Environment:
 
 @dataclass
 class Pages:
-    """Writes the page. The parts that change seldom and are long are kept, and written anew when they do."""
+    """Writes the page. The parts that change seldom and are long are cached, and written anew when they do."""
 
     templates: Environment = field(default_factory=_templates)
-    kept: dict[tuple[str, str], tuple[Any, Any]] = field(default_factory=dict)
+    parts: dict[tuple[str, str], tuple[Any, Any]] = field(default_factory=dict)
     rows: dict[tuple[Any, ...], tuple[Session, Any, Any]] = field(default_factory=dict)
 
     def fragment(self, snapshot: Snapshot) -> str:
@@ -47,17 +47,15 @@ class Pages:
 
     def live(self, snapshot: Snapshot, nonce: str) -> str:
         """Return the page with its style and script, both under the nonce of the Content-Security-Policy header."""
-        return self._rendered(
-            "page.html",
-            {"nonce": nonce, "css": style(("report.css",), TEMPLATES / "monitor.css"), **self._view(snapshot)},
-        )
+        return self._page(snapshot, nonce)
 
     def still(self, snapshot: Snapshot) -> str:
         """Return the page as one file: nothing is loaded, nothing runs."""
-        return self._rendered(
-            "page.html",
-            {"nonce": None, "css": style(("report.css",), TEMPLATES / "monitor.css"), **self._view(snapshot)},
-        )
+        return self._page(snapshot, None)
+
+    def _page(self, snapshot: Snapshot, nonce: str | None) -> str:
+        css = style(("report.css",), TEMPLATES / "monitor.css")
+        return self._rendered("page.html", {"nonce": nonce, "css": css, **self._view(snapshot)})
 
     def _rendered(self, template: str, view: dict[str, Any]) -> str:
         html: str = self.templates.get_template(template).render(view)
@@ -70,23 +68,23 @@ class Pages:
             "all_simulated": bool(sessions) and all(session.simulated for session in sessions),
         }
         alike["row"] = self._row_writer({"lab": snapshot, **alike})
-        studies = [self._study(each, snapshot, _raters(each, sessions), alike) for each in snapshot.balances]
+        studies = [self._study(study, snapshot, _raters(study, sessions), alike) for study in snapshot.balances]
         notes = [(session, note) for session in sessions for note in session.notes]
         parts = {"balances": [one for one, _ in studies], "raters": [one for _, one in studies if one]}
         return {"lab": snapshot, "sessions": sessions, "facts": list(_facts(snapshot)), "notes": notes} | parts | alike
 
     def _row_writer(self, view: dict[str, Any]) -> Any:
-        """Return what writes a session's row; a row is cached while the session, and what all rows share, is the same."""
+        """Return what writes a session's row; a row is cached as long as it and what all rows share are the same."""
         parts = self.templates.get_template("parts.html").make_module(view)
         day = datetime.fromtimestamp(view["lab"].at).date()
         shared = (view["one_study"], view["all_simulated"], day)
 
         def row(macro: str, session: Session, *how: bool) -> Any:
             name = (macro, session.file, *how)
-            kept = self.rows.get(name)
-            if kept is None or kept[0] is not session or kept[1] != shared:
-                kept = self.rows[name] = session, shared, getattr(parts, macro)(session, *how)
-            return kept[2]
+            cached = self.rows.get(name)
+            if cached is None or cached[0] is not session or cached[1] != shared:
+                cached = self.rows[name] = session, shared, getattr(parts, macro)(session, *how)
+            return cached[2]
 
         return row
 
@@ -94,7 +92,9 @@ class Pages:
         """Return the balance of a study and the table of its raters, as HTML."""
         several = sum(other.study == study.study for other in snapshot.balances) > 1
         view = {"study": study, "several": several, "raters": raters, **alike}
-        who = tuple((each.participant, each.number, each.withdrawn, each.simulated, each.rated) for each in raters)
+        who = tuple(
+            (rater.participant, rater.number, rater.withdrawn, rater.simulated, rater.rated) for rater in raters
+        )
         shared = {name: value for name, value in alike.items() if name != "row"}
         balance = self._part("balance.html", (study, several), view)
         return balance, self._part("raters.html", (who, several, shared), view) if raters else ""
@@ -103,9 +103,9 @@ class Pages:
         from markupsafe import Markup
 
         name = (template, view["study"].digest)
-        if name not in self.kept or self.kept[name][0] != rests_on:
-            self.kept[name] = rests_on, Markup(self._rendered(template, view))  # its template escaped what it holds
-        return self.kept[name][1]
+        if name not in self.parts or self.parts[name][0] != rests_on:
+            self.parts[name] = rests_on, Markup(self._rendered(template, view))  # its template escaped what it holds
+        return self.parts[name][1]
 
 
 def _urgency(session: Session) -> tuple[int, float, str]:
@@ -117,7 +117,7 @@ def _urgency(session: Session) -> tuple[int, float, str]:
 def _raters(study: StudyBalance, sessions: Sequence[Session]) -> list[Session]:
     """Return the sessions of a study that have answers, the flagged first."""
     answered = [session for session in sessions if session.rated is not None and session.digest == study.digest]
-    return sorted(answered, key=lambda each: (-len(each.rated.flags if each.rated else ()), each.participant))
+    return sorted(answered, key=lambda rater: (-len(rater.rated.flags if rater.rated else ()), rater.participant))
 
 
 def _facts(snapshot: Snapshot) -> Any:
@@ -127,7 +127,7 @@ def _facts(snapshot: Snapshot) -> Any:
     yield "Interrupted", of("interrupted")
     if any(session.status in {"aborted", "declined", "ineligible"} for session in snapshot.sessions):
         yield "Aborted, declined or not eligible", of("aborted") + of("declined") + of("ineligible")
-    yield "Raters with a flag", sum(bool(each.rated and each.rated.flags) for each in snapshot.sessions)
+    yield "Raters with a flag", sum(bool(session.rated and session.rated.flags) for session in snapshot.sessions)
     if snapshot.refused:
         yield "Refused ledgers", len(snapshot.refused)
 

@@ -11,7 +11,9 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count, some
 
 STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
-NEVER = ("declined", "ineligible", "withdrawn")
+NEVER = {"withdrawn": "withdrew", "declined": "declined to take part", "ineligible": "was not eligible"}
+"""States of sessions that never count, and what is said of their participants."""
+OTHER_KIND = {True: "a simulated session", False: "a real session, only simulated ones were asked for"}
 """Sessions that no analysis may hold, whatever was asked for."""
 
 
@@ -56,43 +58,31 @@ def choose_sessions(
     rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
     chosen = _one_version(rows, study, digest)
     left_out: list[tuple[SessionRow, str]] = []
-    sessions = _keep(rows, left_out, lambda s: s.study_digest == chosen, _other_version)
+
+    def keep(
+        sessions: Sequence[SessionRow], counts: Callable[[SessionRow], bool], why: Callable[[SessionRow], str]
+    ) -> list[SessionRow]:
+        left_out.extend((session, why(session)) for session in sessions if not counts(session))
+        return [session for session in sessions if counts(session)]
+
+    other = "made with another version of the study"
+    sessions = keep(rows, lambda s: s.study_digest == chosen, lambda s: f"{other} ({s.study_digest[:12]})")
     choice = _real_or_simulated(sessions, study, simulated)
-    sessions = _keep(sessions, left_out, lambda s: bool(s.simulated) == choice, _other_kind)
+    sessions = keep(sessions, lambda s: bool(s.simulated) == choice, lambda s: OTHER_KIND[bool(s.simulated)])
     for session in sessions:
-        _check_status(session)
-    sessions = _keep(sessions, left_out, lambda s: s.status not in NEVER, _unwanted)
-    sessions = _keep(sessions, left_out, lambda s: include_incomplete or s.status == "complete", _interrupted)
+        if session.status not in STATUSES:
+            known = nearest(session.status, STATUSES)
+            raise DataRefused(f"session {session.session}: status {session.status!r}; {known}")
+    sessions = keep(sessions, lambda s: s.status not in NEVER, lambda s: f"the participant {NEVER[s.status]}")
+    sessions = keep(
+        sessions,
+        lambda s: include_incomplete or s.status == "complete",
+        lambda s: f"{s.status} after {s.trials_answered} of {s.trials_planned} trials",
+    )
     if not sessions:
-        raise DataRefused(_nothing_left(study, left_out))
+        reasons = some((f"{session.participant}: {why}" for session, why in left_out), 5, "; ")
+        raise DataRefused(f"study {study!r}: no session is left to analyse ({reasons})")
     return Choice(chosen, tuple(sessions), tuple(left_out))
-
-
-def _keep(
-    rows: Sequence[SessionRow],
-    left_out: list[tuple[SessionRow, str]],
-    counts: Callable[[SessionRow], bool],
-    why: Callable[[SessionRow], str],
-) -> list[SessionRow]:
-    left_out.extend((session, why(session)) for session in rows if not counts(session))
-    return [session for session in rows if counts(session)]
-
-
-def _other_version(session: SessionRow) -> str:
-    return f"made with another version of the study ({session.study_digest[:12]})"
-
-
-def _other_kind(session: SessionRow) -> str:
-    return "a simulated session" if session.simulated else "a real session, only simulated ones were asked for"
-
-
-def _unwanted(session: SessionRow) -> str:
-    why = {"withdrawn": "withdrew", "declined": "declined to take part", "ineligible": "was not eligible"}
-    return f"the participant {why[session.status]}"
-
-
-def _interrupted(session: SessionRow) -> str:
-    return f"{session.status} after {session.trials_answered} of {session.trials_planned} trials"
 
 
 def _one_version(rows: Sequence[SessionRow], study: str, digest: str | None) -> str:
@@ -122,13 +112,3 @@ def _real_or_simulated(rows: Sequence[SessionRow], study: str, simulated: bool |
             " real or --sessions simulated)"
         )
     return made_up > 0
-
-
-def _check_status(session: SessionRow) -> None:
-    if session.status not in STATUSES:
-        raise DataRefused(f"session {session.session}: status {session.status!r}; {nearest(session.status, STATUSES)}")
-
-
-def _nothing_left(study: str, left_out: Sequence[tuple[SessionRow, str]]) -> str:
-    reasons = some((f"{session.participant}: {why}" for session, why in left_out), 5, "; ")
-    return f"study {study!r}: no session is left to analyse ({reasons})"

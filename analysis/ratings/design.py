@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import product
 from math import isfinite, prod
 from numbers import Real
+from typing import Any
 
 import pandas as pd
 
@@ -71,7 +72,10 @@ def check_design(
     """
     groups = tuple(dict.fromkeys((*between, *(name for crossing in crossings for name in crossing.between))))
     labels = list(dict.fromkeys((participant, *cells, *nested, *groups)))
-    _demand_columns(table, [*labels, value])
+    for column in (*labels, value):
+        if column not in table.columns:
+            known = ", ".join(map(str, table.columns))
+            raise DataRefused(f"the design check: no column {column!r}; the columns are {known}")
     rows = _Rows(table[table[labels].notna().all(axis=1)], participant, tuple(cells), tuple(nested), groups)
     plan = _owed_cells(rows, crossings)
     problems = [
@@ -115,13 +119,6 @@ class _Rows:
 Plan = Mapping[str, Mapping[str, tuple[str, ...]]]
 
 
-def _demand_columns(table: pd.DataFrame, columns: Sequence[str]) -> None:
-    for column in columns:
-        if column not in table.columns:
-            known = ", ".join(map(str, table.columns))
-            raise DataRefused(f"the design check: no column {column!r}; the columns are {known}")
-
-
 def _in_order(levels: Mapping[str, object] | set[str]) -> list[str]:
     return sorted(levels, key=lambda level: natural_key(str(level)))
 
@@ -139,11 +136,8 @@ def _unlabelled(table: pd.DataFrame, labels: list[str], limit: int) -> list[Prob
 def _two_groups(rows: _Rows) -> Iterator[Place]:
     for person, groups in rows.groups_of().items():
         if len(groups) > 1:
-            yield Place(str(person), found=" and ".join(_group_text(rows.groups, group) for group in groups))
-
-
-def _group_text(columns: Sequence[str], group: Label) -> str:
-    return ", ".join(f"{column} {level}" for column, level in zip(columns, group, strict=True))
+            words = [", ".join(map(" ".join, zip(rows.groups, map(str, group), strict=True))) for group in groups]
+            yield Place(str(person), found=" and ".join(words))
 
 
 def _owed_cells(rows: _Rows, crossings: Sequence[Crossing]) -> Plan:
@@ -151,16 +145,13 @@ def _owed_cells(rows: _Rows, crossings: Sequence[Crossing]) -> Plan:
     seen = _observed_levels(rows)
     by_group: dict[Label, dict[str, tuple[str, ...]]] = {}
     for group, levels in seen.items():
-        declared = _declared(dict(zip(rows.groups, group, strict=True)), crossings)
+        own = dict(zip(rows.groups, group, strict=True))
+        declared: Mapping[str, tuple[str, ...]] = next(
+            (crossing.levels for crossing in crossings
+             if all(own[name] == level for name, level in crossing.between.items())), {},
+        )  # fmt: skip
         by_group[group] = {name: declared.get(name, levels[name]) for name in rows.cells}
     return {person: by_group[groups[0]] for person, groups in rows.groups_of().items()}
-
-
-def _declared(group: Mapping[str, str], crossings: Sequence[Crossing]) -> Mapping[str, tuple[str, ...]]:
-    for crossing in crossings:
-        if all(group[name] == level for name, level in crossing.between.items()):
-            return crossing.levels
-    return {}
 
 
 def _observed_levels(rows: _Rows) -> dict[Label, dict[str, tuple[str, ...]]]:
@@ -181,7 +172,11 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
     owed = {(person, *cell): repeats for person, levels in plan.items() for cell in product(*levels.values())}
     if rows.nested and repeats == 1:
         owed = _items_owed(rows, keys, owed)
-    missing = [_missing(rows, key, filled[key], planned) for key, planned in owed.items() if filled[key] < planned]
+    missing = [
+        _place(rows, key, f"{filled[key]} of {planned} ratings" if planned > 1 else "")
+        for key, planned in owed.items()
+        if filled[key] < planned
+    ]
     strange = [_place(rows, key, count(filled[key], "rating")) for key in filled if key not in owed]
     return [
         *gathered("missing", missing, limit),
@@ -205,31 +200,24 @@ def _demand_possible(plan: Plan) -> None:
     """A column that is no factor, such as a time, would cross to more cells than there is memory."""
     cells = sum(prod(map(len, levels.values())) for levels in plan.values())
     if cells > MOST_CELLS:
-        widest = max((levels for repeats in plan.values() for levels in repeats.items()), key=lambda item: len(item[1]))
+        widest = max((column for levels in plan.values() for column in levels.items()), key=lambda item: len(item[1]))
         raise DataRefused(
             f"the design check: the factors cross to {cells:,} cells, at most {MOST_CELLS:,} are expected;"
             f" {widest[0]!r} has {len(widest[1]):,} levels: is it a factor?"
         )
 
 
-def _missing(rows: _Rows, key: Label, filled: int, planned: int) -> Place:
-    return _place(rows, key, f"{filled} of {planned} ratings" if planned > 1 else "")
-
-
 def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) -> list[Place]:
     values: dict[Label, list[object]] = {}
     for key, number in zip(keys, rows.table[value].tolist(), strict=True):
         values.setdefault(key, []).append(number)
-    return [
-        _place(rows, key, f"{count(len(numbers), 'rating')} ({_few(numbers)}), {repeats} planned")
-        for key, numbers in values.items()
-        if len(numbers) > repeats
-    ]
-
-
-def _few(values: Sequence[object]) -> str:
-    texts = [f"{value:.10g}" if isinstance(value, float) else str(value) for value in values[:5]]
-    return ", ".join(texts) + (", ..." if len(values) > 5 else "")
+    places = []
+    for key, numbers in values.items():
+        if len(numbers) > repeats:
+            texts = [f"{rating:.10g}" if isinstance(rating, float) else str(rating) for rating in numbers[:5]]
+            listed = ", ".join(texts) + (", ..." if len(numbers) > 5 else "")
+            places.append(_place(rows, key, f"{count(len(numbers), 'rating')} ({listed}), {repeats} planned"))
+    return places
 
 
 def _place(rows: _Rows, key: Label, found: str) -> Place:
@@ -250,10 +238,13 @@ def value_problems(
         bad = (row for row in rows if wrong(row[2]))
         return [Place(who, dict(zip(cells, cell, strict=True)), f"{number}") for who, cell, number in bad]
 
+    def off_step(number: Any) -> bool:
+        return scale is not None and _finite(number) and scale.holds(float(number)) and not scale.on_step(float(number))
+
     return [
         *gathered("non_finite", places(lambda number: not _finite(number)), limit),
         *gathered("out_of_scale", places(lambda number: _finite(number) and not _inside(number, scale)), limit),
-        *gathered("off_step", places(lambda number: _finite(number) and _between_steps(number, scale)), limit),
+        *gathered("off_step", places(off_step), limit),
         *_constant(rows, cells, limit),
     ]
 
@@ -264,10 +255,6 @@ def _finite(number: object) -> bool:
 
 def _inside(number: object, scale: Scale | None) -> bool:
     return scale is None or scale.holds(float(number))  # type: ignore[arg-type]
-
-
-def _between_steps(number: object, scale: Scale | None) -> bool:
-    return scale is not None and _inside(number, scale) and not scale.on_step(float(number))  # type: ignore[arg-type]
 
 
 def _constant(rows: Sequence[Row], cells: Sequence[str], limit: int) -> list[Problem]:
