@@ -52,7 +52,8 @@ def participant_table(source: Source) -> ParticipantTable:
                 number = questions.get(str(answer["item"]))
                 is_number = number is not None and number.kind == "number"
                 row[name] = answer["value_number"] if is_number else answer["value"]
-    described = _lab_columns(source)
+    sidecar = source.lab / SIDECAR
+    described = described_columns(sidecar) if sidecar.is_file() else {}
     further = (_column(question, described.get(name, {})) for name, question in questions.items())
     kinds = {name: (_name(name), question.kind) for name, question in questions.items()}
     return ParticipantTable((*_own_columns(source), *further), tuple(rows.values()), kinds)
@@ -112,7 +113,10 @@ def _row(session: SharedSession) -> Row:
 
 
 def _own_columns(source: Source) -> tuple[Column, ...]:
-    groups = {str(group): _only(levels) for group, levels in source.study.groups.items()}
+    groups = {
+        str(group): ("; ".join(f"{column}: {', '.join(some)}" for column, some in levels.items()) or "all stimuli")
+        for group, levels in source.study.groups.items()
+    }
     return (
         Column("participant", "Pseudonym of the participant. Never a name.", key=True),
         Column("group", "Group of the study that the participant was in.", levels=groups),
@@ -122,22 +126,12 @@ def _own_columns(source: Source) -> tuple[Column, ...]:
     )
 
 
-def _only(levels: Mapping[str, tuple[str, ...]]) -> str:
-    return "; ".join(f"{column}: {', '.join(some)}" for column, some in levels.items()) or "all stimuli"
-
-
 def _questions(source: Source, session: SharedSession) -> tuple[Question, ...]:
     """Return the questions that the session put, by its first event."""
     events = schema.events
     query = select(events.c.body).where((events.c.session == session.name) & (events.c.seq == 0))
     forms: Any = json.loads(source.connection.execute(query).scalar_one()).get("lab_forms")
     return LabForms.from_definition(forms).questions if forms and FORM in source.study.opening else ()
-
-
-def _lab_columns(source: Source) -> dict[str, dict[str, Any]]:
-    """Return what the lab's own participants.json says of its columns; nothing where there is none."""
-    own = source.lab / SIDECAR
-    return described_columns(own) if own.is_file() else {}
 
 
 def _column(question: Question, described: Mapping[str, Any]) -> Column:

@@ -40,7 +40,7 @@ def demand_place(folder: Path, replace: bool) -> None:
         raise ExportRefused(f"{folder}: holds files that no export made; give a new folder with --to")
     if not replace:
         raise ExportRefused(f"{folder}: holds an export already; replace it with --replace, or give another folder")
-    if added := sorted(_files(folder) - set(_listed_files(folder))):
+    if added := sorted(_files(folder).difference(map(str, read_mark(folder)["files"]))):
         raise ExportRefused(
             f"{folder}: {added[0]} was added to the export ({len(added)} such); move it away, or give another folder"
         )
@@ -55,10 +55,6 @@ def read_mark(folder: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         pass
     raise ExportRefused(f"{folder}: no export of Palpate's ({MARK} is missing or damaged)")
-
-
-def _listed_files(folder: Path) -> list[str]:
-    return [str(name) for name in read_mark(folder)["files"]]
 
 
 def _files(folder: Path) -> set[str]:

@@ -27,15 +27,13 @@ def exported_ratings(folder: Path) -> pd.DataFrame:
     if mark.get("format") not in ("bids", "csv"):
         raise ExportRefused(f"{folder}: an export to {mark.get('format')}; one to bids or csv is read back")
     bids = mark["format"] == "bids"
-    study = _study(folder / ("code/study.json" if bids else "study.json"))
-    rows = [row for row in (_bids_ratings(folder) if bids else _csv_ratings(folder)) if _counts(row)]
+    path = folder / ("code/study.json" if bids else "study.json")
+    study = Study.model_validate(json.loads(path.read_text("utf-8")))
+    every = _bids_ratings(folder) if bids else _csv_ratings(folder)
+    rows = [row for row in every if row["counts"] == "true" and row["practice"] == "false"]
     if not rows:
         raise ExportRefused(f"{folder}: holds no rating")
     return _table(study, rows)
-
-
-def _study(path: Path) -> Study:
-    return Study.model_validate(json.loads(path.read_text("utf-8")))
 
 
 def _csv_ratings(folder: Path) -> Iterator[Cells]:
@@ -67,10 +65,6 @@ def _tsv_rows(path: Path) -> Iterator[Cells]:
     for line in lines:
         cells = ["" if cell == NOT_AVAILABLE else cell for cell in line.split("\t")]
         yield dict(zip(header.split("\t"), cells, strict=True))
-
-
-def _counts(row: Cells) -> bool:
-    return row["counts"] == "true" and row["practice"] == "false"
 
 
 def _table(study: Study, rows: list[Cells]) -> pd.DataFrame:

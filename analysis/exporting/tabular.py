@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
-from typing import IO, Literal
+from typing import Literal
 
 from palpate.analysis.reports.csv_files import demand_not_infinite, without_formula
 from palpate.protocols.files import open_text
@@ -109,7 +109,7 @@ def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
     """
     with open_text(path) as file:
         file.write("\t".join(column.name for column in table.columns) + "\n")
-        return _count(_write_line(file, line) for line in tsv_lines(path.name, table, rows))
+        return _count(file.write("\t".join(line) + "\n") for line in tsv_lines(path.name, table, rows))
 
 
 def tsv_lines(where: str, table: Table, rows: Iterable[Row]) -> Iterable[Sequence[str]]:
@@ -133,10 +133,6 @@ def _tsv_cell(where: str, number: int, name: str, value: Value, free_answer: boo
             f" and n/a mean something else there); use --csv, or leave the column out with --without {name}"
         )
     return text
-
-
-def _write_line(file: IO[str], cells: Sequence[str]) -> int:
-    return file.write("\t".join(cells) + "\n")
 
 
 def _count(written: Iterable[int]) -> int:

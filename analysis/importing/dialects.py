@@ -76,7 +76,9 @@ def read_sheet(
     """
     data = path.read_bytes()
     text, encoding = _decode(data, encodings, name)
-    stated, skipped, text = _stated_delimiter(text)
+    stated, skipped = None, 0
+    if match := _SEP_LINE.match(text):  # spreadsheets write a first line `sep=;`
+        stated, skipped, text = match[1], 1, text[match.end() :]
     chosen = delimiter or stated or _likeliest_delimiter(text, required, trim)
     records = list(_records(text, chosen, name, trim, skipped))
     if not records:
@@ -139,12 +141,6 @@ def _check_marks(data: bytes, text: str, encoding: str, name: str) -> None:
         raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
     if "\0" in text:
         raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
-
-
-def _stated_delimiter(text: str) -> tuple[str | None, int, str]:
-    """Return the delimiter that a first line `sep=;` states (spreadsheets write it), its lines, and the rest."""
-    match = _SEP_LINE.match(text)
-    return (match[1], 1, text[match.end() :]) if match else (None, 0, text)
 
 
 def _likeliest_delimiter(text: str, required: Sequence[str], trim: bool) -> str:

@@ -237,7 +237,8 @@ def choose_lines(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Lin
     for column, condition in column_map.where.items():
         _check_texts_occur(column, condition, lines)
         inside = [line for line in chosen if _meets(line[column], condition)]
-        exclusions += _left_out(chosen, inside, _unmet(column, condition))
+        unmet = f"{column} is empty" if condition.is_ is None else f"{column} is not {either(condition.is_)}"
+        exclusions += _left_out(chosen, inside, unmet)
         chosen = inside
     if not chosen:
         reasons = "".join(
@@ -277,10 +278,6 @@ def _outside(columns: Sequence[str]) -> str:
     return f"{' and '.join(columns)} {'are' if len(columns) > 1 else 'is'} empty"
 
 
-def _unmet(column: str, condition: Condition) -> str:
-    return f"{column} is empty" if condition.is_ is None else f"{column} is not {either(condition.is_)}"
-
-
 def _meets(text: str, condition: Condition) -> bool:
     return bool(text) if condition.is_ is None else text in condition.is_
 
@@ -303,7 +300,8 @@ def settle_duplicates(
     """
     cells: dict[Cell, list[ForeignRating]] = {}
     for rating in ratings:
-        cells.setdefault(_cell(rating), []).append(rating)
+        cell = (rating.participant, rating.attribute, *rating.within.values(), rating.stimulus)
+        cells.setdefault(cell, []).append(rating)
     several = {cell: ratings for cell, ratings in cells.items() if len(ratings) > 1}
     if not several:
         return list(ratings), False, []
@@ -312,10 +310,6 @@ def settle_duplicates(
     averaged = column_map.duplicates == "mean"
     settled = [_mean(ratings) if averaged else ratings[0] for ratings in cells.values()]
     return settled, averaged, _exclusions(several, averaged)
-
-
-def _cell(rating: ForeignRating) -> Cell:
-    return (rating.participant, rating.attribute, *rating.within.values(), rating.stimulus)
 
 
 def _duplicates_message(column_map: ColumnMap, several: dict[Cell, list[ForeignRating]]) -> str:

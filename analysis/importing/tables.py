@@ -31,10 +31,13 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
     sheets = _sheets(column_map, map_path, data_path)
     ratings, exclusions = ratings_of(column_map, sheets)
     settled, averaged, more = settle_duplicates(column_map, ratings)
-    exclusions = [*_empty_rows(sheets), *exclusions, *more]
+    empty = "empty: delimiters only"
+    blank = [Exclusion("rows", sheet.name, empty, sheet.empty_rows) for sheet in sheets if sheet.empty_rows]
+    exclusions = [*blank, *exclusions, *more]
     table = _table(column_map, settled)
     scale = column_map.scale.scale() if column_map.scale else None
-    attributes = _attributes(column_map, table)
+    declared = column_map.columns.attribute.declared if column_map.columns.attribute else ()
+    attributes = tuple(dict.fromkeys((*declared, *table["attribute"].tolist())))
     _check_keys(column_map, attributes)
     return Ratings(
         name=column_map.name,
@@ -44,7 +47,10 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
         attributes=attributes,
         # A mean of several ratings stands between the steps.
         scale=replace(scale, step=None) if scale and averaged else scale,
-        inputs=(_input(map_path), *(_sheet_input(sheet) for sheet in sheets)),
+        inputs=(
+            Input(map_path.name, file_sha256(map_path), "the column map"),
+            *(_sheet_input(sheet) for sheet in sheets),
+        ),
         exclusions=tuple(exclusions),
         antonyms=column_map.antonyms,
         categories=column_map.categories,
@@ -92,21 +98,9 @@ def _short_names(paths: Sequence[Path], folder: Path) -> list[str]:
     return [path.relative_to(folder).as_posix() for path in paths]
 
 
-def _input(path: Path) -> Input:
-    return Input(path.name, file_sha256(path), "the column map")
-
-
 def _sheet_input(sheet: Sheet) -> Input:
     note = f"{count(len(sheet.rows), 'row')}, {sheet.encoding}, delimiter {sheet.delimiter!r}"
     return Input(sheet.name, sheet.sha256, note)
-
-
-def _empty_rows(sheets: Sequence[Sheet]) -> list[Exclusion]:
-    return [
-        Exclusion("rows", sheet.name, "empty: delimiters only", sheet.empty_rows)
-        for sheet in sheets
-        if sheet.empty_rows
-    ]
 
 
 def _table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd.DataFrame:
@@ -122,11 +116,6 @@ def _table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd.DataFr
             **{column: [r.kept[column] for r in ratings] for column in column_map.columns.keep},
         }
     )
-
-
-def _attributes(column_map: ColumnMap, table: pd.DataFrame) -> tuple[str, ...]:
-    declared = column_map.columns.attribute.declared if column_map.columns.attribute else ()
-    return tuple(dict.fromkeys((*declared, *table["attribute"].tolist())))
 
 
 def _check_keys(column_map: ColumnMap, attributes: Sequence[str]) -> None:

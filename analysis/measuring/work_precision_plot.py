@@ -50,7 +50,7 @@ def work_precision_figure(rows: Sequence[Row]) -> Figure:
     lines = math.ceil(len(panels) / columns)
     figure = Figure(figsize=(max(6.4, 4.5 * columns), 3.9 * lines + 0.5 + 0.12 * len(methods)), layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
-    colours = {method: _colour(i) for i, method in enumerate(methods)}
+    colours = {method: (INK if i == 0 else OKABE_ITO[(i - 1) % len(OKABE_ITO)]) for i, method in enumerate(methods)}
     for panel, chosen in zip(axes, panels, strict=False):
         _draw(panel, [row for row in rows if (row.case, row.error_kind) == chosen], colours)
         _title(panel, *chosen)
@@ -66,10 +66,6 @@ def _title(axes: Axes, case: str, error_kind: str) -> None:
     axes.set_title(case, pad=8.0 + 11.0 * len(lines))
     axes.text(0, 1.02, "\n".join(lines), transform=axes.transAxes, va="bottom", fontsize=7.5, color=SOFT)
     axes.set_ylabel("error", color=SOFT, fontsize=8.0)
-
-
-def _colour(index: int) -> str:
-    return INK if index == 0 else OKABE_ITO[(index - 1) % len(OKABE_ITO)]
 
 
 def _draw(axes: Axes, rows: list[Row], colours: dict[str, str]) -> None:

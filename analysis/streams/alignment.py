@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.analysis.streams.recorded_streams import Stream, StreamError
 from palpate.protocols.undefined import finite_or_none
-from palpate.signals.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align, grid_points
+from palpate.signals.aligning.aligned import LONGEST_GAP_S, Aligned, align, grid_points
 from palpate.signals.aligning.errors import HAND_HZ, leak, sine_error
 from palpate.signals.aligning.hinge import Hinge, fit_hinge
 from palpate.signals.aligning.methods import METHODS, Method
@@ -75,16 +75,16 @@ class StreamSpeed:
             "noise_gain_per_s": one.noise_gain_per_s,
             "bias": {"of_derivative": one.bias_order, "times": one.bias, "unit": f"s^{one.bias_order - 1}"},
             "relative_error_of_a_sine": {f"{hz:g} Hz": abs(one.response(hz) - 1) for hz in self._sines_hz()},
-            "relative_error_of_aligning_it": {f"{hz:g} Hz": self._aligning_error(hz) for hz in self._sines_hz()},
+            "relative_error_of_aligning_it": {
+                f"{hz:g} Hz": sine_error(self.method.name, self.stream.rate_hz, self.grid_hz, hz)
+                for hz in self._sines_hz()
+            },
             **self._noise(),
             "empty_rows": int(np.isnan(self.velocities[:, 0]).sum()),
         }  # fmt: skip
 
     def _sines_hz(self) -> Iterator[float]:
         return (hz for hz in SINES_HZ if hz < self.estimate.rate_hz / 2)
-
-    def _aligning_error(self, hz: float) -> float:
-        return sine_error(self.method.name, self.stream.rate_hz, self.grid_hz, hz)
 
     def _noise(self) -> dict[str, Any]:
         """Return what the recording's own noise does to the speed; nulls where it is too short to tell."""
@@ -314,7 +314,10 @@ def _stream_account(stream: Stream, aligned: Aligned, options: AlignmentOptions)
         "empty_rows": aligned.empty,
         "bridged_rows": int(aligned.bridged.sum()),
         "holes": len(aligned.holes),
-        "holes_listed": [_hole_account(hole) for hole in aligned.holes[:MANY_HOLES]],
+        "holes_listed": [
+            {"after_s": hole.after_s, "before_s": hole.before_s, "seconds": hole.seconds, "bridged": hole.bridged}
+            for hole in aligned.holes[:MANY_HOLES]
+        ],
         "longest_gap_s": options.longest_gap_s,
     }  # fmt: skip
 
@@ -350,7 +353,3 @@ def _timed_from(stream: Stream) -> str:
     if stream.by_stamps:
         return "its own stamps"
     return "arrivals" if stream.arrived else "the block's declared time and rate"
-
-
-def _hole_account(hole: Hole) -> dict[str, Any]:
-    return {"after_s": hole.after_s, "before_s": hole.before_s, "seconds": hole.seconds, "bridged": hole.bridged}

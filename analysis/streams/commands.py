@@ -103,20 +103,16 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
     from palpate.studies.sessions.record import read
 
     chosen = ExportSelection(trial, how["attempt"], how["act"], how["hinge"], how["by_stamps"])
-    _demand_speed_options(how, raw)
+    if (how["speed_window"] is not None or how["causal"]) and not how["speed"]:
+        raise click.UsageError("--speed-window and --causal are about a speed: say of which stream, --speed STREAM")
+    if how["speed"] and raw:
+        raise click.UsageError("--speed adds columns to the grid; --raw has none: leave one of them out")
     files = export(read(ledger), chosen, out, None if raw else _alignment_options(how))
     if as_json:
         echo_json({"files": [str(path) for path in files]})
         return
     for path in files:
         click.echo(str(path))
-
-
-def _demand_speed_options(how: dict[str, Any], raw: bool) -> None:
-    if (how["speed_window"] is not None or how["causal"]) and not how["speed"]:
-        raise click.UsageError("--speed-window and --causal are about a speed: say of which stream, --speed STREAM")
-    if how["speed"] and raw:
-        raise click.UsageError("--speed adds columns to the grid; --raw has none: leave one of them out")
 
 
 def _alignment_options(how: dict[str, Any]) -> AlignmentOptions:

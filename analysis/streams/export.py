@@ -190,7 +190,8 @@ def write_aligned(path: Path, together: AlignedStreams, about: Mapping[str, Any]
     grid = {"rate_hz": grid_hz, "first_s": float(table[0, 0]), "last_s": float(table[-1, 0]), "rows": len(table)}
     account = {**about, "grid": grid, "time_s": "seconds since the session began", "streams": together.account()}
     account |= {"hinge": together.hinge.account()} if together.hinge else {}
-    _write(path, list(columns), (table[at : at + ROWS] for at in range(0, len(table), ROWS)), _time_format(grid_hz))
+    times = "%.6f" if (1e6 / grid_hz).is_integer() else "%.9f"  # microseconds where the grid's steps are whole ones
+    _write(path, list(columns), (table[at : at + ROWS] for at in range(0, len(table), ROWS)), times)
     return [path, _write_json(path.with_suffix(".json"), account)]
 
 
@@ -210,11 +211,6 @@ def _raw_rows(stream: Stream) -> Iterable[Array]:
     for numbers, values in stream.pieces():
         times = [] if stream.noted else [stream.timing.t0_s + numbers / stream.timing.rate_hz]
         yield np.column_stack([numbers, *times, values])
-
-
-def _time_format(rate_hz: float) -> str:
-    """Return the format of times: microseconds where the grid's steps are whole ones."""
-    return "%.6f" if (1e6 / rate_hz).is_integer() else "%.9f"
 
 
 def _write(path: Path, header: Sequence[str], tables: Iterable[Array], leading: str) -> None:
