@@ -29,8 +29,8 @@ from palpate.analysis.choices.specification import (
     quantities,
     rates_of,
 )
-from palpate.analysis.spaces.resampling import stream
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import stream
 from palpate.analysis.statistics.refusals import StatisticsError
 from palpate.protocols.bench import Case
 

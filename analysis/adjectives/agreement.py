@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from palpate.analysis.adjectives.selections import Selections
 from palpate.analysis.reliability.intraclass import demand_confidence
 from palpate.analysis.reliability.kappa import fleiss_kappa
-from palpate.analysis.reliability.resampling import demand_draws, generator, percentile, refuse_without_draws, weights
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import demand_draws, generator, percentile, refuse_without_draws, weights
 from palpate.analysis.statistics.refusals import StatisticsError, TooFew
 
 Ticks: TypeAlias = NDArray[np.bool_]

@@ -8,23 +8,16 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
+from scipy.special import ndtr, ndtri
 
 from palpate.analysis.adjectives.selections import Selections
 from palpate.analysis.reliability.intraclass import demand_confidence
-from palpate.analysis.reliability.resampling import (
-    Interval,
-    bca,
-    demand_draws,
-    demand_interval,
-    generator,
-    left_out,
-    percentile,
-    refuse_without_draws,
-    weights,
-)
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import demand_draws, generator, percentile, refuse_without_draws, weights
 from palpate.analysis.statistics.refusals import BadOption, TooFew, shown
 
+Interval: TypeAlias = Literal["percentile", "bca"]
+INTERVALS = ("percentile", "bca")
 Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_stimulus"]
 Scored: TypeAlias = Callable[[Floats], Floats]
 """From weights of the participants (draws, participants) to the relevance of each word (draws, words)."""
@@ -149,3 +142,41 @@ def _note(ticked: bool, participants: int, draws: int, low: float) -> str:
     if not ticked:
         return "never ticked: every draw gives 0"
     return "no interval: the draws lie on one side of the estimate; use percentile" if math.isnan(low) else ""
+
+
+def demand_interval(interval: object) -> None:
+    """Refuse an unknown kind of interval."""
+    if interval not in INTERVALS:
+        raise BadOption(f"interval={shown(interval)} is unknown: 'percentile' or 'bca'")
+
+
+def left_out(units: int) -> Floats:
+    """Return the weights of a jackknife: each row leaves one unit out."""
+    jackknife: Floats = np.ones((units, units)) - np.eye(units)
+    return jackknife
+
+
+def bca(estimate: float, drawn: Floats, jackknife: Floats, confidence: float) -> tuple[float, float]:
+    """Return the bias-corrected and accelerated interval; NaN where the draws all lie on one side of the estimate.
+
+    Draws equal to the estimate count half on either side, as shares of few people are often equal.
+    Source: Efron & Tibshirani 1993, ch. 14.
+    """
+    defined = drawn[~np.isnan(drawn)]
+    if not len(drawn) or 2 * len(defined) < len(drawn) or math.isnan(estimate) or np.isnan(jackknife).any():
+        return math.nan, math.nan
+    if defined.min() == defined.max() == estimate:
+        return estimate, estimate
+    below = (np.count_nonzero(defined < estimate) + np.count_nonzero(defined == estimate) / 2) / len(defined)
+    if not 0 < below < 1:
+        return math.nan, math.nan
+    bias, tail = float(ndtri(below)), (1 - confidence) / 2
+    spread = jackknife.mean() - jackknife
+    square = float((spread**2).sum())
+    faster = float((spread**3).sum()) / (6 * square**1.5) if square > 0 else 0.0
+    ends = []
+    for z in (float(ndtri(tail)), -float(ndtri(tail))):
+        shifted = bias + z
+        ends.append(float(ndtr(bias + shifted / (1 - faster * shifted))))
+    low, high = np.quantile(defined, sorted(ends))
+    return float(low), float(high)

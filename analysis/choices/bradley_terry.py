@@ -20,8 +20,8 @@ from palpate.analysis.choices.scales import (
     refuse_unconnected,
     value_table,
 )
-from palpate.analysis.spaces.resampling import check_share
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import check_share
 from palpate.analysis.statistics.refusals import NoEstimate
 
 

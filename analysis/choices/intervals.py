@@ -14,8 +14,8 @@ from palpate.analysis.choices.maximising import DONE, Fitted, Problem, best_of_s
 from palpate.analysis.choices.psychometric import Psychometric, deviance_residuals
 from palpate.analysis.choices.shapes import Coordinates, by_jnd, by_threshold
 from palpate.analysis.choices.specification import FunctionSpec, Levels, problem_of, quantities, to_level, to_size
-from palpate.analysis.spaces.resampling import check_draws, check_share, p_of_draws, stream
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import check_draws, check_share, p_of_draws, stream
 from palpate.analysis.statistics.refusals import refuse_idle
 
 Which: TypeAlias = Literal["threshold", "jnd"]

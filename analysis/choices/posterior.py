@@ -29,8 +29,8 @@ from palpate.analysis.choices.specification import (
     rates_of,
     unit_of,
 )
-from palpate.analysis.spaces.resampling import check_share
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import check_share
 
 COARSE = (21, 21, 6, 6, 6)
 FINE, FINE_WITH_GUESS = (41, 41, 1, 9, 9), (33, 33, 7, 7, 7)

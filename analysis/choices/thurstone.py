@@ -25,8 +25,8 @@ from palpate.analysis.choices.scales import (
     refuse_unconnected,
     value_table,
 )
-from palpate.analysis.spaces.resampling import check_share
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import check_share
 from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, NoEstimate, listed, refuse_idle, shown
 
 Method: TypeAlias = Literal["likelihood", "least_squares"]

@@ -14,9 +14,9 @@ from palpate.analysis.ordinal.friedman import exact_tail
 from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
 from palpate.analysis.reliability.crossed import cross_table, refuse_few
 from palpate.analysis.reliability.intraclass import GAPS, Missing
-from palpate.analysis.reliability.resampling import generator
 from palpate.analysis.statistics.cells import Aggregate
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import generator
 from palpate.analysis.statistics.pvalues import SMALLEST
 from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 

@@ -11,8 +11,9 @@ from numpy.random import Generator
 
 from palpate.analysis.spaces.matrices import Matrix, centred, frame_of, in_units, matrix_of, signs, varies
 from palpate.analysis.spaces.profiles import Profiles
-from palpate.analysis.spaces.resampling import check_draws, check_share, p_of_draws, resample, stream
+from palpate.analysis.spaces.resampling import resample
 from palpate.analysis.statistics.doubles import Floats, rescaled, scaled
+from palpate.analysis.statistics.draws import check_draws, check_share, p_of_draws, stream
 from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, listed, shown
 
 Kind: TypeAlias = Literal["covariance", "correlation"]

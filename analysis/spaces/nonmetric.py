@@ -16,7 +16,6 @@ from scipy.spatial.distance import pdist, squareform
 from palpate.analysis.spaces.classical import check_dimensions
 from palpate.analysis.spaces.dissimilarities import Dissimilarities
 from palpate.analysis.spaces.matrices import frame_of, principal, unit_size
-from palpate.analysis.spaces.resampling import check_draws, p_of_draws, stream
 from palpate.analysis.spaces.stress import (
     Order,
     Ties,
@@ -27,6 +26,7 @@ from palpate.analysis.spaces.stress import (
     refine_map,
 )
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import check_draws, p_of_draws, stream
 from palpate.analysis.statistics.refusals import BadOption, listed, refuse_idle, shown
 
 HOPS_PER_START = 3

@@ -13,8 +13,8 @@ import pandas as pd
 from numpy.random import Generator
 
 from palpate.analysis.spaces.matrices import Matrix, centred, frame_of, matrix_of, varies
-from palpate.analysis.spaces.resampling import check_draws, p_of_draws, stream
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import check_draws, p_of_draws, stream
 from palpate.analysis.statistics.refusals import BadValue, IncompleteCells, TooFew, listed, refuse_idle
 
 BATCH = 500

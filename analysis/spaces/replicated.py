@@ -14,9 +14,10 @@ from palpate.analysis.spaces.classical import torgerson
 from palpate.analysis.spaces.dissimilarities import Dissimilarities
 from palpate.analysis.spaces.matrices import matrix_of
 from palpate.analysis.spaces.procrustes import align
-from palpate.analysis.spaces.resampling import check_draws, check_share, resample, stream
+from palpate.analysis.spaces.resampling import resample
 from palpate.analysis.spaces.stress import Ties, minimise_stress, order_of, refine_map
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import check_draws, check_share, stream
 from palpate.analysis.statistics.refusals import BadOption, TooFew, refuse_idle
 
 Method: TypeAlias = Literal["classical", "nonmetric"]

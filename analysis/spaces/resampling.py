@@ -1,17 +1,16 @@
-"""Participants drawn with replacement: randomness from a seed and a purpose, never from the order of rows."""
+"""Ratings of participants as an array with gaps, and their means over participants drawn with replacement."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.random import PCG64, Generator, SeedSequence
+from numpy.random import Generator
 
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, TooFew, shown
+from palpate.analysis.statistics.refusals import IncompleteCells, TooFew
 
 TRIES = 50
-LEAST_DRAWS = 19  # the smallest p of fewer random draws lies above .05
 
 
 @dataclass(frozen=True)
@@ -70,30 +69,3 @@ def _from_one_urn(present: Floats, draws: int, rng: Generator) -> Floats:
         f"fewer than 1 in {TRIES} resamples of the participants fill every cell: too few rated some of the stimuli "
         "for an interval; ask for none, or leave these stimuli out"
     )
-
-
-def stream(seed: int, purpose: str) -> Generator:
-    """Return a generator of its own for each purpose, so that one more draw for one changes no other.
-
-    Raises BadOption for a seed that is not a whole number from 0.
-    """
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise BadOption(f"seed={shown(seed)}: expected a whole number from 0")
-    return Generator(PCG64(SeedSequence([seed, *purpose.encode()])))
-
-
-def check_draws(draws: int) -> None:
-    """Refuse a number of draws that no p or interval can rest on."""
-    if isinstance(draws, bool) or not isinstance(draws, int) or draws < LEAST_DRAWS:
-        raise BadOption(f"draws={shown(draws)}: expected a whole number from {LEAST_DRAWS}")
-
-
-def check_share(value: float, name: str) -> None:
-    """Refuse a confidence or quantile outside (0, 1)."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1:
-        raise BadOption(f"{name}={shown(value)}: expected a share between 0 and 1, such as 0.95")
-
-
-def p_of_draws(as_extreme: int, draws: int) -> float:
-    """Return the p of a permutation test: the observed value counts as one of the draws, so it is never 0."""
-    return (1 + as_extreme) / (1 + draws)

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.spaces.matrices import Matrix, centred, matrix_of, varies
-from palpate.analysis.spaces.resampling import check_draws, p_of_draws, stream
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.draws import check_draws, p_of_draws, stream
 from palpate.analysis.statistics.pvalues import f_tail
 from palpate.analysis.statistics.refusals import IncompleteCells, TooFew, listed, refuse_idle
 

@@ -21,10 +21,10 @@ from palpate.analysis.spaces.procrustes import Procrustes as Compared
 from palpate.analysis.spaces.procrustes import procrustes
 from palpate.analysis.spaces.profiles import Profiles, gather_profiles, of_people
 from palpate.analysis.spaces.replicated import confidence_ellipses
-from palpate.analysis.spaces.resampling import stream
 from palpate.analysis.spaces.vectors import property_vectors
 from palpate.analysis.statistics.apa import apa_p
 from palpate.analysis.statistics.columns import coded
+from palpate.analysis.statistics.draws import stream
 from palpate.analysis.statistics.refusals import StatisticsError, TooFew
 from palpate.protocols.wording import count
 

@@ -9,7 +9,7 @@ from scipy.stats import bootstrap
 
 from palpate.analysis.adjectives.relevance import relevance
 from palpate.analysis.adjectives.selections import gather_selections
-from palpate.analysis.reliability.resampling import generator
+from palpate.analysis.statistics.draws import generator
 from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew
 from tests.analysis.adjectives.tables import WORDS, random_ticks, study, tables
 
