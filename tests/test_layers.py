@@ -36,8 +36,6 @@ LOADED_ALL_THE_SAME = {
     ("palpate.devices.door.link.connections", "palpate.devices.door.link.simulator"),
     ("palpate.devices.door.link.connections", "palpate.devices.door.link.twin_process"),
     ("palpate.devices.door.link.device", "palpate.devices.door.link.simulator"),
-    ("palpate.devices.tablet.device", "palpate.devices.tablet.twin"),
-    ("palpate.devices.tracker.device", "palpate.devices.tracker.twin"),
     ("palpate.studies.live.renderer", "palpate.studies.stimuli.scenes"),
     ("palpate.studies.live.renderer", "palpate.studies.simulation.virtual_textures"),
     ("palpate.studies.live.station", "palpate.studies.stimuli.scenes"),

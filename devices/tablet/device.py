@@ -21,7 +21,6 @@ from palpate.devices.tablet.pipeline import Shape, Stylus, Upsampling
 from palpate.devices.tablet.pyglet_window import PygletTablet
 from palpate.devices.tablet.recorded import PlayedReports
 from palpate.devices.tablet.reports import REFUSED, Batch, Guard, Report, TabletSource
-from palpate.devices.tablet.twin import TwinTablet
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
@@ -150,6 +149,8 @@ def _source(name: str, one: Settings, folder: Path, force: Force) -> TabletSourc
         return PygletTablet(name, _given(name, one.px_per_mm, "px_per_mm: 10.4 (of the screen's calibration)"))
     if one.driver == "recording":
         return PlayedReports(folder / _given(name, one.recording, "recording: FILE.csv"))
+    from palpate.devices.tablet.twin import TwinTablet
+
     return TwinTablet(name, force, one.report_hz, 1e-3 * one.jitter_ms, one.step_mm, one.levels, one.seed)
 
 

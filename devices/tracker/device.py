@@ -16,7 +16,6 @@ from palpate.devices.source import Elapsed, since
 from palpate.devices.tracker.lsl import LslStream
 from palpate.devices.tracker.recorded import Played
 from palpate.devices.tracker.samples import Batch, Numbering, OcclusionDetector, Opened, Tally, TrackerSource
-from palpate.devices.tracker.twin import Twin
 from palpate.protocols.events import NS
 
 if TYPE_CHECKING:
@@ -95,6 +94,8 @@ def _source(name: str, settings: Settings, folder: Path) -> TrackerSource:
             name, one.by, one.stream, one.wait_s, one.channels, one.seen, one.seen_above, one.unit, one.recover
         )
     if one.driver == "twin":
+        from palpate.devices.tracker.twin import Twin
+
         return Twin(
             name, one.rate_hz, one.noise_mm, one.occlusions_per_s, one.occlusion_s, one.hides, one.drift_ppm,
             one.seed, one.silent_after_s,
