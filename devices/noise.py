@@ -20,4 +20,4 @@ def gaussians(count: int, *key: Key) -> list[float]:
     bits = array("H", hashlib.shake_256(canonical(key)).digest(2 * count))
     if sys.byteorder == "big":
         bits.byteswap()
-    return [QUANTILES[each >> 4] for each in bits]
+    return [QUANTILES[bit >> 4] for bit in bits]

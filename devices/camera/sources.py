@@ -93,7 +93,7 @@ class Folder:
 
     def _files(self) -> dict[str, Stamp]:
         with os.scandir(self.path) as entries:
-            found = [each for each in entries if each.name.lower().endswith(self.suffixes)]
+            found = [entry for entry in entries if entry.name.lower().endswith(self.suffixes)]
             return {each.name: stamp for each in found if (stamp := _stamp(each)) is not None}
 
     def _lost(self, told: str) -> DeviceFault:

@@ -170,7 +170,7 @@ class _Reader:
         texts = self._text(element, name).split()
         if len(texts) != 6:
             raise self._wrong(_called(element, name), f"6 numbers are expected, found {len(texts)}")
-        return tuple(self._float(each, _called(element, name)) for each in texts)
+        return tuple(self._float(text, _called(element, name)) for text in texts)
 
     def _number(self, element: Element, name: str, missing: float | None) -> float:
         if missing is not None and element.get(name) is None:

@@ -172,12 +172,12 @@ def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_j
         with in_file(path):
             answers.append((str(path), rated(asked, force_N)))
     if as_json:
-        told = [as_told(*each) for each in answers]
+        told = [as_told(*answer) for answer in answers]
         interval = asked.card.interval
         _echo({"model": asked.card.name, "coverage": interval and interval.coverage, "notes": asked.card.notes,
                "profiles": told})  # fmt: skip
         return
-    click.echo("\n\n".join([heading(asked), *(in_words(*each) for each in answers)]))
+    click.echo("\n\n".join([heading(asked), *(in_words(*answer) for answer in answers)]))
 
 
 def _made(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:

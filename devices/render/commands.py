@@ -106,8 +106,8 @@ def _require_together(by_hand: bool, paced: bool) -> None:
 def _given(*names: str) -> str:
     """The first of these parameters that was given, as it is written; "" for none."""
     context = click.get_current_context()
-    by_user = (each for each in names if context.get_parameter_source(each) is ParameterSource.COMMANDLINE)
-    written = {each.name: each.opts[0] for each in context.command.params}
+    by_user = (name for name in names if context.get_parameter_source(name) is ParameterSource.COMMANDLINE)
+    written = {param.name: param.opts[0] for param in context.command.params}
     return next((written[each] for each in by_user), "")
 
 

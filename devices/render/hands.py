@@ -174,7 +174,7 @@ def _require_rising(path: Path, times: Array) -> None:
 
 def _stroked(path: Path, shape: Shape) -> Scripted:
     reports = read_reports(path)
-    begun, ended = reports[0].t_s, max(each.t_s for each in reports if math.isfinite(each.t_s))
+    begun, ended = reports[0].t_s, max(report.t_s for report in reports if math.isfinite(report.t_s))
     if not ended - begun <= LONGEST_S:
         raise RenderError(f"{path}: {ended - begun:g} s; a day at most. Is t_s in seconds?")
     felt, refused = _filtered(reports, begun, ended, shape)
@@ -191,7 +191,7 @@ def _filtered(
 ) -> tuple[list[tuple[float, float]], Counter[str]]:
     """Speed and force at every millisecond, and how many reports were not believed, by why."""
     judge, stylus = Guard("hand", aligned=True), Stylus(shape)
-    waiting = [each._replace(t_s=each.t_s - begun) for each in reversed(reports)]
+    waiting = [report._replace(t_s=report.t_s - begun) for report in reversed(reports)]
     felt = []
     for sample in range(int((ended - begun) * RATE_HZ) + 1):
         t_s = sample / RATE_HZ

@@ -75,11 +75,12 @@ def _demand_known(file: RigFile, names: tuple[str, ...]) -> None:
 def _as_data(file: RigFile, name: str, health: Health) -> dict[str, Any]:
     readings = [
         {
-            "signal": each.signal.name, "channels": list(each.signal.channels), "units": list(each.signal.units),
-            "nominal_hz": each.signal.rate_hz, "rate_hz": each.rate_hz, "mean": list(each.mean),
-            "noise": list(each.noise), "lost": each.lost, "calibration": each.signal.calibration,
+            "signal": reading.signal.name, "channels": list(reading.signal.channels),
+            "units": list(reading.signal.units), "nominal_hz": reading.signal.rate_hz, "rate_hz": reading.rate_hz,
+            "mean": list(reading.mean), "noise": list(reading.noise), "lost": reading.lost,
+            "calibration": reading.signal.calibration,
         }
-        for each in health.readings
+        for reading in health.readings
     ]  # fmt: skip
     return {
         "kind": file.kind(name), "twin": file.is_twin(name), "ok": health.ok, "told": health.told,

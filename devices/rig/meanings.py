@@ -73,10 +73,10 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
     if origin is Annotated:
         return "a date as 2026-11-21" if annotation == Date else _type(arguments[0], arguments[1:])
     if origin in (Union, UnionType):
-        return " or ".join(_type(each) for each in arguments if each is not type(None))
+        return " or ".join(_type(argument) for argument in arguments if argument is not type(None))
     if origin in (tuple, list):
         many = "" if Ellipsis in arguments or len(arguments) < 2 else f" of {len(arguments)}"
-        each = dict.fromkeys(_type(each) for each in arguments if each is not Ellipsis)
+        each = dict.fromkeys(_type(argument) for argument in arguments if argument is not Ellipsis)
         return f"list{many}, each {' and '.join(each)}"
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return "keys and values"

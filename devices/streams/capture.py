@@ -162,7 +162,7 @@ class Capture:
         if self._last is not None:
             desk.tell(untold(self._last.streams))
         failed = []
-        for name, act in [("recording", self._end), *((each.name, each.safe) for each in self.sensors.values())]:
+        for name, act in [("recording", self._end), *((sensor.name, sensor.safe) for sensor in self.sensors.values())]:
             try:
                 act()
             except Exception as error:

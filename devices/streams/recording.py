@@ -151,7 +151,9 @@ class Recording:
 
     def hanging(self) -> Sequence[str]:
         """The sensors whose thread has not come back from their driver."""
-        return [each.sensor.name for each in self._readers if each.thread is not None and each.thread.is_alive()]
+        return [
+            reader.sensor.name for reader in self._readers if reader.thread is not None and reader.thread.is_alive()
+        ]
 
     def _rings(self, prefix: str, sensor: Sensor) -> dict[str, Ring]:
         named = {signal.name: self.names.get((prefix, signal.name)) for signal in sensor.signals}

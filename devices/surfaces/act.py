@@ -74,7 +74,7 @@ class Act:
         start = self.starts[number]
         ridden = ride(drive, start.state, self.law, BLOCKS)
         batch, memory = self._felt(times, motion, drive, ridden, start)
-        self.made[number] = Batch(*(_filled(each) for each in vars(batch).values()))
+        self.made[number] = Batch(*(_filled(column) for column in vars(batch).values()))
         if len(self.made) > self.kept:
             self.made.popitem(last=False)
         if len(self.starts) == number + 1:

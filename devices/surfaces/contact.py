@@ -90,11 +90,11 @@ class Drive:
 
     def blocks(self, count: int) -> Drive:
         """The same cut into blocks of equal length, that lie side by side: (..., steps, count)."""
-        return Drive(*(_side_by_side(each, count) for each in vars(self).values()))
+        return Drive(*(_side_by_side(column, count) for column in vars(self).values()))
 
     def of(self, chosen: NDArray[np.intp]) -> Drive:
         """Some of the blocks."""
-        return Drive(*(np.ascontiguousarray(each[..., chosen]) for each in vars(self).values()))
+        return Drive(*(np.ascontiguousarray(column[..., chosen]) for column in vars(self).values()))
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ def _lit(surface: Surface, still: _Still, lamp: Light) -> Field:
 
 def _falloff(pixels: int, lamp: Light) -> Field:
     """Inverse square of the distance to the lamp, 1 in the middle."""
-    x, y = ((each - np.float32(0.5)) * np.float32(SIZE_MM) for each in shares(pixels))
+    x, y = ((share - np.float32(0.5)) * np.float32(SIZE_MM) for share in shares(pixels))
     to_x, to_y, to_z = (each * LAMP_MM for each in lamp.toward)
     square = (x - to_x) ** 2 + (y - to_y) ** 2 + to_z**2
     return np.asarray(LAMP_MM**2 / square, dtype=np.float32)

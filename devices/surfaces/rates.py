@@ -83,7 +83,7 @@ def _read(values: Array, places: Array) -> Array:
 def weights(share: Array) -> list[Array]:
     """What each of the points counts, `share` of a step after the middle one."""
     offsets = [n - (POINTS // 2 - 1) for n in range(POINTS)]
-    away = [share - each for each in offsets]
+    away = [share - offset for offset in offsets]
     made = []
     for n, one in enumerate(offsets):
         rest = math.prod(one - other for other in offsets if other != one)

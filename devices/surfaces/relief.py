@@ -279,7 +279,7 @@ def neighbours(
     count = max(1, round(SIZE_MM / pitch_mm))
     drawn = chance(3 * count * count, *key).astype(np.float32).reshape(3, count, count)
     moved = np.float32(1 - regularity) * (drawn[:2] - np.float32(0.5)) + np.float32(0.5)
-    x, y = (np.float32(count) * each for each in shares(pixels))
+    x, y = (np.float32(count) * share for share in shares(pixels))
     column, row = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
     cell = (*moved, *of(drawn[2]))
     for up in (-1, 0, 1):

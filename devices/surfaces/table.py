@@ -116,7 +116,7 @@ class Surface:
                 )
 
 
-COLUMNS = tuple("class" if each.name == "category" else each.name for each in fields(Surface))
+COLUMNS = tuple("class" if field.name == "category" else field.name for field in fields(Surface))
 FORMAT = TableFormat(
     error=SurfaceDataError,
     counted=has_text,

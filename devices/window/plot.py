@@ -57,8 +57,8 @@ class Axes:
 
 def axes_for(box: Box, *profiles: Array) -> Axes:
     """Axes that hold all of these profiles."""
-    low = min([LEAST_N, *(float(each.min()) for each in profiles)])
-    high = max([MOST_N, *(float(each.max()) for each in profiles)])
+    low = min([LEAST_N, *(float(profile.min()) for profile in profiles)])
+    high = max([MOST_N, *(float(profile.max()) for profile in profiles)])
     return Axes(box, STEP_N * math.floor(low / STEP_N + 1e-9), STEP_N * math.ceil(high / STEP_N - 1e-9))
 
 

@@ -48,7 +48,7 @@ class Typesetter:
         if key not in self._laid:
             shorter = (text[:stop].rstrip() + " …" for stop in range(len(text) - 4, 0, -4))
             fits = (first_fit(self.page, each, width, height, steps) for each in (text, *shorter))
-            self._keep(key, next((each for each in fits if each is not None), BLANK))
+            self._keep(key, next((fit for fit in fits if fit is not None), BLANK))
         return self._laid[key]
 
     def same_size(self, texts: Sequence[str], width: int, height: int, steps: Steps = LABEL_STEPS) -> Steps:

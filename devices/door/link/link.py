@@ -203,4 +203,4 @@ class Refused(DeviceFault):
 
 
 def _names(messages: Iterable[says.Message]) -> str:
-    return ", ".join(dict.fromkeys(type(each).__name__ for each in messages))
+    return ", ".join(dict.fromkeys(type(message).__name__ for message in messages))

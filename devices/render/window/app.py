@@ -216,7 +216,7 @@ class RendererApp(WindowApp):
 
     def _push(self) -> None:
         strokes, self.main.strokes = self.main.strokes, []
-        reports = list(self.stylus()) if self.stylus is not None else [self._report(each) for each in strokes]
+        reports = list(self.stylus()) if self.stylus is not None else [self._report(stroke) for stroke in strokes]
         if reports and self.plays is not None and self.plays.running:
             self._safely(lambda plays: plays.push(reports))
 
@@ -299,7 +299,7 @@ def _listening(
     tablet.window, tablet.px_per_mm = shell.window.winHandle, px_per_mm
     tablet.open()
     tablet.start(lambda: shell.now_s() - epoch_s)
-    return lambda: [on_picture(each, picture, px_per_mm) for each in tablet.pull(0.0).reports]
+    return lambda: [on_picture(report, picture, px_per_mm) for report in tablet.pull(0.0).reports]
 
 
 def on_picture(report: Report, picture: Box, px_per_mm: float) -> Report:
