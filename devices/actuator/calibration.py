@@ -42,7 +42,7 @@ class Calibration(Strict):
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
-        lengths = {len(each) for each in (self.hz, self.real, self.imaginary, self.coherence, self.h2_apart_dB)}
+        lengths = {len(column) for column in (self.hz, self.real, self.imaginary, self.coherence, self.h2_apart_dB)}
         if len(lengths) > 1:
             raise ValueError(f"one value per line is expected, found {sorted(lengths)} values")
         return self

@@ -166,7 +166,7 @@ class DesignerApp(WindowApp):
 
     def _name_screen(self, prompt: str) -> NameScreen:
         name = self.main.work.name
-        return NameScreen(self.page, prompt, name, lambda each: each != name and each in designs.names(self.lab))
+        return NameScreen(self.page, prompt, name, lambda chosen: chosen != name and chosen in designs.names(self.lab))
 
     def _ask_design(self) -> None:
         if names := designs.names(self.lab):

@@ -140,9 +140,9 @@ def kept_work(lab: Path, maker: Maker) -> Work | None:
         return None
     kept = _read(path, Kept)
     ours = tuple(maker.attributes)
-    if kept.attributes != ours or any(len(each.wish) != len(ours) for each in (kept.a, kept.b, kept.saved) if each):
+    if kept.attributes != ours or any(len(s.wish) != len(ours) for s in (kept.a, kept.b, kept.saved) if s):
         raise DesignError(f"Work on doors of other attributes than these models' was left. It is kept as {BEFORE}.")
-    b, saved = (None if each is None else Setting(each.wish, each.smoothing_deg) for each in (kept.b, kept.saved))
+    b, saved = (None if s is None else Setting(s.wish, s.smoothing_deg) for s in (kept.b, kept.saved))
     a = Setting(kept.a.wish, kept.a.smoothing_deg)
     return Work(a, b, "A" if b is None else kept.on, kept.name, saved)
 

@@ -115,13 +115,13 @@ def buttons(page: Page, foot: Box, words: dict[str, str], play: str) -> dict[str
     from the left. `play` is the key of what it says now."""
     unit = page.metrics.unit
     said = {key: fitted(page, page.texts(key), unit(80), foot.height, LABEL_STEPS, bold=True) for key in PLAYS}
-    main = max(unit(46), *(each.width + unit(8) for each in said.values()))
+    main = max(unit(46), *(text.width + unit(8) for text in said.values()))
     placed = {"play": (Box(foot.right - main, foot.top, main, foot.height), said[play])}
     room, gap = foot.width - main - unit(6), unit(2.4)
     for step in LABEL_STEPS:
         for pad in (7.0, 5.0, 3.6):
             laid = {name: fitted(page, text, room, foot.height, (step,)) for name, text in words.items()}
-            widths = {name: max(page.metrics.target(9), each.width + unit(pad)) for name, each in laid.items()}
+            widths = {name: max(page.metrics.target(9), box.width + unit(pad)) for name, box in laid.items()}
             if sum(widths.values()) + gap * (len(widths) - 1) <= room:
                 return placed | _in_a_row(foot, laid, widths, gap)
     narrow = (room - gap * (len(words) - 1)) // len(words)

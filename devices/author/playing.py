@@ -108,7 +108,7 @@ class Seen:
     def due(self) -> bool:
         """Nothing is kept, so nothing is ever due; the newest sample says where the door is."""
         with suppress(DeviceFault):  # Whoever presents sees it as well, and deals with it.
-            blocks = [each.data for each in self.door.read(0.0)["telemetry"] if each.data]
+            blocks = [block.data for block in self.door.read(0.0)["telemetry"] if block.data]
             if blocks:
                 last = ROW.unpack(blocks[-1][-ROW.size :])
                 self.screen.hand_at((last[ANGLE], last[TORQUE] / self.door.setup.handle_radius_m))

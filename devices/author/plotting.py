@@ -45,7 +45,7 @@ class Plotter:
 
     def elements(self, work: Work, force_N: Array, beside_N: Array | None, hand: Hand | None) -> Iterator[Element]:
         """The axes, the doors on them and the legend."""
-        axes = axes_for(self.layout.panel.plot, *(each for each in (force_N, beside_N) if each is not None))
+        axes = axes_for(self.layout.panel.plot, *(profile for profile in (force_N, beside_N) if profile is not None))
         force_axis = self.setter.page.texts("force_axis")
         yield self.setter.label("force axis", force_axis, self.layout.panel.force_axis, QUIET, within="door")
         yield from self._chips(work)

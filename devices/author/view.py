@@ -137,7 +137,7 @@ class DesignerView(AppView):
 
     @cached_property
     def _word_steps(self) -> tuple[float, ...]:
-        words = [word(self.page.texts, each) for each in (*self.maker.attributes, *self.maker.antonyms)]
+        words = [word(self.page.texts, adjective) for adjective in (*self.maker.attributes, *self.maker.antonyms)]
         return self.setter.same_size(words, self.layout.columns.highs[0].width, self.layout.columns.highs[0].height)
 
     def _smoothing(self, work: Work) -> Iterator[Element]:

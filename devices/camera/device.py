@@ -175,8 +175,8 @@ class Camera:
     def _shot(self, act: Act, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Aside | None:
         def ready() -> bool:
             self._heed(desk)
-            for each in self.source.new(now_ns() / NS):
-                self._take(request, each)
+            for arrived in self.source.new(now_ns() / NS):
+                self._take(request, arrived)
             desk.demand(self._prompt(request))
             return self._wanted() is None or self.stopped or act.seconds(now_ns()) >= request.seconds
 
@@ -199,7 +199,7 @@ class Camera:
         A twin's pictures do not get better: they are flagged, and kept.
         """
         missing = (n for n in range(1, self.settings.count + 1) if n not in self.taken)
-        bad = (n for n, each in sorted(self.taken.items()) if each["flags"] and n not in self.kept_as_it_is)
+        bad = (n for n, picture in sorted(self.taken.items()) if picture["flags"] and n not in self.kept_as_it_is)
         return next(missing, None) or (None if self.settings.driver == "twin" else next(bad, None))
 
     def _prompt(self, request: Sense) -> Prompt | None:
@@ -236,7 +236,7 @@ class Camera:
 
     def _known(self, stimulus: str, sha256: str) -> bool:
         """Whether these bytes were given for this sample now, or for another one ever."""
-        now = any(each["sha256"] == sha256 for each in self.taken.values())
+        now = any(picture["sha256"] == sha256 for picture in self.taken.values())
         return now or self.seen.get(sha256, stimulus) != stimulus
 
     def _came(self, request: Sense, seconds: float) -> Came:
@@ -246,7 +246,7 @@ class Camera:
                 f"{len(self.taken)} of {self.settings.count} pictures of {request.trial.stimulus.id} in {seconds:.0f} s"
             )
             lacking = f"light {missing[0]}" if len(missing) == 1 else f"lights {', '.join(missing)}"
-            also = "".join(f"; {each}" for each in (*self.source.broken(), *self._twice()))
+            also = "".join(f"; {reason}" for reason in (*self.source.broken(), *self._twice()))
             return self.mending.fault(
                 DeviceFault(self.name, "silent", f"{self.name} gave {there}, without {lacking}{also}")
             )

@@ -60,7 +60,7 @@ class Folder:
             return ()
         self.looked_s = now_s
         there = self._there()
-        self.waiting = {name: each for name, each in self.waiting.items() if name in there}
+        self.waiting = {name: stamp for name, stamp in self.waiting.items() if name in there}
         still = [name for name, stamp in there.items() if self._stands(name, stamp, now_s)]
         still.sort(key=lambda name: (there[name][1], name) if self.order == "time" else (0, name))
         return [self._read(name, there[name]) for name in still]
@@ -94,7 +94,7 @@ class Folder:
     def _files(self) -> dict[str, Stamp]:
         with os.scandir(self.path) as entries:
             found = [entry for entry in entries if entry.name.lower().endswith(self.suffixes)]
-            return {each.name: stamp for each in found if (stamp := _stamp(each)) is not None}
+            return {entry.name: stamp for entry in found if (stamp := _stamp(entry)) is not None}
 
     def _lost(self, told: str) -> DeviceFault:
         return DeviceFault(self.device, "link_lost", f"{self.device}: {told}")

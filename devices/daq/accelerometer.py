@@ -48,7 +48,7 @@ class Settings(Strict):
             raise ValueError(f"range_V {self.range_V}: low before high, within -10 and 10, is expected")
         if high < self.supply_V:
             raise ValueError(f"range_V ends at {high:g} V, below supply_V {self.supply_V:g}; the rest is cut off")
-        if not all(1.0 <= each <= 100_000 for each in self.bandwidth_hz):
+        if not all(1.0 <= band_hz <= 100_000 for band_hz in self.bandwidth_hz):
             raise ValueError(f"bandwidth_hz {self.bandwidth_hz}: 1 to 100000 Hz are expected")
         return self
 

@@ -198,7 +198,7 @@ def acceleration_volts(scaling: Scaling, bandwidth_hz: Sequence[float]) -> Ideal
     def volts(scene: Scene | None, rate_hz: float) -> Iterator[Array]:
         rest = np.tile([0.0, 0.0, GRAVITY_M_S2], (PIECE, 1))
         pieces = repeat(rest) if scene is None else scene.acceleration_m_s2(rate_hz)
-        for felt in _low_passed(pieces, [np.exp(-2 * np.pi * each / rate_hz) for each in bandwidth_hz]):
+        for felt in _low_passed(pieces, [np.exp(-2 * np.pi * band_hz / rate_hz) for band_hz in bandwidth_hz]):
             free = scaling.zero_V + felt * (scaling.sensitivity_V / GRAVITY_M_S2)
             yield np.clip(free, 0.0, scaling.supply_V)
 

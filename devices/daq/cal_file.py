@@ -88,9 +88,9 @@ class _Reader:
     def _read(self, root: Element, found: Element, sha256: str) -> CalFile:
         if self._number(found, "GainMultiplier", 1.0) != 1.0:
             raise self._wrong("<Calibration GainMultiplier>", "only 1 is supported: no amplifier added")
-        user = {name: self._row(each, 1.0) for name, each in self._axes(found, "UserAxis").items()}
+        user = {name: self._row(child, 1.0) for name, child in self._axes(found, "UserAxis").items()}
         axes = self._axes(found, "Axis")
-        basic = {name: self._row(each, self._scale(each)) for name, each in axes.items()}
+        basic = {name: self._row(child, self._scale(child)) for name, child in axes.items()}
         if not user and not basic:
             raise self._wrong("<Calibration>", "rows named UserAxis or Axis are expected inside")
         low, high = self._range(found)
@@ -99,7 +99,7 @@ class _Reader:
             found.get("PartNumber", ""), _iso(found.get("CalDate", "")),
             self._text(found, "ForceUnits"), self._text(found, "TorqueUnits"),
             found.get("DistUnits", "m"), found.get("AngleUnits", "degrees"), low, high, user, basic,
-            {name: self._rated(each) for name, each in (self._axes(found, "UserAxis") or axes).items()},
+            {name: self._rated(child) for name, child in (self._axes(found, "UserAxis") or axes).items()},
             self._shift(found), self._slopes(found), sha256,
         )  # fmt: skip
 
@@ -122,7 +122,7 @@ class _Reader:
 
     def _axes(self, found: Element, tag: str) -> dict[str, Element]:
         """The six rows of that name by axis; none at all where the file has none of them."""
-        axes = [(self._text(each, "Name"), each) for each in found.findall(tag)]
+        axes = [(self._text(child, "Name"), child) for child in found.findall(tag)]
         names = [name for name, _ in axes]
         if axes and sorted(names) != sorted(AXES):
             raise self._wrong(f"<{tag}>", f"one each of {', '.join(AXES)} is expected, found {some(names)}")

@@ -151,8 +151,8 @@ def _framed(frame: Frame, matrix: Array) -> Array:
 
     from palpate.devices.daq.gauges import moved
 
-    distance = [each / 1000 for each in (frame.dx_mm, frame.dy_mm, frame.dz_mm)]
-    return moved(distance, [radians(each) for each in (frame.rx_deg, frame.ry_deg, frame.rz_deg)]) @ matrix
+    distance = [part / 1000 for part in (frame.dx_mm, frame.dy_mm, frame.dz_mm)]
+    return moved(distance, [radians(part) for part in (frame.rx_deg, frame.ry_deg, frame.rz_deg)]) @ matrix
 
 
 def _slopes(name: str, thermistor: Thermistor | None, file: CalFile, path: Path) -> Slopes | None:

@@ -274,7 +274,7 @@ def _basic(file: CalFile, units: Array, where: str) -> Array | None:
         return None
     metre = _unit(file.distance_unit, DISTANCE_M, where, "DistUnits")
     radian = _unit(file.angle_unit, ANGLE_RAD, where, "AngleUnits")
-    placed = moved([each * metre for each in file.shift[:3]], [each * radian for each in file.shift[3:]])
+    placed = moved([part * metre for part in file.shift[:3]], [part * radian for part in file.shift[3:]])
     return np.asarray(placed @ (np.array([file.basic[axis] for axis in AXES]) * units[:, np.newaxis]), np.float64)
 
 

@@ -165,10 +165,10 @@ class NiDaq:
 
     def _configure(self, nidaqmx: Any) -> None:
         constants, wiring = nidaqmx.constants, self.wiring
-        for each in (wiring, *self.further):
-            terminals = getattr(constants.TerminalConfiguration, each.terminals.upper())
+        for wired in (wiring, *self.further):
+            terminals = getattr(constants.TerminalConfiguration, wired.terminals.upper())
             self.task.ai_channels.add_ai_voltage_chan(
-                ",".join(each.channels), terminal_config=terminals, min_val=each.low_V, max_val=each.high_V
+                ",".join(wired.channels), terminal_config=terminals, min_val=wired.low_V, max_val=wired.high_V
             )
         self.task.timing.cfg_samp_clk_timing(
             wiring.rate_hz, sample_mode=constants.AcquisitionType.CONTINUOUS, samps_per_chan=wiring.buffer

@@ -162,7 +162,7 @@ def _join(name: str, sensors: list[DaqSensor]) -> None:
     channels = [channel for wiring in wirings for channel in wiring.channels]
     if len(set(channels)) < len(channels):
         raise DeviceError(f"{names}: an input of {name} is wired to both; see `channels`")
-    rate_hz, buffer_s = max(each.rate_hz for each in wirings), max(each.buffer_s for each in wirings)
+    rate_hz, buffer_s = max(wired.rate_hz for wired in wirings), max(wired.buffer_s for wired in wirings)
     alike = [replace(wiring, rate_hz=rate_hz, buffer_s=buffer_s) for wiring in wirings]
     card, column = Card(NiDaq(names, alike[0], tuple(alike[1:]))), 0
     shares = []

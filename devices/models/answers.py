@@ -52,25 +52,25 @@ def rated(model: Model, force_N: Array) -> tuple[Rated, ...]:
     halves = interval.half_width if interval is not None else (None,) * port.size
     names = port.names or tuple(f"rating {number}" for number in range(1, port.size + 1))
     antonyms = port.antonyms or ("",) * port.size
-    return tuple(_rated(*each, port.scale) for each in zip(names, antonyms, raw.tolist(), halves, strict=True))
+    return tuple(_rated(*row, port.scale) for row in zip(names, antonyms, raw.tolist(), halves, strict=True))
 
 
 def as_told(file: str, answer: tuple[Rated, ...]) -> dict[str, Any]:
     """The same for a script."""
-    return {"file": file, "ratings": [asdict(each) for each in answer]}
+    return {"file": file, "ratings": [asdict(rated) for rated in answer]}
 
 
 def in_words(file: str, answer: tuple[Rated, ...]) -> str:
     """A line for each attribute, with a drawn scale."""
-    left = max(len(each.attribute) for each in answer)
-    right = max(len(each.antonym) for each in answer)
+    left = max(len(rated.attribute) for rated in answer)
+    right = max(len(rated.antonym) for rated in answer)
     lines = [file]
-    for each in answer:
-        range_words = "" if each.low is None else f"  {each.low:5.1f} to {each.high:5.1f}"
-        scale = "" if each.on_scale is None else f"  {each.on_scale:+6.2f}"
-        bar = f"{each.attribute:>{left}} {_bar(each)} {each.antonym:<{right}}"
-        lines.append(f"  {bar} {each.predicted:6.1f}{range_words}{scale}")
-    if far := [each.attribute for each in answer if not LOW - FAR <= each.raw <= HIGH + FAR]:
+    for rated in answer:
+        range_words = "" if rated.low is None else f"  {rated.low:5.1f} to {rated.high:5.1f}"
+        scale = "" if rated.on_scale is None else f"  {rated.on_scale:+6.2f}"
+        bar = f"{rated.attribute:>{left}} {_bar(rated)} {rated.antonym:<{right}}"
+        lines.append(f"  {bar} {rated.predicted:6.1f}{range_words}{scale}")
+    if far := [rated.attribute for rated in answer if not LOW - FAR <= rated.raw <= HIGH + FAR]:
         lines.append(
             f"  far beyond 0 to 100 before it was cut there: {', '.join(far)}; not a profile as those learned from"
         )
@@ -102,12 +102,12 @@ def _within(value: float) -> float:
     return min(max(value, LOW), HIGH)
 
 
-def _bar(each: Rated) -> str:
+def _bar(rated: Rated) -> str:
     """|----==O==----|: the interval and where the prediction lies."""
-    ends = (each.low, each.high) if each.low is not None and each.high is not None else (each.predicted,) * 2
+    ends = (rated.low, rated.high) if rated.low is not None and rated.high is not None else (rated.predicted,) * 2
     low, high = (_place(end) for end in ends)
     marks = ["=" if low <= place <= high else "-" for place in range(BAR)]
-    marks[_place(each.predicted)] = "O"
+    marks[_place(rated.predicted)] = "O"
     return f"|{''.join(marks)}|"
 
 

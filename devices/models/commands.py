@@ -45,7 +45,7 @@ def list_command(lab: Path, as_json: bool) -> None:
     from palpate.devices.models.finding import FOLDER, listed
     from palpate.devices.models.tables import aligned, list_row
 
-    rows = [list_row(each) for each in listed(lab)]
+    rows = [list_row(model) for model in listed(lab)]
     if as_json:
         _echo(rows)
         return
@@ -110,7 +110,7 @@ def compare_command(names: tuple[str, ...], files: tuple[Path, ...], lab: Path, 
     times = [milliseconds(model, inputs, time.perf_counter) for model in read]
     if as_json:
         metrics = {name: {**model.card.metrics, "ms": ms} for name, model, ms in zip(names, read, times, strict=True)}
-        _echo({"metrics": metrics, "apart": [vars(each) for each in told], "inputs": len(inputs.names)})
+        _echo({"metrics": metrics, "apart": [vars(pair) for pair in told], "inputs": len(inputs.names)})
         return
     click.echo(metrics_words(names, read, times))
     click.echo(apart_words(told, read[0].card.gives, len(inputs.names)))
@@ -157,7 +157,7 @@ def predict(
         raise click.UsageError("--zero counts a recording's angle anew: it goes with --recording")
     if not given:
         raise click.UsageError("which profile? Give a profile FILE, as studies/door_ratings/profiles/K8_g0.csv")
-    _felt(asked, [Path(each) for each in given], recording, zero, as_json)
+    _felt(asked, [Path(path) for path in given], recording, zero, as_json)
 
 
 def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_json: bool) -> None:

@@ -173,14 +173,14 @@ def texture_windows(models: Sequence[Model]) -> tuple[Array, tuple[str, ...]]:
     window = first.card.takes.size // 3
     chance = np.random.Generator(np.random.PCG64(0))
     past = np.zeros((len(speed), WARM_UP + longest + window))
-    hand = np.stack([np.repeat(each[:, None], window, axis=1) for each in (speed, force)], axis=1)
+    hand = np.stack([np.repeat(column[:, None], window, axis=1) for column in (speed, force)], axis=1)
     for at in range(window, past.shape[1]):
         rows = np.concatenate([past[:, None, at - window : at], hand], axis=1).reshape(len(past), -1)
         answers = first.run(rows)
         sd = np.exp(answers[:, 1]) if answers.shape[1] == 2 else texture.rms_m_s2 / 10
         made = answers[:, 0] + sd * chance.normal(size=len(past))
         past[:, at] = np.clip(made, -texture.peak_m_s2, texture.peak_m_s2)
-    held = [np.repeat(each[:, None], longest, axis=1) for each in (speed, force)]
+    held = [np.repeat(column[:, None], longest, axis=1) for column in (speed, force)]
     return np.concatenate([past[:, -longest:], *held], axis=1), names
 
 
@@ -194,5 +194,5 @@ def texture_drives(model: Model) -> tuple[Array, tuple[str, ...]]:
 
 def _hands(texture: Texture) -> tuple[Array, Array, tuple[str, ...]]:
     speeds, forces = np.linspace(*texture.speed_mm_s, SIDE), np.linspace(*texture.force_N, SIDE)
-    speed, force = (each.ravel() for each in np.meshgrid(speeds, forces))
+    speed, force = (column.ravel() for column in np.meshgrid(speeds, forces))
     return speed, force, tuple(f"{one:.3g} mm/s, {other:.3g} N" for one, other in zip(speed, force, strict=True))

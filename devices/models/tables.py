@@ -27,15 +27,15 @@ def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def list_row(each: Listed) -> dict[str, Any]:
+def list_row(model: Listed) -> dict[str, Any]:
     """One model of the list; a broken one with its complaint."""
-    row = {"name": each.path.stem, "where": each.owner, "file": str(each.path)}
-    card = each.card
+    row = {"name": model.path.stem, "where": model.owner, "file": str(model.path)}
+    card = model.card
     if card is None:
         empty = dict.fromkeys(("method", "direction", "error", "made", "size"), "-")
-        return {**row, **empty, "title": each.other or f"BROKEN: {each.wrong}"}
+        return {**row, **empty, "title": model.other or f"BROKEN: {model.wrong}"}
     return {
-        **row, "method": card.method, "direction": direction(card), "error": _error(card), "made": _made(each, card),
+        **row, "method": card.method, "direction": direction(card), "error": _error(card), "made": _made(model, card),
         "size": size_words(card.weights.bytes), "title": card.title,
     }  # fmt: skip
 
@@ -54,10 +54,10 @@ def apart_words(told: Sequence[Apart], port: Port, count: int) -> str:
     """How far each pair of models is apart."""
     what = f"{count} {ASKED.get(port.kind, 'wishes')}"
     heads = ("", "", "mean", "greatest", "at")
-    rows = [[each.first, each.second, f"{each.mean:.3g}", f"{each.greatest:.3g}", each.at] for each in told]
+    rows = [[pair.first, pair.second, f"{pair.mean:.3g}", f"{pair.greatest:.3g}", pair.at] for pair in told]
     lines = [f"\nanswers to the same {what} are apart by ({port.unit}):", aligned(heads, rows)]
     if port.names:
-        named = [[f"{each.first} - {each.second}", *(f"{far:.2f}" for far in each.by_name.values())] for each in told]
+        named = [[f"{pair.first} - {pair.second}", *(f"{far:.2f}" for far in pair.by_name.values())] for pair in told]
         lines += ["\nmean by attribute:", aligned(("", *port.names), named)]
     return "\n".join(lines)
 
@@ -73,9 +73,9 @@ def _error(card: Card) -> str:
     return f"{card.metrics[name]:.2f}" if name == "mae" else f"{card.metrics[name]:.2f} ({name})"
 
 
-def _made(each: Listed, card: Card) -> str:
+def _made(model: Listed, card: Card) -> str:
     """The day that the training wrote down, else the file's; a shipped file's day is that of the installation."""
     told = card.training.get("made")
-    if isinstance(told, str) or each.owner != "lab":
+    if isinstance(told, str) or model.owner != "lab":
         return told[:10] if isinstance(told, str) else "-"
-    return datetime.fromtimestamp(each.path.stat().st_mtime, UTC).date().isoformat()
+    return datetime.fromtimestamp(model.path.stat().st_mtime, UTC).date().isoformat()

@@ -37,7 +37,7 @@ PLAIN = {
 def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
     """What a person wants to know of a model: what it takes and gives, how good it is, where it comes from."""
     count = sum(tensor.size for tensor in tensors.values())
-    training = {name: each for name, each in card.training.items() if name != "metrics" or each != card.metrics}
+    training = {name: value for name, value in card.training.items() if name != "metrics" or value != card.metrics}
     parts: dict[str, Sequence[str]] = {
         "file": (file, f"{card.weights.file}, {size_words(card.weights.bytes)}, intact: {card.weights.sha256[:16]}..."),
         "method": (card.method,),

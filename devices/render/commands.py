@@ -108,7 +108,7 @@ def _given(*names: str) -> str:
     context = click.get_current_context()
     by_user = (name for name in names if context.get_parameter_source(name) is ParameterSource.COMMANDLINE)
     written = {param.name: param.opts[0] for param in context.command.params}
-    return next((written[each] for each in by_user), "")
+    return next((written[option] for option in by_user), "")
 
 
 def _tell(played: Played, texture: str, method: str, out: Path | None, as_json: bool) -> None:

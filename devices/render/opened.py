@@ -88,7 +88,8 @@ def playing(job: Job, trace: Trace, pace: Pace | None = None) -> Iterator[Playin
         if tablet is not None:
             tablet.start(time.monotonic_ns)
         made = Playing(renderer, hand, sink, Loop(renderer, hand, sink, pace or Wall(), trace))
-        made.facts["devices"] = {each.name: dict(each.describe()) for each in (coil, tablet) if each is not None}
+        devices = [device for device in (coil, tablet) if device is not None]
+        made.facts["devices"] = {device.name: dict(device.describe()) for device in devices}
         try:
             yield made
         finally:

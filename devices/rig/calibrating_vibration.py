@@ -157,7 +157,7 @@ def _misplaced(position: str, g: Array) -> str | None:
     """What says that another axis is up; None where this one may be."""
     if (np.abs(g - _felt(position)) <= FAR_G).all():
         return None
-    nearest = min(POSITIONS, key=lambda each: float(np.abs(g - _felt(each)).max()))
+    nearest = min(POSITIONS, key=lambda position: float(np.abs(g - _felt(position)).max()))
     seems = f"{nearest} seems to be up" if nearest != position else "no axis is up"
     return f"{position} is asked for and {seems}: {_spelled(g)}"
 
@@ -186,12 +186,12 @@ def _spelled(g: Array) -> str:
 def _accelerometer_found(fit: SixPositions, date: str) -> Found:
     scaling = fit.scaling
     settings = {
-        "sensitivity_V_per_g": [round(each, DECIMALS) for each in scaling.sensitivity_V.tolist()],
-        "zero_g_V": [round(each, DECIMALS) for each in scaling.zero_V.tolist()],
+        "sensitivity_V_per_g": [round(volts, DECIMALS) for volts in scaling.sensitivity_V.tolist()],
+        "zero_g_V": [round(volts, DECIMALS) for volts in scaling.zero_V.tolist()],
         "scaled_at_V": scaling.supply_V,
         "calibrated": date,
     }
-    residuals = {position: round(each, 5) for position, each in fit.residual_g.items()}
+    residuals = {position: round(residual_g, 5) for position, residual_g in fit.residual_g.items()}
     return Found(
         settings, tuple(_accelerometer_lines(fit)), {"residual_g": residuals, "worst_g": round(fit.worst_g, 5)}
     )
@@ -200,7 +200,8 @@ def _accelerometer_found(fit: SixPositions, date: str) -> Found:
 def _accelerometer_lines(fit: SixPositions) -> Iterator[str]:
     for axis, volts, zero in zip(AXES, fit.scaling.sensitivity_V, fit.scaling.zero_V, strict=True):
         yield f"{axis}: {volts:.4f} V per g, {zero:.4f} V at 0 g"
-    yield f"residual (RMS over the axes): {', '.join(f'{p} {each:.4f}' for p, each in fit.residual_g.items())} g"
+    residuals = ", ".join(f"{position} {residual_g:.4f}" for position, residual_g in fit.residual_g.items())
+    yield f"residual (RMS over the axes): {residuals} g"
 
 
 def calibrate_coil(job: Job, sensor: str | None, level_V: float | None, seconds: float | None, force: bool) -> Found:

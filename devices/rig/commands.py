@@ -159,6 +159,6 @@ def kinds(kind: str | None) -> None:
         return
     if kind not in KINDS:
         raise click.UsageError(f"no kind {kind!r}; {nearest(kind, list(KINDS))}")
-    for each in settings_of_kind(KINDS[kind]):
-        default = each.default if each.default == "required" else f"default {each.default}"
-        click.echo(f"{each.name:<22} {each.takes}; {default}\n    {each.meaning}")
+    for setting in settings_of_kind(KINDS[kind]):
+        default = setting.default if setting.default == "required" else f"default {setting.default}"
+        click.echo(f"{setting.name:<22} {setting.takes}; {default}\n    {setting.meaning}")

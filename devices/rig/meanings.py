@@ -46,7 +46,7 @@ def _told(model: type[Strict], meanings: Mapping[str, str], within: str) -> Iter
 def _model_in(annotation: Any) -> type[Strict] | None:
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return annotation
-    return next((found for each in get_args(annotation) if (found := _model_in(each)) is not None), None)
+    return next((found for bound in get_args(annotation) if (found := _model_in(bound)) is not None), None)
 
 
 def _plain(value: Any) -> str:
@@ -76,8 +76,8 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
         return " or ".join(_type(argument) for argument in arguments if argument is not type(None))
     if origin in (tuple, list):
         many = "" if Ellipsis in arguments or len(arguments) < 2 else f" of {len(arguments)}"
-        each = dict.fromkeys(_type(argument) for argument in arguments if argument is not Ellipsis)
-        return f"list{many}, each {' and '.join(each)}"
+        bound = dict.fromkeys(_type(argument) for argument in arguments if argument is not Ellipsis)
+        return f"list{many}, each {' and '.join(bound)}"
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return "keys and values"
     return WORDS.get(annotation, str(getattr(annotation, "__name__", annotation))) + _bounds(metadata)
@@ -85,7 +85,7 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
 
 def _bounds(metadata: Sequence[Any]) -> str:
     """The bounds of a number: from 0.2 to 2, above 0."""
-    given = [inner for each in metadata for inner in (getattr(each, "metadata", None) or [each])]
-    found = {key: getattr(each, key) for each in given for key in ("ge", "gt", "le") if hasattr(each, key)}
+    given = [inner for bound in metadata for inner in (getattr(bound, "metadata", None) or [bound])]
+    found = {key: getattr(bound, key) for bound in given for key in ("ge", "gt", "le") if hasattr(bound, key)}
     low = f" from {found['ge']:.10g}" if "ge" in found else f" above {found['gt']:.10g}" if "gt" in found else ""
     return low + (f" to {found['le']:.10g}" if "le" in found else "")

@@ -30,9 +30,9 @@ class OpenRig:
 
     def safe(self) -> None:
         """Bring everything to rest; what fails at that does not keep the others from it."""
-        with ExitStack() as each:
+        with ExitStack() as stack:
             for device in self.devices.values():
-                each.callback(device.safe)
+                stack.callback(device.safe)
 
     def close(self) -> None:
         """Make everything safe and let go of it."""

@@ -125,5 +125,7 @@ class Card:
 
 
 def _outputs(sound: Any) -> str:
-    found = [f"{n}: {each['name']}" for n, each in enumerate(sound.query_devices()) if each["max_output_channels"] > 0]
+    found = [
+        f"{n}: {known['name']}" for n, known in enumerate(sound.query_devices()) if known["max_output_channels"] > 0
+    ]
     return f"Outputs here: {'; '.join(found)}" if found else "This machine has no sound output"

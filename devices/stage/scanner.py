@@ -31,14 +31,14 @@ class Lines:
     def feed(self, data: bytes) -> list[str]:
         """The codes that are whole now; empty lines are none."""
         codes = []
-        for each in data:
-            if each in ENDS:
+        for character in data:
+            if character in ENDS:
                 if self.part and not self.too_long:
                     codes.append(self.part.decode("utf-8", errors="replace"))
                 self.part.clear()
                 self.too_long = False
             elif len(self.part) < LONGEST:
-                self.part.append(each)
+                self.part.append(character)
             else:
                 self.too_long = True
         return codes
@@ -102,7 +102,7 @@ def _why(error: Exception) -> str:
 
 def plain(code: str) -> str:
     """A code as it is compared: without blanks around it and control characters, letters as capitals."""
-    return "".join(each for each in code if each.isprintable()).strip().upper()
+    return "".join(character for character in code if character.isprintable()).strip().upper()
 
 
 def codes_of(stimulus: Stimulus) -> tuple[str, ...]:

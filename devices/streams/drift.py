@@ -106,7 +106,7 @@ class ClockFit:
     def _halve(self) -> None:
         self._learn()
         merged: dict[int, Point] = {}
-        for place, each in self.bins.items():
+        for place, earliest in self.bins.items():
             half = place // 2
-            merged[half] = min(merged[half], each, key=self._lateness) if half in merged else each
+            merged[half] = min(merged[half], earliest, key=self._lateness) if half in merged else earliest
         self.bins, self.width_s = merged, 2 * self.width_s

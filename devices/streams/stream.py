@@ -300,4 +300,4 @@ def level(data: bytes, channels: int) -> Level:
 def _spread(rows: NDArray[np.float32]) -> tuple[float, ...]:
     if not len(rows):
         return (0.0,) * int(rows.shape[1])
-    return tuple(float(each) for each in rows[-SHOWN:].std(axis=0, dtype=np.float64))
+    return tuple(float(spread) for spread in rows[-SHOWN:].std(axis=0, dtype=np.float64))

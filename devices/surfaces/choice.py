@@ -26,8 +26,8 @@ def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
     if stimulus in table:
         return table[stimulus]
     wanted = estimate_of(columns, stimulus)
-    kin = [each for each in table.values() if each.category == columns.get("class")]
-    near = min(kin or table.values(), key=lambda each: _apart(each, wanted))
+    kin = [surface for surface in table.values() if surface.category == columns.get("class")]
+    near = min(kin or table.values(), key=lambda surface: _apart(surface, wanted))
     kinetic = wanted.friction
     return replace(
         near, id=stimulus, label=columns.get("label", stimulus), kinetic_friction=kinetic,

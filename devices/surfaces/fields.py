@@ -125,7 +125,7 @@ def lattice(
     )
     counted = []
     for axis, (to_x, to_y, pitch) in enumerate(directions):
-        along_x, along_y = (repeat * round(SIZE_MM * each / pitch / repeat) for each in (to_x, to_y))
+        along_x, along_y = (repeat * round(SIZE_MM * axis / pitch / repeat) for axis in (to_x, to_y))
         place = np.float32(along_x) * x + np.float32(along_y) * y
         if irregular > 0:
             place = place + np.float32(irregular) * narrow(pixels, 3 * pitch_mm * max(1, aspect), *key, axis)

@@ -125,7 +125,7 @@ def _metal(surface: Surface) -> float:
 
 def _lit(surface: Surface, still: _Still, lamp: Light) -> Field:
     """Light that falls on each point, as a share of what a white sheet under full light sends back."""
-    x, y, z = (np.float32(each) for each in lamp.toward)
+    x, y, z = (np.float32(part) for part in lamp.toward)
     facing = np.maximum(z - still.right * x - still.up * y, 0) / still.steep
     direct = facing * shadow(still.height_um, lamp.azimuth_deg, lamp.elevation_deg, PENUMBRA_DEG) / z
     near = _falloff(still.height_um.shape[0], lamp)
@@ -139,7 +139,7 @@ def _lit(surface: Surface, still: _Still, lamp: Light) -> Field:
 def _falloff(pixels: int, lamp: Light) -> Field:
     """Inverse square of the distance to the lamp, 1 in the middle."""
     x, y = ((share - np.float32(0.5)) * np.float32(SIZE_MM) for share in shares(pixels))
-    to_x, to_y, to_z = (each * LAMP_MM for each in lamp.toward)
+    to_x, to_y, to_z = (part * LAMP_MM for part in lamp.toward)
     square = (x - to_x) ** 2 + (y - to_y) ** 2 + to_z**2
     return np.asarray(LAMP_MM**2 / square, dtype=np.float32)
 

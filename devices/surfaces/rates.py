@@ -88,8 +88,8 @@ def weights(share: Array) -> list[Array]:
     for n, one in enumerate(offsets):
         rest = math.prod(one - other for other in offsets if other != one)
         product = np.full_like(share, 1 / rest)
-        for m, each in enumerate(away):
+        for m, factor in enumerate(away):
             if m != n:
-                product = product * each
+                product = product * factor
         made.append(product)
     return made

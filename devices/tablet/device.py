@@ -210,7 +210,7 @@ class Tablet:
         """What the ledger keeps of it."""
         delays = {"speed_delay_ms": 1e3 * self.shape.speed_delay_s, "force_delay_ms": 1e3 * self.shape.force_delay_s}
         known = self.settings.model_dump(mode="json", exclude_none=True)
-        return {**known, "facts": dict(self.facts or {}), **{name: round(each, 2) for name, each in delays.items()}}
+        return {**known, "facts": dict(self.facts or {}), **{name: round(ms, 2) for name, ms in delays.items()}}
 
     def expect(self, scene: Scene | None) -> None:
         """A twin follows this scene from the next start on."""

@@ -172,7 +172,7 @@ def state_of(ask: Ioctl, file: int) -> State | None:
     keys = _asked(ask, file, asks(0x18, KEYS), KEYS)
     if not all(found) or not keys:
         return None
-    x, y, pressure = (ABSINFO.unpack(each)[0] for each in found)
+    x, y, pressure = (ABSINFO.unpack(path)[0] for path in found)
     touch, near = (bool(keys[key // 8] >> key % 8 & 1) for key in (BTN_TOUCH, BTN_TOOL_PEN))
     return State(x, y, pressure, touch, near)
 
@@ -185,7 +185,7 @@ def timed_monotonic(ask: Ioctl, file: int) -> bool:
 def input_devices(folder: Path = Path("/sys/class/input")) -> list[str]:
     """The input devices that there are: /dev/input/event3 (Wacom Intuos Pen)."""
     found = []
-    for place in sorted(folder.glob("event*"), key=lambda each: (len(each.name), each.name)):
+    for place in sorted(folder.glob("event*"), key=lambda path: (len(path.name), path.name)):
         try:
             name = (place / "device" / "name").read_text(encoding="utf-8").strip()
         except OSError:

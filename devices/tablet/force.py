@@ -145,8 +145,8 @@ def _judged(pressures: Sequence[float], forces_N: Sequence[float], force: Force)
     aa = math.fsum(s * s for s in shapes)
     ab = math.fsum(force.a_N * y * s * s for y, s in zip(pressures, shapes, strict=True))
     bb = math.fsum((force.a_N * y * s) ** 2 for y, s in zip(pressures, shapes, strict=True))
-    each = squares / (count - 2) / (aa * bb - ab * ab)
+    scale = squares / (count - 2) / (aa * bb - ab * ab)
     return Fit(
         force, math.sqrt(squares / count), max(map(abs, left)), 1 - squares / spread if spread > 0 else 0.0,
-        math.sqrt(each * bb), math.sqrt(each * aa), count,
+        math.sqrt(scale * bb), math.sqrt(scale * aa), count,
     )  # fmt: skip

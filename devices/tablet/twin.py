@@ -103,8 +103,8 @@ class TwinTablet(TimedSource):
         most = 0.45 / self.report_hz
         for block in count():
             drawn = gaussians(DRAWN, "tablet", self.seed, self.name, key, block)
-            for number, each in enumerate(drawn, block * DRAWN):
-                yield max(0.0, number / self.report_hz + max(-most, min(most, self.jitter_s * each)))
+            for number, jitter in enumerate(drawn, block * DRAWN):
+                yield max(0.0, number / self.report_hz + max(-most, min(most, self.jitter_s * jitter)))
 
     def _steps(self, mm: float) -> float:
         return self.step_mm * round(mm / self.step_mm)

@@ -228,7 +228,7 @@ class Tracker:
 
     def _within(self, row: tuple[float, float, float, bool]) -> tuple[float, float, float, bool]:
         reach = self.settings.reach_mm
-        if row[3] and any(abs(each) > reach for each in row[:3]):
+        if row[3] and any(abs(part) > reach for part in row[:3]):
             told = (
                 f"a position {max(map(abs, row[:3])):.3g} mm away, beyond its reach of {reach:g} mm: is `unit` right?"
             )

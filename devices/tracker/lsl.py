@@ -112,7 +112,7 @@ class LslStream:
     def zero_s(self, now_ns: NowNs) -> float:
         """The library's clock when now_ns's was at 0: of a few readings, the one that took least time in between."""
         readings = [(now_ns(), self.library.local_clock(), now_ns()) for _ in range(READINGS)]
-        before_ns, at_s, after_ns = min(readings, key=lambda each: each[2] - each[0])
+        before_ns, at_s, after_ns = min(readings, key=lambda word: word[2] - word[0])
         return float(at_s - (before_ns + after_ns) / 2 / NS)
 
     def pull(self, timeout_s: float) -> Batch:
@@ -272,7 +272,7 @@ def _guessed(told: str, labels: Labels) -> list[int]:
 def _scale(told: str, unit: str | None, said: set[str]) -> float:
     if unit is not None:
         return MM_PER[unit]
-    units = {each.strip().lower() for each in said}
+    units = {word.strip().lower() for word in said}
     if len(units) == 1 and (scale := MM_PER.get(next(iter(units)))) is not None:
         return scale
     raise DeviceError(

@@ -122,7 +122,7 @@ class Twin(TimedSource):
         number = 0
         while True:
             drawn = gaussians(3 * NOISY, "tracker", self.seed, self.name, key, number)
-            scaled = [self.noise_mm * each for each in drawn]
+            scaled = [self.noise_mm * value for value in drawn]
             yield from zip(scaled[::3], scaled[1::3], scaled[2::3], strict=True)
             number += 1
 

@@ -137,7 +137,7 @@ def _dense(value: Any) -> bool:
 
 def _size(value: Any) -> bool:
     sizes = isinstance(value, list | tuple) and len(value) == 2
-    return sizes and all(type(each) is int and SIZES[0] <= each <= SIZES[1] for each in value)
+    return sizes and all(type(character) is int and SIZES[0] <= character <= SIZES[1] for character in value)
 
 
 KEYS: Mapping[str, tuple[Callable[[Any], bool], str]] = {

@@ -374,7 +374,7 @@ def system_folders(platform: str = sys.platform) -> tuple[Path, ...]:
     else:
         shared = os.environ.get("XDG_DATA_DIRS") or "/usr/local/share:/usr/share"
         data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local/share")
-        own = (data / "fonts", home / ".fonts", *(Path(each, "fonts") for each in shared.split(":") if each))
+        own = (data / "fonts", home / ".fonts", *(Path(part, "fonts") for part in shared.split(":") if part))
     return (*own, *_of_matplotlib())
 
 

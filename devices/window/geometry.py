@@ -158,21 +158,21 @@ def problems(placed: Sequence[Placed], metrics: Metrics) -> list[str]:
 
 
 def _alone(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
-    boxes = {each.name: each.box for each in placed}
+    boxes = {placed_box.name: placed_box.box for placed_box in placed}
     if len(boxes) < len(placed):
         yield "two elements have one name"
-    for each in placed:
-        if not metrics.screen.contains(each.box):
-            yield f"{each.name}: {each.box} reaches out of the screen of {metrics}"
-        if each.ink is not None and not each.box.grown(1).contains(each.ink):
-            yield f"{each.name}: the text {each.text!r:.60} needs {each.ink} and has {each.box}"
-        if each.within and not boxes[each.within].contains(each.box):
-            yield f"{each.name}: lies partly outside of {each.within}"
-        if each.kind == "target" and min(each.box.width, each.box.height) + ROUNDING_PX < metrics.mm(
+    for placed_box in placed:
+        if not metrics.screen.contains(placed_box.box):
+            yield f"{placed_box.name}: {placed_box.box} reaches out of the screen of {metrics}"
+        if placed_box.ink is not None and not placed_box.box.grown(1).contains(placed_box.ink):
+            yield f"{placed_box.name}: the text {placed_box.text!r:.60} needs {placed_box.ink} and has {placed_box.box}"
+        if placed_box.within and not boxes[placed_box.within].contains(placed_box.box):
+            yield f"{placed_box.name}: lies partly outside of {placed_box.within}"
+        if placed_box.kind == "target" and min(placed_box.box.width, placed_box.box.height) + ROUNDING_PX < metrics.mm(
             SMALLEST_TARGET_MM
         ):
-            size = f"{each.box.width}x{each.box.height} px"
-            yield f"{each.name}: a target of {size} is smaller than {SMALLEST_TARGET_MM} mm"
+            size = f"{placed_box.box.width}x{placed_box.box.height} px"
+            yield f"{placed_box.name}: a target of {size} is smaller than {SMALLEST_TARGET_MM} mm"
 
 
 def _against_each_other(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
@@ -194,7 +194,7 @@ def _stands_on(one: Placed, other: Placed) -> bool:
 
 def _ancestors(placed: Sequence[Placed]) -> dict[str, set[str]]:
     """What each element lies in, and what that lies in, and so on."""
-    parents = {each.name: each.within for each in placed}
+    parents = {placed_box.name: placed_box.within for placed_box in placed}
     around: dict[str, set[str]] = {}
     for name, parent in parents.items():
         chain, above = set[str](), parent

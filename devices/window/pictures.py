@@ -32,7 +32,7 @@ def pictures(
     words = wording(language)
     page = specimen_page(Metrics(*size, px_per_mm or size[0] / WIDTH_MM), language, words)
     with staged_files(folder) as draft:
-        drafts = [_saved(draft / f"screen-{name}.png", each, page) for name, each in specimens(words).items()]
+        drafts = [_saved(draft / f"screen-{name}.png", specimen, page) for name, specimen in specimens(words).items()]
     return [folder / path.name for path in drafts]
 
 

@@ -135,7 +135,7 @@ class Ears:
 
     def text(self, text: str) -> Handled:
         """Text came in; keys that write nothing come as keys."""
-        if written := "".join(each for each in text if each.isprintable()):
+        if written := "".join(character for character in text if character.isprintable()):
             self.heard.append(Typed(written, self.now_s()))
         return True
 

@@ -47,7 +47,7 @@ class Typesetter:
         key = "cut", text, width, height, steps
         if key not in self._laid:
             shorter = (text[:stop].rstrip() + " …" for stop in range(len(text) - 4, 0, -4))
-            fits = (first_fit(self.page, each, width, height, steps) for each in (text, *shorter))
+            fits = (first_fit(self.page, candidate, width, height, steps) for candidate in (text, *shorter))
             self._keep(key, next((fit for fit in fits if fit is not None), BLANK))
         return self._laid[key]
 

@@ -116,8 +116,8 @@ class Showing:
             try:
                 self._at_rest("at rest")
             finally:
-                for each in recorded:
-                    each.stop()
+                for recording in recorded:
+                    recording.stop()
 
     def _shown(self, recorded: list[Recorded]) -> Generator[Aside | Chunk, None, Reply | Fault]:
         profile = self.door.profile(self.request)
@@ -286,7 +286,7 @@ class Felt:
 
 def _ended(recorded: list[Recorded]) -> Steps:
     """What is left of the telemetry."""
-    for each in recorded:
-        each.stop()
-        while each.due():
-            yield each.take()
+    for recording in recorded:
+        recording.stop()
+        while recording.due():
+            yield recording.take()

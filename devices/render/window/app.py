@@ -280,7 +280,7 @@ def hands_for(options: RenderOptions) -> Hands:
     if options.twins or (options.rig is None and not path.is_file()):
         return Hands(None, MOUSE)
     file = read_rig(path)
-    name = next(each for each in file.names_for(NEED) if file.kind(each) == "tablet")
+    name = next(device for device in file.names_for(NEED) if file.kind(device) == "tablet")
     tablet: Any = KINDS[file.kind(name)].make(name, file.devices[name], file.path.parent)
     if not isinstance(tablet, Tablet) or tablet.settings.driver == "twin":
         return Hands(path, MOUSE)
