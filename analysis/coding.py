@@ -160,7 +160,9 @@ def _read(path: Path, name: str, answers: Sequence[Answer]) -> Coder:
     codes: dict[Answer, frozenset[str]] = {}
     for where, answer, own_codes in _rows(sheet, answers):
         if answer in codes:
-            raise TableRefused(f"{where}: {_told(answer)} stands twice; put all its codes into one row, apart by ;")
+            raise TableRefused(
+                f"{where}: {_described(answer)} stands twice; put all its codes into one row, apart by ;"
+            )
         codes[answer] = own_codes
     return Coder(name, sheet.sha256, codes)
 
@@ -185,7 +187,7 @@ def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer
         if form is not None and not codes and answer not in known:
             continue  # of an export: nothing was answered there
         if answer not in known:
-            raise TableRefused(f"{where}: {_told(answer)} is no answer in free text; {_nearest(answer, answers)}")
+            raise TableRefused(f"{where}: {_described(answer)} is no answer in free text; {_nearest(answer, answers)}")
         yield where, answer, codes
 
 
@@ -209,5 +211,5 @@ def _nearest(answer: Answer, answers: Sequence[Answer]) -> str:
     return nearest(answer.item, sorted({other.item for other in answers if other.participant == answer.participant}))
 
 
-def _told(answer: Answer) -> str:
+def _described(answer: Answer) -> str:
     return f"{answer.participant}, session {answer.session}, {answer.item!r}"

@@ -371,17 +371,17 @@ def crosscheck_json(checks: Sequence[CrossCheck]) -> str:
 
 
 def _check(check: CrossCheck) -> dict[str, Any]:
-    one_lacks = check.difference is not None and check.difference == float("inf")
+    one_missing = check.difference is not None and check.difference == float("inf")
     return {
         "test": check.test,
         "outcome": check.outcome or None,
         "package": check.package or None,
         "version": check.version or None,
         "numbers": check.numbers,
-        "largest_relative_difference": None if one_lacks else check.difference,
+        "largest_relative_difference": None if one_missing else check.difference,
         "of": check.where or None,
         "agrees": None if check.difference is None else not check.disagrees,
-        "note": "one of the two has no number" if one_lacks else None,
+        "note": "one of the two has no number" if one_missing else None,
         "not_checked": check.reason or None,
     }
 

@@ -132,7 +132,7 @@ def mixed_model(
     """
     check_call(fixed, random, numeric, uncorrelated, coding, reml, confidence)
     fixed = tuple(dict.fromkeys([*fixed, *numeric])) if len(set(fixed)) == len(fixed) else tuple(fixed)
-    slopes = [part for each in random.values() for slope in each for part in _columns(slope, data)]
+    slopes = [part for of_group in random.values() for slope in of_group for part in _columns(slope, data)]
     used = list(dict.fromkeys([*fixed, *slopes]))
     numbers = [name for name in used if name in numeric]
     groups = group_columns(list(random), list(data.columns))

@@ -206,7 +206,7 @@ def corrected_z(apart: float, sd: float) -> tuple[float, float]:
     return z, min(1.0, max(2 * float(ndtr(-abs(z))), SMALLEST))
 
 
-Found: TypeAlias = tuple[Hashable, Hashable, RankComparison]
+LevelPair: TypeAlias = tuple[Hashable, Hashable, RankComparison]
 
 
 def _pairs(labels: list[Any], values: list[Any]) -> Iterator[tuple[Any, Any, Any, Any]]:
@@ -222,7 +222,7 @@ def adjust_in_family(p: list[float], method: str, family: int | None) -> list[fl
     return adjusted([*p, *[math.nan] * (size - len(p))], method)[: len(p)]
 
 
-def _table(factor: Hashable, paired: bool, pairs: list[Found], method: str, family: int | None) -> pd.DataFrame:
+def _table(factor: Hashable, paired: bool, pairs: list[LevelPair], method: str, family: int | None) -> pd.DataFrame:
     adjusted_p = adjust_in_family([comparison.p for _, _, comparison in pairs], method, family)
     size = len(pairs) if family is None else family
     rows = [

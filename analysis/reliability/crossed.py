@@ -131,8 +131,8 @@ def _without_gaps(
     whole: NDArray[np.bool_] = np.logical_not(np.logical_or.reduce(lost, axis=1 - axis))
     if not whole.any():
         raise IncompleteCells(f"no {where[axis]} has a value in every cell; nothing is left")
-    complete = [label for label, keep in zip(labels[axis], whole, strict=True) if keep]
-    dropped = [label for label, keep in zip(labels[axis], whole, strict=True) if not keep]
+    complete = [label for label, is_whole in zip(labels[axis], whole, strict=True) if is_whole]
+    dropped = [label for label, is_whole in zip(labels[axis], whole, strict=True) if not is_whole]
     rows, columns = (complete, labels[1]) if axis == 0 else (labels[0], complete)
     return Crossed(np.compress(whole, values, axis), rows, columns, dropped, _range(np.compress(whole, count, axis)))
 

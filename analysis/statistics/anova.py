@@ -284,11 +284,11 @@ def effects_table(rows: Sequence[Effect]) -> pd.DataFrame:
 
 
 def _text(values: tuple[str, ...]) -> Any:
-    return _kept_text(values).copy()  # the caller may change the table
+    return _cached_text(values).copy()  # the caller may change the table
 
 
 @lru_cache(maxsize=256)
-def _kept_text(values: tuple[str, ...]) -> Any:
+def _cached_text(values: tuple[str, ...]) -> Any:
     """Return a column of text; making one takes long, and a report asks for the same ones again and again."""
     return pd.array(list(values), dtype="str")
 

@@ -306,11 +306,11 @@ def _split(factor: Hashable, y: Floats, group: Coded) -> list[Floats]:
     present = order[~np.isnan(y[order])]
     ends = np.searchsorted(group.codes[present], np.arange(1, len(group.labels)))
     values = np.split(y[present], ends)
-    empty = [label for label, found in zip(group.labels, values, strict=True) if not len(found)]
+    empty = [label for label, own in zip(group.labels, values, strict=True) if not len(own)]
     if empty:
-        found = listed(map(repr, empty), len(empty))
-        raise TooFew(f"no value is left in {factor!r} = {found}; take the group out or find its values")
-    if all(len(found) == 1 for found in values):
+        listing = listed(map(repr, empty), len(empty))
+        raise TooFew(f"no value is left in {factor!r} = {listing}; take the group out or find its values")
+    if all(len(own) == 1 for own in values):
         raise TooFew(f"every group of {factor!r} has one value; at least one needs two or more")
     return values
 
@@ -371,9 +371,9 @@ def _own_levels(data: pd.DataFrame, factor: Hashable, rows: Counts, cells: Cells
     own[rows[used_rows]] = group.codes[used_rows]
     moved = np.unique(rows[used_rows][own[rows[used_rows]] != group.codes[used_rows]]).tolist()
     if moved:
-        found = listed((repr(cells.participants[i]) for i in moved), len(moved))
+        listing = listed((repr(cells.participants[i]) for i in moved), len(moved))
         raise DuplicatedCells(
-            f"participants with several levels of {factor!r}: {found}; use `within` for a factor within participants"
+            f"participants with several levels of {factor!r}: {listing}; use `within` for a factor within participants"
         )
     used, own = np.unique(own, return_inverse=True)
     if len(used) < 2:

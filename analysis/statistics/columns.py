@@ -108,7 +108,7 @@ def coded(column: pd.Series[Any], name: Hashable) -> Coded:
 
 
 def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
-    """Return the different labels among the values of a column, each found to be a label and to read like no other."""
+    """Return the different labels among the values of a column, each a label that reads like no other."""
     if set(map(type, values)) in PLAIN:
         return set(values)
     _refuse_missing([i for i, value in enumerate(values) if _missing(value)], name)
