@@ -79,6 +79,8 @@ MODELS = {
 }
 """The same, after their trainings: what is finished is kept, so each goes on from there and writes."""
 DRIVEN = {**WRITES, **TEXTURES, **MODELS}
+SLOW = ("bench", "doors draw", *MODELS)
+"""Those that compute for seconds before they write."""
 LEFT_OUT = {
     "author": "a window that a person moves sliders in; its designs are written by the same writer: tests/protocols",
     "window calibrate": "a display, whose socket the faults break too; its file is written as that of rig calibrate",

@@ -33,6 +33,8 @@ from tests.faults.machine import FAULTS, FILLER, FULL, INTERRUPT, MEMORY, SIZE, 
 
 PAGE = ROOT / "docs" / "reference" / "faults.md"
 COLUMNS = (*FAULTS, SIZE, FULL, INTERRUPT)
+FEW = ("disk full", "read-only", INTERRUPT)
+"""What the test of a command that computes long is content with: a write, an opening and an interrupt."""
 INSTANTS = 6
 """Interrupts of a command are raised at so many of its changes, spread over all of them, the last one included."""
 FREE = (0, 16_384)
@@ -58,13 +60,13 @@ Tree = dict[str, bytes | None]
 HEAD = """\
 # What a command does when the machine fails
 
-Written by `python -m tests.faults.matrix`; a test runs it again, with half of the interrupts, and compares.
-Every command that writes is run in a lab
-with data, and the kernel refuses its system calls (a seccomp filter): every write answers "no space left" or
-"input/output error", every sync answers "input/output error", every opening to write and every renaming answers
-"read-only file system"; or no file may grow beyond 512 bytes. A full tmpfs is a real one: the lab lies on a
-file system in memory with nothing, and then with 16 KiB, left. An interrupt (Ctrl-C) comes before up to six of the
-changes that the command makes to files, spread over all of them, the last renaming included.
+Written by `python -m tests.faults.matrix`; a test runs it again, with half of the interrupts, and compares; commands
+that compute long are tested with three of the faults. Every command that writes is run in a lab with data, and the
+kernel refuses its system calls (a seccomp filter): every write answers "no space left" or "input/output error", every
+sync answers "input/output error", every opening to write and every renaming answers "read-only file system"; or no
+file may grow beyond 512 bytes. A full tmpfs is a real one: the lab lies on a file system in memory with nothing, and
+then with 16 KiB, left. An interrupt (Ctrl-C) comes before up to six of the changes that the command makes to files,
+spread over all of them, the last renaming included.
 
 - **message, 2**: one sentence on the standard error, exit code 2; every file is as it was, and none is left over.
 - **stopped, 130**: the word `stopped` or `interrupted`, exit code 130; every file is as it was, or all of them are new.
@@ -228,6 +230,11 @@ def row(name: str, found: Sequence[Outcome]) -> str:
     """Return the row of a command in the matrix."""
     said = {each.fault: each.said for each in found if each.command == name}
     return f"| `{name}` | {' | '.join(said.get(fault, '') for fault in COLUMNS)} |"
+
+
+def cells(line: str) -> dict[str, str]:
+    """Return what a row of the matrix says, by fault."""
+    return dict(zip(COLUMNS, (cell.strip() for cell in line.strip("|").split("|")[1:]), strict=True))
 
 
 def page(rows: Sequence[str]) -> str:

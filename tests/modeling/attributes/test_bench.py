@@ -19,7 +19,8 @@ METHODS = {
 
 @pytest.fixture(scope="module")
 def rows():
-    return [measure(case) for case in cases(True, METHODS, {}, workers=1)]
+    few = {name: METHODS[name] for name in ("mean", "ridge", "hv_net", "ann")}
+    return [measure(case) for case in cases(True, few, {}, workers=1)]
 
 
 def test_every_method_has_its_error_beside_the_times_of_training_and_of_50_predictions(rows):
@@ -27,7 +28,7 @@ def test_every_method_has_its_error_beside_the_times_of_training_and_of_50_predi
     trained = {row.method: row for row in rows if row.case == "attributes of a texture left out"}
     asked = {row.method: row for row in rows if row.case.startswith("50 predictions")}
     assert set(asked) == {row.method for row in rows if row.case.startswith("a texture of 110 segments")}
-    assert set(asked) == {"mean", "ridge", "palpate, visuo_tactile", "hv_net", "ht_net"}
+    assert set(asked) == {"mean", "ridge", "hv_net"}
     assert set(trained) == {*asked, "ann"}
     assert trained["ann"].outcome == REFUSED
     for name, row in asked.items():
