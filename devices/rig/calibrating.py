@@ -1,4 +1,4 @@
-"""What calibrating a device gives: the settings for its entry in the rig file, and how good they are.
+"""The result of calibrating a device: the settings for its entry in the rig file, and how good they are.
 
 They are put into the entry so that every other character of the file stays as it is.
 """
@@ -26,21 +26,21 @@ Span = tuple[int, int, str]
 """Characters from a place up to another, and what stands there instead."""
 
 
-class Unfit(Exception):
+class UnfitMeasurement(Exception):
     """A measurement that calibrates nothing; the message says what it lacks and what to do."""
 
 
 @dataclass(frozen=True)
-class Found:
-    """`settings` are for the device's entry; `told` says in lines how good they are, `figures` the same as data."""
+class CalibrationResult:
+    """What calibrating gave: `settings` for the device's entry, and how good they are, in `lines` and as `figures`."""
 
     settings: Mapping[str, Any]
-    told: tuple[str, ...]
+    lines: tuple[str, ...]
     figures: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Job:
+class CalibrationJob:
     """One device of a rig that is to be calibrated, and how the experimenter is spoken with."""
 
     file: RigFile
@@ -50,16 +50,16 @@ class Job:
     say: Say
 
 
-def as_yaml(value: Any) -> str:
+def yaml_value(value: Any) -> str:
     """A setting's value as it stands in a rig file, on one line."""
     if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{key}: {as_yaml(inner)}' for key, inner in value.items())}}}"
+        return f"{{{', '.join(f'{key}: {yaml_value(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(as_yaml, value))}]"
+        return f"[{', '.join(map(yaml_value, value))}]"
     return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
-def put(path: Path, device: str, settings: Mapping[str, Any]) -> None:
+def write_settings(path: Path, device: str, settings: Mapping[str, Any]) -> None:
     """Write the settings into the file, or leave it as it was and raise RigFileError with the lines to paste.
 
     Before the file is replaced, the new one is read: it must hold what the old one held, and these settings.
@@ -67,33 +67,33 @@ def put(path: Path, device: str, settings: Mapping[str, Any]) -> None:
     before = path.read_bytes()
     try:
         old = load(before, str(path)).data
-        after = edited(before.decode("utf-8"), device, settings).encode("utf-8")
-        if load(after, str(path)).data != _wanted(old, device, settings):
+        after = edit_entry(before.decode("utf-8"), device, settings).encode("utf-8")
+        if load(after, str(path)).data != _with_settings(old, device, settings):
             raise ValueError("the new text does not hold what it should")
         write_bytes(path, after, check=read_rig)
     except ValueError as error:
-        told = f"{path} was not changed: its entry {device!r} cannot be edited safely ({error})"
-        raise RigFileError(f"{told}. Put this into it by hand:\n{pasted(settings)}") from None
+        refusal = f"{path} was not changed: its entry {device!r} cannot be edited safely ({error})"
+        raise RigFileError(f"{refusal}. Put this into it by hand:\n{settings_text(settings)}") from None
 
 
-def pasted(settings: Mapping[str, Any], braces: bool = False) -> str:
+def settings_text(settings: Mapping[str, Any], braces: bool = False) -> str:
     """The settings as lines of a rig file, with commas where the entry is written in braces."""
-    return (",\n" if braces else "\n").join(f"  {key}: {as_yaml(value)}" for key, value in settings.items())
+    return (",\n" if braces else "\n").join(f"  {key}: {yaml_value(value)}" for key, value in settings.items())
 
 
-def in_braces(path: Path, device: str) -> bool:
+def is_in_braces(path: Path, device: str) -> bool:
     """Whether a device's entry is written as {key: value, ...}."""
     return bool(_entry(path.read_text(encoding="utf-8-sig"), device).flow_style)
 
 
-def edited(text: str, device: str, settings: Mapping[str, Any]) -> str:
+def edit_entry(text: str, device: str, settings: Mapping[str, Any]) -> str:
     """The text with these settings in the device's entry. Raises ValueError where its layout is beyond this."""
     entry = _entry(text, device)
     there = {key.value: value for key, value in entry.value}
-    spans = [_replaced(text, there[key], as_yaml(value)) for key, value in settings.items() if key in there]
-    new = {key: as_yaml(value) for key, value in settings.items() if key not in there}
+    spans = [_replace_value(text, there[key], yaml_value(value)) for key, value in settings.items() if key in there]
+    new = {key: yaml_value(value) for key, value in settings.items() if key not in there}
     if new:
-        spans.append(_added(text, entry, new))
+        spans.append(_insert_values(text, entry, new))
     for begin, end, instead in sorted(spans, reverse=True):
         text = text[:begin] + instead + text[end:]
     return text
@@ -109,35 +109,35 @@ def _entry(text: str, device: str) -> yaml.MappingNode:
     return node
 
 
-def _replaced(text: str, value: yaml.Node, instead: str) -> Span:
-    if _in_block(value):
+def _replace_value(text: str, value: yaml.Node, instead: str) -> Span:
+    if _is_in_block(value):
         raise ValueError(f"line {value.start_mark.line + 1}: a value over lines of its own")
     begin, end = value.start_mark.index, value.end_mark.index
     return begin, end, instead if text[begin - 1 : begin].isspace() else f" {instead}"
 
 
-def _added(text: str, entry: yaml.MappingNode, new: Mapping[str, str]) -> Span:
+def _insert_values(text: str, entry: yaml.MappingNode, new: Mapping[str, str]) -> Span:
     """After the last value that ends where its own text does; in braces behind a comma, else on lines of their own."""
-    key, value = next((pair for pair in reversed(entry.value) if not _in_block(pair[1])), (None, None))
+    key, value = next((pair for pair in reversed(entry.value) if not _is_in_block(pair[1])), (None, None))
     if key is None or value is None:
         raise ValueError("it has no value on its own line")
     at = value.end_mark.index
     if entry.flow_style:
-        return at, at, "".join(f", {name}: {told}" for name, told in new.items())
+        return at, at, "".join(f", {name}: {value}" for name, value in new.items())
     newline = "\r\n" if "\r\n" in text else "\n"
     ends = text.find(newline, at)
     at, indent = len(text) if ends < 0 else ends, " " * key.start_mark.column
-    return at, at, "".join(f"{newline}{indent}{name}: {told}" for name, told in new.items())
+    return at, at, "".join(f"{newline}{indent}{name}: {value}" for name, value in new.items())
 
 
-def _in_block(value: yaml.Node) -> bool:
+def _is_in_block(value: yaml.Node) -> bool:
     """Whether a value goes over lines of its own, so that its end is not the end of its text."""
     if isinstance(value, yaml.ScalarNode):
         return value.style in ("|", ">")
     return not getattr(value, "flow_style", False)
 
 
-def _wanted(data: Any, device: str, settings: Mapping[str, Any]) -> Any:
-    new = load(pasted(settings).encode("utf-8"), "settings").data
+def _with_settings(data: Any, device: str, settings: Mapping[str, Any]) -> Any:
+    new = load(settings_text(settings).encode("utf-8"), "settings").data
     devices = {**data["devices"], device: {**data["devices"][device], **new}}
     return {**data, "devices": devices}

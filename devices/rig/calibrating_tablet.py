@@ -8,7 +8,7 @@ from typing import Any
 
 from palpate.devices.device import DeviceError
 from palpate.devices.picture import COLOURS, INK, SOFT, drawing, write_picture
-from palpate.devices.rig.calibrating import Found, Job
+from palpate.devices.rig.calibrating import CalibrationJob, CalibrationResult
 from palpate.devices.tablet.force import Fit, Force, fit_force, read_pairs
 
 DIGITS = 5
@@ -18,7 +18,7 @@ THESIS = Force()
 Row = dict[str, Any]
 
 
-def calibrate_tablet(job: Job, pairs: Path, figure: Path | None = None) -> Found:
+def calibrate_tablet(job: CalibrationJob, pairs: Path, figure: Path | None = None) -> CalibrationResult:
     """The curve F = a exp(b y) of a CSV with the columns pressure, force_N; `figure` is the picture to write of it.
 
     Raises DeviceError naming the file.
@@ -33,10 +33,10 @@ def calibrate_tablet(job: Job, pairs: Path, figure: Path | None = None) -> Found
         "pairs": fit.pairs, "a_error_N": fit.a_error_N, "b_error": fit.b_error, "rms_N": fit.rms_N,
         "worst_N": fit.worst_N, "r_squared": fit.r_squared,
     }  # fmt: skip
-    told = list(_tablet_lines(fit))
+    lines = list(_tablet_lines(fit))
     if figure is not None:
-        told += [f"drawn: {path}" for path in draw_force(pressures, forces_N, fit.force, figure)]
-    return Found({"force": curve, "calibrated": job.date}, tuple(told), figures)
+        lines += [f"drawn: {path}" for path in draw_force(pressures, forces_N, fit.force, figure)]
+    return CalibrationResult({"force": curve, "calibrated": job.date}, tuple(lines), figures)
 
 
 def _rounded(value: float) -> float:

@@ -27,9 +27,9 @@ from palpate.devices.daq.adxl335 import AXES, NOISY_G, POSITIONS, Accelerometer,
 from palpate.devices.daq.sensor import DaqSensor
 from palpate.devices.device import Block, DeviceError, NowNs
 from palpate.devices.health import WAIT_S, samples
-from palpate.devices.rig.calibrating import Found, Job, Unfit
+from palpate.devices.rig.calibrating import CalibrationJob, CalibrationResult, UnfitMeasurement
 from palpate.devices.rig.file import RigFile
-from palpate.devices.rig.opened import OpenRig, one_opened, open_rig
+from palpate.devices.rig.opened import OpenRig, open_rig, opened_device
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.events import NS
 from palpate.protocols.wording import count
@@ -53,19 +53,22 @@ SLOWEST_HZ = 1000
 PIECE = 512
 
 
-def calibrate_accelerometer(job: Job, seconds: float | None = None) -> Found:
-    """The settings of the six positions that the experimenter lays the sensor in.
+def calibrate_accelerometer(job: CalibrationJob, seconds: float | None = None) -> CalibrationResult:
+    """Return the settings by six positions that the experimenter lays the sensor in.
 
-    Raises DeviceError where it cannot be had, DeviceFault where it fails, Unfit where the positions come to nothing.
+    Raises:
+        DeviceError: the sensor cannot be opened.
+        DeviceFault: it failed while it was read.
+        UnfitMeasurement: the positions give no calibration.
     """
-    with one_opened(job.file, job.name) as device:
+    with opened_device(job.file, job.name) as device:
         if not isinstance(device, DaqSensor) or not isinstance(device.transducer, Accelerometer):
             raise DeviceError(f"{job.name}: no accelerometer on a card")
         bench = Bench.of(job, device, device.transducer.scaling, seconds or SECONDS_A_POSITION)
         readings: Readings = {}
         for position in POSITIONS:
             readings[position] = bench.measured(position)
-        return _accelerometer_found(bench.fitted(readings), job.date)
+        return _accelerometer_result(bench.fitted(readings), job.date)
 
 
 @dataclass
@@ -75,7 +78,7 @@ class Bench:
     A twin is laid by a scene, and its time is not waited for.
     """
 
-    job: Job
+    job: CalibrationJob
     sensor: DaqSensor
     scaling: Scaling
     wanted: int
@@ -83,48 +86,50 @@ class Bench:
     tries: dict[str, int] = field(default_factory=dict)
 
     @staticmethod
-    def of(job: Job, sensor: DaqSensor, scaling: Scaling, seconds: float) -> Bench:
+    def of(job: CalibrationJob, sensor: DaqSensor, scaling: Scaling, seconds: float) -> Bench:
         """The bench of a sensor. Raises DeviceError where so few seconds hold too few samples."""
         rate_hz = sensor.signals[0].rate_hz
         if (wanted := round(seconds * rate_hz)) < FEWEST_SAMPLES:
-            told = f"{seconds:g} s at {rate_hz:g} Hz are {wanted} samples a position; {FEWEST_SAMPLES} are needed"
-            raise DeviceError(f"{job.name}: {told}: give --seconds {FEWEST_SAMPLES / rate_hz:.3g} or more")
+            problem = f"{seconds:g} s at {rate_hz:g} Hz are {wanted} samples a position; {FEWEST_SAMPLES} are needed"
+            raise DeviceError(f"{job.name}: {problem}: give --seconds {FEWEST_SAMPLES / rate_hz:.3g} or more")
         if sensor.driver != "twin":
             return Bench(job, sensor, scaling, wanted)
         hastened = Hastened.of(sensor)
         return Bench(job, hastened, scaling, wanted, hastened.clock.ns)
 
     def measured(self, position: str) -> Array:
-        """Mean volts of a position, of shape (3,), asked for until it is the right one and still. Raises Unfit."""
+        """Return the mean volts of a position, of shape (3,), once it is the right one and still.
+
+        Raises UnfitMeasurement after too many tries.
+        """
         while True:
             self.tries[position] = self.tries.get(position, 0) + 1
             if self.tries[position] > MOST_TRIES:
-                raise Unfit(f"{position}: {MOST_TRIES} attempts and none that could be used; see the sensor and wires")
-            self._ask(position)
+                raise UnfitMeasurement(
+                    f"{position}: {MOST_TRIES} attempts and none that could be used; see the sensor and wires"
+                )
+            again = " again" if self.tries[position] > 1 else ""
+            up = f"{position[1]} axis {'up' if position[0] == '+' else 'down'}"
+            self.job.ask(f"{position}{again}: lay {self.job.name} with its {up} and let go of it.")
             g = self._read(position)
-            wrong = _moved(position, g) or _misplaced(position, g.mean(axis=0))
+            wrong = _movement(position, g) or _misplacement(position, g.mean(axis=0))
             if wrong is None:
-                self.job.say(f"    {_spelled(g.mean(axis=0))}; noise {g.std(axis=0).max():.4f} g")
+                self.job.say(f"    {_format_g(g.mean(axis=0))}; noise {g.std(axis=0).max():.4f} g")
                 volts: Array = self.scaling.zero_V + g.mean(axis=0) * self.scaling.sensitivity_V
                 return volts
             self.job.say(f"    not taken: {wrong}")
 
     def fitted(self, readings: Readings) -> SixPositions:
-        """The fit; the worst position is asked for again where it fits badly. Raises Unfit."""
+        """Return the fit; the worst position is measured again where it fits badly. Raises UnfitMeasurement."""
         while True:
             try:
                 return calibrate(readings, self.scaling.supply_V)
             except DeviceError as error:
-                worst = _ill_fitting(readings)
+                worst = _worst_position(readings)
                 if worst is None:
-                    raise Unfit(f"{self.job.name}: {error}") from None
+                    raise UnfitMeasurement(f"{self.job.name}: {error}") from None
                 self.job.say(f"    {error}")
             readings[worst] = self.measured(worst)
-
-    def _ask(self, position: str) -> None:
-        again = " again" if self.tries[position] > 1 else ""
-        up = f"{position[1]} axis {'up' if position[0] == '+' else 'down'}"
-        self.job.ask(f"{position}{again}: lay {self.job.name} with its {up} and let go of it.")
 
     def _read(self, position: str) -> Array:
         """The samples of a position in g by the scaling so far, of shape (n, 3)."""
@@ -141,7 +146,7 @@ class Bench:
         return samples(signal, blocks)[: self.wanted] / GRAVITY_M_S2
 
 
-def _moved(position: str, g: Array) -> str | None:
+def _movement(position: str, g: Array) -> str | None:
     """What says that it did not lie still; None where it did."""
     means = np.array([part.mean(axis=0) for part in np.array_split(g, PARTS)])
     wander, noise = np.ptp(means, axis=0), g.std(axis=0)
@@ -153,25 +158,25 @@ def _moved(position: str, g: Array) -> str | None:
     return None
 
 
-def _misplaced(position: str, g: Array) -> str | None:
+def _misplacement(position: str, g: Array) -> str | None:
     """What says that another axis is up; None where this one may be."""
-    if (np.abs(g - _felt(position)) <= FAR_G).all():
+    if (np.abs(g - _expected_g(position)) <= FAR_G).all():
         return None
-    nearest = min(POSITIONS, key=lambda position: float(np.abs(g - _felt(position)).max()))
+    nearest = min(POSITIONS, key=lambda position: float(np.abs(g - _expected_g(position)).max()))
     seems = f"{nearest} seems to be up" if nearest != position else "no axis is up"
-    return f"{position} is asked for and {seems}: {_spelled(g)}"
+    return f"{position} is asked for and {seems}: {_format_g(g)}"
 
 
-def _felt(position: str) -> Array:
+def _expected_g(position: str) -> Array:
     felt = np.zeros(3)
     felt[AXES.index(position[1])] = 1.0 if position[0] == "+" else -1.0
     return felt
 
 
-def _ill_fitting(readings: Mapping[str, Array]) -> str | None:
+def _worst_position(readings: Mapping[str, Array]) -> str | None:
     """The position that lies furthest from the fit; None where the sensitivities themselves cannot be."""
     means = np.array([readings[position] for position in POSITIONS])
-    felt = np.array([_felt(position) for position in POSITIONS])
+    felt = np.array([_expected_g(position) for position in POSITIONS])
     sensitivity = (means * felt).sum(axis=0) / 2
     if not (sensitivity > 0).all():
         return None
@@ -179,11 +184,11 @@ def _ill_fitting(readings: Mapping[str, Array]) -> str | None:
     return POSITIONS[int(off.argmax())]
 
 
-def _spelled(g: Array) -> str:
+def _format_g(g: Array) -> str:
     return ", ".join(f"{axis} {value:+.3f} g" for axis, value in zip(AXES, g, strict=True))
 
 
-def _accelerometer_found(fit: SixPositions, date: str) -> Found:
+def _accelerometer_result(fit: SixPositions, date: str) -> CalibrationResult:
     scaling = fit.scaling
     settings = {
         "sensitivity_V_per_g": [round(volts, DECIMALS) for volts in scaling.sensitivity_V.tolist()],
@@ -192,7 +197,7 @@ def _accelerometer_found(fit: SixPositions, date: str) -> Found:
         "calibrated": date,
     }
     residuals = {position: round(residual_g, 5) for position, residual_g in fit.residual_g.items()}
-    return Found(
+    return CalibrationResult(
         settings, tuple(_accelerometer_lines(fit)), {"residual_g": residuals, "worst_g": round(fit.worst_g, 5)}
     )
 
@@ -204,11 +209,15 @@ def _accelerometer_lines(fit: SixPositions) -> Iterator[str]:
     yield f"residual (RMS over the axes): {residuals} g"
 
 
-def calibrate_coil(job: Job, sensor: str | None, level_V: float | None, seconds: float | None, force: bool) -> Found:
-    """Shake the coil, write what was found beside the rig file, and give the setting that names it.
+def calibrate_coil(
+    job: CalibrationJob, sensor: str | None, level_V: float | None, seconds: float | None, force: bool
+) -> CalibrationResult:
+    """Shake the coil, write its response beside the rig file, and return the setting that names that file.
 
-    Raises DeviceError where one of the two cannot be had as asked, DeviceFault where one fails, Unfit where what was
-    recorded identifies nothing.
+    Raises:
+        DeviceError: coil or sensor cannot be used so.
+        DeviceFault: one of them failed.
+        UnfitMeasurement: the recording identifies nothing.
     """
     settings = job.file.devices[job.name]
     if not isinstance(settings, Settings):
@@ -218,9 +227,9 @@ def calibrate_coil(job: Job, sensor: str | None, level_V: float | None, seconds:
     path = job.file.path.parent / f"{job.name}-{job.date}.json"
     if path.exists() and not force:
         raise DeviceError(f"{path} is there already, and records may name it; give --force to write over it")
-    found = _identified(job, chosen, shaking)
+    found = _identify(job, chosen, shaking)
     save(found.calibration(job.date), path)
-    return _coil_found(found, path, job.date)
+    return _coil_result(found, path, job.date)
 
 
 def _sensor(file: RigFile, coil: str, asked: str | None) -> str:
@@ -272,45 +281,45 @@ def _unfiltered(file: RigFile, coil: str) -> RigFile:
     return replace(file, devices={**file.devices, coil: bare})
 
 
-def _identified(job: Job, sensor: str, shaking: Shaking) -> Identified:
+def _identify(job: CalibrationJob, sensor: str, shaking: Shaking) -> Identified:
     rig = open_rig(_unfiltered(job.file, job.name), [job.name, sensor])
     try:
         job.ask(
             f"{job.name} will shake at up to {shaking.level_V:g} V for some {1.5 * shaking.measured:.0f} s."
             f" Fasten {sensor} to it, let nobody hold it."
         )
-        return _shaken(rig, job.name, sensor, shaking)
+        return _shake(rig, job.name, sensor, shaking)
     except ResponseError as error:
-        raise Unfit(f"{job.name}: {error}") from None
+        raise UnfitMeasurement(f"{job.name}: {error}") from None
     finally:
         rig.close()
 
 
-def _shaken(rig: OpenRig, coil: str, sensor: str, shaking: Shaking) -> Identified:
+def _shake(rig: OpenRig, coil: str, sensor: str, shaking: Shaking) -> Identified:
     moving, feeling = rig.devices[coil], rig.devices[sensor]
     if not isinstance(moving, VoiceCoil) or not isinstance(feeling, DaqSensor):
         raise DeviceError(f"{coil} and {sensor}: no voice coil and accelerometer")
     if not rig.file.is_twin(coil):
-        return identify(_within_range(through(moving, feeling, time.monotonic_ns), feeling), shaking)
+        return identify(_refuse_clipped(through(moving, feeling, time.monotonic_ns), feeling), shaking)
     bench = fastened(moving, feeling)
-    return identify(_within_range(through(moving, bench, bench.clock.ns), feeling), shaking)
+    return identify(_refuse_clipped(through(moving, bench, bench.clock.ns), feeling), shaking)
 
 
-def _within_range(play_and_record: PlayAndRecord, sensor: DaqSensor) -> PlayAndRecord:
+def _refuse_clipped(play_and_record: PlayAndRecord, sensor: DaqSensor) -> PlayAndRecord:
     """The same, refused where the sensor was shaken beyond its range: noise hides flat tops from a later look."""
 
     def checked(volts: Array) -> tuple[Array, int]:
         recorded, rate_hz = play_and_record(volts)
         clipped = sensor.transducer.clipped if isinstance(sensor.transducer, Accelerometer) else 0
         if clipped > CLIPPED_SHARE * len(recorded):
-            told = f"{100 * clipped / len(recorded):.1f} % of the samples of {sensor.name} are clipped"
-            raise ResponseError(f"{told}: give a lower --level, or see that no axis is near its end at rest")
+            problem = f"{100 * clipped / len(recorded):.1f} % of the samples of {sensor.name} are clipped"
+            raise ResponseError(f"{problem}: give a lower --level, or see that no axis is near its end at rest")
         return recorded, rate_hz
 
     return checked
 
 
-def _coil_found(found: Identified, path: Path, date: str) -> Found:
+def _coil_result(found: Identified, path: Path, date: str) -> CalibrationResult:
     made = found.inverse
     coherence = found.response.coherence[found.response.inside(found.wish.low_Hz, found.wish.high_Hz)]
     figures: dict[str, Any] = {
@@ -319,7 +328,7 @@ def _coil_found(found: Identified, path: Path, date: str) -> Found:
         "added_ms": made.added_ms, "coherence_median": float(np.median(coherence)),
         "coherence_least": float(coherence.min()), "limited_Hz": list(made.limited_Hz),
     }  # fmt: skip
-    return Found({"calibration": path.name, "calibrated": date}, tuple(_coil_lines(figures)), figures)
+    return CalibrationResult({"calibration": path.name, "calibrated": date}, tuple(_coil_lines(figures)), figures)
 
 
 def _coil_lines(figures: dict[str, Any]) -> Iterator[str]:

@@ -50,12 +50,12 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
     Example:
       palpate rig check force --seconds 5 --lab LAB
     """
-    from palpate.devices.rig.checking import checked
+    from palpate.devices.rig.checking import check_device
     from palpate.devices.rig.file import read_rig, rig_path
 
     file = read_rig(rig_file or rig_path(lab))
     _demand_known(file, device)
-    found = {name: checked(file, name, seconds) for name in device or file.devices}
+    found = {name: check_device(file, name, seconds) for name in device or file.devices}
     if as_json:
         _echo_json({name: _as_data(file, name, health) for name, health in found.items()})
     else:
@@ -102,14 +102,14 @@ def _echo_json(data: Any) -> None:
 
 
 def _table(file: RigFile, found: dict[str, Health]) -> None:
-    from palpate.devices.rig.checking import told
+    from palpate.devices.rig.checking import describe_health
 
     click.echo(f"{file.path}: {file.name}")
     for name, health in found.items():
         mark = click.style("ok    ", fg="green") if health.ok else click.style("NOT OK", fg="red")
         twin = ", twin" if file.is_twin(name) else ""
         click.echo(f"{mark} {name} ({file.kind(name).replace('_', ' ')}{twin}): {health.told}")
-        for line in told(health):
+        for line in describe_health(health):
             click.echo(f"         {line}")
 
 

@@ -15,7 +15,7 @@ from palpate.protocols.canonical import json_text
 from palpate.protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
-    from palpate.devices.rig.calibrating import Found, Job
+    from palpate.devices.rig.calibrating import CalibrationJob, CalibrationResult
     from palpate.devices.rig.file import RigFile
 
 SPELLED = {"sensor": "--with", "level_V": "--level"}
@@ -56,26 +56,26 @@ def calibrate(
       palpate rig calibrate actuator --with vibration --lab LAB
       palpate rig calibrate stylus --pairs pairs.csv --figure force --write --lab LAB
     """
-    from palpate.devices.rig.calibrating import Job
+    from palpate.devices.rig.calibrating import CalibrationJob
     from palpate.devices.rig.file import read_rig, rig_path
 
     file = read_rig(rig_file or rig_path(lab))
-    _demand(file, device, given)
+    _demand_usable(file, device, given)
     day = (on.date() if on else date.today()).isoformat()
-    found = _measured(Job(file, device, day, _asker(given["yes"], _may_skip(file, device)), _aside), given)
+    result = _measure(CalibrationJob(file, device, day, _make_ask(given["yes"], _may_skip(file, device)), _say), given)
     if not as_json:
-        _tell(file, device, found, write)
+        _print_result(file, device, result, write)
     if write:
-        from palpate.devices.rig.calibrating import put
+        from palpate.devices.rig.calibrating import write_settings
 
-        put(file.path, device, found.settings)
+        write_settings(file.path, device, result.settings)
     if as_json:
-        click.echo(json_text(_as_data(file, device, found, write), indent=2), nl=False)
+        click.echo(json_text(_as_data(file, device, result, write), indent=2), nl=False)
     elif write:
         click.echo(f"written into {file.path}; see: {shell_command('rig', 'check', device, '--rig', file.path)}")
 
 
-def _demand(file: RigFile, device: str, given: dict[str, Any]) -> None:
+def _demand_usable(file: RigFile, device: str, given: dict[str, Any]) -> None:
     """Refuse a device that is not there or is calibrated elsewhere, and options that say nothing of its kind."""
     from palpate.devices.kinds import KINDS, CalibrationMethod
     from palpate.protocols.did_you_mean import nearest
@@ -107,57 +107,59 @@ def _may_skip(file: RigFile, device: str) -> bool:
     return file.is_twin(device) or not (isinstance(calibration, CalibrationMethod) and calibration.by_hand)
 
 
-def _measured(job: Job, given: dict[str, Any]) -> Found:
+def _measure(job: CalibrationJob, given: dict[str, Any]) -> CalibrationResult:
     """What calibrating gives; exit code 1 where it gives nothing."""
     from palpate.devices.device import DeviceFault
     from palpate.devices.kinds import KINDS
-    from palpate.devices.rig.calibrating import Unfit
+    from palpate.devices.rig.calibrating import UnfitMeasurement
     from palpate.protocols.registry import load_object
 
     how: Any = KINDS[job.file.kind(job.name)].calibration
     try:
-        found: Found = load_object(how.call)(job, **{name: given[name] for name in how.options if name != "yes"})
-        return found
-    except (Unfit, DeviceFault) as error:
+        result: CalibrationResult = load_object(how.call)(
+            job, **{name: given[name] for name in how.options if name != "yes"}
+        )
+        return result
+    except (UnfitMeasurement, DeviceFault) as error:
         click.echo(f"{click.style('not calibrated', fg='red')}: {error}", err=True)
         raise click.exceptions.Exit(1) from None
 
 
-def _aside(text: str) -> None:
-    """What is told on the way; standard output is for the answer."""
+def _say(text: str) -> None:
+    """Print what happens on the way; standard output is for the answer."""
     click.echo(text, err=True)
 
 
-def _asker(yes: bool, may_skip: bool) -> Callable[[str], None]:
+def _make_ask(yes: bool, may_skip: bool) -> Callable[[str], None]:
     """Asks for an Enter at the terminal, unless there is nothing to do by hand."""
 
     def ask(text: str) -> None:
         if yes:
-            _aside(text)
+            _say(text)
             return
         click.echo(f"{text} Enter: done ", nl=False, err=True)
         if not sys.stdin.readline():
-            _aside("")
+            _say("")
             other = ", or give --yes" if may_skip else ""
             raise click.UsageError(f"nobody answered: call this at a terminal{other}")
 
     return ask
 
 
-def _tell(file: RigFile, device: str, found: Found, write: bool) -> None:
-    from palpate.devices.rig.calibrating import in_braces, pasted
+def _print_result(file: RigFile, device: str, result: CalibrationResult, write: bool) -> None:
+    from palpate.devices.rig.calibrating import is_in_braces, settings_text
 
     twin = ", twin" if file.is_twin(device) else ""
     click.echo(f"{device} ({file.kind(device).replace('_', ' ')}{twin}):")
-    for line in found.told:
+    for line in result.lines:
         click.echo(f"  {line}")
     where = "" if write else f" of {file.path}; --write puts it there"
     click.echo(f"for its entry{where}:")
-    click.echo(pasted(found.settings, in_braces(file.path, device)))
+    click.echo(settings_text(result.settings, is_in_braces(file.path, device)))
 
 
-def _as_data(file: RigFile, device: str, found: Found, write: bool) -> dict[str, Any]:
+def _as_data(file: RigFile, device: str, result: CalibrationResult, write: bool) -> dict[str, Any]:
     return {
-        "device": device, "kind": file.kind(device), "twin": file.is_twin(device), "settings": dict(found.settings),
-        "figures": dict(found.figures), "rig": str(file.path), "written": write,
+        "device": device, "kind": file.kind(device), "twin": file.is_twin(device), "settings": dict(result.settings),
+        "figures": dict(result.figures), "rig": str(file.path), "written": write,
     }  # fmt: skip

@@ -58,7 +58,7 @@ def open_rig(file: RigFile, names: Sequence[str]) -> OpenRig:
 
 
 @contextmanager
-def one_opened(file: RigFile, name: str) -> Iterator[Device]:
+def opened_device(file: RigFile, name: str) -> Iterator[Device]:
     """One device, for as long as it is looked at."""
     rig = open_rig(file, [name])
     try:

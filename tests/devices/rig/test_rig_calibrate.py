@@ -14,12 +14,12 @@ from palpate.command_line import _status, cli
 from palpate.devices.actuator.calibration import load
 from palpate.devices.daq.adxl335 import POSITIONS
 from palpate.devices.kinds import KINDS, CalibrationMethod
-from palpate.devices.rig.calibrating import Job, Unfit
+from palpate.devices.rig.calibrating import CalibrationJob, UnfitMeasurement
 from palpate.devices.rig.calibrating_vibration import Bench, Fastened, Hastened, Lying
-from palpate.devices.rig.checking import checked
+from palpate.devices.rig.checking import check_device
 from palpate.devices.rig.commands_calibrate import calibrate
 from palpate.devices.rig.file import read_rig
-from palpate.devices.rig.opened import one_opened
+from palpate.devices.rig.opened import opened_device
 from palpate.signals import GRAVITY_M_S2
 
 RIG = """# Booth 2, moved in March.
@@ -85,7 +85,7 @@ def test_write_changes_the_entry_and_no_other_character(said, rig):
     [sensitivity, zero] = changed_lines(rig)
     assert sensitivity.endswith("], supply_V: 3.3,  # at the door")
     assert zero.startswith("              zero_g_V: [1.7") and zero.endswith(f"scaled_at_V: 3.3, calibrated: {DAY}}}")
-    health = checked(read_rig(rig), "vibration", 0.2)
+    health = check_device(read_rig(rig), "vibration", 0.2)
     assert health.ok and health.calibrated == DAY and "six positions" in health.readings[0].signal.calibration
 
 
@@ -134,10 +134,10 @@ def bench(rig):
     """A bench on which a hand lays the sensor; what it asks and says."""
     asked, told = [], []
     file = read_rig(rig)
-    with one_opened(file, "vibration") as sensor:
+    with opened_device(file, "vibration") as sensor:
 
         def laid(*scenes):
-            job = Job(file, "vibration", DAY, asked.append, told.append)
+            job = CalibrationJob(file, "vibration", DAY, asked.append, told.append)
             hastened = Hand(*scenes).lays(sensor)
             return Bench(job, hastened, sensor.transducer.scaling, 3000, hastened.clock.ns), asked, told
 
@@ -162,7 +162,7 @@ def test_a_tilted_position_is_found_by_the_fit_and_only_that_one_is_asked_for_ag
 
 
 def test_five_bad_readings_of_a_position_end_it(bench):
-    with pytest.raises(Unfit, match=r"\+x: 5 attempts and none"):
+    with pytest.raises(UnfitMeasurement, match=r"\+x: 5 attempts and none"):
         bench(*[Lying("-x")] * 5)[0].measured("+x")
 
 
@@ -185,7 +185,7 @@ def test_a_coil_is_identified_by_the_sensor_on_it_and_its_file_is_what_the_rig_t
     assert found.date == DAY and found.ripple_dB < 1 and found.before_dB > 15 and 2 < found.delay_ms < 5
     new = [f"    calibration: actuator-{DAY}.json", f"    calibrated: {DAY}"]
     assert changed_lines(rig) == new
-    health = checked(read_rig(rig), "actuator", 0.2)
+    health = check_device(read_rig(rig), "actuator", 0.2)
     assert health.ok and health.calibrated == DAY and "flat within" in health.told
     assert "is there already, and records may name it; give --force" in said("actuator", "--yes", "--with", "vibration",
                                                                              status=2)[1]  # fmt: skip

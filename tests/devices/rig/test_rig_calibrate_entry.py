@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.devices.rig.calibrating import put
+from palpate.devices.rig.calibrating import write_settings
 from palpate.devices.rig.file import RigFileError, read_rig
 
 DAY = "2026-11-21"
@@ -28,7 +28,7 @@ def test_however_an_entry_is_written_only_its_settings_change(tmp_path, layout, 
     text = "# ours: ü\nrig: booth\ndevices:\n" + LAYOUTS[layout]
     path.write_bytes(mark + text.replace("\n", newline).encode())
     before = read_rig(path).devices
-    put(path, "it", NEW)
+    write_settings(path, "it", NEW)
     after = read_rig(path).devices
     new = {"sensitivity_V_per_g": tuple(NEW["sensitivity_V_per_g"]), "calibrated": DAY}
     assert after["it"] == before["it"].model_copy(update=new)
@@ -55,7 +55,7 @@ def test_an_entry_that_cannot_be_edited_safely_is_left_and_what_to_paste_is_told
     path.write_text("rig: booth\ndevices:\n" + text)
     before = path.read_bytes()
     with pytest.raises(RigFileError) as refused:
-        put(path, "it", NEW)
+        write_settings(path, "it", NEW)
     assert "was not changed" in str(refused.value) and told in str(refused.value)
     assert str(refused.value).endswith(f"  sensitivity_V_per_g: [0.3, 0.31, 0.32]\n  calibrated: {DAY}")
     assert path.read_bytes() == before and len([*tmp_path.iterdir()]) == 1
@@ -65,5 +65,5 @@ def test_a_link_to_the_rig_file_stays_a_link(tmp_path):
     real, link = tmp_path / "shared.yaml", tmp_path / "rig.yaml"
     real.write_text("rig: booth\ndevices:\n" + LAYOUTS["braces"])
     link.symlink_to(real)
-    put(link, "it", NEW)
+    write_settings(link, "it", NEW)
     assert link.is_symlink() and DAY in real.read_text()
