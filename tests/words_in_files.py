@@ -19,7 +19,7 @@ from sqlalchemy import MetaData
 
 from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.importing import map_file
-from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.answers import StatisticSettings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.devices.actuator.calibration import Calibration
@@ -235,7 +235,7 @@ def of_analysis_plans() -> Words:
     """Return the keys of an analysis plan, and of each kind of test and figure."""
     tests = {f"test {name}": TESTS[name].settings for name in TESTS}
     figures = {f"figure {name}": FIGURES[name].settings for name in FIGURES}
-    return of_models(plan=AnalysisPlan, test=Asked, figure=FigureSettings, **tests, **figures)
+    return of_models(plan=AnalysisPlan, test=StatisticSettings, figure=FigureSettings, **tests, **figures)
 
 
 def of_models_on_disk() -> Words:

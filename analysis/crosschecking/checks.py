@@ -98,24 +98,24 @@ def cross_check(answered: Sequence[QuestionResult], progress: Progress = lambda 
     comparable = [
         answered_test
         for answered_test in answered
-        if answered_test.asked.test in CHECKS and answered_test.answer is not None
+        if answered_test.settings.test in CHECKS and answered_test.answer is not None
     ]
     checks = []
     with one_thread():
         for done, answered_test in enumerate(comparable):
-            progress(done, len(comparable), f"checking {answered_test.asked.name} {answered_test.outcome}".rstrip())
+            progress(done, len(comparable), f"checking {answered_test.settings.name} {answered_test.outcome}".rstrip())
             checks.append(_checked(answered_test))
     progress(len(comparable), len(comparable), "")
     return tuple(checks)
 
 
 def _checked(answered: QuestionResult) -> CrossCheck:
-    name, outcome = answered.asked.name, answered.outcome
+    name, outcome = answered.settings.name, answered.outcome
     package = used = ""
     try:
         if answered.answer is None or answered.rows is None:
             raise NotChecked("there is no answer")
-        package, pairs = CHECKS[answered.asked.test](answered, answered.answer, answered.rows)
+        package, pairs = CHECKS[answered.settings.test](answered, answered.answer, answered.rows)
         if (installed := installed_version(package)) is None:
             raise NotChecked(f"{package} is not installed")
         used = installed
@@ -142,7 +142,7 @@ def difference(pair: Pair) -> float:
 
 
 def _check_anova(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     if settings.within and answered.missing.cells and not answered.missing.left_out:
         # An analysis of variance that a mixed model of the cells answered (`gaps_answer`).
         factors = [*settings.within, *settings.between]
@@ -157,7 +157,7 @@ def _check_anova(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -
 
 
 def _check_icc(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     cells = cells_of(rows, [settings.targets, settings.raters], settings.value)
     demand_size(len(cells))
     _demand_icc(wide_table(cells, "f0", ["f1"]))
@@ -182,7 +182,7 @@ def _icc_pairs(rows: Sequence[Mapping[str, Value]], cells: pd.DataFrame, confide
 
 
 def _check_alpha(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     cases = list(settings.cases or [name for name in ("participant", "stimulus") if name in rows.columns])
     cells = cells_of(rows, [*cases, settings.items], settings.value)
     demand_size(len(cells))
@@ -205,7 +205,7 @@ def _alpha_pairs(answer: Answer, wide: pd.DataFrame, confidence: float) -> Itera
 
 
 def _check_retest(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     pairs = pd.DataFrame([dict(row) for row in answer.more.get("pairs", ())])
     if not len(pairs):
         raise NotChecked("the answer lists no pairs")
@@ -235,7 +235,7 @@ class Model:
 
 
 def _check_mixed_model(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     model = Model(
         settings.fixed, settings.numeric, settings.interactions, settings.random, settings.coding, settings.reml
     )

@@ -35,7 +35,7 @@ ALIGNED_DECIMALS = 9
 
 def check_anova(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check an analysis of variance of complete data."""
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     cells, named, own, groups = crossed(settings, rows)
     package, run = anova_of(cells, own, groups, settings.sum_of_squares)
     return package, _anova_pairs(answer, named, run)
@@ -121,7 +121,7 @@ def parts_of(effect: str, named: Mapping[str, str]) -> list[str]:
 
 
 def check_pairs(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     values, paired = _levels(rows, settings.factor)
     return STATSMODELS, _pairs_of(answer, values, paired, settings.correction, settings.family)
 
@@ -156,7 +156,7 @@ def _pairs_of(
 
 
 def check_equivalence(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     values, paired = _levels(rows, settings.factor)
     return STATSMODELS, _equivalence_pairs(answer, values, paired)
 
@@ -171,7 +171,7 @@ def _equivalence_pairs(answer: Answer, values: Mapping[str, Any], paired: bool) 
 
 
 def check_friedman(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     cells = cells_of(rows, ["participant", settings.factor])
     _demand_ranks(cells, "f0", "f1")
     columns = {"chi2": "chi2", "ddof1": "ddof1", "p_unc": "p_unc", "W": "W"}
@@ -179,7 +179,7 @@ def check_friedman(answered: QuestionResult, answer: Answer, rows: pd.DataFrame)
 
 
 def check_kendall_w(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     cells = cells_of(rows, [settings.raters, settings.targets], settings.value)
     _demand_ranks(cells, "f0", "f1")
     columns = {"chi2": "chi2", "df": "ddof1", "p_chi2": "p_unc", "W": "W"}
@@ -204,7 +204,7 @@ def _friedman_pairs(
 
 def check_nemenyi(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check mean ranks by pandas, and p by SciPy's studentized range, where that has digits."""
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     cells = cells_of(rows, ["participant", settings.factor])
     _demand_ranks(cells, "f0", "f1")
     return SCIPY, _nemenyi_pairs(answer, wide_table(cells, "f0", ["f1"]).rank(axis=1), settings.ties)
@@ -227,7 +227,7 @@ def _nemenyi_pairs(answer: Answer, ranks: pd.DataFrame, ties: bool) -> Iterator[
 
 def check_wilcoxon(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check signed ranks or rank sums of every pair of levels."""
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     cells = cells_of(rows, ["participant", settings.factor])
     demand_size(len(cells))
     refuse(conditions.out_of_range(cells["y"].to_numpy()))
@@ -266,7 +266,7 @@ def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], settings: Any, pa
 
 def check_aligned_ranks(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check each effect: aligned by means of pandas, ranked, and its analysis of variance by another package."""
-    settings: Any = answered.asked
+    settings: Any = answered.settings
     cells, named, own, groups = crossed(settings, rows)
     values = cells["y"].to_numpy()
     refuse(conditions.out_of_range(values), conditions.far_from_zero(values))

@@ -41,16 +41,16 @@ def column_names(value: object) -> list[str]:
     return [name for text in texts if isinstance(text, str) for name in text.split(":")]
 
 
-def columns_named(asked: object, settings: tuple[str, ...] = (*FACTORS, "numeric")) -> tuple[str, ...]:
-    """Return the columns that a test or figure names in these settings, without those of its `where`."""
-    return tuple(dict.fromkeys(name for key in settings for name in column_names(getattr(asked, key, None))))
+def columns_named(settings: object, names: tuple[str, ...] = (*FACTORS, "numeric")) -> tuple[str, ...]:
+    """Return the columns that a test or figure names in the settings `names`, without those of its `where`."""
+    return tuple(dict.fromkeys(name for key in names for name in column_names(getattr(settings, key, None))))
 
 
 OF_THE_DESIGN = frozenset({"participant", "session", "group", "stimulus", "attribute", "trial", "block", "value"})
 """Columns that every answer has; any other may be a question about the person, which somebody did not answer."""
 
 
-class Asked(Strict):
+class StatisticSettings(Strict):
     """What every test of an analysis plan says; each kind adds its own settings.
 
     `name` is the test's own, unique in its plan and fit for a file name. `outcomes` are attributes, words' forms or
@@ -73,9 +73,9 @@ class Asked(Strict):
         yield from ()
 
 
-def missing_without_effect(asked: Asked, where: str) -> Iterator[Idle]:
+def missing_without_effect(settings: StatisticSettings, where: str) -> Iterator[Idle]:
     """Yield `missing` of a kind that takes gaps as they are, unless it names a question that people may not answer."""
-    if set(columns_named(asked)) <= OF_THE_DESIGN:
+    if set(columns_named(settings)) <= OF_THE_DESIGN:
         yield Idle("missing", where)
 
 
@@ -151,7 +151,7 @@ class Kind:
     """
 
     title: str
-    settings: type[Asked]
+    settings: type[StatisticSettings]
     answer: Callable[[Selected, Any], Answer]
     takes: Takes = "ratings"
     each: Literal["outcome", "all"] = "outcome"

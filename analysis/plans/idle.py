@@ -22,52 +22,52 @@ class Idle(NamedTuple):
     instead: Any = None
 
 
-AskedT = TypeVar("AskedT", bound=BaseModel)
+SettingsT = TypeVar("SettingsT", bound=BaseModel)
 
 
-def idle_settings(asked: Any, kind: Any) -> list[Idle]:
+def idle_settings(settings: Any, kind: Any) -> list[Idle]:
     """Return the settings that differ from what they count as and change nothing.
 
     `kind` is the kind of the test or figure.
     """
     found: dict[str, Idle] = {}
-    for setting in (*_of_rows(asked, kind), *asked.idle()):
-        if setting.name not in type(asked).model_fields:
+    for setting in (*_of_rows(settings, kind), *settings.idle()):
+        if setting.name not in type(settings).model_fields:
             continue
-        value = _counts_as(asked, setting)
-        if getattr(asked, setting.name) != value:
+        value = _counts_as(settings, setting)
+        if getattr(settings, setting.name) != value:
             found.setdefault(setting.name, setting._replace(instead=value))
     return list(found.values())
 
 
-def _of_rows(asked: Any, kind: Any) -> Iterator[Idle]:
+def _of_rows(settings: Any, kind: Any) -> Iterator[Idle]:
     """Yield what changes nothing about the rows that are asked about."""
-    if asked.table is not None:
+    if settings.table is not None:
         one_answer = kind.takes == "table" or getattr(kind, "each", "") == "outcome"
         names = ("outcomes", "source", "normalise") if one_answer else ("source", "normalise")
         yield from (Idle(name, "with a table of the plan's own") for name in names)
-    elif (asked.source or kind.takes) == "words":
+    elif (settings.source or kind.takes) == "words":
         yield from (Idle(name, "on words") for name in ("outcomes", "normalise", "missing"))
-    elif (asked.source or kind.takes) == "forms":
+    elif (settings.source or kind.takes) == "forms":
         yield Idle("normalise", "on a questionnaire's answers")
     if kind.takes == "table":
         yield Idle("missing", "with a table of the plan's own, of which every row counts")
 
 
-def outcomes_of_own_table(asked: Any) -> Iterator[Idle]:
+def outcomes_of_own_table(settings: Any) -> Iterator[Idle]:
     """Yield `outcomes` of a kind that takes every row of a table of the plan's own as one answer."""
-    if asked.table is not None:
+    if settings.table is not None:
         yield Idle("outcomes", "with a table of the plan's own")
 
 
-def effective(asked: AskedT, kind: Any) -> AskedT:
+def effective(settings: SettingsT, kind: Any) -> SettingsT:
     """Return the test or figure with settings that change nothing at what they count as."""
-    return asked.model_copy(update={setting.name: setting.instead for setting in idle_settings(asked, kind)})
+    return settings.model_copy(update={setting.name: setting.instead for setting in idle_settings(settings, kind)})
 
 
-def idle_notes(asked: Any, kind: Any) -> tuple[str, ...]:
+def idle_notes(settings: Any, kind: Any) -> tuple[str, ...]:
     """Return a sentence for each setting that changes nothing."""
-    return tuple(idle_note(setting.name, setting.where) for setting in idle_settings(asked, kind))
+    return tuple(idle_note(setting.name, setting.where) for setting in idle_settings(settings, kind))
 
 
 def idle_note(name: str, where: str) -> str:
@@ -75,6 +75,6 @@ def idle_note(name: str, where: str) -> str:
     return f"The plan's `{name}` has no effect {where}."
 
 
-def _counts_as(asked: Any, each: Idle) -> Any:
-    field = type(asked).model_fields[each.name]
+def _counts_as(settings: Any, each: Idle) -> Any:
+    field = type(settings).model_fields[each.name]
     return field.get_default(call_default_factory=True) if each.instead is None else each.instead

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from palpate.analysis.figures.figure_kind import FigureSettings
-from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.answers import StatisticSettings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.protocols.complaints import listed, translated
@@ -34,7 +34,7 @@ class Plan:
     path: Path
     sha256: str
     declared: AnalysisPlan
-    tests: tuple[Asked, ...]
+    tests: tuple[StatisticSettings, ...]
     figures: tuple[FigureSettings, ...]
     document: Document
 
@@ -77,7 +77,7 @@ def _validated(
         raise PlanError(listed(found, document, str(path))) from None
 
 
-def _test_settings(name: str) -> type[Asked] | None:
+def _test_settings(name: str) -> type[StatisticSettings] | None:
     return TESTS[name].settings if name in TESTS else None
 
 
@@ -108,9 +108,9 @@ def _asked(
             problems += [Problem((section, place, *p.path), p.message) for p in translated(error, model)]
 
 
-def _names(asked: Sequence[Asked | FigureSettings], section: str) -> Iterator[Problem]:
+def _names(settings: Sequence[StatisticSettings | FigureSettings], section: str) -> Iterator[Problem]:
     seen: set[str] = set()
-    for place, test in enumerate(asked):
+    for place, test in enumerate(settings):
         if not test.name.replace("_", "").replace("-", "").isalnum() or not test.name.isascii():
             yield Problem((section, place, "name"), f"{test.name!r}: letters, digits, _ and - are expected")
         if test.name.casefold() in seen:
@@ -118,16 +118,21 @@ def _names(asked: Sequence[Asked | FigureSettings], section: str) -> Iterator[Pr
         seen.add(test.name.casefold())
 
 
-def _links(declared: AnalysisPlan, tests: Sequence[Asked], figures: Sequence[FigureSettings]) -> Iterator[Problem]:
+def _links(
+    declared: AnalysisPlan, tests: Sequence[StatisticSettings], figures: Sequence[FigureSettings]
+) -> Iterator[Problem]:
     """What is named by another part of the plan exists: tests that a figure shows, tables that are used."""
     names = [test.name for test in tests]
     for place, figure in enumerate(figures):
         for n, wanted in enumerate(figure.tests):
             if wanted not in names:
                 yield Problem(("figures", place, "tests", n), f"no test {wanted!r}; {nearest(wanted, names)}")
-    both: tuple[tuple[str, Sequence[Asked | FigureSettings]], ...] = (("tests", tests), ("figures", figures))
-    for section, asked in both:
-        for place, test in enumerate(asked):
+    both: tuple[tuple[str, Sequence[StatisticSettings | FigureSettings]], ...] = (
+        ("tests", tests),
+        ("figures", figures),
+    )
+    for section, settings in both:
+        for place, test in enumerate(settings):
             if test.table is not None and test.table not in declared.tables:
                 told = nearest(test.table, declared.tables)
                 yield Problem((section, place, "table"), f"the plan has no table {test.table!r}; {told}")

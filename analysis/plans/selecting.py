@@ -10,7 +10,7 @@ from typing import TypeAlias
 import pandas as pd
 
 from palpate.analysis.figures.figure_kind import FigureSettings
-from palpate.analysis.plans.answers import FACTORS, Asked, Normalise, Selected, Takes, columns_named
+from palpate.analysis.plans.answers import FACTORS, Normalise, Selected, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.exclusions import matching
 from palpate.analysis.plans.material import OF_A_RATING, Material
 from palpate.analysis.plans.people import SESSION, refuse_small_groups
@@ -38,34 +38,34 @@ class Selecting:
     def _faults(self) -> dict[bool, Faults]:
         return {}
 
-    def faults(self, asked: Asked | None = None) -> Faults:
+    def faults(self, settings: StatisticSettings | None = None) -> Faults:
         """Every cell of the ratings that is missing, filled too often or not of the design.
 
         A test that names `session` is asked about the cells of each session.
         """
         ratings = self.material.ratings
-        by_session = asked is not None and SESSION in (*columns_named(asked), *asked.where)
+        by_session = settings is not None and SESSION in (*columns_named(settings), *settings.where)
         if by_session not in self._faults:
             none = ratings is None or not len(ratings.table)
             self._faults[by_session] = Faults() if none or ratings is None else cell_faults(ratings, by_session)
         return self._faults[by_session]
 
-    def of(self, asked: Asked | FigureSettings, takes: Takes) -> Selected:
+    def of(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> Selected:
         """The rows that are asked about, all outcomes together. Raises DataRefused where there are none."""
-        takes = "table" if asked.table is not None else asked.source or takes
-        table, scale = self._table(asked, takes)
+        takes = "table" if settings.table is not None else settings.source or takes
+        table, scale = self._table(settings, takes)
         if takes != "table":
             refuse_repeated(table, self.material.name)
-            table, silent = self._of_people(asked, table)
+            table, silent = self._of_people(settings, table)
         else:
             silent = ()
-            table = _where(table, matching(table, asked.where, self.material.name))
-        outcomes = self._outcomes(asked, table, takes)
+            table = _where(table, matching(table, settings.where, self.material.name))
+        outcomes = self._outcomes(settings, table, takes)
         if "attribute" in table.columns and takes != "table":
             table = _where(table, table["attribute"].isin(outcomes))
         if not len(table) and takes != "words":
-            raise DataRefused(f"{self.material.name!r}: no rows are left for {asked.name!r}")
-        return replace(self._selected(asked, table, outcomes, scale), unanswered=silent)
+            raise DataRefused(f"{self.material.name!r}: no rows are left for {settings.name!r}")
+        return replace(self._selected(settings, table, outcomes, scale), unanswered=silent)
 
     def by_outcome(self, selected: Selected) -> Iterator[Selected]:
         """The selection of each outcome by itself; tests about all ratings of an outcome share one table."""
@@ -84,7 +84,9 @@ class Selecting:
         """Return the trials of the study, with the columns of people and sessions that a `where` names."""
         return self.material.people.added(self.material.trials, tuple(where))
 
-    def _of_people(self, asked: Asked | FigureSettings, table: pd.DataFrame) -> tuple[pd.DataFrame, tuple[str, ...]]:
+    def _of_people(
+        self, settings: StatisticSettings | FigureSettings, table: pd.DataFrame
+    ) -> tuple[pd.DataFrame, tuple[str, ...]]:
         """The rows of `where`, with the columns of people and sessions that are asked for, and who is left out.
 
         Left out are those who did not answer a question that is a column.
@@ -92,29 +94,31 @@ class Selecting:
         Raises DataRefused where somebody did not answer and the missing policy is to refuse, or a group is too small.
         """
         people, name = self.material.people, self.material.name
-        named, grouping = columns_named(asked), columns_named(asked, FACTORS)
-        asked_of = people.named(table, (*named, *asked.where))
-        chosen = matching(people.added(table, tuple(asked.where)), asked.where, name)
+        named, grouping = columns_named(settings), columns_named(settings, FACTORS)
+        asked_of = people.named(table, (*named, *settings.where))
+        chosen = matching(people.added(table, tuple(settings.where)), settings.where, name)
         table = people.added(_where(table, chosen), named)
         factors = [column for column in asked_of if column in named]
         silent = set(table.loc[table[factors].isna().any(axis=1), "participant"]) if factors else set()
-        if silent and (getattr(asked, "missing", None) or self.plan.declared.missing) == "refuse":
+        if silent and (getattr(settings, "missing", None) or self.plan.declared.missing) == "refuse":
             raise DataRefused(
-                f"{asked.name!r}: no answer to {' or '.join(factors)} from {some(sorted(silent))}; leave such "
+                f"{settings.name!r}: no answer to {' or '.join(factors)} from {some(sorted(silent))}; leave such "
                 "participants out with `missing: listwise`"
             )
         table = _where(table, ~table["participant"].isin(silent)) if silent else table
-        groups = [column for column in asked_of if column in grouping or column in asked.where]
+        groups = [column for column in asked_of if column in grouping or column in settings.where]
         if groups:
-            ranges = {name: str(condition) for name, condition in asked.where.items() if isinstance(condition, Range)}
+            ranges = {
+                name: str(condition) for name, condition in settings.where.items() if isinstance(condition, Range)
+            }
             one_group = {name: told for name, told in ranges.items() if name in groups and name not in grouping}
             alike = people.added(table, groups).assign(**one_group)
-            refuse_small_groups(alike, groups, self.plan.declared.least_people, asked.name)
+            refuse_small_groups(alike, groups, self.plan.declared.least_people, settings.name)
         return table, tuple(sorted(silent))
 
     def _selected(
         self,
-        asked: Asked | FigureSettings,
+        settings: StatisticSettings | FigureSettings,
         table: pd.DataFrame,
         outcomes: tuple[str, ...],
         scale: tuple[float, float] | None,
@@ -122,8 +126,8 @@ class Selecting:
         material, declared = self.material, self.plan.declared
         study, ratings = material.study, material.ratings
         listed = study.adjectives.words if study is not None and study.adjectives is not None else ()
-        trials = self.trials(asked.where)
-        known = {column: level for column, level in asked.where.items() if column in trials.columns}
+        trials = self.trials(settings.where)
+        known = {column: level for column, level in settings.where.items() if column in trials.columns}
         return Selected(
             table=table,
             trials=_where(material.trials, matching(trials, known, material.name)),
@@ -139,16 +143,16 @@ class Selecting:
             tables=self.tables,
         )
 
-    def _table(self, asked: Asked | FigureSettings, takes: Takes) -> tuple[pd.DataFrame, Scale]:
+    def _table(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> tuple[pd.DataFrame, Scale]:
         if takes == "table":
-            if asked.table is None:
-                raise DataRefused(f"{asked.name!r} needs a table of the plan's own; name it with `table`")
-            return self.tables[asked.table], None
+            if settings.table is None:
+                raise DataRefused(f"{settings.name!r} needs a table of the plan's own; name it with `table`")
+            return self.tables[settings.table], None
         if takes == "words":
             return self.material.words, None
         if takes == "forms":
-            return _asked_forms(self.material, asked.name), _points(self.material)
-        return self._ratings(asked.normalise or self.plan.declared.normalise, asked.name)
+            return _asked_forms(self.material, settings.name), _points(self.material)
+        return self._ratings(settings.normalise or self.plan.declared.normalise, settings.name)
 
     def _ratings(self, how: Normalise, name: str) -> tuple[pd.DataFrame, Scale]:
         ratings = self.material.ratings
@@ -161,18 +165,20 @@ class Selecting:
 
         return normalised(ratings.table, scale, how)
 
-    def _outcomes(self, asked: Asked | FigureSettings, table: pd.DataFrame, takes: Takes) -> tuple[str, ...]:
+    def _outcomes(
+        self, settings: StatisticSettings | FigureSettings, table: pd.DataFrame, takes: Takes
+    ) -> tuple[str, ...]:
         ratings = self.material.ratings
         if takes == "ratings" and ratings is not None:
             known = ratings.attributes
         elif takes == "forms":
             known = tuple(dict.fromkeys(table["attribute"]))
         else:
-            return asked.outcomes or ()
-        for name in asked.outcomes or ():
+            return settings.outcomes or ()
+        for name in settings.outcomes or ():
             if name not in known:
-                raise DataRefused(f"{asked.name!r}: no outcome {name!r}; {nearest(name, known)}")
-        return tuple(name for name in known if asked.outcomes is None or name in asked.outcomes)
+                raise DataRefused(f"{settings.name!r}: no outcome {name!r}; {nearest(name, known)}")
+        return tuple(name for name in known if settings.outcomes is None or name in settings.outcomes)
 
 
 def all_ratings(ratings: Ratings) -> Selected:

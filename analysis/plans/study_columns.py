@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.answers import StatisticSettings
 from palpate.analysis.plans.people import ANSWER, CLOSED
 from palpate.analysis.plans.where import Where, keeps, levels_of
 from palpate.analysis.ratings.reading import column_name
@@ -35,27 +35,29 @@ class StudyColumns:
     met: Mapping[str, Rows]
     people: Mapping[str, tuple[str, tuple[str, ...]]]
 
-    def problems(self, asked: Asked, outcomes: Collection[str]) -> Iterator[Problem]:
+    def problems(self, settings: StatisticSettings, outcomes: Collection[str]) -> Iterator[Problem]:
         """What no data could answer: a factor of one level, in the wrong place, or crossed with gaps."""
-        groups = self._groups(asked.where, outcomes)
-        factor = "within" if asked.test in VARYING else "any"
+        groups = self._groups(settings.where, outcomes)
+        factor = "within" if settings.test in VARYING else "any"
         places = {"within": "within", "between": "between", "factor": factor, "by": "any", "fixed": "any"}
         for key, wanted in places.items():
-            for name in _texts(getattr(asked, key, None)):
-                if message := self._misplaced(name, wanted, groups, asked.where):
+            for name in _texts(getattr(settings, key, None)):
+                if message := self._misplaced(name, wanted, groups, settings.where):
                     yield Problem((key,), message)
-        for name in _texts(getattr(asked, "numeric", None)):
+        for name in _texts(getattr(settings, "numeric", None)):
             if not self._is_numeric(name):
                 yield Problem(("numeric",), f"{name!r} holds words, not numbers")
-        if asked.test in CROSSED:
-            yield from self._uncrossed(getattr(asked, "targets", ""), getattr(asked, "raters", ""), groups, asked.where)
-        crossed = self._crossed(asked, groups)
+        if settings.test in CROSSED:
+            yield from self._uncrossed(
+                getattr(settings, "targets", ""), getattr(settings, "raters", ""), groups, settings.where
+            )
+        crossed = self._crossed(settings, groups)
         if TRIAL in crossed and set(crossed) - {TRIAL, "session"}:
             yield Problem(("within",), f"{TRIAL!r} is not met with every level of another factor")
         for group, rows in groups.items():
             if TRIAL not in crossed and crossed and (gap := _gap(rows, crossed, list(groups.values()))):
                 place = f" in group {group}" if group else ""
-                yield Problem(("within" if hasattr(asked, "within") else "factor",), f"nobody{place} meets {gap}")
+                yield Problem(("within" if hasattr(settings, "within") else "factor",), f"nobody{place} meets {gap}")
 
     def _uncrossed(self, targets: str, raters: str, groups: Mapping[str, Rows], where: Where) -> Iterator[Problem]:
         """What keeps every rater from rating every target."""
@@ -123,10 +125,10 @@ class StudyColumns:
         values = {row[name] for rows in self.met.values() for row in rows if name in row}
         return all(_is_number(value) for value in values)
 
-    def _crossed(self, asked: Asked, groups: Mapping[str, Rows]) -> list[str]:
+    def _crossed(self, settings: StatisticSettings, groups: Mapping[str, Rows]) -> list[str]:
         """The factors whose combinations everybody must meet: those within participants."""
-        names = [*_texts(getattr(asked, "within", None)), *_texts(getattr(asked, "factor", None))]
-        return [name for name in names if self._varies(name, groups, asked.where) == "within"]
+        names = [*_texts(getattr(settings, "within", None)), *_texts(getattr(settings, "factor", None))]
+        return [name for name in names if self._varies(name, groups, settings.where) == "within"]
 
 
 def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:

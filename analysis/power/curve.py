@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
-from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.answers import StatisticSettings
 from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import Material
@@ -95,7 +95,7 @@ def power_curve(
     return [_point(size, [p_values[size] for p_values in outcomes], request.alpha) for size in sizes]
 
 
-def check_request(request: PowerRequest) -> Asked:
+def check_request(request: PowerRequest) -> StatisticSettings:
     """Return the plan's test that is meant. Raises PowerError where it or its outcome does not exist, or nobody
     simulates.
     """

@@ -146,7 +146,7 @@ def _summary(study: RegeneratedStudy) -> dict[str, Any]:
         "versions": [vars(version) for version in study.material.versions],
         "answered": sum(result.answer is not None for result in study.answered),
         "refused": [
-            f"{result.asked.name} {result.outcome}".strip() for result in study.answered if result.answer is None
+            f"{result.settings.name} {result.outcome}".strip() for result in study.answered if result.answer is None
         ],
         "not_drawn": [figure.settings.name for figure in study.figures if figure.data is None],
         **crosscheck,
@@ -168,7 +168,7 @@ def _lines(study: RegeneratedStudy) -> Iterator[str]:
     yield from study.notes
     answered = [result for result in study.answered if result.answer is not None]
     yield f"{count(len(answered), 'question')} answered, {len(study.answered) - len(answered)} not"
-    refused = [(result.refused, result.asked.name) for result in study.answered if result.answer is None]
+    refused = [(result.refused, result.settings.name) for result in study.answered if result.answer is None]
     yield from (f"  not answered: {line}" for line in _by_reason(refused))
     not_drawn = [(figure.refused, figure.settings.name) for figure in study.figures if figure.data is None]
     yield from (f"  not drawn: {line}" for line in _by_reason(not_drawn))

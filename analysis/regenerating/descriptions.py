@@ -26,7 +26,7 @@ def test_table(results: Sequence[QuestionResult], known: Collection[str] = ()) -
     kinds = {
         name: told for result in results if result.answer is not None for name, told in result.answer.kinds.items()
     }
-    table = partial(value_table, meanings=kinds, known=known, headings=TESTS[results[0].asked.test].headings)
+    table = partial(value_table, meanings=kinds, known=known, headings=TESTS[results[0].settings.test].headings)
     several = any(result.outcome for result in results)
     if several and all(result.answer is None or len(result.answer.rows) == 1 for result in results):
         return table([{OUTCOME: result.outcome, **row} for result in results for row in _rows(result)])
@@ -52,18 +52,18 @@ def _cut(results: Sequence[QuestionResult]) -> list[str]:
 
 def by_test(results: Sequence[QuestionResult]) -> list[tuple[QuestionResult, ...]]:
     """Return the answers of each test, in the plan's order."""
-    return [tuple(own) for _, own in groupby(results, key=lambda result: result.asked.name)]
+    return [tuple(own) for _, own in groupby(results, key=lambda result: result.settings.name)]
 
 
 def test_name(results: Sequence[QuestionResult]) -> str:
     """Return a test's name in words."""
-    name = results[0].asked.name.replace("_", " ").replace("-", " ")
+    name = results[0].settings.name.replace("_", " ").replace("-", " ")
     return name[:1].upper() + name[1:]
 
 
 def test_kind(results: Sequence[QuestionResult]) -> str:
     """Return the kind of a test in words, "" where its name already says so."""
-    told = TESTS[results[0].asked.test].title
+    told = TESTS[results[0].settings.test].title
     return "" if told.lower() == test_name(results).lower() else told
 
 
@@ -114,4 +114,4 @@ def numbered_tables(study: RegeneratedStudy) -> Iterator[NumberedTable]:
         table = test_table(answered)
         about = " ".join(filter(None, (method_of(answered), rests_on(answered))))
         notes = (*table.notes, *([about] if about else []), *qualified)
-        yield NumberedTable(number, answered[0].asked.name, test_title(answered), table, notes)
+        yield NumberedTable(number, answered[0].settings.name, test_title(answered), table, notes)

@@ -31,23 +31,23 @@ class ExactCheck:
 
 def exact_checks(results: Sequence[QuestionResult]) -> list[ExactCheck]:
     """Return a line for every effect of every analysis of variance that was answered from complete data."""
-    return [check for result in results if result.asked.test == "anova" for check in _of(result)]
+    return [check for result in results if result.settings.test == "anova" for check in _of(result)]
 
 
 def _of(result: QuestionResult) -> list[ExactCheck]:
-    name = " ".join(filter(None, (result.asked.name, result.outcome)))
+    name = " ".join(filter(None, (result.settings.name, result.outcome)))
     if result.rows is None or result.answer is None:
         return []
     if result.missing.cells and not result.missing.left_out:
         return [ExactCheck(name, "all", None, "not checked: answered by a mixed model")]
-    asked = effective(result.asked, TESTS[result.asked.test]).model_dump()
+    settings = effective(result.settings, TESTS[result.settings.test]).model_dump()
     checks = self_check(
         result.rows,
         "value",
-        within=list(asked["within"]) or None,
-        between=list(asked["between"]) or None,
+        within=list(settings["within"]) or None,
+        between=list(settings["between"]) or None,
         subject="participant",
-        sum_of_squares=asked["sum_of_squares"],
+        sum_of_squares=settings["sum_of_squares"],
         missing="listwise" if result.missing.policy == "listwise" else "raise",
         aggregate="mean",
     )

@@ -55,13 +55,13 @@ def test_rows(results: Sequence[QuestionResult]) -> dict[str, list[dict[str, Any
     tables: dict[str, list[dict[str, Any]]] = {}
     for result in results:
         about = {"outcome": result.outcome} if result.outcome else {}
-        rows = tables.setdefault(result.asked.name, [])
+        rows = tables.setdefault(result.settings.name, [])
         if result.answer is None:
             rows.append({**about, "refused": result.refused})
             continue
         rows += [{**about, **row} for row in result.answer.rows]
         for name, more in result.answer.more.items():
-            tables.setdefault(f"{result.asked.name}.{name}", []).extend({**about, **row} for row in more)
+            tables.setdefault(f"{result.settings.name}.{name}", []).extend({**about, **row} for row in more)
     return {name: rows for name, rows in tables.items() if rows}
 
 
@@ -127,10 +127,10 @@ def _declared(study: RegeneratedStudy) -> dict[str, Any]:
 def _test(result: QuestionResult, seconds: float | None) -> dict[str, Any]:
     answer, told = result.answer, result.missing
     about: dict[str, Any] = {
-        "name": result.asked.name,
-        "test": result.asked.test,
+        "name": result.settings.name,
+        "test": result.settings.test,
         "outcome": result.outcome or None,
-        "asked": result.asked.model_dump(mode="json", exclude={"name", "test", "outcomes"}, exclude_defaults=True),
+        "asked": result.settings.model_dump(mode="json", exclude={"name", "test", "outcomes"}, exclude_defaults=True),
         "inputs_sha256": result.inputs or None,
         "missing": {
             "policy": told.policy,

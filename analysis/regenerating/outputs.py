@@ -94,7 +94,7 @@ def _read(file: Path) -> dict[str, float]:
 def _key(result: QuestionResult, study: RegeneratedStudy) -> str:
     """Return the key of a time: the question with all that the plan says about it, its inputs and the software."""
     declared = study.plan.declared
-    asked = {"asked": result.asked.model_dump(mode="json"), "outcome": result.outcome, "inputs": result.inputs}
+    settings = {"asked": result.settings.model_dump(mode="json"), "outcome": result.outcome, "inputs": result.inputs}
     plans = {"alpha": declared.alpha, "seed": declared.seed, "draws": declared.draws, "missing": result.missing.policy}
-    text = json.dumps(asked | plans | {"software": dict(study.software)}, sort_keys=True)
+    text = json.dumps(settings | plans | {"software": dict(study.software)}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:24]

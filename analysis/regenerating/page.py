@@ -116,7 +116,7 @@ def _results(study: RegeneratedStudy) -> Iterator[Block]:
     if not stated:
         yield Words("No test of the plan states a result in one sentence; their tables stand below.")
     for test, points in stated:
-        yield Heading(test_name(test), about=test_kind(test), link=f"test-{test[0].asked.name}")
+        yield Heading(test_name(test), about=test_kind(test), link=f"test-{test[0].settings.name}")
         brief = all(len(parts) == 1 and len(parts[0]) <= BRIEF for _, parts in points)
         at_once = len(points) if brief or len(points) <= MOST_AT_ONCE + 1 else MOST_AT_ONCE
         yield Points(points[:at_once], brief and len(points) > 2)
@@ -153,7 +153,7 @@ def _tests(study: RegeneratedStudy, known: Collection[str]) -> Iterator[Block]:
         "Every number stands unrounded in statistics.json, each test in a table of its own in the folder tests."
     )
     for test in by_test(study.answered):
-        name = test[0].asked.name
+        name = test[0].settings.name
         yield Heading(test_name(test), f"test-{name}", test_kind(test))
         checked = line_of([check for check in study.checks or () if check.test == name])
         words = ((method_of(test), ""), (rests_on(test), "lead"), (checked, "note"))

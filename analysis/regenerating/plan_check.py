@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from palpate.analysis.figures.figure_kind import FigureKind, FigureSettings
-from palpate.analysis.plans.answers import COLUMNS, Asked, Kind, Takes, columns_named
+from palpate.analysis.plans.answers import COLUMNS, Kind, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.reading import Plan
@@ -42,11 +42,14 @@ def check_against_study(request: DataRequest, plan: Plan) -> None:
         form = lab_forms(study, request.lab, live=False) if "demographics" in study.opening else None
         design = study_columns(study, form.questions if form is not None else ())
         columns, outcomes = _known(design)
-    both: tuple[tuple[str, Sequence[Asked | FigureSettings]], ...] = (("tests", plan.tests), ("figures", plan.figures))
+    both: tuple[tuple[str, Sequence[StatisticSettings | FigureSettings]], ...] = (
+        ("tests", plan.tests),
+        ("figures", plan.figures),
+    )
     problems = [
         Problem((section, place, *problem.path), problem.message)
-        for section, asked in both
-        for place, test in enumerate(asked)
+        for section, settings in both
+        for place, test in enumerate(settings)
         if test.table is None
         for problem in _problems(test, _takes(test), columns, outcomes, design)
     ]
@@ -60,20 +63,23 @@ def refuse_idle_settings(plan: Plan) -> None:
 
     `regenerate` reads such a plan all the same, with a note beside the answer.
     """
-    both: tuple[tuple[str, Sequence[Asked | FigureSettings]], ...] = (("tests", plan.tests), ("figures", plan.figures))
+    both: tuple[tuple[str, Sequence[StatisticSettings | FigureSettings]], ...] = (
+        ("tests", plan.tests),
+        ("figures", plan.figures),
+    )
     problems = [
         Problem((section, place, idle.name), f"{idle.name} has no effect {idle.where}; leave it out")
-        for section, asked in both
-        for place, test in enumerate(asked)
+        for section, settings in both
+        for place, test in enumerate(settings)
         for idle in idle_settings(test, _kind_of(test))
     ]
     if problems:
         raise plan.complaint(problems)
 
 
-def problems_of_test(asked: Asked, design: StudyColumns) -> list[Problem]:
+def problems_of_test(settings: StatisticSettings, design: StudyColumns) -> list[Problem]:
     """Return what is wrong with one test of a study's own answers, before there are data."""
-    return list(_problems(asked, _takes(asked), *_known(design), design))
+    return list(_problems(settings, _takes(settings), *_known(design), design))
 
 
 def _study(request: DataRequest) -> Study | None:
@@ -121,16 +127,16 @@ def _rule_problems(rules: Sequence[Rule], columns: Mapping[str, Collection[str]]
                 yield Problem(at, f"the study has no column {column!r}; {nearest(column, columns)}")
 
 
-def _takes(asked: Asked | FigureSettings) -> Takes:
-    return asked.source or _kind_of(asked).takes
+def _takes(settings: StatisticSettings | FigureSettings) -> Takes:
+    return settings.source or _kind_of(settings).takes
 
 
-def _kind_of(asked: Asked | FigureSettings) -> Kind | FigureKind:
-    return TESTS[asked.test] if isinstance(asked, Asked) else FIGURES[asked.figure]
+def _kind_of(settings: StatisticSettings | FigureSettings) -> Kind | FigureKind:
+    return TESTS[settings.test] if isinstance(settings, StatisticSettings) else FIGURES[settings.figure]
 
 
 def _problems(
-    asked: Asked | FigureSettings,
+    settings: StatisticSettings | FigureSettings,
     takes: Takes,
     columns: Mapping[str, Collection[str]],
     outcomes: Mapping[Takes, Collection[str]],
@@ -138,14 +144,14 @@ def _problems(
 ) -> Iterator[Problem]:
     if takes not in outcomes or not outcomes[takes]:
         if takes in ("ratings", "forms"):
-            yield Problem(("name",), f"{asked.name!r} asks about {takes}, of which the study has none")
+            yield Problem(("name",), f"{settings.name!r} asks about {takes}, of which the study has none")
     else:
-        for n, name in enumerate(asked.outcomes or ()):
+        for n, name in enumerate(settings.outcomes or ()):
             if name not in outcomes[takes]:
                 yield Problem(("outcomes", n), f"no outcome {name!r}; {nearest(name, outcomes[takes])}")
-    for column, condition in asked.where.items():
+    for column, condition in settings.where.items():
         yield from _level_problems(column, condition, columns)
-    if design is not None and isinstance(asked, Asked) and takes in ("ratings", "forms"):
+    if design is not None and isinstance(settings, StatisticSettings) and takes in ("ratings", "forms"):
         of_forms = {*OF_FORMS, *design.people}
         columns = {
             name: levels
@@ -154,12 +160,12 @@ def _problems(
         }
     unknown = False
     for key in (*COLUMNS, "random", "interactions"):
-        for column in columns_named(asked, (key,)):
+        for column in columns_named(settings, (key,)):
             if column not in columns:
                 unknown = True
                 yield Problem((key,), f"the study has no column {column!r}; {nearest(column, columns)}")
-    if design is not None and isinstance(asked, Asked) and takes in ("ratings", "forms") and not unknown:
-        yield from design.problems(asked, outcomes[takes] if asked.outcomes is None else asked.outcomes)
+    if design is not None and isinstance(settings, StatisticSettings) and takes in ("ratings", "forms") and not unknown:
+        yield from design.problems(settings, outcomes[takes] if settings.outcomes is None else settings.outcomes)
 
 
 def _level_problems(column: str, condition: Condition, columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
-from palpate.analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected, columns_named
+from palpate.analysis.plans.answers import COLUMNS, Answer, Kind, Selected, StatisticSettings, columns_named
 from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.missing import MissingSummary, handled
@@ -27,7 +27,7 @@ ALL = ""
 class Question:
     """One test of the plan for one outcome (ALL: for all of them together), and the rows it is asked about."""
 
-    asked: Asked
+    settings: StatisticSettings
     kind: Kind
     outcome: str
     selected: Selected | None
@@ -42,7 +42,7 @@ class QuestionResult:
     `rows` are the rows it rests on.
     """
 
-    asked: Asked
+    settings: StatisticSettings
     outcome: str
     answer: Answer | None
     refused: str
@@ -58,31 +58,31 @@ def run_tests(
     """Return every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
     tests, results, digests = selecting.plan.tests, [], _Digests()
     with one_thread():
-        for done, asked in enumerate(tests):
-            for question in _questions(selecting, asked):  # one by one: the rows of all would not fit into memory
-                progress(done, len(tests), " ".join((asked.name, question.outcome)))
+        for done, settings in enumerate(tests):
+            for question in _questions(selecting, settings):  # one by one: the rows of all would not fit into memory
+                progress(done, len(tests), " ".join((settings.name, question.outcome)))
                 results.append(_answer(selecting, question, clock, digests))
     progress(len(tests), len(tests), "")
     return tuple(results)
 
 
-def _questions(selecting: Selecting, asked: Asked) -> Iterator[Question]:
-    kind = TESTS[asked.test]
+def _questions(selecting: Selecting, settings: StatisticSettings) -> Iterator[Question]:
+    kind = TESTS[settings.test]
     try:
-        selected = selecting.of(asked, kind.takes)
+        selected = selecting.of(settings, kind.takes)
     except ValueError as refusal:
-        yield Question(asked, kind, ALL, None, str(refusal))
+        yield Question(settings, kind, ALL, None, str(refusal))
         return
-    if kind.each == "all" or asked.table is not None or _compares_outcomes(asked):
-        yield Question(asked, kind, ALL, selected)
+    if kind.each == "all" or settings.table is not None or _compares_outcomes(settings):
+        yield Question(settings, kind, ALL, selected)
         return
     for selection in selecting.by_outcome(selected):
-        yield Question(asked, kind, selection.outcome, selection)
+        yield Question(settings, kind, selection.outcome, selection)
 
 
-def _compares_outcomes(asked: Asked) -> bool:
+def _compares_outcomes(settings: StatisticSettings) -> bool:
     """Return whether the outcomes themselves are a factor of the test, as the items of a questionnaire may be."""
-    return OUTCOME in columns_named(asked, COLUMNS)
+    return OUTCOME in columns_named(settings, COLUMNS)
 
 
 @dataclass
@@ -99,7 +99,7 @@ class _Digests:
 
 def _answer(selecting: Selecting, question: Question, clock: Clock, digests: _Digests) -> QuestionResult:
     """Return the answer to a question, or the reason why there is none."""
-    settings, kind, selected = question.asked, question.kind, question.selected
+    settings, kind, selected = question.settings, question.kind, question.selected
     policy = settings.missing or selecting.plan.declared.missing
     missing = MissingSummary(policy, unanswered=() if selected is None else selected.unanswered)
     if selected is None:
@@ -151,5 +151,5 @@ def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answ
     answers: dict[str, dict[str, Answer]] = {}
     for result in results:
         if result.answer is not None:
-            answers.setdefault(result.asked.name, {})[result.outcome] = result.answer
+            answers.setdefault(result.settings.name, {})[result.outcome] = result.answer
     return answers

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Answer, Asked, Confidence, Kind, Row, Selected, Value
+from palpate.analysis.plans.answers import Answer, Confidence, Kind, Row, Selected, StatisticSettings, Value
 from palpate.protocols.study import Text
 from palpate.protocols.wording import count, some
 
@@ -29,7 +29,7 @@ TOLD = {
 }
 
 
-class AskedRelevance(Asked):
+class AskedRelevance(StatisticSettings):
     """How relevant each offered word is; the normalisation and the threshold have no default, on purpose."""
 
     test: Literal["relevance"]
@@ -40,7 +40,7 @@ class AskedRelevance(Asked):
     confidence: Confidence = 0.95
 
 
-class AskedPairs(Asked):
+class AskedPairs(StatisticSettings):
     """Bipolar pairs from the kept words. `antonyms` are pairs, or the name of a table with columns word, antonym.
 
     A pair needs one kept word; with `need_both`, two. With `new_words` an antonym may be a word that was not offered.
@@ -54,14 +54,14 @@ class AskedPairs(Asked):
     new_words: bool = False
 
 
-class AskedAgreement(Asked):
+class AskedAgreement(StatisticSettings):
     """How far participants tick the same words."""
 
     test: Literal["word_agreement"]
     confidence: Confidence = 0.95
 
 
-class AskedLexicon(Asked):
+class AskedLexicon(StatisticSettings):
     """The words that participants wrote. `kinds` are kinds of word (None: all but the ticked ones).
 
     `synonyms` maps a word to the one that it counts as, or names a table with columns word, counts_as. `lists` are
@@ -83,46 +83,46 @@ class AskedLexicon(Asked):
         return self
 
 
-def relevance_answer(selected: Selected, asked: AskedRelevance) -> Answer:
+def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
     """The relevance of every word, most relevant first."""
     from palpate.analysis.adjectives.relevance import relevance
     from palpate.analysis.plans.families.rows import plain_rows
 
     selections = _selections(selected)
-    draws = asked.draws or selected.draws
+    draws = settings.draws or selected.draws
     found = relevance(
         selections,
-        asked.normalisation,
-        asked.threshold,
+        settings.normalisation,
+        settings.threshold,
         draws=draws,
         seed=selected.seed,
-        interval=asked.interval,
-        confidence=asked.confidence,
+        interval=settings.interval,
+        confidence=settings.confidence,
     )
-    how = f"{asked.confidence:.0%} {asked.interval} interval, {draws} draws of participants, seed {selected.seed}"
+    how = f"{settings.confidence:.0%} {settings.interval} interval, {draws} draws of participants, seed {selected.seed}"
     kinds = {
         "ticks": "trials in which the word was ticked",
-        "relevance": f"share {TOLD[asked.normalisation]} ({asked.normalisation})",
+        "relevance": f"share {TOLD[settings.normalisation]} ({settings.normalisation})",
         "ci_low": how,
         "ci_high": how,
-        "kept_chance": f"share of the draws in which the word reaches {asked.threshold:g}",
+        "kept_chance": f"share of the draws in which the word reaches {settings.threshold:g}",
     }
-    method = f"Relevance of adjectives by {asked.normalisation}, kept from {asked.threshold:g} on."
-    headline = _kept_headline(found, asked)
+    method = f"Relevance of adjectives by {settings.normalisation}, kept from {settings.threshold:g} on."
+    headline = _kept_headline(found, settings)
     return _answer(selected, selections, plain_rows(found, finite=True), method, kinds, headline)
 
 
-def pairs_answer(selected: Selected, asked: AskedPairs) -> Answer:
+def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
     """The bipolar pairs of the kept words; the kept words without a pair in `more`."""
     from palpate.analysis.adjectives.antonyms import antonym_pairs
     from palpate.analysis.adjectives.relevance import relevance
 
     selections = _selections(selected)
-    scores = relevance(selections, asked.normalisation, asked.threshold, draws=0)
+    scores = relevance(selections, settings.normalisation, settings.threshold, draws=0)
     score: dict[str, float] = dict(zip(scores["word"], scores["relevance"].tolist(), strict=True))
     kept = scores.loc[scores["kept"], "word"].tolist()
-    offered = () if asked.new_words else selected.offered
-    found = antonym_pairs(kept, _antonyms(selected, asked), offered, need_both=asked.need_both)
+    offered = () if settings.new_words else selected.offered
+    found = antonym_pairs(kept, _antonyms(selected, settings), offered, need_both=settings.need_both)
     rows = tuple(_pair_row(pair, score) for pair in found.pairs)
     left: tuple[Row, ...] = tuple(
         {"word": each, "relevance": score[each], "note": "no pair"} for each in found.left_out
@@ -130,24 +130,24 @@ def pairs_answer(selected: Selected, asked: AskedPairs) -> Answer:
     named = ", ".join(f"{pair.word}–{pair.antonym}" for pair in found.pairs)
     headline = f"{len(rows)} bipolar pairs of {len(kept)} kept words" + (f": {named}." if rows else ".")
     notes = [f"Left out for lack of a pair: {', '.join(found.left_out)}."] if left else []
-    kinds = {f"relevance_{end}": f"relevance by {asked.normalisation}" for end in ("word", "antonym")}
-    method = f"Antonym pairs of the words that reach {asked.threshold:g} by {asked.normalisation}."
+    kinds = {f"relevance_{end}": f"relevance by {settings.normalisation}" for end in ("word", "antonym")}
+    method = f"Antonym pairs of the words that reach {settings.threshold:g} by {settings.normalisation}."
     return _answer(selected, selections, rows, method, kinds, headline, notes, {"left_out": left})
 
 
-def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
+def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
     """Agreement by word, and by stimulus in `more`."""
     from palpate.analysis.adjectives.agreement import word_agreement
     from palpate.analysis.plans.families.rows import plain_rows, with_interval
 
     selections = _selections(selected)
-    found = word_agreement(selections, draws=selected.draws, seed=selected.seed, confidence=asked.confidence)
+    found = word_agreement(selections, draws=selected.draws, seed=selected.seed, confidence=settings.confidence)
     together = found.words.iloc[-1]
-    limits = (together["ci_low"], together["ci_high"], asked.confidence)
+    limits = (together["ci_low"], together["ci_high"], settings.confidence)
     alpha = with_interval("Krippendorff's alpha of all words", together["alpha"], *limits)
-    overlap = (found.jaccard, found.jaccard_low, found.jaccard_high, asked.confidence)
+    overlap = (found.jaccard, found.jaccard_low, found.jaccard_high, settings.confidence)
     headline = f"{alpha}; {with_interval('mean Jaccard overlap of two participants', *overlap)}."
-    how = f"{asked.confidence:.0%} percentile interval, {selected.draws} draws of stimuli, seed {selected.seed}"
+    how = f"{settings.confidence:.0%} percentile interval, {selected.draws} draws of stimuli, seed {selected.seed}"
     kinds = {
         "alpha": "Krippendorff's alpha, nominal: ticked or not, stimuli as units",
         "kappa": "Fleiss' kappa, ticked or not",
@@ -164,7 +164,7 @@ def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
     return _answer(selected, selections, plain_rows(found.words, finite=True), method, kinds, headline, notes, more)
 
 
-def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
+def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
     """The different words that were written; participants and stimuli in `more`."""
     from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists
     from palpate.analysis.plans.families.rows import plain_rows, require_columns
@@ -173,13 +173,13 @@ def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
 
     table = selected.table
     require_columns(table, ("participant", "kind", "word"))
-    wanted = table["kind"].isin(asked.kinds) if asked.kinds is not None else table["kind"] != TICKED
+    wanted = table["kind"].isin(settings.kinds) if settings.kinds is not None else table["kind"] != TICKED
     if not wanted.any():
         there = ", ".join(sorted(set(table["kind"]))) or "none at all"
         raise DataRefused(f"no written words among the answers; kinds of word there: {there}")
     written = table[wanted]
-    synonyms = _synonyms(selected, asked)
-    found = lexicon(written, asked.normalisation, synonyms=synonyms, offered=selected.offered)
+    synonyms = _synonyms(selected, settings)
+    found = lexicon(written, settings.normalisation, synonyms=synonyms, offered=selected.offered)
     per_person, sd = mean_and_sd(found.participants["words"].tolist())
     headline = (
         f"{count(len(found.words), 'different word')} in {count(found.mentions, 'mention')} by "
@@ -192,14 +192,14 @@ def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
         "participants": "how many wrote it",
         "words_of_its_own": "words that no other participant wrote (that were written of no other stimulus)",
     }
-    method = f"Lexicon of written words, normalised by {asked.normalisation}, {len(synonyms)} synonyms."
+    method = f"Lexicon of written words, normalised by {settings.normalisation}, {len(synonyms)} synonyms."
     more = {
         "participants": plain_rows(found.participants, finite=True),
         "stimuli": plain_rows(found.stimuli, finite=True),
     }
-    if asked.lists:
-        lists = {WRITTEN: found.words["word"].tolist(), **_lists(selected, asked)}
-        merged = merge_word_lists(lists, asked.normalisation, synonyms=synonyms, inflected=asked.inflected)
+    if settings.lists:
+        lists = {WRITTEN: found.words["word"].tolist(), **_lists(selected, settings)}
+        merged = merge_word_lists(lists, settings.normalisation, synonyms=synonyms, inflected=settings.inflected)
         more["merged"] = plain_rows(merged, finite=True)
         of_each = Counter(source for sources in merged["sources"] for source in sources.split("; "))
         told = ", ".join(f"{of_each[source]} of {source}" for source in lists)
@@ -224,11 +224,11 @@ def _selections(selected: Selected) -> Selections:
     return gather_selections(ticked, selected.trials, selected.offered)
 
 
-def _kept_headline(found: pd.DataFrame, asked: AskedRelevance) -> str:
+def _kept_headline(found: pd.DataFrame, settings: AskedRelevance) -> str:
     kept = found.loc[found["kept"], "word"].tolist()
     more = f"; and {len(kept) - LISTED} more" if len(kept) > LISTED else ""
     names = f": {'; '.join(kept[:LISTED])}{more}" if kept else ""
-    return f"{len(kept)} of {len(found)} words reach {asked.threshold:g} {TOLD[asked.normalisation]}{names}."
+    return f"{len(kept)} of {len(found)} words reach {settings.threshold:g} {TOLD[settings.normalisation]}{names}."
 
 
 def _pair_row(pair: tuple[str, str, bool, bool], score: Mapping[str, float]) -> dict[str, Value]:
@@ -241,28 +241,28 @@ def _pair_row(pair: tuple[str, str, bool, bool], score: Mapping[str, float]) -> 
     }
 
 
-def _antonyms(selected: Selected, asked: AskedPairs) -> pd.DataFrame:
+def _antonyms(selected: Selected, settings: AskedPairs) -> pd.DataFrame:
     import pandas as pd
 
-    if isinstance(asked.antonyms, str):
-        return _own_table(selected, asked.antonyms)
-    return pd.DataFrame(list(asked.antonyms), columns=["word", "antonym"])
+    if isinstance(settings.antonyms, str):
+        return _own_table(selected, settings.antonyms)
+    return pd.DataFrame(list(settings.antonyms), columns=["word", "antonym"])
 
 
-def _synonyms(selected: Selected, asked: AskedLexicon) -> Mapping[str, str]:
-    if not isinstance(asked.synonyms, str):
-        return asked.synonyms
+def _synonyms(selected: Selected, settings: AskedLexicon) -> Mapping[str, str]:
+    if not isinstance(settings.synonyms, str):
+        return settings.synonyms
     from palpate.analysis.adjectives.lexicon import synonym_table
 
-    return synonym_table(_own_table(selected, asked.synonyms))
+    return synonym_table(_own_table(selected, settings.synonyms))
 
 
-def _lists(selected: Selected, asked: AskedLexicon) -> dict[str, list[str]]:
+def _lists(selected: Selected, settings: AskedLexicon) -> dict[str, list[str]]:
     """The words of each list. Raises DataRefused for a table without words, or a list called as the study's own."""
     from palpate.analysis.ratings.dataset import DataRefused
 
     words: dict[str, list[str]] = {}
-    for source, told in asked.lists.items():
+    for source, told in settings.lists.items():
         if source == WRITTEN:
             raise DataRefused(f"lists: {WRITTEN!r} stands for the words written in this study; call the list otherwise")
         if isinstance(told, str):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Asked, Confidence, Kind
+from palpate.analysis.plans.answers import Confidence, Kind, StatisticSettings
 from palpate.analysis.plans.idle import Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Text, Whole
@@ -22,7 +22,7 @@ Draws = Annotated[Whole, Field(ge=19)]
 Correction = Literal["holm", "bonferroni", "none"]
 
 
-class BradleyTerry(Asked):
+class BradleyTerry(StatisticSettings):
     """Columns of the table: `winner`, `loser`; optional `tie` (true where neither won), `first` (what came first).
 
     `count` says how often a row was seen, `participant` whose choice it was (None: the column of that name, if there is
@@ -41,7 +41,7 @@ class BradleyTerry(Asked):
     confidence: Confidence = 0.95
 
 
-class Thurstone(Asked):
+class Thurstone(StatisticSettings):
     """As for bradley_terry, without ties and places; `method`: maximum likelihood or the classical least squares."""
 
     test: Literal["thurstone"]
@@ -62,7 +62,7 @@ class Thurstone(Asked):
             yield from (Idle(name, "with `method: least_squares`, which has no standard errors") for name in names)
 
 
-class PsychometricFunction(Asked):
+class PsychometricFunction(StatisticSettings):
     """One function for each combination of `by` (default: participants, where the table names them).
 
     One row per trial (`correct` 0 or 1), or `correct` of `n`. `task` decides which rates are free; `guess` and `lapse`

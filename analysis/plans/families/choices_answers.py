@@ -51,32 +51,34 @@ NO_TASK = (
 )
 
 
-def psychometric_answer(selected: Selected, asked: PsychometricFunction) -> Answer:
+def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> Answer:
     """One row per function; a function without an estimate keeps its row, with the reason."""
-    by = _by(selected, asked)
-    named = (asked.level, asked.correct, asked.n, asked.order, *by, *asked.staircase)
+    by = _by(selected, settings)
+    named = (settings.level, settings.correct, settings.n, settings.order, *by, *settings.staircase)
     require_columns(selected.table, [name for name in named if name is not None])
-    table = numeric(selected.table, [n for n in (asked.level, asked.correct, asked.n, asked.order) if n is not None])
+    table = numeric(
+        selected.table, [n for n in (settings.level, settings.correct, settings.n, settings.order) if n is not None]
+    )
     rows: list[dict[str, Any]] = []
     levels: list[pd.DataFrame] = []
     reversals: list[pd.DataFrame] = []
     for where, part in _parts(table, by):
-        row, shown, turned = _one(selected, asked, part)
+        row, shown, turned = _one(selected, settings, part)
         rows.append({**where, **row})
         levels += [] if shown is None else [shown.assign(**where)]
         reversals += [each.assign(**where) for each in turned]
     _refuse_all(rows)
-    more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, by, asked.confidence))}
+    more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, by, settings.confidence))}
     for name, tables in (("levels", levels), ("reversals", reversals)):
         if tables:
             joined = pd.concat(tables, ignore_index=True)
             more[name] = rows_of(joined[[*by, *(column for column in joined if column not in by)]])
-    return _answer(selected, asked, rows, more)
+    return _answer(selected, settings, rows, more)
 
 
-def _by(selected: Selected, asked: PsychometricFunction) -> tuple[str, ...]:
-    if asked.by is not None:
-        return asked.by
+def _by(selected: Selected, settings: PsychometricFunction) -> tuple[str, ...]:
+    if settings.by is not None:
+        return settings.by
     return (PARTICIPANT,) if PARTICIPANT in selected.table.columns else ()
 
 
@@ -93,21 +95,21 @@ def _parts(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str,
 
 
 def _one(
-    selected: Selected, asked: PsychometricFunction, part: pd.DataFrame
+    selected: Selected, settings: PsychometricFunction, part: pd.DataFrame
 ) -> tuple[dict[str, Any], pd.DataFrame | None, list[pd.DataFrame]]:
     """A row, the levels beside what the function expects there, and the reversals."""
     row: dict[str, Any] = {"trials": 0, **dict.fromkeys(NUMBERS), "deviance": None, "df": None, "p_deviance": None}
-    stairs, turned, notes = _staircases(asked, part) if asked.method == "staircase" else ({}, [], [])
+    stairs, turned, notes = _staircases(settings, part) if settings.method == "staircase" else ({}, [], [])
     shown = None
     try:
-        given = gather_levels(part, asked.level, asked.correct, asked.n)
+        given = gather_levels(part, settings.level, settings.correct, settings.n)
         row["trials"] = int(given.trials.sum())
-        model = asked.model()
-        if asked.interval_kind == "posterior":
-            row |= _posterior(posterior_of(given, model, True, asked.confidence))
+        model = settings.model()
+        if settings.interval_kind == "posterior":
+            row |= _posterior(posterior_of(given, model, True, settings.confidence))
         else:
             fit = fit_function(given, model)
-            row |= _fitted(selected, asked, fit)
+            row |= _fitted(selected, settings, fit)
             notes += [row.pop("why"), *fit.notes]
             shown = fit.table
     except StatisticsError as refusal:
@@ -115,14 +117,14 @@ def _one(
     return {**row, **stairs, "note": "; ".join(note for note in notes if note)}, shown, turned
 
 
-def _fitted(selected: Selected, asked: PsychometricFunction, fit: Psychometric) -> dict[str, Any]:
-    draws = asked.draws or selected.draws
-    interval = asked.interval_kind
-    again = None if interval == "none" else resampled_answers(fit, draws, asked.confidence, selected.seed)
+def _fitted(selected: Selected, settings: PsychometricFunction, fit: Psychometric) -> dict[str, Any]:
+    draws = settings.draws or selected.draws
+    interval = settings.interval_kind
+    again = None if interval == "none" else resampled_answers(fit, draws, settings.confidence, selected.seed)
     ends = [Interval(math.nan, math.nan)] * 2
     if interval in ("profile", "corrected"):
         how = (0, 0) if interval == "profile" else (CORRECTING_DRAWS, selected.seed)
-        ends = [profile_interval(fit, which, asked.confidence, *how) for which in ("threshold", "jnd")]
+        ends = [profile_interval(fit, which, settings.confidence, *how) for which in ("threshold", "jnd")]
     if interval == "bootstrap" and again is not None:
         ends = [again.threshold, again.jnd]
     lost = f"{again.lost:.0%} of the simulated answers had no slope" if again is not None and again.lost > 0.01 else ""
@@ -160,16 +162,16 @@ def _posterior(found: Any) -> dict[str, Any]:
 
 
 def _staircases(
-    asked: PsychometricFunction, part: pd.DataFrame
+    settings: PsychometricFunction, part: pd.DataFrame
 ) -> tuple[dict[str, Any], list[pd.DataFrame], list[str]]:
     """The mean over a participant's staircases of the mean of the last reversals."""
     found: list[Staircase] = []
     turned: list[pd.DataFrame] = []
     notes: list[str] = []
-    for where, rows in _parts(part, asked.staircase):
+    for where, rows in _parts(part, settings.staircase):
         which = ", ".join(f"{name} {label}" for name, label in where.items())
         try:
-            each = staircase(rows, asked.level, asked.correct, asked.order, asked.last)
+            each = staircase(rows, settings.level, settings.correct, settings.order, settings.last)
         except StatisticsError as refusal:
             notes.append(f"{which or 'staircase'}: {refusal}")
             continue
@@ -210,13 +212,13 @@ def _summary(rows: list[dict[str, Any]], by: tuple[str, ...], confidence: float)
                 yield {**where, "quantity": name, **_mean(values, len(members), confidence)}
 
 
-def _mean(values: list[float], asked: int, confidence: float) -> dict[str, Any]:
+def _mean(values: list[float], settings: int, confidence: float) -> dict[str, Any]:
     """Mean, SD and Student's interval."""
     n, mean = len(values), float(np.mean(values))
     sd = float(np.std(values, ddof=1)) if n > 1 else None
     half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
     ends = (None, None) if half is None else (mean - half, mean + half)
-    told = {"n": n, "without_estimate": asked - n, "mean": mean, "sd": sd, "ci_low": ends[0], "ci_high": ends[1]}
+    told = {"n": n, "without_estimate": settings - n, "mean": mean, "sd": sd, "ci_low": ends[0], "ci_high": ends[1]}
     return {**told, "note": "" if n > 1 else "one value: no spread"}
 
 
@@ -233,9 +235,9 @@ def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) 
     return f"Mean {'; '.join(told[:MOST_TOLD])}" + ("; ..." if len(told) > MOST_TOLD else "")
 
 
-def _without_interval(asked: PsychometricFunction, summary: tuple[Row, ...]) -> str:
+def _without_interval(settings: PsychometricFunction, summary: tuple[Row, ...]) -> str:
     """What is said of a confidence that nothing has."""
-    idle = asked.confidence != type(asked).model_fields["confidence"].default and asked.interval_kind == "none"
+    idle = settings.confidence != type(settings).model_fields["confidence"].default and settings.interval_kind == "none"
     if not idle or any(row["ci_low"] is not None for row in summary):
         return ""
     return idle_note("confidence", "with `interval: none` and no mean over several functions")
@@ -243,37 +245,38 @@ def _without_interval(asked: PsychometricFunction, summary: tuple[Row, ...]) -> 
 
 def _answer(
     selected: Selected,
-    asked: PsychometricFunction,
+    settings: PsychometricFunction,
     rows: list[dict[str, Any]],
     more: dict[str, tuple[Row, ...]],
 ) -> Answer:
     lacking = [row for row in rows if row["threshold"] is None]
-    interval = asked.interval_kind
+    interval = settings.interval_kind
     how = "posterior on a grid (Schütt et al. 2016)" if interval == "posterior" else "maximum likelihood"
-    jnd = "(x.75 - x.25) / 2 of F" if asked.jnd == "half_interquartile" else "x.84 - x.50 of F"
+    jnd = "(x.75 - x.25) / 2 of F" if settings.jnd == "half_interquartile" else "x.84 - x.50 of F"
     people = selected.table["participant"].nunique() if "participant" in selected.table.columns else 0
     return Answer(
         rows=tuple(plain_row(row) for row in rows),
-        method=f"Psychometric function ({asked.function}; {asked.model().assumed}) by {how}; "
-        f"threshold where F = {asked.threshold:g}; JND = {jnd}; {100 * asked.confidence:g}% intervals: {HOW[interval]}",
+        method=f"Psychometric function ({settings.function}; {settings.model().assumed}) by {how}; "
+        f"threshold where F = {settings.threshold:g}; JND = {jnd}; "
+        f"{100 * settings.confidence:g}% intervals: {HOW[interval]}",
         kinds={
-            "threshold": f"level where F = {asked.threshold:g}",
+            "threshold": f"level where F = {settings.threshold:g}",
             "share_at": "share of hits that the function expects at the threshold",
             "jnd": f"just noticeable difference, {jnd}",
             "slope": "slope of the function at the threshold, per unit of level",
             "deviance": "deviance against free shares",
             "p_deviance": "p of the deviance, Monte Carlo",
-            "reversal_threshold": f"mean of the last {asked.last} reversals",
+            "reversal_threshold": f"mean of the last {settings.last} reversals",
             "converges_at": "share of hits at which the staircase's rule comes to rest",
         },
         participants=int(people),
         values=sum(row["trials"] for row in rows),
-        headline=_headline(more["summary"], _by(selected, asked), asked.confidence),
+        headline=_headline(more["summary"], _by(selected, settings), settings.confidence),
         notes=sentences(
             [
-                NO_TASK if asked.task is None else "",
+                NO_TASK if settings.task is None else "",
                 f"{len(lacking)} of {len(rows)} functions have no estimate (see `note`)" if lacking else "",
-                _without_interval(asked, more["summary"]),
+                _without_interval(settings, more["summary"]),
             ]
         ),
         more=more,
@@ -291,47 +294,56 @@ NOT_INDEPENDENT = (
 )
 
 
-def bradley_terry_answer(selected: Selected, asked: BradleyTerry) -> Answer:
+def bradley_terry_answer(selected: Selected, settings: BradleyTerry) -> Answer:
     """One row per item: its log odds."""
-    table = _table(selected, asked, (asked.tie, asked.first))
-    reference = SUM_ZERO if asked.reference is None else asked.reference
+    table = _table(selected, settings, (settings.tie, settings.first))
+    reference = SUM_ZERO if settings.reference is None else settings.reference
     found = bradley_terry(
-        table, asked.winner, asked.loser, asked.tie, asked.first, asked.count, reference, asked.confidence
+        table,
+        settings.winner,
+        settings.loser,
+        settings.tie,
+        settings.first,
+        settings.count,
+        reference,
+        settings.confidence,
     )
     kinds = {"value": "log odds", "worth": "share of the summed odds", "ties": "times tied", **KINDS}
-    sources = "Bradley & Terry 1952" + ("" if asked.tie is None else "; Davidson 1970")
-    return _scale_answer(asked, table, found, f"{found.model} by maximum likelihood ({sources})", kinds)
+    sources = "Bradley & Terry 1952" + ("" if settings.tie is None else "; Davidson 1970")
+    return _scale_answer(settings, table, found, f"{found.model} by maximum likelihood ({sources})", kinds)
 
 
-def thurstone_answer(selected: Selected, asked: Thurstone) -> Answer:
+def thurstone_answer(selected: Selected, settings: Thurstone) -> Answer:
     """One row per item: its value in standard deviations of a difference."""
-    table = _table(selected, asked, ())
-    reference = SUM_ZERO if asked.reference is None else asked.reference
-    found = thurstone(table, asked.winner, asked.loser, asked.count, asked.method, reference, asked.confidence)
+    table = _table(selected, settings, ())
+    reference = SUM_ZERO if settings.reference is None else settings.reference
+    found = thurstone(
+        table, settings.winner, settings.loser, settings.count, settings.method, reference, settings.confidence
+    )
     kinds = {"value": "in standard deviations of a difference of two items", **KINDS}
-    return _scale_answer(asked, table, found, f"{found.model} (Thurstone 1927; Mosteller 1951)", kinds)
+    return _scale_answer(settings, table, found, f"{found.model} (Thurstone 1927; Mosteller 1951)", kinds)
 
 
-def _table(selected: Selected, asked: BradleyTerry | Thurstone, more: tuple[str | None, ...]) -> pd.DataFrame:
-    named = (asked.winner, asked.loser, asked.count, asked.participant, *more)
+def _table(selected: Selected, settings: BradleyTerry | Thurstone, more: tuple[str | None, ...]) -> pd.DataFrame:
+    named = (settings.winner, settings.loser, settings.count, settings.participant, *more)
     require_columns(selected.table, [name for name in named if name is not None])
-    return numeric(selected.table, () if asked.count is None else (asked.count,))
+    return numeric(selected.table, () if settings.count is None else (settings.count,))
 
 
 def _scale_answer(
-    asked: BradleyTerry | Thurstone, table: pd.DataFrame, found: Scale, method: str, kinds: dict[str, str]
+    settings: BradleyTerry | Thurstone, table: pd.DataFrame, found: Scale, method: str, kinds: dict[str, str]
 ) -> Answer:
     ranked = found.values.sort_values("value", ascending=False, kind="stable")["item"].tolist()
     fit = f"deviance({found.df}) = {found.deviance:.2f}, {apa_p(found.p)}" if found.df else "no test of fit"
-    tie = asked.tie if asked.test == "bradley_terry" else None
-    who = asked.participant or ("participant" if "participant" in table.columns else None)
-    triads = circular_triads(table, asked.winner, asked.loser, who, tie, asked.count)
-    zero = "values sum to 0" if asked.reference is None else f"{asked.reference} is 0"
-    interval = f"{100 * asked.confidence:g} % normal interval of the value"
+    tie = settings.tie if settings.test == "bradley_terry" else None
+    who = settings.participant or ("participant" if "participant" in table.columns else None)
+    triads = circular_triads(table, settings.winner, settings.loser, who, tie, settings.count)
+    zero = "values sum to 0" if settings.reference is None else f"{settings.reference} is 0"
+    interval = f"{100 * settings.confidence:g} % normal interval of the value"
     covariance = found.covariance.set_axis([str(name) for name in found.covariance], axis=1).reset_index(names="item")
     more: dict[str, tuple[Row, ...]] = {
         "fit": ({"deviance": found.deviance, "df": found.df, "p": found.p if found.df else None},),
-        "differences": rows_of(differences(found, asked.correction)),
+        "differences": rows_of(differences(found, settings.correction)),
         "covariance": rows_of(covariance),
         "pairs": rows_of(found.pairs),
         "triads": rows_of(triads),
@@ -339,7 +351,7 @@ def _scale_answer(
     people = int(table[who].nunique()) if who else 0
     circular, of = (triads[name].tolist()[0] for name in ("circular", "triads"))
     return Answer(
-        rows=rows_of(found.values.drop(columns=["ties"] if asked.test == "thurstone" else [])),
+        rows=rows_of(found.values.drop(columns=["ties"] if settings.test == "thurstone" else [])),
         method=f"{method}; {zero}",
         kinds=kinds | {"ci_low": interval, "ci_high": interval},
         participants=people,

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from palpate.analysis.plans.answers import Asked, Confidence, Kind
+from palpate.analysis.plans.answers import Confidence, Kind, StatisticSettings
 from palpate.analysis.plans.idle import Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
@@ -17,7 +17,7 @@ _ANSWERS = "palpate.analysis.plans.families.describing_answers"
 Correction = Literal["holm", "bonferroni", "none"]
 
 
-class Means(Asked):
+class Means(StatisticSettings):
     """`by`: the columns whose combinations have a mean each; those that never change within a participant are groups.
 
     `interval` names how `ci_low` and `ci_high` are made.
@@ -35,7 +35,7 @@ class Means(Asked):
             yield Idle("confidence", "with `interval: none`")
 
 
-class Trends(Asked):
+class Trends(StatisticSettings):
     """`pooled`: the column of the levels; `families`: the column that says which family a level belongs to.
 
     `category: mean` also follows the mean over each category's attributes. `numeric` is a column with one number for
@@ -61,7 +61,7 @@ class Trends(Asked):
             yield Idle("family", "with `correction: none`")
 
 
-class Categories(Asked):
+class Categories(StatisticSettings):
     """`by`: the columns of the levels at which the two categories are compared.
 
     `over`: the columns within which participants are compared with each other. `reversed`: attributes whose scale is
@@ -76,7 +76,7 @@ class Categories(Asked):
     confidence: Confidence = 0.95
 
 
-class TargetErrors(Asked):
+class TargetErrors(StatisticSettings):
     """`target`: the column of the wished-for value; `attribute_column`: that of the attribute it was wished for.
 
     `target_scale`: the ends of the scale that targets are on, where it is not the ratings' own.
@@ -89,8 +89,8 @@ class TargetErrors(Asked):
     confidence: Confidence = 0.95
 
 
-def _cells(asked: Means) -> tuple[str, ...]:
-    return asked.by
+def _cells(settings: Means) -> tuple[str, ...]:
+    return settings.by
 
 
 KINDS: Mapping[str, Kind] = {

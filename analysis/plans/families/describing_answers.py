@@ -50,19 +50,21 @@ INTERVALS = {
 }
 
 
-def means(selected: Selected, asked: Means) -> Answer:
+def means(selected: Selected, settings: Means) -> Answer:
     """One row per cell: mean and SD over participants, and the interval that is asked for."""
-    require_columns(selected.table, asked.by)
-    groups = constant_columns(selected.table, asked.by)
+    require_columns(selected.table, settings.by)
+    groups = constant_columns(selected.table, settings.by)
     found = mean_intervals(
         selected.table,
-        by=asked.by,
+        by=settings.by,
         between=groups,
-        method=asked.interval,
-        confidence=asked.confidence,
-        levels=levels_of(selected.levels, asked.by),
+        method=settings.interval,
+        confidence=settings.confidence,
+        levels=levels_of(selected.levels, settings.by),
     )
-    interval = share(asked.confidence, INTERVALS[asked.interval]) if asked.interval != "none" else "no interval"
+    interval = (
+        share(settings.confidence, INTERVALS[settings.interval]) if settings.interval != "none" else "no interval"
+    )
     kinds = {
         "n": "participants",
         "mean": "mean over participants of each participant's mean",
@@ -75,41 +77,41 @@ def means(selected: Selected, asked: Means) -> Answer:
         "ratings_max": "ratings behind a participant's mean, most",
     }
     notes = [averaged_note(int(found["ratings_min"].min()), int(found["ratings_max"].max()))]
-    if groups and asked.interval in ("cousineau_morey", "loftus_masson"):
+    if groups and settings.interval in ("cousineau_morey", "loftus_masson"):
         notes.append(f"Intervals are made within each {' x '.join(groups)}.")
-    method = f"Means and SDs over participants; {INTERVALS[asked.interval]}"
+    method = f"Means and SDs over participants; {INTERVALS[settings.interval]}"
     return answer_of(selected, plain_rows(found), method, kinds, notes=notes)
 
 
-def means_with_gaps(selected: Selected, asked: Means) -> Answer:
+def means_with_gaps(selected: Selected, settings: Means) -> Answer:
     """With gaps: each mean over participants is one of the same stimuli, or there is none."""
-    refuse_averaging(selected, asked.by)
-    return means(selected, asked)
+    refuse_averaging(selected, settings.by)
+    return means(selected, settings)
 
 
-def trends(selected: Selected, asked: Trends) -> Answer:
+def trends(selected: Selected, settings: Trends) -> Answer:
     """One row per outcome (attributes, then categories) and family; the levels against the reference beside."""
-    numeric = () if asked.numeric is None else (asked.numeric,)
-    require_columns(selected.table, (asked.pooled, asked.families, *numeric))
-    table, notes = complete_rows(selected, asked)
+    numeric = () if settings.numeric is None else (settings.numeric,)
+    require_columns(selected.table, (settings.pooled, settings.families, *numeric))
+    table, notes = complete_rows(selected, settings)
     slopes: list[Row] = []
     levels: list[Row] = []
-    for of, outcome, cells in _followed(selected, asked, turned(table, asked.reversed, selected.scale)):
+    for of, outcome, cells in _followed(selected, settings, turned(table, settings.reversed, selected.scale)):
         found = cell_trends(
             cells,
-            families_of(table, asked.pooled, asked.families, cells.level(asked.pooled)),
-            steps_of(table, asked.pooled, asked.numeric),
-            reference=asked.reference,
-            correction=asked.correction,
-            size=asked.family,
-            confidence=asked.confidence,
+            families_of(table, settings.pooled, settings.families, cells.level(settings.pooled)),
+            steps_of(table, settings.pooled, settings.numeric),
+            reference=settings.reference,
+            correction=settings.correction,
+            size=settings.family,
+            confidence=settings.confidence,
         )
         slopes += [{"outcome": outcome, "of": of, **row} for row in plain_rows(found.slopes)]
         levels += [
             {"outcome": outcome, "of": of, "reference": found.reference, **row} for row in plain_rows(found.levels)
         ]
-    step = f"unit of {asked.numeric}" if asked.numeric else "step in the order of the levels"
-    kinds = {**sample_kinds(asked.confidence, asked.correction), "levels": "levels of the family"}
+    step = f"unit of {settings.numeric}" if settings.numeric else "step in the order of the levels"
+    kinds = {**sample_kinds(settings.confidence, settings.correction), "levels": "levels of the family"}
     kinds["mean"] = f"mean over participants of the slope per {step}; mean difference from the reference"
     notes.append("A family of tests is the slopes of one outcome, and again its levels against the reference.")
     method = (
@@ -117,22 +119,22 @@ def trends(selected: Selected, asked: Trends) -> Answer:
         " A category is the mean over its attributes, each counting equally. Against the reference: paired t"
     )
     more = {"against_reference": tuple(levels)} if levels else {}
-    notes += turned_note(asked.reversed, selected)
+    notes += turned_note(settings.reversed, selected)
     return answer_of(selected, slopes, method, kinds, table=table, notes=notes, more=more)
 
 
-def _followed(selected: Selected, asked: Trends, table: pd.DataFrame) -> Iterator[tuple[str, str, PersonCells]]:
+def _followed(selected: Selected, settings: Trends, table: pd.DataFrame) -> Iterator[tuple[str, str, PersonCells]]:
     """The participants' means at each level: of every attribute, then of every category."""
-    columns = ("attribute", asked.pooled)
+    columns = ("attribute", settings.pooled)
     yield from _parts("attribute", person_cells(table, columns, levels=selected.levels), selected.outcomes)
-    if asked.category == "none" or not selected.categories:
+    if settings.category == "none" or not selected.categories:
         return
     if lacking := [name for name in selected.outcomes if name not in selected.categories]:
         raise DataRefused(
             f"no category is declared for {some(lacking)}; say `category` in the study's attributes, or"
             " `category: none` in the plan"
         )
-    cells = category_cells(table, selected.categories, (asked.pooled,), levels=selected.levels)
+    cells = category_cells(table, selected.categories, (settings.pooled,), levels=selected.levels)
     yield from _parts("category", cells, tuple(dict.fromkeys(selected.categories.values())))
 
 
@@ -142,21 +144,21 @@ def _parts(of: str, cells: PersonCells, order: Sequence[str]) -> Iterator[tuple[
         yield of, name, part.without(of)
 
 
-def target_error(selected: Selected, asked: TargetErrors) -> Answer:
+def target_error(selected: Selected, settings: TargetErrors) -> Answer:
     """Mean absolute errors: per attribute and end, per attribute, per category, over all."""
-    require_columns(selected.table, (asked.attribute_column, asked.target))
-    table, notes = complete_rows(selected, asked)
+    require_columns(selected.table, (settings.attribute_column, settings.target))
+    table, notes = complete_rows(selected, settings)
     found = target_errors(
         table,
-        target=asked.target,
-        attribute_column=asked.attribute_column,
+        target=settings.target,
+        attribute_column=settings.attribute_column,
         scale=selected.scale,
-        target_scale=asked.target_scale,
+        target_scale=settings.target_scale,
         categories=selected.categories,
-        confidence=asked.confidence,
+        confidence=settings.confidence,
         levels={"attribute": selected.outcomes},
     )
-    kinds = sample_kinds(asked.confidence, "none")
+    kinds = sample_kinds(settings.confidence, "none")
     kinds = {name: kinds[name] for name in ("n", "sd", "ci_low", "ci_high")} | {
         "mean_absolute_error": "mean over participants of |rating - target|",
         "bias": "mean over participants of rating - target",
@@ -164,14 +166,14 @@ def target_error(selected: Selected, asked: TargetErrors) -> Answer:
         "df": "degrees of freedom of that t",
         "p": "two-sided p of that t, not adjusted",
     }
-    used = table[table["attribute"].astype(str) == table[asked.attribute_column].astype(str)]
+    used = table[table["attribute"].astype(str) == table[settings.attribute_column].astype(str)]
     method = (
         "|rating - target| on the attribute that the stimulus was made for; trials averaged within an end, ends within"
         " an attribute, attributes within a category, attributes over all, each counting equally; Student's interval"
     )
     rows = [_error_row(each) for each in found]
     return answer_of(
-        selected, rows, method, kinds, table=used, headline=_error_headline(found, asked.confidence), notes=notes
+        selected, rows, method, kinds, table=used, headline=_error_headline(found, settings.confidence), notes=notes
     )
 
 
@@ -214,25 +216,25 @@ def _error_headline(found: Sequence[TargetError], confidence: float) -> str:
 Pair = tuple[str, str]
 
 
-def categories(selected: Selected, asked: Categories) -> Answer:
+def categories(selected: Selected, settings: Categories) -> Answer:
     """Mean ratings and SDs between participants of two categories; level by level and attribute by attribute beside."""
-    require_columns(selected.table, (*asked.by, *asked.over))
+    require_columns(selected.table, (*settings.by, *settings.over))
     pair = two_categories(selected.categories, selected.outcomes)
-    table, notes = complete_rows(selected, asked)
-    table = turned(table, asked.reversed, selected.scale)
-    cells = category_cells(table, selected.categories, asked.by, levels=selected.levels)
-    spread = disagreement(table, selected.categories, pair, over=asked.over, confidence=asked.confidence)
+    table, notes = complete_rows(selected, settings)
+    table = turned(table, settings.reversed, selected.scale)
+    cells = category_cells(table, selected.categories, settings.by, levels=selected.levels)
+    spread = disagreement(table, selected.categories, pair, over=settings.over, confidence=settings.confidence)
     if spread.left_out:
         notes.append(f"{spread.left_out} cells with fewer than three participants take no part in the SDs.")
-    within = " x ".join(asked.over)
+    within = " x ".join(settings.over)
     method = (
         f"Mean over each category's attributes, each counting equally: {pair[1]} minus {pair[0]}, paired t over"
         f" participants. SD between participants: root of the mean variance within attribute x {within}; its ratio by"
         " the jackknife over participants of its logarithm (Miller 1968)"
     )
-    spreads = attribute_spreads(table, asked.over)
+    spreads = attribute_spreads(table, settings.over)
     more = {
-        "levels": tuple(_level_rows(cells, pair, asked)),
+        "levels": tuple(_level_rows(cells, pair, settings)),
         "category_x_level": tuple(_interaction(cells)),
         "attributes": tuple(
             plain_row({"attribute": name, "category": selected.categories[name], "sd": spreads[name]})
@@ -241,19 +243,19 @@ def categories(selected: Selected, asked: Categories) -> Answer:
     }
     return answer_of(
         selected,
-        _rows(cells, spread, pair, asked),
+        _rows(cells, spread, pair, settings),
         method,
-        _kinds(pair, within, asked.confidence),
+        _kinds(pair, within, settings.confidence),
         table=table,
-        headline=_headline(spread, pair, asked.confidence),
-        notes=[*notes, *turned_note(asked.reversed, selected)],
+        headline=_headline(spread, pair, settings.confidence),
+        notes=[*notes, *turned_note(settings.reversed, selected)],
         more=more,
     )
 
 
-def _rows(cells: PersonCells, spread: Disagreement, pair: Pair, asked: Categories) -> list[Row]:
+def _rows(cells: PersonCells, spread: Disagreement, pair: Pair, settings: Categories) -> list[Row]:
     whole = overall(cells)
-    ((_, mean),) = category_differences(whole, pair, asked.confidence)
+    ((_, mean),) = category_differences(whole, pair, settings.confidence)
     sides = {name: float(np.nanmean(whole.values[:, whole.level("category").index(name)])) for name in pair}
     of_mean = {name: value for name, value in columns_of(mean).items() if name not in ("mean", "sd", "dz")}
     return [
@@ -297,14 +299,16 @@ def _kinds(pair: Pair, within: str, confidence: float) -> dict[str, str]:
     }
 
 
-def _level_rows(cells: PersonCells, pair: Pair, asked: Categories) -> list[Row]:
+def _level_rows(cells: PersonCells, pair: Pair, settings: Categories) -> list[Row]:
     """Both categories' means at each level, and their difference with its p corrected over the levels."""
-    found = category_differences(cells, pair, asked.confidence)
-    corrected = adjusted([each.p for _, each in found], CORRECTIONS[asked.correction])
+    found = category_differences(cells, pair, settings.confidence)
+    corrected = adjusted([each.p for _, each in found], CORRECTIONS[settings.correction])
     rows = []
     for (label, each), p in zip(found, corrected, strict=True):
         sides = {name: float(np.nanmean(cells.values[:, cells.cells.index((name, *label))])) for name in pair}
-        rows.append(plain_row({**dict(zip(asked.by, label, strict=True)), **sides, **_difference(each, p, len(found))}))
+        rows.append(
+            plain_row({**dict(zip(settings.by, label, strict=True)), **sides, **_difference(each, p, len(found))})
+        )
     return rows
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.answers import Kind, StatisticSettings
 from palpate.analysis.plans.idle import Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Text
@@ -15,7 +15,7 @@ from palpate.protocols.study import Text
 _ANSWERS = "palpate.analysis.plans.families.mixed_model_answers"
 
 
-class MixedModel(Asked):
+class MixedModel(StatisticSettings):
     """Fixed effects and the grouping factors whose effects are random.
 
     `fixed`: columns as factors; `numeric`: columns as numbers, fixed effects too; `interactions`: "a:b" of them.
@@ -56,8 +56,8 @@ class MixedModel(Asked):
 _mixed_model = lazy_function(f"{_ANSWERS}:model_answer")
 
 
-def _columns(asked: MixedModel) -> tuple[str, ...]:
-    return (*asked.fixed, *asked.numeric)
+def _columns(settings: MixedModel) -> tuple[str, ...]:
+    return (*settings.fixed, *settings.numeric)
 
 
 KINDS: Mapping[str, Kind] = {

@@ -49,30 +49,30 @@ FITTED = {
 }
 
 
-def model_answer(selected: Selected, asked: MixedModel) -> Answer:
+def model_answer(selected: Selected, settings: MixedModel) -> Answer:
     """One row per coefficient; F tests, variances, correlations and the fit's numbers beside."""
-    effects = tuple(dict.fromkeys((*asked.fixed, *asked.numeric)))
-    table, notes = _table(selected, (*effects, *_parts(selected.table, asked)), asked.numeric)
+    effects = tuple(dict.fromkeys((*settings.fixed, *settings.numeric)))
+    table, notes = _table(selected, (*effects, *_parts(selected.table, settings)), settings.numeric)
     model = mixed_model(
         table,
         "value",
         effects,
-        asked.random,
-        numeric=asked.numeric,
-        interactions=asked.interactions,
-        uncorrelated=asked.uncorrelated,
-        coding=asked.coding,
-        levels=_levels(selected, asked),
-        reml=asked.reml,
-        confidence=asked.confidence,
+        settings.random,
+        numeric=settings.numeric,
+        interactions=settings.interactions,
+        uncorrelated=settings.uncorrelated,
+        coding=settings.coding,
+        levels=_levels(selected, settings),
+        reml=settings.reml,
+        confidence=settings.confidence,
     )
     more = _more(model)
-    if asked.levels:
+    if settings.levels:
         more["random_effects"] = plain_rows(random_effects(model))
-    if asked.profile:
-        more["profile"] = plain_rows(profile_intervals(model, asked.confidence))
+    if settings.profile:
+        more["profile"] = plain_rows(profile_intervals(model, settings.confidence))
     return answer_of(
-        *(selected, plain_rows(model.fixed), _method(model, asked.random), _kinds(asked.confidence)),
+        *(selected, plain_rows(model.fixed), _method(model, settings.random), _kinds(settings.confidence)),
         table=table,
         headline=_headline(model),
         notes=[*notes, *model.notes],
@@ -80,10 +80,10 @@ def model_answer(selected: Selected, asked: MixedModel) -> Answer:
     )
 
 
-def _levels(selected: Selected, asked: MixedModel) -> dict[str, tuple[str, ...]]:
+def _levels(selected: Selected, settings: MixedModel) -> dict[str, tuple[str, ...]]:
     """The study's order of the levels of each factor of the model, also of those whose slopes vary."""
-    slopes = {part for each in asked.random.values() for name in each for part in name.split(":")}
-    factors = {*asked.fixed, *slopes} - set(asked.numeric)
+    slopes = {part for each in settings.random.values() for name in each for part in name.split(":")}
+    factors = {*settings.fixed, *slopes} - set(settings.numeric)
     return {name: levels for name, levels in selected.levels.items() if name in factors}
 
 
@@ -119,9 +119,13 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
     )
 
 
-def _parts(table: pd.DataFrame, asked: MixedModel) -> Iterable[str]:
+def _parts(table: pd.DataFrame, settings: MixedModel) -> Iterable[str]:
     """The columns of grouping factors, slopes and interactions."""
-    named = [*asked.random, *(slope for slopes in asked.random.values() for slope in slopes), *asked.interactions]
+    named = [
+        *settings.random,
+        *(slope for slopes in settings.random.values() for slope in slopes),
+        *settings.interactions,
+    ]
     return [part for name in named for part in ([name] if name in table.columns else name.split(":"))]
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Answer, Asked, Confidence, Kind, Selected, missing_without_effect
+from palpate.analysis.plans.answers import Answer, Confidence, Kind, Selected, StatisticSettings, missing_without_effect
 from palpate.analysis.plans.idle import ON_RANKS, Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
@@ -17,7 +17,7 @@ _ANSWERS = "palpate.analysis.plans.families.ordinal_answers"
 Correction = Literal["bonferroni", "holm", "none"]
 
 
-class Friedman(Asked):
+class Friedman(StatisticSettings):
     """`factor`: a column within participants. `exact` also asks for the exact p, where it can be afforded."""
 
     test: Literal["friedman"]
@@ -31,7 +31,7 @@ class Friedman(Asked):
         yield Idle("normalise", ON_RANKS)
 
 
-class Cochran(Asked):
+class Cochran(StatisticSettings):
     """`factor`: a column within participants. Values are 0 or 1, or `yes` is the least mean that counts as 1."""
 
     test: Literal["cochran"]
@@ -46,16 +46,17 @@ class Cochran(Asked):
             yield Idle("normalise", "without `yes`, where values are 0 or 1")
 
 
-def cochran_answer(selected: Selected, asked: Cochran) -> Answer:
+def cochran_answer(selected: Selected, settings: Cochran) -> Answer:
     """One row: Cochran's Q; beside it how often each level was answered with yes."""
     from palpate.analysis.ordinal.friedman import cochran_q
     from palpate.analysis.plans.families.rows import answer_of, left_out, plain_rows, require_columns, table_notes
     from palpate.analysis.statistics.apa import apa_p, number
 
-    require_columns(selected.table, ("participant", asked.factor, "value"))
+    require_columns(selected.table, ("participant", settings.factor, "value"))
     table = cochran_q(
-        selected.table, "value", asked.factor, "participant",
-        yes=asked.yes, exact=asked.exact, missing=left_out(asked), aggregate=None if asked.yes is None else "mean",
+        selected.table, "value", settings.factor, "participant",
+        yes=settings.yes, exact=settings.exact, missing=left_out(settings),
+        aggregate=None if settings.yes is None else "mean",
     )  # fmt: skip
     (row,) = plain_rows(table)
     kinds = {
@@ -64,24 +65,24 @@ def cochran_answer(selected: Selected, asked: Cochran) -> Answer:
         "p_exact": "exact p over all orders of each participant's answers",
     }
     method = "Cochran's Q of answers of yes or no within participants (Cochran 1950)"
-    if asked.yes is not None:
-        method += f"; means of at least {asked.yes:g} are yes"
+    if settings.yes is not None:
+        method += f"; means of at least {settings.yes:g} are yes"
     counts = table.attrs["yes"].items()
     shares = tuple(
         {"level": str(level), "yes": yes, "n": row["n"], "share": yes / table["n"][0]} for level, yes in counts
     )
     q, p = row["Q"], row["p_unc"]
     headline = (
-        f"{asked.factor}: Q({row['ddof1']}) = {number(q)}, {apa_p(p)}"
+        f"{settings.factor}: Q({row['ddof1']}) = {number(q)}, {apa_p(p)}"
         if isinstance(q, float) and isinstance(p, float) else
-        f"Cochran's Q of {asked.factor} is undefined: {row['note']}"
+        f"Cochran's Q of {settings.factor} is undefined: {row['note']}"
     )  # fmt: skip
     return answer_of(
         selected, [row], method, kinds, headline=headline, notes=table_notes(table), more={"shares": shares}
     )
 
 
-class Nemenyi(Asked):
+class Nemenyi(StatisticSettings):
     """`factor`: a column within participants. `ties` takes the spread of the ranks found, ties and all."""
 
     test: Literal["nemenyi"]
@@ -94,7 +95,7 @@ class Nemenyi(Asked):
         yield Idle("normalise", ON_RANKS)
 
 
-class Wilcoxon(Asked):
+class Wilcoxon(StatisticSettings):
     """`factor`: a column within participants (signed ranks), or constant in each of them (rank sums).
 
     `family`: the size of the family fixed beforehand, at least the number of pairs.
@@ -114,7 +115,7 @@ class Wilcoxon(Asked):
             yield Idle("family", "with `correction: none`")
 
 
-class AlignedRanks(Asked):
+class AlignedRanks(StatisticSettings):
     """The factors within participants and between them, at least one in all."""
 
     test: Literal["aligned_ranks"]
@@ -135,7 +136,7 @@ class AlignedRanks(Asked):
         return self
 
 
-class Ordinal(Asked):
+class Ordinal(StatisticSettings):
     """`fixed`: columns as factors, `numeric`: columns as numbers, `interactions`: "a:b".
 
     `random: participant` gives each participant an intercept; without it every answer counts as independent.
@@ -164,7 +165,7 @@ class Ordinal(Asked):
         return self
 
 
-class Likert(Asked):
+class Likert(StatisticSettings):
     """`by`: a column whose levels are summarised apart. `points`: the scale's, if not every whole number of the scale.
 
     `form`: the only form whose items count, where there are several.
@@ -184,16 +185,16 @@ class Likert(Asked):
 _ordinal_model = lazy_function(f"{_ANSWERS}:model_answer")
 
 
-def _factor(asked: Friedman | Cochran | Nemenyi | Wilcoxon) -> tuple[str, ...]:
-    return (asked.factor,)
+def _factor(settings: Friedman | Cochran | Nemenyi | Wilcoxon) -> tuple[str, ...]:
+    return (settings.factor,)
 
 
-def _within(asked: AlignedRanks) -> tuple[str, ...]:
-    return asked.within
+def _within(settings: AlignedRanks) -> tuple[str, ...]:
+    return settings.within
 
 
-def _predictors(asked: Ordinal) -> tuple[str, ...]:
-    return asked.fixed
+def _predictors(settings: Ordinal) -> tuple[str, ...]:
+    return settings.fixed
 
 
 KINDS: Mapping[str, Kind] = {

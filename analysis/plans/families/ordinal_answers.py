@@ -50,24 +50,24 @@ LINK_NAMES = {"logit": "proportional odds (logit)", "probit": "probit"}
 SOURCE = "McCullagh 1980; Christensen 2018"
 
 
-def model_answer(selected: Selected, asked: Ordinal) -> Answer:
+def model_answer(selected: Selected, settings: Ordinal) -> Answer:
     """One row per threshold and slope, and the participants' SD; the likelihood ratio tests beside."""
-    needed = (*asked.fixed, *asked.numeric)
+    needed = (*settings.fixed, *settings.numeric)
     require_columns(selected.table, ("participant", *needed, "value"))
-    table, notes = _answered(selected.table, asked)
+    table, notes = _answered(selected.table, settings)
     model = ordinal_model(
-        with_numbers(table, asked.numeric),
+        with_numbers(table, settings.numeric),
         "value",
-        fixed=asked.fixed,
-        numeric=asked.numeric,
-        interactions=asked.interactions,
-        random=asked.random,
-        link=asked.link,
-        coding=asked.coding,
-        orders={name: selected.levels[name] for name in asked.fixed if name in selected.levels},
-        confidence=asked.confidence,
+        fixed=settings.fixed,
+        numeric=settings.numeric,
+        interactions=settings.interactions,
+        random=settings.random,
+        link=settings.link,
+        coding=settings.coding,
+        orders={name: selected.levels[name] for name in settings.fixed if name in selected.levels},
+        confidence=settings.confidence,
     )
-    wald = share(asked.confidence, "Wald interval")
+    wald = share(settings.confidence, "Wald interval")
     kinds = {
         **{"estimate": "maximum likelihood estimate on the latent scale", "se": "standard error", "z": "Wald z"},
         **{"p": "two-sided p of Wald's z", "ci_low": wald, "ci_high": wald, "ddof": "degrees of freedom"},
@@ -75,7 +75,7 @@ def model_answer(selected: Selected, asked: Ordinal) -> Answer:
         **{"log_likelihood": "log likelihood", "aic": "Akaike's criterion", "n": "answers"},
         "participants": "participants with an intercept of their own",
     }
-    if asked.random is None and bool(table["participant"].duplicated().any()):
+    if settings.random is None and bool(table["participant"].duplicated().any()):
         notes.append("Answers of one participant count as independent; `random: participant` would not.")
     more = {
         "tests": plain_rows(model.tests),
@@ -83,14 +83,21 @@ def model_answer(selected: Selected, asked: Ordinal) -> Answer:
         "fit": (_fit_row(model),),
     }
     return answer_of(
-        selected, _model_rows(model), _method(asked), kinds, table=table, headline=_words(model), notes=notes, more=more
+        selected,
+        _model_rows(model),
+        _method(settings),
+        kinds,
+        table=table,
+        headline=_words(model),
+        notes=notes,
+        more=more,
     )
 
 
-def _answered(table: pd.DataFrame, asked: Ordinal) -> tuple[pd.DataFrame, list[str]]:
+def _answered(table: pd.DataFrame, settings: Ordinal) -> tuple[pd.DataFrame, list[str]]:
     """The rows with an answer, where the test leaves others out."""
     empty = int(table["value"].isna().sum())
-    if not empty or asked.missing != "listwise":
+    if not empty or settings.missing != "listwise":
         return table, []
     return table[table["value"].notna()], [f"Left out: {count(empty, 'row')} without an answer."]
 
@@ -111,12 +118,12 @@ def _fit_row(model: OrdinalModel) -> Row:
     return plain_row({**numbers, "participants": model.participants, "levels": ", ".join(model.levels)})
 
 
-def _method(asked: Ordinal) -> str:
+def _method(settings: Ordinal) -> str:
     intercept = (
-        "" if asked.random is None else ", a normal intercept per participant (adaptive Gauss-Hermite, 25 nodes)"
+        "" if settings.random is None else ", a normal intercept per participant (adaptive Gauss-Hermite, 25 nodes)"
     )
     return (
-        f"Cumulative link model, {LINK_NAMES[asked.link]}, maximum likelihood{intercept}; {asked.coding} coding;"
+        f"Cumulative link model, {LINK_NAMES[settings.link]}, maximum likelihood{intercept}; {settings.coding} coding;"
         f" proportional odds tested by likelihood ratio ({SOURCE})"
     )
 
@@ -129,12 +136,12 @@ def _words(model: OrdinalModel) -> str:
     return "; ".join(told)
 
 
-def likert_answer(selected: Selected, asked: Likert) -> Answer:
+def likert_answer(selected: Selected, settings: Likert) -> Answer:
     """One row per item (and level of `by`), in the order that the items are asked in."""
-    columns = () if asked.by is None else (asked.by,)
+    columns = () if settings.by is None else (settings.by,)
     require_columns(selected.table, ("attribute", "value", *columns))
-    table = _of_form(selected.table, asked.form)
-    points = asked.points or _points(selected)
+    table = _of_form(selected.table, settings.form)
+    points = settings.points or _points(selected)
     items = [name for name in selected.outcomes if (table["attribute"] == name).any()]
     rows: list[Row] = []
     words = []
@@ -143,7 +150,7 @@ def likert_answer(selected: Selected, asked: Likert) -> Answer:
         if own["value"].isna().all() and "text" in own and own["text"].fillna("").ne("").any():
             words.append(name)
             continue
-        rows += _item_rows(own, name, asked.by, points)
+        rows += _item_rows(own, name, settings.by, points)
     if not rows:
         raise DataRefused("no item was answered with a number")
     notes = [f"Answered in words, not summarised: {', '.join(words)}."] if words else []
@@ -194,23 +201,25 @@ def _item_rows(own: pd.DataFrame, name: str, by: str | None, points: Sequence[fl
 EXACT = "exact p given the ties"
 
 
-def friedman_answer(selected: Selected, asked: Friedman) -> Answer:
+def friedman_answer(selected: Selected, settings: Friedman) -> Answer:
     """One row: Friedman's test with Kendall's W."""
-    require_columns(selected.table, ("participant", asked.factor, "value"))
+    require_columns(selected.table, ("participant", settings.factor, "value"))
     table = friedman(
         selected.table,
         "value",
-        asked.factor,
+        settings.factor,
         "participant",
-        exact=asked.exact,
+        exact=settings.exact,
         draws=selected.draws,
         seed=selected.seed,
-        confidence=asked.confidence,
-        missing=left_out(asked),
+        confidence=settings.confidence,
+        missing=left_out(settings),
         aggregate="mean",
     )
     (row,) = plain_rows(table)
-    interval = share(asked.confidence, f"bootstrap interval of W (participants, {selected.draws} draws, percentiles)")
+    interval = share(
+        settings.confidence, f"bootstrap interval of W (participants, {selected.draws} draws, percentiles)"
+    )
     kinds = {
         **{"n": "participants", "k": "conditions", "tied": "participants with ties", "ddof1": "degrees of freedom"},
         **{"chi2": "Friedman's chi-squared, corrected for ties", "p_unc": "p, chi-squared approximation"},
@@ -222,28 +231,28 @@ def friedman_answer(selected: Selected, asked: Friedman) -> Answer:
         "Friedman's test of midranks within participants, corrected for ties (Friedman 1937; Conover 1999, 5.8), with"
         " Kendall's W and the F of Iman & Davenport (1980)"
     )
-    return answer_of(selected, [row], method, kinds, headline=_friedman_words(row, asked), notes=table_notes(table))
+    return answer_of(selected, [row], method, kinds, headline=_friedman_words(row, settings), notes=table_notes(table))
 
 
-def _friedman_words(row: Row, asked: Friedman) -> str:
+def _friedman_words(row: Row, settings: Friedman) -> str:
     if row["chi2"] is None:
-        return f"Friedman's test of {asked.factor} is undefined: {row['note']}"
+        return f"Friedman's test of {settings.factor} is undefined: {row['note']}"
     chi2, p = (float(row[name] or 0) for name in ("chi2", "p_unc"))
-    w = with_interval("Kendall's W", row["W"], row["W_low"], row["W_high"], asked.confidence)
-    return f"{asked.factor}: χ²({row['ddof1']}) = {number(chi2)}, {apa_p(p)}, {w}"
+    w = with_interval("Kendall's W", row["W"], row["W_low"], row["W_high"], settings.confidence)
+    return f"{settings.factor}: χ²({row['ddof1']}) = {number(chi2)}, {apa_p(p)}, {w}"
 
 
-def nemenyi_answer(selected: Selected, asked: Nemenyi) -> Answer:
+def nemenyi_answer(selected: Selected, settings: Nemenyi) -> Answer:
     """One row per pair of levels: mean ranks and their difference."""
-    require_columns(selected.table, ("participant", asked.factor, "value"))
+    require_columns(selected.table, ("participant", settings.factor, "value"))
     table = nemenyi(
         selected.table,
         "value",
-        asked.factor,
+        settings.factor,
         "participant",
         alpha=selected.alpha,
-        ties=asked.ties,
-        missing=left_out(asked),
+        ties=settings.ties,
+        missing=left_out(settings),
         aggregate="mean",
     )
     kinds = {
@@ -252,33 +261,33 @@ def nemenyi_answer(selected: Selected, asked: Nemenyi) -> Answer:
         **{"p": "p, studentized range over all pairs", "p_exact": f"{EXACT}, this pair alone"},
         "p_exact_holm": f"{EXACT}, Holm",
     }
-    spread = "the spread of the ranks found" if asked.ties else "untied ranks' spread"
+    spread = "the spread of the ranks found" if settings.ties else "untied ranks' spread"
     method = (
         f"Nemenyi's test of all pairs of mean ranks, {spread} (Nemenyi 1963; Demsar 2006); exact p of each pair's rank"
         " sums (Eisinga et al. 2017)"
     )
-    headline = _count_words(asked.factor, table["p"].tolist(), selected.alpha, "Nemenyi")
+    headline = _count_words(settings.factor, table["p"].tolist(), selected.alpha, "Nemenyi")
     return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=table_notes(table))
 
 
-def wilcoxon_answer(selected: Selected, asked: Wilcoxon) -> Answer:
+def wilcoxon_answer(selected: Selected, settings: Wilcoxon) -> Answer:
     """One row per pair of levels: signed ranks within participants, rank sums between them."""
-    require_columns(selected.table, ("participant", asked.factor, "value"))
-    between = _constant(selected.table, asked.factor)
+    require_columns(selected.table, ("participant", settings.factor, "value"))
+    between = _constant(selected.table, settings.factor)
     table = wilcoxon_tests(
         selected.table,
         "value",
-        within=None if between else asked.factor,
-        between=asked.factor if between else None,
+        within=None if between else settings.factor,
+        between=settings.factor if between else None,
         subject="participant",
-        padjust=asked.correction,
-        family=asked.family,
-        zeros="wilcoxon" if between else asked.zeros,
-        confidence=asked.confidence,
-        missing=left_out(asked),
+        padjust=settings.correction,
+        family=settings.family,
+        zeros="wilcoxon" if between else settings.zeros,
+        confidence=settings.confidence,
+        missing=left_out(settings),
         aggregate="mean",
     )
-    shift = share(asked.confidence, "interval of the shift, not adjusted")
+    shift = share(settings.confidence, "interval of the shift, not adjusted")
     kinds = {
         **{"n_A": "participants", "n_B": "participants", "zeros": "differences that are zero"},
         **{
@@ -289,34 +298,34 @@ def wilcoxon_answer(selected: Selected, asked: Wilcoxon) -> Answer:
         **{"shift": "Hodges-Lehmann estimate of A minus B", "ci_low": shift, "ci_high": shift, "p_exact": EXACT},
         **{"p_normal": "p, normal approximation with continuity correction"},
         **{"p_unc": "two-sided p, exact where computed, not adjusted", "family": "tests in the family"},
-        "p_corr": f"two-sided p, {CORRECTED[asked.correction]}",
+        "p_corr": f"two-sided p, {CORRECTED[settings.correction]}",
     }
-    name = "Wilcoxon's rank-sum test (Mann-Whitney)" if between else f"Wilcoxon's signed-rank test, {_zeros(asked)}"
+    name = "Wilcoxon's rank-sum test (Mann-Whitney)" if between else f"Wilcoxon's signed-rank test, {_zeros(settings)}"
     method = f"{name}, exact given the ties where affordable; Hodges-Lehmann shift (Hollander, Wolfe & Chicken 2014)"
-    headline = _count_words(asked.factor, table["p_corr"].tolist(), selected.alpha, CORRECTED[asked.correction])
+    headline = _count_words(settings.factor, table["p_corr"].tolist(), selected.alpha, CORRECTED[settings.correction])
     notes = [*table_notes(table)]
-    if between and asked.zeros != "wilcoxon":
+    if between and settings.zeros != "wilcoxon":
         notes.append(idle_note("zeros", "between participants: rank sums have no differences of zero"))
     return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=notes)
 
 
-def _zeros(asked: Wilcoxon) -> str:
-    if asked.zeros == "pratt":
+def _zeros(settings: Wilcoxon) -> str:
+    if settings.zeros == "pratt":
         return "zero differences ranked, their ranks left out (Pratt 1959)"
     return "zero differences left out (Wilcoxon 1945)"
 
 
-def aligned_answer(selected: Selected, asked: AlignedRanks) -> Answer:
+def aligned_answer(selected: Selected, settings: AlignedRanks) -> Answer:
     """One row per effect of the analysis of variance on aligned ranks."""
-    require_columns(selected.table, ("participant", *asked.within, *asked.between, "value"))
+    require_columns(selected.table, ("participant", *settings.within, *settings.between, "value"))
     table = aligned_ranks(
         selected.table,
         "value",
-        within=list(asked.within) or None,
-        between=list(asked.between) or None,
+        within=list(settings.within) or None,
+        between=list(settings.between) or None,
         subject="participant",
-        sum_of_squares=asked.sum_of_squares,
-        missing=left_out(asked),
+        sum_of_squares=settings.sum_of_squares,
+        missing=left_out(settings),
         aggregate="mean",
     )
     kinds = {
@@ -329,7 +338,7 @@ def aligned_answer(selected: Selected, asked: AlignedRanks) -> Answer:
     }
     method = (
         "Aligned rank transform (Higgins & Tashtoush 1994; Wobbrock et al. 2011), then analysis of variance, sums of"
-        f" squares of type {asked.sum_of_squares}"
+        f" squares of type {settings.sum_of_squares}"
     )
     return answer_of(selected, plain_rows(table), method, kinds, notes=table_notes(table))
 

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from palpate.analysis.plans.answers import Answer, Asked, Confidence, Kind, Row, Selected, missing_without_effect
+from palpate.analysis.plans.answers import (
+    Answer,
+    Confidence,
+    Kind,
+    Row,
+    Selected,
+    StatisticSettings,
+    missing_without_effect,
+)
 from palpate.analysis.plans.idle import ON_RANKS, Idle, outcomes_of_own_table
 from palpate.protocols.wording import count
 
@@ -15,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-class AskedIcc(Asked):
+class AskedIcc(StatisticSettings):
     """Intraclass correlations: `raters` judge `targets`, whose ratings stand in `value`."""
 
     test: Literal["icc"]
@@ -25,7 +33,7 @@ class AskedIcc(Asked):
     confidence: Confidence = 0.95
 
 
-class AskedAlpha(Asked):
+class AskedAlpha(StatisticSettings):
     """Cronbach's alpha: `items` tells items apart, a case is a combination of `cases` (None: of who rated what).
 
     Items in `reverse` are keyed the other way round. `missing: listwise` leaves out cases with gaps.
@@ -44,7 +52,7 @@ class AskedAlpha(Asked):
         yield from outcomes_of_own_table(self)
 
 
-class AskedConcordance(Asked):
+class AskedConcordance(StatisticSettings):
     """Kendall's W. `p` is "auto" (exact where it can be enumerated), "exact", "permutation" or "chi2"."""
 
     test: Literal["kendall_w"]
@@ -60,7 +68,7 @@ class AskedConcordance(Asked):
             yield Idle("normalise", ON_RANKS)
 
 
-class AskedKrippendorff(Asked):
+class AskedKrippendorff(StatisticSettings):
     """Krippendorff's alpha; a unit is a combination of `units`, gaps are allowed."""
 
     test: Literal["krippendorff_alpha"]
@@ -76,7 +84,7 @@ class AskedKrippendorff(Asked):
         yield from missing_without_effect(self, "on Krippendorff's alpha, which takes gaps as they are")
 
 
-class AskedRetest(Asked):
+class AskedRetest(StatisticSettings):
     """First against second answers to the same `targets`, in the order of `order`."""
 
     test: Literal["retest"]
@@ -90,7 +98,7 @@ class AskedRetest(Asked):
         yield from missing_without_effect(self, "on pairs of answers, which are left out where one is missing")
 
 
-class AskedRaters(Asked):
+class AskedRaters(StatisticSettings):
     """Each participant against the others, flagged below a correlation of `least_r` (our judgement)."""
 
     test: Literal["raters"]
@@ -103,45 +111,52 @@ class AskedRaters(Asked):
         yield from missing_without_effect(self, "on raters, who are compared on what they rated")
 
 
-def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:
+def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
     """The six intraclass correlations of one outcome."""
     from palpate.analysis.plans.families.rows import averaged, plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.intraclass import icc
 
-    require_columns(selected.table, (asked.targets, asked.raters, asked.value))
-    found = icc(selected.table, asked.value, asked.targets, asked.raters, confidence=asked.confidence, aggregate="mean")
+    require_columns(selected.table, (settings.targets, settings.raters, settings.value))
+    found = icc(
+        selected.table,
+        settings.value,
+        settings.targets,
+        settings.raters,
+        confidence=settings.confidence,
+        aggregate="mean",
+    )
     rows = plain_rows(found, finite=True)
     headline = "; ".join(
-        with_interval(str(row["name"]), row["ICC"], row["ci_low"], row["ci_high"], asked.confidence)
+        with_interval(str(row["name"]), row["ICC"], row["ci_low"], row["ci_high"], settings.confidence)
         for row in rows
         if row["type"] in ("ICC2", "ICC2k")
     )
-    sizes = f"{found.attrs['targets']} × {asked.targets}, {found.attrs['raters']} × {asked.raters}"
+    sizes = f"{found.attrs['targets']} × {settings.targets}, {found.attrs['raters']} × {settings.raters}"
     kinds = {
         "ICC": "intraclass correlation of the row's type",
         "F": "F of no correlation, between targets over within (ICC1) or residual mean square",
         "p": "p of F, not adjusted",
-        **_limits(asked.confidence, "exact (ICC1, ICC3) or Satterthwaite (ICC2)"),
+        **_limits(settings.confidence, "exact (ICC1, ICC3) or Satterthwaite (ICC2)"),
     }
     method = "Intraclass correlations (Shrout & Fleiss 1979; names and limits: McGraw & Wong 1996)."
     notes = averaged(found.attrs.get("values_per_cell", (1, 1)))
-    return _answer(selected, asked.value, rows, method, kinds, f"{headline} ({sizes}).", notes)
+    return _answer(selected, settings.value, rows, method, kinds, f"{headline} ({sizes}).", notes)
 
 
-def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
+def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
     """Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
     from palpate.analysis.plans.families.rows import averaged, plain_rows, plain_value, require_columns, with_interval
     from palpate.analysis.reliability.consistency import cronbach_alpha
 
     known = [name for name in ("participant", "stimulus") if name in selected.table.columns]
-    cases = list(asked.cases or known)
-    require_columns(selected.table, (asked.items, *cases, asked.value))
-    missing: Any = "drop_cases" if asked.missing == "listwise" else "raise"
-    options: dict[str, Any] = {"reverse": asked.reverse, "confidence": asked.confidence, "missing": missing}
-    found = cronbach_alpha(selected.table, asked.value, asked.items, cases, aggregate="mean", **options)
+    cases = list(settings.cases or known)
+    require_columns(selected.table, (settings.items, *cases, settings.value))
+    missing: Any = "drop_cases" if settings.missing == "listwise" else "raise"
+    options: dict[str, Any] = {"reverse": settings.reverse, "confidence": settings.confidence, "missing": missing}
+    found = cronbach_alpha(selected.table, settings.value, settings.items, cases, aggregate="mean", **options)
     names = ("alpha", "ci_low", "ci_high", "standardised", "average_r", "cases", "note")
     row: Row = {name: plain_value(getattr(found, name), finite=True) for name in names} | {"items": len(found.items)}
-    headline = with_interval("Cronbach's alpha", found.alpha, found.ci_low, found.ci_high, asked.confidence)
+    headline = with_interval("Cronbach's alpha", found.alpha, found.ci_low, found.ci_high, settings.confidence)
     notes = [*averaged(found.values_per_cell)]
     if found.dropped:
         notes.append(f"{count(len(found.dropped), 'case')} without a value for every item left out.")
@@ -153,11 +168,11 @@ def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
         "average_r": "mean correlation of two items",
         "item_total": "correlation of an item with the sum of all items",
         "item_rest": "correlation of an item with the sum of the others",
-        **_limits(asked.confidence, "Feldt 1965"),
+        **_limits(settings.confidence, "Feldt 1965"),
     }
     return _answer(
         selected,
-        asked.value,
+        settings.value,
         (row,),
         "Cronbach's alpha (Cronbach 1951) with Feldt's interval (1965).",
         kinds,
@@ -167,17 +182,17 @@ def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
     )
 
 
-def concordance_answer(selected: Selected, asked: AskedConcordance) -> Answer:
+def concordance_answer(selected: Selected, settings: AskedConcordance) -> Answer:
     """Kendall's W of one outcome."""
     from palpate.analysis.plans.families.rows import averaged, coefficient, plain_rows, require_columns
     from palpate.analysis.reliability.concordance import kendall_w
     from palpate.analysis.statistics.apa import apa_p, number
 
-    require_columns(selected.table, (asked.targets, asked.raters, asked.value))
-    options: dict[str, Any] = {"p": asked.p, "aggregate": "mean"}
-    if asked.p != "chi2":
+    require_columns(selected.table, (settings.targets, settings.raters, settings.value))
+    options: dict[str, Any] = {"p": settings.p, "aggregate": "mean"}
+    if settings.p != "chi2":
         options |= {"draws": selected.draws, "seed": selected.seed}
-    found = kendall_w(selected.table, asked.value, asked.targets, asked.raters, **options)
+    found = kendall_w(selected.table, settings.value, settings.targets, settings.raters, **options)
     row = found.iloc[0]
     kind = {"chi2": "χ²", "none": "no p"}.get(row["p_kind"], row["p_kind"])
     headline = f"Kendall's W is undefined: {row['note']}."
@@ -194,47 +209,47 @@ def concordance_answer(selected: Selected, asked: AskedConcordance) -> Answer:
     if row["p_kind"] == "permutation":
         notes.append(f"p from {selected.draws} shuffles of each rater's ranks, seed {selected.seed}.")
     method = "Kendall's W (Kendall & Babington Smith 1939; ties: Kendall 1970)."
-    return _answer(selected, asked.value, plain_rows(found, finite=True), method, kinds, headline, notes)
+    return _answer(selected, settings.value, plain_rows(found, finite=True), method, kinds, headline, notes)
 
 
-def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
+def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answer:
     """Krippendorff's alpha of one outcome, with whatever gaps there are."""
     from dataclasses import asdict
 
     from palpate.analysis.plans.families.rows import averaged, demand_once, plain_value, require_columns, with_interval
     from palpate.analysis.reliability.krippendorff import krippendorff_alpha
 
-    require_columns(selected.table, (*asked.units, asked.raters, asked.value))
-    if asked.level in ("nominal", "ordinal"):
-        demand_once(selected.table, (*asked.units, asked.raters), asked.level)
-    mean: Literal["mean"] | None = "mean" if asked.level in ("interval", "ratio") else None
-    options: dict[str, Any] = {"draws": selected.draws, "seed": selected.seed, "confidence": asked.confidence}
-    columns = (list(asked.units), asked.raters, asked.level)
-    found = krippendorff_alpha(selected.table, asked.value, *columns, aggregate=mean, **options)
-    name = f"Krippendorff's alpha ({asked.level})"
-    headline = with_interval(name, found.alpha, found.ci_low, found.ci_high, asked.confidence)
+    require_columns(selected.table, (*settings.units, settings.raters, settings.value))
+    if settings.level in ("nominal", "ordinal"):
+        demand_once(selected.table, (*settings.units, settings.raters), settings.level)
+    mean: Literal["mean"] | None = "mean" if settings.level in ("interval", "ratio") else None
+    options: dict[str, Any] = {"draws": selected.draws, "seed": selected.seed, "confidence": settings.confidence}
+    columns = (list(settings.units), settings.raters, settings.level)
+    found = krippendorff_alpha(selected.table, settings.value, *columns, aggregate=mean, **options)
+    name = f"Krippendorff's alpha ({settings.level})"
+    headline = with_interval(name, found.alpha, found.ci_low, found.ci_high, settings.confidence)
     sizes = f"{count(found.units, 'unit')}, {count(found.raters, 'rater')}, {count(found.missing, 'value')} missing"
     kinds = {
-        "alpha": f"Krippendorff's alpha, {asked.level}",
-        **_limits(asked.confidence, f"percentile bootstrap over units, {found.draws} draws, seed {found.seed}"),
+        "alpha": f"Krippendorff's alpha, {settings.level}",
+        **_limits(settings.confidence, f"percentile bootstrap over units, {found.draws} draws, seed {found.seed}"),
     }
     method = "Krippendorff's alpha (Krippendorff 2011); gaps are allowed, a unit with one value says nothing."
     row = {key: plain_value(value, finite=True) for key, value in asdict(found).items() if key != "values_per_cell"}
     notes = averaged(found.values_per_cell)
-    return _answer(selected, asked.value, (row,), method, kinds, f"{headline} ({sizes}).", notes)
+    return _answer(selected, settings.value, (row,), method, kinds, f"{headline} ({sizes}).", notes)
 
 
-def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
+def retest_answer(selected: Selected, settings: AskedRetest) -> Answer:
     """First against second answers of one outcome; people and pairs in `more`."""
     from palpate.analysis.plans.families.rows import plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.repeated import retest
 
-    require_columns(selected.table, (*asked.targets, *asked.order))
-    columns = ("participant", list(asked.targets), list(asked.order))
-    found = retest(selected.table, "value", *columns, confidence=asked.confidence)
+    require_columns(selected.table, (*settings.targets, *settings.order))
+    columns = ("participant", list(settings.targets), list(settings.order))
+    found = retest(selected.table, "value", *columns, confidence=settings.confidence)
     rows = plain_rows(found.measures, finite=True)
     headline = "; ".join(
-        with_interval(str(row["measure"]), row["value"], row["ci_low"], row["ci_high"], asked.confidence)
+        with_interval(str(row["measure"]), row["value"], row["ci_low"], row["ci_high"], settings.confidence)
         for row in rows
         if row["measure"] in ("ICC(A,1)", "Pearson r")
     )
@@ -243,7 +258,7 @@ def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
         notes.append(f"{found.further} answers at third and later meetings are not used.")
     if found.incomplete:
         notes.append(f"{found.incomplete} pairs lack a value and are left out.")
-    kinds = {"value": "the number that `measure` names", **_limits(asked.confidence, "of the row's own kind")}
+    kinds = {"value": "the number that `measure` names", **_limits(settings.confidence, "of the row's own kind")}
     method = (
         "Test-retest of first and second meetings: ICC (McGraw & Wong 1996), limits of agreement (Bland & Altman 1999),"
         " standard error of measurement and smallest detectable change (Weir 2005; de Vet et al. 2006)."
@@ -253,7 +268,7 @@ def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
     return _answer(selected, "value", rows, method, kinds, f"{headline} ({sizes}).", notes, more)
 
 
-def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
+def raters_answer(selected: Selected, settings: AskedRaters) -> Answer:
     """Each participant against the others in each outcome; the signs of how they answered in `more`."""
     import pandas as pd
 
@@ -261,23 +276,26 @@ def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
     from palpate.analysis.reliability.rater_signs import rater_signs
     from palpate.analysis.reliability.sessions import compared_within, session_signs
 
-    require_columns(selected.table, asked.targets)
+    require_columns(selected.table, settings.targets)
     parts, sizes = [], []
-    pools = compared_within(selected.table, asked.targets)
+    pools = compared_within(selected.table, settings.targets)
     for outcome in selected.outcomes:
         for rows in pools:
             own = rows[rows["attribute"] == outcome]
-            found = rater_signs(own, "value", list(asked.targets), "participant", aggregate="mean")
+            found = rater_signs(own, "value", list(settings.targets), "participant", aggregate="mean")
             parts.append(found.rename(columns={"rater": "participant"}).assign(attribute=outcome))
             sizes.append(found.attrs.get("values_per_cell", (1, 1)))
     table = pd.concat(parts, ignore_index=True)
-    table["flagged"] = table["r_others"] < asked.least_r
+    table["flagged"] = table["r_others"] < settings.least_r
     signs = session_signs(selected.table, selected.scale)
     flagged = sorted(set(table.loc[table["flagged"], "participant"]) | set(signs.loc[signs["flagged"], "participant"]))
     headline = f"{len(flagged)} of {selected.table['participant'].nunique()} participants have a flag" + (
         f": {', '.join(map(str, flagged))}." if flagged else "."
     )
-    notes = ["A flag asks to look; it excludes nobody.", f"r_others is flagged below {asked.least_r:g}: our judgement."]
+    notes = [
+        "A flag asks to look; it excludes nobody.",
+        f"r_others is flagged below {settings.least_r:g}: our judgement.",
+    ]
     notes += averaged((min(least for least, _ in sizes), max(most for _, most in sizes)))
     if len(pools) > 1:
         notes.append("The groups met different stimuli: participants are compared within their group.")
@@ -312,8 +330,8 @@ def _answer(
     return Answer(rows, method, kinds, people, int(table[value].notna().sum()), headline, tuple(notes), more or {})
 
 
-def _whole_targets(asked: AskedIcc | AskedConcordance) -> tuple[str, ...]:
-    return (asked.targets,) if asked.raters == "participant" else ()
+def _whole_targets(settings: AskedIcc | AskedConcordance) -> tuple[str, ...]:
+    return (settings.targets,) if settings.raters == "participant" else ()
 
 
 KINDS: Mapping[str, Kind] = {

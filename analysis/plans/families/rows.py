@@ -18,7 +18,7 @@ from palpate.protocols.wording import count
 if TYPE_CHECKING:
     import pandas as pd
 
-    from palpate.analysis.plans.answers import Asked
+    from palpate.analysis.plans.answers import StatisticSettings
     from palpate.analysis.statistics.cells import Missing
 
 CORRECTED = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
@@ -44,11 +44,11 @@ def with_numbers(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
     return table.assign(**numbers)
 
 
-def complete_rows(selected: Selected, asked: Asked) -> tuple[pd.DataFrame, list[str]]:
+def complete_rows(selected: Selected, settings: StatisticSettings) -> tuple[pd.DataFrame, list[str]]:
     """The rows without incomplete participants, as the test's `missing` says, and what there is to say of it."""
-    if asked.missing == "mixed_model":
+    if settings.missing == "mixed_model":
         raise DataRefused("this test has no form that takes gaps; choose `missing: listwise`, or a mixed_model test")
-    table, lacking = without_gaps(selected.table, "listwise" if asked.missing == "listwise" else "raise")
+    table, lacking = without_gaps(selected.table, "listwise" if settings.missing == "listwise" else "raise")
     if not lacking:
         return table, []
     told = ", ".join(f"{who} ({count(number, 'rating')} missing)" for who, number in lacking.items())
@@ -153,9 +153,9 @@ def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
         )
 
 
-def left_out(asked: Asked) -> Missing:
+def left_out(settings: StatisticSettings) -> Missing:
     """How the statistics treat a missing value under what the test declares."""
-    return "listwise" if asked.missing == "listwise" else "raise"
+    return "listwise" if settings.missing == "listwise" else "raise"
 
 
 def table_notes(table: pd.DataFrame) -> tuple[str, str]:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from palpate.analysis.plans.answers import Asked, Confidence, Kind
+from palpate.analysis.plans.answers import Confidence, Kind, StatisticSettings
 from palpate.analysis.plans.idle import Idle, outcomes_of_own_table
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Number, Text, Whole
@@ -30,7 +30,7 @@ Dimensions = Annotated[Whole, Field(ge=1)]
 Pair = Annotated[tuple[Text, ...], Field(min_length=2, max_length=2)]
 
 
-class Pca(Asked):
+class Pca(StatisticSettings):
     """Components of the means of `over` (stimuli) on `items` (attributes).
 
     `scaled`: of correlations, else of covariances. `reference` names what parallel analysis compares with (or leaves it
@@ -51,7 +51,7 @@ class Pca(Asked):
         yield from outcomes_of_own_table(self)
 
 
-class Mds(Asked):
+class Mds(StatisticSettings):
     """A map of `over` (stimuli) from the distances of their means on `items`, or from ratings of `pairs` of them.
 
     `pairs` names the two columns of a pair, `meaning` and `top` what its value says (top: the similarity of identical
@@ -93,7 +93,7 @@ class Mds(Asked):
             yield Idle("replications", "in one dimension, which has no ellipses")
 
 
-class Procrustes(Asked):
+class Procrustes(StatisticSettings):
     """Maps of the same stimuli by different participants: of every two levels of `groups`, or of random `halves`.
 
     `on`: what is compared: a map ("classical", "nonmetric", "pca", in `dimensions`) or the means themselves
@@ -130,7 +130,7 @@ class Procrustes(Asked):
             yield Idle("confidence", "without `halves: true`")
 
 
-class Vectors(Asked):
+class Vectors(StatisticSettings):
     """Attributes as directions in a map; `on` and what follows describe the map as a test of mds or pca would."""
 
     test: Literal["vectors"]

@@ -34,19 +34,19 @@ if TYPE_CHECKING:
     from palpate.analysis.spaces.components import Kind as Variances
 
 
-def pca_answer(selected: Selected, asked: Pca) -> Answer:
+def pca_answer(selected: Selected, settings: Pca) -> Answer:
     """Scores of the stimuli; variances, loadings and means beside."""
-    profiles = profiles_of(selected, asked)
-    kind: Variances = "correlation" if asked.scaled else "covariance"
+    profiles = profiles_of(selected, settings)
+    kind: Variances = "correlation" if settings.scaled else "covariance"
     found = pca(profiles.shifted_means(), kind)
-    variances, kept, notes = _variances(selected, asked, profiles, found)
+    variances, kept, notes = _variances(selected, settings, profiles, found)
     first = ", ".join(f"{share:.1%}" for share in found.shares[:2])
     retained = "" if kept is None else f"; parallel analysis keeps {kept}"
     return Answer(
-        rows=points_rows(found.scores, asked.over, "pc"),
-        method=f"Principal components of the {asked.over} means, by singular values of the centred {kind} table;"
+        rows=points_rows(found.scores, settings.over, "pc"),
+        method=f"Principal components of the {settings.over} means, by singular values of the centred {kind} table;"
         " of each component the largest coefficient is positive"
-        + ("" if asked.reference == "none" else f"; parallel analysis ({asked.reference} reference, Horn 1965)"),
+        + ("" if settings.reference == "none" else f"; parallel analysis ({settings.reference} reference, Horn 1965)"),
         kinds={f"pc{i + 1}": f"score on component {i + 1}" for i in range(found.scores.shape[1])},
         participants=len(profiles.participants),
         values=int(selected.table["value"].notna().sum()),
@@ -54,29 +54,29 @@ def pca_answer(selected: Selected, asked: Pca) -> Answer:
         notes=sentences([*found.notes, *gap_notes(profiles, selected), *notes]),
         more={
             "variances": rows_of(variances),
-            "loadings": _loadings(found, asked.items),
-            "means": rows_of(profiles.means().reset_index(names=asked.over)),
+            "loadings": _loadings(found, settings.items),
+            "means": rows_of(profiles.means().reset_index(names=settings.over)),
         },
     )
 
 
 def _variances(
-    selected: Selected, asked: Pca, profiles: Profiles, found: Components
+    selected: Selected, settings: Pca, profiles: Profiles, found: Components
 ) -> tuple[pd.DataFrame, int | None, list[str]]:
     """Variance and share of each component, with interval and reference; how many to keep; what lacks and why."""
-    draws, notes = asked.draws or selected.draws, []
+    draws, notes = settings.draws or selected.draws, []
     table = pd.DataFrame({"component": found.scores.columns, "variance": found.variances, "share": found.shares})
     table["cumulative"] = np.minimum(np.cumsum(table["share"]), 1.0)
     try:
-        ends = share_intervals(profiles, found.kind, draws, asked.confidence, selected.seed)
+        ends = share_intervals(profiles, found.kind, draws, settings.confidence, selected.seed)
         table = table.merge(ends[["component", "ci_low", "ci_high"]], on="component", how="left")
     except StatisticsError as refusal:
         table = table.assign(ci_low=np.nan, ci_high=np.nan)
         notes.append(f"no intervals of the shares: {refusal}")
-    if asked.reference == "none":
+    if settings.reference == "none":
         return table, None, notes
     means = profiles.shifted_means()
-    parallel = parallel_analysis(means, found.kind, asked.reference, draws, seed=selected.seed)
+    parallel = parallel_analysis(means, found.kind, settings.reference, draws, seed=selected.seed)
     return table.merge(parallel.table.drop(columns="variance"), on="component", how="left"), parallel.kept, notes
 
 
@@ -88,14 +88,14 @@ def _loadings(found: Components, items: str) -> tuple[Row, ...]:
     return rows_of(pd.concat([one, two], axis=1).reset_index(names=items))
 
 
-def vectors_answer(selected: Selected, asked: Vectors) -> Answer:
+def vectors_answer(selected: Selected, settings: Vectors) -> Answer:
     """One row per attribute: its direction in the map, and how well the map explains it."""
-    profiles = profiles_of(selected, asked)
-    points = configuration(profiles, asked, selected.seed)
-    draws = asked.draws or selected.draws
+    profiles = profiles_of(selected, settings)
+    points = configuration(profiles, settings, selected.seed)
+    draws = settings.draws or selected.draws
     found = property_vectors(points, profiles.shifted_means(), draws, selected.seed)
     named = {str(name): f"direction_{i + 1}" for i, name in enumerate(points.columns)}
-    table = found.rename(columns={"property": asked.items, **named})
+    table = found.rename(columns={"property": settings.items, **named})
     reached = int((found["p"] < selected.alpha).sum())
     ranked = found.dropna(subset=["r2"]).sort_values("r2", ascending=False, kind="stable").head(1)
     told = "".join(
@@ -104,8 +104,8 @@ def vectors_answer(selected: Selected, asked: Vectors) -> Answer:
     )
     return Answer(
         rows=rows_of(table),
-        method=f"Property fitting: {asked.items} means regressed on the {asked.dimensions} coordinates of the"
-        f" {asked.on} configuration; p by permutation of the {asked.over} means (vegan's envfit), not adjusted",
+        method=f"Property fitting: {settings.items} means regressed on the {settings.dimensions} coordinates of the"
+        f" {settings.on} configuration; p by permutation of the {settings.over} means (vegan's envfit), not adjusted",
         kinds={
             **{name: f"direction cosine on dimension {i + 1}" for i, name in enumerate(named.values())},
             "r2": "squared multiple correlation",
@@ -116,26 +116,26 @@ def vectors_answer(selected: Selected, asked: Vectors) -> Answer:
         },
         participants=len(profiles.participants),
         values=int(selected.table["value"].notna().sum()),
-        headline=f"The map explains {reached} of {len(found)} {asked.items}s (p < {selected.alpha:g}){told}",
+        headline=f"The map explains {reached} of {len(found)} {settings.items}s (p < {selected.alpha:g}){told}",
         notes=sentences(gap_notes(profiles, selected)),
-        more={"configuration": points_rows(points, asked.over)},
+        more={"configuration": points_rows(points, settings.over)},
     )
 
 
-def profiles_of(selected: Selected, asked: Pca | Mds | Procrustes | Vectors) -> Profiles:
+def profiles_of(selected: Selected, settings: Pca | Mds | Procrustes | Vectors) -> Profiles:
     """Each participant's ratings of each stimulus on each attribute, gaps treated as the test's `missing` says.
 
     Without it, a mean is over those who rated a stimulus: a study's groups may each have stimuli of their own.
     """
-    require_columns(selected.table, (asked.over, asked.items))
-    if asked.missing == "mixed_model":
+    require_columns(selected.table, (settings.over, settings.items))
+    if settings.missing == "mixed_model":
         raise DataRefused("a space has no form that takes gaps by a mixed model; choose `missing: listwise`")
-    gaps = {"refuse": "raise", "listwise": "listwise"}.get(asked.missing or "", "available")
+    gaps = {"refuse": "raise", "listwise": "listwise"}.get(settings.missing or "", "available")
     return gather_profiles(
         selected.table,
         "value",
-        asked.over,
-        asked.items,
+        settings.over,
+        settings.items,
         "participant",
         missing="listwise" if gaps == "listwise" else ("raise" if gaps == "raise" else "available"),
         aggregate="mean",
@@ -160,19 +160,21 @@ def gap_notes(profiles: Profiles, selected: Selected) -> list[str]:
     return notes
 
 
-def configuration(profiles: Profiles, asked: Procrustes | Vectors, seed: int) -> pd.DataFrame:
+def configuration(profiles: Profiles, settings: Procrustes | Vectors, seed: int) -> pd.DataFrame:
     """The points that a test is about, stimuli x dimensions."""
-    if asked.on == "attributes":
+    if settings.on == "attributes":
         return profiles.means()
-    if asked.on == "pca":
-        scores = pca(profiles.shifted_means(), "correlation" if asked.scaled else "covariance").scores
-        if asked.dimensions > scores.shape[1]:
-            raise DataRefused(f"dimensions: {asked.dimensions}, but there are {scores.shape[1]} components")
-        return scores.iloc[:, : asked.dimensions]
-    between = profile_distances(profiles, asked.scaled)
-    if asked.on == "classical":
-        return classical_mds(between, asked.dimensions).points
-    return nonmetric_mds(between, asked.dimensions, asked.ties, asked.starts, seed if asked.starts else 0).points
+    if settings.on == "pca":
+        scores = pca(profiles.shifted_means(), "correlation" if settings.scaled else "covariance").scores
+        if settings.dimensions > scores.shape[1]:
+            raise DataRefused(f"dimensions: {settings.dimensions}, but there are {scores.shape[1]} components")
+        return scores.iloc[:, : settings.dimensions]
+    between = profile_distances(profiles, settings.scaled)
+    if settings.on == "classical":
+        return classical_mds(between, settings.dimensions).points
+    return nonmetric_mds(
+        between, settings.dimensions, settings.ties, settings.starts, seed if settings.starts else 0
+    ).points
 
 
 def points_rows(points: pd.DataFrame, label: str, prefix: str = "dim") -> tuple[Row, ...]:
@@ -229,14 +231,14 @@ class _Map(NamedTuple):
     more: dict[str, tuple[Row, ...]]
 
 
-def mds_answer(selected: Selected, asked: Mds) -> Answer:
+def mds_answer(selected: Selected, settings: Mds) -> Answer:
     """One row per stimulus: its place in the map."""
-    between, notes = _between(selected, asked)
-    made = _classical(between, asked) if asked.method == "classical" else _nonmetric(selected, between, asked)
-    ellipses, why = _ellipses(selected, asked, between, made.points)
-    places = {f"dim{i + 1}": f"coordinate on dimension {i + 1}" for i in range(asked.dimensions)}
+    between, notes = _between(selected, settings)
+    made = _classical(between, settings) if settings.method == "classical" else _nonmetric(selected, between, settings)
+    ellipses, why = _ellipses(selected, settings, between, made.points)
+    places = {f"dim{i + 1}": f"coordinate on dimension {i + 1}" for i in range(settings.dimensions)}
     return Answer(
-        rows=points_rows(made.points, asked.over),
+        rows=points_rows(made.points, settings.over),
         method=f"{made.method}, {between.source}; turned to principal axes, the largest coordinate of each positive",
         kinds=places,
         participants=_people(selected.table),
@@ -247,74 +249,74 @@ def mds_answer(selected: Selected, asked: Mds) -> Answer:
     )
 
 
-def _between(selected: Selected, asked: Mds) -> tuple[Dissimilarities, list[str]]:
-    if asked.pairs is None:
-        profiles = profiles_of(selected, asked)
-        return profile_distances(profiles, asked.scaled), gap_notes(profiles, selected)
-    require_columns(selected.table, (*asked.pairs, "value"))
+def _between(selected: Selected, settings: Mds) -> tuple[Dissimilarities, list[str]]:
+    if settings.pairs is None:
+        profiles = profiles_of(selected, settings)
+        return profile_distances(profiles, settings.scaled), gap_notes(profiles, selected)
+    require_columns(selected.table, (*settings.pairs, "value"))
     if len(selected.outcomes) > 1:
         raise DataRefused(f"`pairs` needs one outcome; found {', '.join(selected.outcomes)}: name it in `outcomes`")
-    first, second = asked.pairs
-    top = None if asked.top is None else float(asked.top)
+    first, second = settings.pairs
+    top = None if settings.top is None else float(settings.top)
     people = "participant" if "participant" in selected.table else None
     table = numeric(selected.table, ("value",))
-    return pair_dissimilarities(table, "value", first, second, people, asked.meaning, top), []
+    return pair_dissimilarities(table, "value", first, second, people, settings.meaning, top), []
 
 
 def _people(table: pd.DataFrame) -> int:
     return int(table["participant"].nunique()) if "participant" in table else 0
 
 
-def _classical(between: Dissimilarities, asked: Mds) -> _Map:
-    found = classical_mds(between, asked.dimensions)
+def _classical(between: Dissimilarities, settings: Mds) -> _Map:
+    found = classical_mds(between, settings.dimensions)
     eigenvalues = pd.DataFrame({"dimension": range(1, len(found.eigenvalues) + 1), "eigenvalue": found.eigenvalues})
     return _Map(
         found.points,
         "Classical multidimensional scaling (Torgerson 1952; Gower 1966)",
-        f"{asked.dimensions} dimensions hold {found.fit_positive:.1%} of the positive eigenvalues "
+        f"{settings.dimensions} dimensions hold {found.fit_positive:.1%} of the positive eigenvalues "
         f"({found.fit_absolute:.1%} of all sizes)",
         list(found.notes),
         {"eigenvalues": rows_of(eigenvalues)},
     )
 
 
-def _nonmetric(selected: Selected, between: Dissimilarities, asked: Mds) -> _Map:
-    seed = selected.seed if asked.starts else 0
-    found = nonmetric_mds(between, asked.dimensions, asked.ties, asked.starts, seed)
+def _nonmetric(selected: Selected, between: Dissimilarities, settings: Mds) -> _Map:
+    seed = selected.seed if settings.starts else 0
+    found = nonmetric_mds(between, settings.dimensions, settings.ties, settings.starts, seed)
     more = {
         "shepard": rows_of(found.shepard),
         "starts": rows_of(pd.DataFrame({"start": range(len(found.starts)), "stress": found.starts})),
     }
-    if asked.scree:
-        starts = min(asked.starts, SCREE_STARTS)
-        more["scree"] = rows_of(stress_scree(between, asked.scree, asked.ties, starts, selected.seed, found))
-    headline = f"Stress-1 = {found.stress:.3g} in {asked.dimensions} dimensions"
-    if asked.reference:
-        held = stress_reference(between, asked.dimensions, asked.ties, asked.reference, selected.seed)
+    if settings.scree:
+        starts = min(settings.starts, SCREE_STARTS)
+        more["scree"] = rows_of(stress_scree(between, settings.scree, settings.ties, starts, selected.seed, found))
+    headline = f"Stress-1 = {found.stress:.3g} in {settings.dimensions} dimensions"
+    if settings.reference:
+        held = stress_reference(between, settings.dimensions, settings.ties, settings.reference, selected.seed)
         more["reference"] = ({name: getattr(held, name) for name in held.__dataclass_fields__},)
         headline += f" ({held.draws} shuffles of the dissimilarities: {held.mean:.3g} on average, {apa_p(held.p)})"
     reached = f"{found.reached} of {len(found.starts)} starts ended within 1e-4 of the best stress"
-    method = f"Non-metric multidimensional scaling, stress formula 1, {asked.ties} treatment of ties (Kruskal 1964)"
+    method = f"Non-metric multidimensional scaling, stress formula 1, {settings.ties} treatment of ties (Kruskal 1964)"
     return _Map(found.points, method, headline, [reached, *found.notes], more)
 
 
 def _ellipses(
-    selected: Selected, asked: Mds, between: Dissimilarities, points: pd.DataFrame
+    selected: Selected, settings: Mds, between: Dissimilarities, points: pd.DataFrame
 ) -> tuple[tuple[Row, ...], str]:
     """The ellipses' rows, or why there are none."""
-    if not asked.replications:
+    if not settings.replications:
         return (), ""
-    if asked.dimensions < 2:
+    if settings.dimensions < 2:
         return (), "no ellipses: the map has one dimension"
     try:
         found = confidence_ellipses(
-            between, points, asked.method, asked.ties, asked.replications, asked.confidence, selected.seed
+            between, points, settings.method, settings.ties, settings.replications, settings.confidence, selected.seed
         )
     except StatisticsError as refusal:
         return (), f"no ellipses: {refusal}"
-    named = {"label": asked.over, "x": "centre_1", "y": "centre_2", "major": "semi_major", "minor": "semi_minor"}
+    named = {"label": settings.over, "x": "centre_1", "y": "centre_2", "major": "semi_major", "minor": "semi_minor"}
     return rows_of(found.rename(columns=named)), (
-        f"ellipses: {100 * asked.confidence:g} % normal regions from {asked.replications} resamples of the"
+        f"ellipses: {100 * settings.confidence:g} % normal regions from {settings.replications} resamples of the"
         " participants, each map turned onto their mean (generalized Procrustes)"
     )
 
@@ -322,16 +324,20 @@ def _ellipses(
 MOST_SPLITS = 200
 
 
-def procrustes_answer(selected: Selected, asked: Procrustes) -> Answer:
+def procrustes_answer(selected: Selected, settings: Procrustes) -> Answer:
     """One row per pair of groups; or one for all splits into halves."""
-    profiles = profiles_of(selected, asked)
-    rows, more, headline = _halves(selected, asked, profiles) if asked.halves else _groups(selected, asked, profiles)
-    between = "random halves of the participants" if asked.halves else f"levels of {asked.groups}"
-    moved = "turned, shifted" + (", reflected" if asked.reflection else "") + (", stretched" if asked.stretch else "")
+    profiles = profiles_of(selected, settings)
+    rows, more, headline = (
+        _halves(selected, settings, profiles) if settings.halves else _groups(selected, settings, profiles)
+    )
+    between = "random halves of the participants" if settings.halves else f"levels of {settings.groups}"
+    moved = (
+        "turned, shifted" + (", reflected" if settings.reflection else "") + (", stretched" if settings.stretch else "")
+    )
     return Answer(
         rows=rows,
-        method=f"Procrustes fit of {asked.on} configurations of {between} ({moved}; Gower 1975)"
-        + ("" if asked.halves else "; permutation test of r (Jackson 1995), p not adjusted"),
+        method=f"Procrustes fit of {settings.on} configurations of {between} ({moved}; Gower 1975)"
+        + ("" if settings.halves else "; permutation test of r (Jackson 1995), p not adjusted"),
         kinds={
             "r": "Procrustes correlation of configurations of unit size",
             "m2": "1 - r squared",
@@ -349,48 +355,48 @@ def procrustes_answer(selected: Selected, asked: Procrustes) -> Answer:
 
 
 def _groups(
-    selected: Selected, asked: Procrustes, profiles: Profiles
+    selected: Selected, settings: Procrustes, profiles: Profiles
 ) -> tuple[tuple[Row, ...], dict[str, tuple[Row, ...]], str]:
-    parts = _members(selected, asked, profiles)
+    parts = _members(selected, settings, profiles)
     rows: list[dict[str, Any]] = []
     residuals: list[dict[str, Any]] = []
     for (one, first), (two, second) in combinations(parts.items(), 2):
-        found, people = _compared(selected, asked, profiles, first, second)
+        found, people = _compared(selected, settings, profiles, first, second)
         rows.append(_row(one, two, people, found))
         for name, distance in found.residuals.items():
-            residuals.append({"group_a": one, "group_b": two, asked.over: str(name), "residual": float(distance)})
+            residuals.append({"group_a": one, "group_b": two, settings.over: str(name), "residual": float(distance)})
     told = "; ".join(
         f"{row['group_a']} and {row['group_b']}: r = {row['r']:.2f}, {apa_p(row['p'])}" for row in rows[:3]
     )
     return tuple(rows), {"residuals": tuple(residuals)}, told
 
 
-def _members(selected: Selected, asked: Procrustes, profiles: Profiles) -> dict[str, list[int]]:
+def _members(selected: Selected, settings: Procrustes, profiles: Profiles) -> dict[str, list[int]]:
     """The participants of each group, by their places."""
-    require_columns(selected.table, (asked.groups,))
-    own = selected.table[["participant", asked.groups]].drop_duplicates()
+    require_columns(selected.table, (settings.groups,))
+    own = selected.table[["participant", settings.groups]].drop_duplicates()
     if own["participant"].duplicated().any():
         who = sorted(set(map(str, own.loc[own["participant"].duplicated(), "participant"])))[:5]
-        raise DataRefused(f"{asked.groups!r} has several levels for {', '.join(who)}; groups are of participants")
-    level = {str(who): str(group) for who, group in zip(own["participant"], own[asked.groups], strict=True)}
-    labels = [str(name) for name in coded(own[asked.groups].astype(object), asked.groups).labels]
+        raise DataRefused(f"{settings.groups!r} has several levels for {', '.join(who)}; groups are of participants")
+    level = {str(who): str(group) for who, group in zip(own["participant"], own[settings.groups], strict=True)}
+    labels = [str(name) for name in coded(own[settings.groups].astype(object), settings.groups).labels]
     parts = {name: [i for i, who in enumerate(profiles.participants) if level[str(who)] == name] for name in labels}
     if len(parts) < 2:
-        raise TooFew(f"{asked.groups!r} has one level, {labels[0]!r}; a comparison needs two (or `halves: true`)")
+        raise TooFew(f"{settings.groups!r} has one level, {labels[0]!r}; a comparison needs two (or `halves: true`)")
     return parts
 
 
 def _compared(
-    selected: Selected, asked: Procrustes, profiles: Profiles, first: list[int], second: list[int], test: bool = True
+    selected: Selected, settings: Procrustes, profiles: Profiles, first: list[int], second: list[int], test: bool = True
 ) -> tuple[Compared, tuple[int, int]]:
     """The fit of the second part's configuration to the first's, over the stimuli that both rated."""
     one, two = of_people(profiles, first), of_people(profiles, second)
     shared = [name for name in one.stimuli if name in set(two.stimuli)]
     if len(shared) < 3:
         raise TooFew(f"the two parts rated {len(shared)} stimuli in common; a comparison of maps needs three or more")
-    maps = [configuration(_only(each, shared), asked, selected.seed) for each in (one, two)]
-    drawn = {"draws": asked.draws or selected.draws, "seed": selected.seed} if test else {}
-    found = procrustes(maps[0], maps[1], asked.stretch, asked.reflection, **drawn)
+    maps = [configuration(_only(each, shared), settings, selected.seed) for each in (one, two)]
+    drawn = {"draws": settings.draws or selected.draws, "seed": selected.seed} if test else {}
+    found = procrustes(maps[0], maps[1], settings.stretch, settings.reflection, **drawn)
     return found, (len(first), len(second))
 
 
@@ -419,20 +425,20 @@ def _row(one: str, two: str, people: tuple[int, int], found: Compared) -> dict[s
 
 
 def _halves(
-    selected: Selected, asked: Procrustes, profiles: Profiles
+    selected: Selected, settings: Procrustes, profiles: Profiles
 ) -> tuple[tuple[Row, ...], dict[str, tuple[Row, ...]], str]:
     """How alike the maps of random halves are: the middle and the range of r over many splits; no p."""
     people = len(profiles.participants)
     if people < 4:
         raise TooFew(f"{people} participants; halves need two each")
-    splits = min(asked.draws or selected.draws, MOST_SPLITS)
+    splits = min(settings.draws or selected.draws, MOST_SPLITS)
     rng = stream(selected.seed, "halves")
     found = []
     for _ in range(splits):
         order = rng.permutation(people).tolist()
         parts = sorted(order[: people // 2]), sorted(order[people // 2 :])
-        found.append(_compared(selected, asked, profiles, *parts, test=False)[0].r)
-    low, middle, high = np.quantile(found, [(1 - asked.confidence) / 2, 0.5, (1 + asked.confidence) / 2]).tolist()
+        found.append(_compared(selected, settings, profiles, *parts, test=False)[0].r)
+    low, middle, high = np.quantile(found, [(1 - settings.confidence) / 2, 0.5, (1 + settings.confidence) / 2]).tolist()
     row: dict[str, Any] = {"splits": splits, "r": middle, "r_low": low, "r_high": high, "m2": 1 - middle * middle}
     each = rows_of(pd.DataFrame({"split": range(1, splits + 1), "r": found}))
     told = f"Maps of random halves agree with r = {middle:.2f} ({low:.2f} to {high:.2f} over {splits} splits)"

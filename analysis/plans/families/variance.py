@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Asked, Confidence, Kind
+from palpate.analysis.plans.answers import Confidence, Kind, StatisticSettings
 from palpate.analysis.plans.idle import Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Number, Text, Whole
@@ -15,7 +15,7 @@ from palpate.protocols.study import Number, Text, Whole
 _ANSWERS = "palpate.analysis.plans.families.variance_answers"
 
 
-class Anova(Asked):
+class Anova(StatisticSettings):
     """The factors within participants and between them, at least one in all; the study's others are averaged over.
 
     `correction` is for effects with more than one contrast within participants, whatever a test of sphericity says.
@@ -50,7 +50,7 @@ class Anova(Asked):
         return self
 
 
-class Pairs(Asked):
+class Pairs(StatisticSettings):
     """`factor`: a column within participants (paired t), or constant in each of them (t between groups).
 
     `family`: the size of the family fixed beforehand, at least the number of pairs. `interval` is the confidence of
@@ -70,7 +70,7 @@ class Pairs(Asked):
             yield Idle("family", "with `correction: none`")
 
 
-class Equivalence(Asked):
+class Equivalence(StatisticSettings):
     """`factor` as for pairs. `bounds` in the outcome's unit, earlier level minus later one, or `bounds_dz`."""
 
     test: Literal["equivalence"]
@@ -87,12 +87,12 @@ class Equivalence(Asked):
         return self
 
 
-def _within(asked: Anova) -> tuple[str, ...]:
-    return asked.within
+def _within(settings: Anova) -> tuple[str, ...]:
+    return settings.within
 
 
-def _factor(asked: Pairs | Equivalence) -> tuple[str, ...]:
-    return (asked.factor,)
+def _factor(settings: Pairs | Equivalence) -> tuple[str, ...]:
+    return (settings.factor,)
 
 
 KINDS: Mapping[str, Kind] = {

@@ -29,7 +29,7 @@ from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
 if TYPE_CHECKING:
     import pandas as pd
 
-    from palpate.analysis.plans.answers import Answer, Asked, Row, Selected
+    from palpate.analysis.plans.answers import Answer, Row, Selected, StatisticSettings
     from palpate.analysis.plans.families.variance import Anova, Equivalence, Pairs
 
 
@@ -48,76 +48,76 @@ HF_UNDEFINED = "Huynh-Feldt is undefined: p is Greenhouse-Geisser's"
 TYPES = {"II": "each effect adjusted for all that do not contain it", "III": "unweighted means, sum-to-zero contrasts"}
 
 
-def anova_answer(selected: Selected, asked: Anova) -> Answer:
+def anova_answer(selected: Selected, settings: Anova) -> Answer:
     """One row per effect; the tests of sphericity beside it."""
-    require_columns(selected.table, ("participant", *asked.within, *asked.between, "value"))
-    table = _table(selected.table, asked)
+    require_columns(selected.table, ("participant", *settings.within, *settings.between, "value"))
+    table = _table(selected.table, settings)
     records = table.to_dict("records")
-    limits = [_limits(row, asked) for row in records]
-    rows = [_row(row, own, asked) for row, own in zip(records, limits, strict=True)]
+    limits = [_limits(row, settings) for row in records]
+    rows = [_row(row, own, settings) for row, own in zip(records, limits, strict=True)]
     return answer_of(
         selected,
         rows,
-        _method(asked),
-        _kinds(rows, asked),
+        _method(settings),
+        _kinds(rows, settings),
         table=used(selected, table),
-        headline="; ".join(_sentence(row, asked) for row in records),
-        notes=[*reversed(table_notes(table)), _groups(table, asked)],
-        more=_sphericity(selected.table, asked),
+        headline="; ".join(_sentence(row, settings) for row in records),
+        notes=[*reversed(table_notes(table)), _groups(table, settings)],
+        more=_sphericity(selected.table, settings),
     )
 
 
-def anova_with_gaps(selected: Selected, asked: Anova) -> Answer:
+def anova_with_gaps(selected: Selected, settings: Anova) -> Answer:
     """Answer by a mixed model where cells are missing; the settings that it does not read are noted."""
-    if not asked.within:  # one value from each participant who has one: nothing is left for a random effect
-        refuse_averaging(selected, asked.between)
-        return anova_answer(selected, asked)
-    answer = gaps_answer(selected, asked.within, asked.between)
+    if not settings.within:  # one value from each participant who has one: nothing is left for a random effect
+        refuse_averaging(selected, settings.between)
+        return anova_answer(selected, settings)
+    answer = gaps_answer(selected, settings.within, settings.between)
     where = "where cells are missing and a mixed model answers"
-    settings = ("sum_of_squares", "correction", "interval", "eta")
-    idle = [name for name in settings if getattr(asked, name) != type(asked).model_fields[name].default]
+    names = ("sum_of_squares", "correction", "interval", "eta")
+    idle = [name for name in names if getattr(settings, name) != type(settings).model_fields[name].default]
     return replace(answer, notes=(*answer.notes, *(idle_note(name, where) for name in idle)))
 
 
-def _options(asked: Anova) -> dict[str, Any]:
-    missing = "listwise" if asked.missing == "listwise" else "raise"
+def _options(settings: Anova) -> dict[str, Any]:
+    missing = "listwise" if settings.missing == "listwise" else "raise"
     return {"subject": "participant", "missing": missing, "aggregate": "mean"}
 
 
-def _table(rows: pd.DataFrame, asked: Anova) -> pd.DataFrame:
-    if not asked.between:
-        return rm_anova(rows, "value", list(asked.within), **_options(asked))
-    if not asked.within and len(asked.between) == 1:
-        return anova(rows, "value", asked.between[0], **_options(asked))
+def _table(rows: pd.DataFrame, settings: Anova) -> pd.DataFrame:
+    if not settings.between:
+        return rm_anova(rows, "value", list(settings.within), **_options(settings))
+    if not settings.within and len(settings.between) == 1:
+        return anova(rows, "value", settings.between[0], **_options(settings))
     return mixed_anova(
         rows,
         "value",
-        within=asked.within or None,
-        between=asked.between,
-        sum_of_squares=asked.sum_of_squares,
-        **_options(asked),
+        within=settings.within or None,
+        between=settings.between,
+        sum_of_squares=settings.sum_of_squares,
+        **_options(settings),
     )
 
 
-def correction_of(row: Mapping[Hashable, Any], asked: Anova) -> str:
+def correction_of(row: Mapping[Hashable, Any], settings: Anova) -> str:
     """ "GG", "HF" or "none": what p of an effect is corrected by; Greenhouse-Geisser where Huynh-Feldt has no value."""
     if not is_corrected(row) or math.isnan(row["F"]):
         return "none"
-    return "GG" if asked.correction == "HF" and math.isnan(row["eps_HF"]) else asked.correction
+    return "GG" if settings.correction == "HF" and math.isnan(row["eps_HF"]) else settings.correction
 
 
-def _limits(row: Mapping[Hashable, Any], asked: Anova) -> Mapping[Hashable, Any]:
+def _limits(row: Mapping[Hashable, Any], settings: Anova) -> Mapping[Hashable, Any]:
     """The intervals of an effect, with the degrees of freedom that its p has."""
     import pandas as pd
 
-    correction: Any = correction_of(row, asked)
-    found = eta_squared_intervals(pd.DataFrame([row]), confidence=asked.interval, correction=correction)
+    correction: Any = correction_of(row, settings)
+    found = eta_squared_intervals(pd.DataFrame([row]), confidence=settings.interval, correction=correction)
     return dict(found.to_dict("records")[0])
 
 
-def _row(row: Mapping[Hashable, Any], limits: Mapping[Hashable, Any], asked: Anova) -> Row:
-    correction = correction_of(row, asked)
-    notes = [str(limits["note"]), HF_UNDEFINED if asked.correction == "HF" and correction == "GG" else ""]
+def _row(row: Mapping[Hashable, Any], limits: Mapping[Hashable, Any], settings: Anova) -> Row:
+    correction = correction_of(row, settings)
+    notes = [str(limits["note"]), HF_UNDEFINED if settings.correction == "HF" and correction == "GG" else ""]
     etas = {
         f"{name}{end}": limits[f"{column}{end}"]
         for column, name in ETAS.items()
@@ -138,34 +138,36 @@ def _finite(value: float) -> float:
     return value if math.isfinite(value) else math.nan
 
 
-def _sentence(row: Mapping[Hashable, Any], asked: Anova) -> str:
-    correction: Any = correction_of(row, asked)
-    return f"{row['Source']}: {apa_f(row, asked.eta, correction)}"
+def _sentence(row: Mapping[Hashable, Any], settings: Anova) -> str:
+    correction: Any = correction_of(row, settings)
+    return f"{row['Source']}: {apa_f(row, settings.eta, correction)}"
 
 
-def _method(asked: Anova) -> str:
-    kind = f", type {asked.sum_of_squares} sums of squares ({TYPES[asked.sum_of_squares]})"
-    if not asked.between:
-        design = f"Repeated-measures analysis of variance: {' x '.join(asked.within)} within participants"
-    elif not asked.within:
-        design = f"Analysis of variance: {' x '.join(asked.between)} between participants"
-        design += kind if len(asked.between) > 1 else ""
+def _method(settings: Anova) -> str:
+    kind = f", type {settings.sum_of_squares} sums of squares ({TYPES[settings.sum_of_squares]})"
+    if not settings.between:
+        design = f"Repeated-measures analysis of variance: {' x '.join(settings.within)} within participants"
+    elif not settings.within:
+        design = f"Analysis of variance: {' x '.join(settings.between)} between participants"
+        design += kind if len(settings.between) > 1 else ""
     else:
-        design = f"Mixed analysis of variance: {' x '.join(asked.within)} within, {' x '.join(asked.between)} between"
+        design = (
+            f"Mixed analysis of variance: {' x '.join(settings.within)} within, {' x '.join(settings.between)} between"
+        )
         design += f" participants{kind}"
     corrected = {
         "GG": "; Greenhouse-Geisser's correction wherever an effect has more than one contrast within participants",
         "HF": "; Huynh-Feldt's correction (Lecoutre's for groups) wherever an effect has more than one contrast within",
         "none": "; no correction for sphericity",
     }
-    end = f"; {100 * asked.interval:g}% intervals of eta squared from the noncentral F (Steiger 2004)"
-    return design + (corrected[asked.correction] if asked.within else "") + end
+    end = f"; {100 * settings.interval:g}% intervals of eta squared from the noncentral F (Steiger 2004)"
+    return design + (corrected[settings.correction] if settings.within else "") + end
 
 
-def _kinds(rows: Sequence[Row], asked: Anova) -> dict[str, str]:
+def _kinds(rows: Sequence[Row], settings: Anova) -> dict[str, str]:
     named = {"GG": "Greenhouse-Geisser where `correction` says so", "HF": "Huynh-Feldt where `correction` says so"}
-    corrected = named.get(asked.correction, "not corrected") if asked.within else "not corrected"
-    interval = f"{100 * asked.interval:g}% interval, noncentral F with the degrees of freedom of p"
+    corrected = named.get(settings.correction, "not corrected") if settings.within else "not corrected"
+    interval = f"{100 * settings.interval:g}% interval, noncentral F with the degrees of freedom of p"
     generalized = f"{interval}, carried over by the observed ratio of errors"
     told = {
         "df1": "degrees of freedom, not corrected",
@@ -190,18 +192,18 @@ def used(selected: Selected, result: pd.DataFrame) -> pd.DataFrame:
     return selected.table[~selected.table["participant"].isin(result.attrs.get("dropped", []))]
 
 
-def _groups(table: pd.DataFrame, asked: Anova) -> str:
-    sizes = table.attrs.get("group_sizes", {}) if asked.between else {}
+def _groups(table: pd.DataFrame, settings: Anova) -> str:
+    sizes = table.attrs.get("group_sizes", {}) if settings.between else {}
     groups = "; ".join(f"{name}: {size}" for name, size in sizes.items())
     return f"Participants by group: {groups}." if groups else ""
 
 
-def _sphericity(rows: pd.DataFrame, asked: Anova) -> dict[str, tuple[Row, ...]]:
+def _sphericity(rows: pd.DataFrame, settings: Anova) -> dict[str, tuple[Row, ...]]:
     """Mauchly's tests, where an effect has more than one contrast; they decide nothing."""
-    if not asked.within:
+    if not settings.within:
         return {}
-    between = asked.between or None
-    found = mauchly_tests(rows, "value", within=asked.within, between=between, **_options(asked))
+    between = settings.between or None
+    found = mauchly_tests(rows, "value", within=settings.within, between=between, **_options(settings))
     named = {"Source": "effect", "d": "contrasts", "ddof": "df", "p": "p", "p_anderson": "p_anderson"}
     return {"sphericity": plain_rows(found.rename(columns=named))} if len(found) else {}
 
@@ -209,49 +211,49 @@ def _sphericity(rows: pd.DataFrame, asked: Anova) -> dict[str, tuple[Row, ...]]:
 TOLD = 6
 
 
-def pairs_answer(selected: Selected, asked: Pairs) -> Answer:
+def pairs_answer(selected: Selected, settings: Pairs) -> Answer:
     """One row per pair, the earlier level minus the later one, in the order of the study."""
-    options = _pair_options(selected, asked, asked.factor)
+    options = _pair_options(selected, settings, settings.factor)
     table = pairwise_tests(
         selected.table,
         "value",
-        padjust=asked.correction,
-        family=asked.family,
-        effect_interval=asked.interval,
+        padjust=settings.correction,
+        family=settings.family,
+        effect_interval=settings.interval,
         **options,
     )
     size = "dz" if "within" in options else "hedges"
-    family = asked.family or len(table)
-    order = selected.levels.get(asked.factor, ())
-    rows = [_pair(row, size, asked, family) for row in pairs_in_order(table, order, (size,))]
+    family = settings.family or len(table)
+    order = selected.levels.get(settings.factor, ())
+    rows = [_pair(row, size, settings, family) for row in pairs_in_order(table, order, (size,))]
     return answer_of(
         selected,
         rows,
-        _pairs_method(table, size, asked, family),
-        _pair_kinds(size, asked),
-        headline=_differing(rows, selected.alpha, f"{CORRECTED[asked.correction]}, family of {family}"),
+        _pairs_method(table, size, settings, family),
+        _pair_kinds(size, settings),
+        headline=_differing(rows, selected.alpha, f"{CORRECTED[settings.correction]}, family of {family}"),
         table=used(selected, table),
         notes=reversed(table_notes(table)),
     )
 
 
-def equivalence_answer(selected: Selected, asked: Equivalence) -> Answer:
+def equivalence_answer(selected: Selected, settings: Equivalence) -> Answer:
     """One row per pair, the earlier level minus the later one, in the order of the study."""
-    options = _pair_options(selected, asked, asked.factor) | {"alpha": selected.alpha}
-    if asked.bounds is None:
-        table = equivalence_tests(selected.table, "value", bounds_dz=asked.bounds_dz, **options)
+    options = _pair_options(selected, settings, settings.factor) | {"alpha": selected.alpha}
+    if settings.bounds is None:
+        table = equivalence_tests(selected.table, "value", bounds_dz=settings.bounds_dz, **options)
         turned = table
     else:
-        low, high = asked.bounds
+        low, high = settings.bounds
         table = equivalence_tests(selected.table, "value", bounds=(low, high), **options)
         turned = equivalence_tests(selected.table, "value", bounds=(-high, -low), **options)
-    order = selected.levels.get(asked.factor, ())
+    order = selected.levels.get(settings.factor, ())
     rows = [_equivalent(row) for row in pairs_in_order(table, order, (), turned)]
     within = "within" in options
     return answer_of(
         selected,
         rows,
-        _equivalence_method(within, asked),
+        _equivalence_method(within, settings),
         _equivalence_kinds(selected.alpha),
         headline=_equivalences(rows, selected.alpha),
         table=used(selected, table),
@@ -259,22 +261,28 @@ def equivalence_answer(selected: Selected, asked: Equivalence) -> Answer:
     )
 
 
-def _pair_options(selected: Selected, asked: Asked, factor: str) -> dict[str, Any]:
+def _pair_options(selected: Selected, settings: StatisticSettings, factor: str) -> dict[str, Any]:
     """Whether the factor varies within participants, and what else the tests are to know."""
     require_columns(selected.table, ("participant", factor, "value"))
     levels = selected.table.groupby("participant")[factor].nunique()
     kind = "between" if len(levels) and levels.max() < 2 else "within"
-    missing = "listwise" if asked.missing == "listwise" else "raise"
+    missing = "listwise" if settings.missing == "listwise" else "raise"
     return {kind: factor, "subject": "participant", "missing": missing, "aggregate": "mean"}
 
 
-def _pair(row: Mapping[str, Any], size: str, asked: Pairs, family: int) -> Row:
+def _pair(row: Mapping[str, Any], size: str, settings: Pairs, family: int) -> Row:
     name = "cohens_dz" if size == "dz" else "hedges_g"
     return plain_row(
         {
             **{"factor": row["Contrast"], "a": str(row["A"]), "b": str(row["B"])},
             **{"mean_difference": row["mean_diff"], "ci95_low": row["ci_low"], "ci95_high": row["ci_high"]},
-            **{"t": row["T"], "df": row["dof"], "p": row["p_corr"], "correction": asked.correction, "family": family},
+            **{
+                "t": row["T"],
+                "df": row["dof"],
+                "p": row["p_corr"],
+                "correction": settings.correction,
+                "family": family,
+            },
             **{"p_uncorrected": row["p_unc"], name: row[size]},
             **{f"{name}_{end}": row[f"{size}_{end}"] for end in ("low", "high")},
             "note": row["note"],
@@ -282,27 +290,27 @@ def _pair(row: Mapping[str, Any], size: str, asked: Pairs, family: int) -> Row:
     )
 
 
-def _pairs_method(table: pd.DataFrame, size: str, asked: Pairs, family: int) -> str:
-    effect = share(asked.interval, "intervals from the noncentral t (Steiger & Fouladi 1997)")
+def _pairs_method(table: pd.DataFrame, size: str, settings: Pairs, family: int) -> str:
+    effect = share(settings.interval, "intervals from the noncentral t (Steiger & Fouladi 1997)")
     if size == "dz":
         test = f"Paired t tests, two-sided; dz with {effect}"
     else:
         sizes = set(table.attrs["group_sizes"].values())
         kind = "pooled variance" if len(sizes) == 1 else "Welch's where two groups differ in size, else pooled"
         test = f"t tests between groups, two-sided, {kind}; Hedges' g with {effect}"
-    return f"{test}; {CORRECTED[asked.correction]} over a family of {family}"
+    return f"{test}; {CORRECTED[settings.correction]} over a family of {family}"
 
 
-def _pair_kinds(size: str, asked: Pairs) -> dict[str, str]:
+def _pair_kinds(size: str, settings: Pairs) -> dict[str, str]:
     name = "cohens_dz" if size == "dz" else "hedges_g"
     told = "dz: mean difference / SD of differences" if size == "dz" else "Hedges' g"
-    interval = share(asked.interval, "interval, noncentral t")
+    interval = share(settings.interval, "interval, noncentral t")
     return {
         "mean_difference": "a minus b",
         "ci95_low": "95% interval of the mean difference, not adjusted",
         "ci95_high": "95% interval of the mean difference, not adjusted",
         "df": "degrees of freedom",
-        "p": f"two-sided p, {CORRECTED[asked.correction]}",
+        "p": f"two-sided p, {CORRECTED[settings.correction]}",
         "family": "tests in the family",
         "p_uncorrected": "two-sided p, not adjusted",
         **{name: told, f"{name}_low": interval, f"{name}_high": interval},
@@ -326,12 +334,12 @@ def _equivalent(row: Mapping[str, Any]) -> Row:
     )
 
 
-def _equivalence_method(within: bool, asked: Equivalence) -> str:
+def _equivalence_method(within: bool, settings: Equivalence) -> str:
     spread = "SD of the differences" if within else "pooled SD"
-    if asked.bounds is None:
-        bounds = f"bounds {number(asked.bounds_dz or 0)} times the {spread} as found, to either side of 0"
+    if settings.bounds is None:
+        bounds = f"bounds {number(settings.bounds_dz or 0)} times the {spread} as found, to either side of 0"
     else:
-        bounds = f"bounds {asked.bounds[0]:g} and {asked.bounds[1]:g} in the outcome's unit"
+        bounds = f"bounds {settings.bounds[0]:g} and {settings.bounds[1]:g} in the outcome's unit"
     kind = "paired" if within else "between groups (Welch's where they differ in size)"
     return f"Two one-sided t tests, {kind} (TOST; Schuirmann 1987; Lakens 2017): {bounds}; no p adjusted for a family"
 

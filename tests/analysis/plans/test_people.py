@@ -103,7 +103,7 @@ def test_what_the_check_calls_in_order_is_never_refused_for_its_declaration(mate
             in_order.append(whole)
     assert len(in_order) > 40
     found = answered(material, *in_order, least_people=1)
-    shown = [(each.asked.model_dump(exclude_defaults=True), each.refused) for each in found if each.answer is None]
+    shown = [(each.settings.model_dump(exclude_defaults=True), each.refused) for each in found if each.answer is None]
     assert not shown, "\n".join(str(one)[:300] for one in shown)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans import kinds
-from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.answers import StatisticSettings
 from palpate.analysis.plans.schema import AnalysisPlan, Rule
 
 DOCS = Path(__file__).resolve().parents[3] / "docs" / "reference"
@@ -23,7 +23,7 @@ def own(settings, common):
 def test_every_setting_of_every_kind_of_test_is_in_its_row(name):
     row = next(line for line in PLAN.splitlines() if line.startswith(f"| `{name}` |") and ".md)" in line)
     told = set(re.findall(r"`(\w+)`", row.split("|")[2]))
-    assert told == own(kinds.TESTS[name].settings, Asked)
+    assert told == own(kinds.TESTS[name].settings, StatisticSettings)
     page = re.search(r"\]\((\S+\.md)\)", row)[1]
     assert (DOCS / page).is_file()
 

@@ -396,10 +396,10 @@ def answers(material: Any, asked: list[Any]) -> list[Outcome]:
     notes = dict.fromkeys(found, "")
     for each in run_tests(selecting(material, asked, [])):
         a = each.answer
-        found[each.asked.name].append(
+        found[each.settings.name].append(
             (each.outcome, each.refused) if a is None else (each.outcome, a.rows, a.headline, a.more)
         )
-        notes[each.asked.name] += "" if a is None else " ".join(a.notes)
+        notes[each.settings.name] += "" if a is None else " ".join(a.notes)
     return [Outcome(repr(found[name]), notes[name]) for name in found]
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.analysis.plans.answers import Answer, Asked
+from palpate.analysis.plans.answers import Answer, StatisticSettings
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.missing import MissingSummary
 from palpate.analysis.regenerating import descriptions as shown
@@ -17,7 +17,9 @@ from palpate.analysis.reports.tables import NO_NUMBER, column_texts, value_table
 
 def answered(outcome, rows, name="levels", test="anova", refused="", **more):
     answer = None if refused else Answer(tuple(rows), "A method", {"F": "F of the effect"}, 8, 32, **more)
-    return QuestionResult(Asked(name=name, test=test), outcome, answer, refused, "", MissingSummary("refuse"), 0.0)
+    return QuestionResult(
+        StatisticSettings(name=name, test=test), outcome, answer, refused, "", MissingSummary("refuse"), 0.0
+    )
 
 
 @pytest.mark.parametrize(

@@ -145,7 +145,7 @@ def test_letters_beyond_pdflatex_are_named():
 
 
 def test_a_test_without_an_answer_is_still_a_table(small):
-    refused = replace(small, answered=tuple(each for each in small.answered if each.asked.name == "refused"))
+    refused = replace(small, answered=tuple(each for each in small.answered if each.settings.name == "refused"))
     (table,) = numbered_tables(refused)
     assert "no_such_column" in " ".join(table.notes)
     assert opened(word_bytes("T", "", [table])).tables and latex_text("T", "", [table])
