@@ -20,7 +20,7 @@ from palpate.studies.participants.rows import allocate_row, release, release_com
 def admit(
     lab: Path, study: Study, participant: str, live: bool, group: str | None = None, row: int | None = None
 ) -> ParticipantRow | None:
-    """The row that a participant's session runs with; a live session gets one allocated if there is none yet.
+    """Return the row that a participant's session runs with; a live session gets one allocated if there is none yet.
 
     A simulated session writes nothing and gets the allocation there is, or None.
     Raises ParticipantError on a participant who withdrew, and for a live session on one who is not known, a row that

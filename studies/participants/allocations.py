@@ -32,33 +32,33 @@ class Allocation:
 
     @property
     def holds(self) -> bool:
-        """Whether the row is this participant's and nobody else's."""
+        """Return whether the row is this participant's and nobody else's."""
         return self.status in schema.HOLDING
 
     def told(self) -> str:
-        """The row in words."""
+        """Return the row in words."""
         return place_told(self.place)
 
 
 def place_told(place: tuple[str | None, int]) -> str:
-    """A row in words."""
+    """Return a row in words."""
     group, row = place
     return f"row {row}" + (f" of group {group}" if group is not None else "")
 
 
 def allocations_of(connection: Connection, study: str) -> list[Allocation]:
-    """A study's allocations, also those given up, by group, row and participant."""
+    """Return a study's allocations, also those given up, by group, row and participant."""
     return _found(connection, select(table).where(table.c.study == study))
 
 
 def allocation_of(connection: Connection, study: str, participant: str) -> Allocation | None:
-    """A participant's allocation in a study, also one given up."""
+    """Return a participant's allocation in a study, also one given up."""
     query = select(table).where(table.c.study == study, table.c.participant == participant)
     return next(iter(_found(connection, query)), None)
 
 
 def every_allocation(registry: Registry, study: str | None = None) -> list[Allocation]:
-    """All allocations of the lab, or of one study."""
+    """Return all allocations of the lab, or of one study."""
     query = select(table) if study is None else select(table).where(table.c.study == study)
     with reading(registry) as connection:
         return _found(connection, query)

@@ -24,7 +24,7 @@ def init(lab: Path) -> None:
     Example:
       palpate init mylab
     """
-    from palpate.studies.participants.making import make_lab
+    from palpate.studies.participants.lab_template import make_lab
 
     done = make_lab(lab)
     click.echo(f"{lab} is a lab now: {', '.join(done.made)}")

@@ -11,8 +11,8 @@ from palpate.studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
     from palpate.protocols.study import Study
+    from palpate.studies.participants.allocation_overview import GroupAllocation
     from palpate.studies.participants.registry import Registry
-    from palpate.studies.participants.standing import GroupStanding
 
 
 @click.command(short_help="Allocate a row of a study.")
@@ -82,17 +82,17 @@ def balance(study: str, seed: int, lab: Path, as_json: bool) -> None:
     Example:
       palpate participants balance door_ratings --lab LAB
     """
-    from palpate.studies.participants.standing import overlaps, standing
+    from palpate.studies.participants.allocation_overview import group_allocations, overlaps
 
     declared, registry = _opened(study, lab)
-    groups, shared = standing(registry, declared, seed), overlaps(registry, declared.study)
+    groups, shared = group_allocations(registry, declared, seed), overlaps(registry, declared.study)
     if as_json:
         echo_json(
-            {"groups": [_group_data(each) for each in groups], "overlaps": [_overlap_data(each) for each in shared]}
+            {"groups": [_group_data(item) for item in groups], "overlaps": [_overlap_data(item) for item in shared]}
         )
         return
-    for each in groups:
-        _show_group(each)
+    for item in groups:
+        _show_group(item)
     for one in shared:
         click.echo(one.text())
 
@@ -108,15 +108,15 @@ def overlap(study: str, lab: Path, as_json: bool) -> None:
     Example:
       palpate participants overlap door_ratings --lab LAB
     """
-    from palpate.studies.participants.standing import overlaps
+    from palpate.studies.participants.allocation_overview import overlaps
 
     declared, registry = _opened(study, lab)
     found = overlaps(registry, declared.study)
     if as_json:
-        echo_json([_overlap_data(each) for each in found])
+        echo_json([_overlap_data(item) for item in found])
         return
-    for each in found:
-        click.echo(each.text())
+    for item in found:
+        click.echo(item.text())
     if not found:
         click.echo("nobody has taken part in any other study of this lab")
 
@@ -130,39 +130,39 @@ def _opened(study: str, lab: Path) -> tuple[Study, Registry]:
     return read_study(find(study, lab)).study, open_registry(lab)
 
 
-def _show_group(found: GroupStanding) -> None:
+def _show_group(group: GroupAllocation) -> None:
     from palpate.protocols.balance import balance_lines
 
-    name = "all" if found.group is None else found.group
+    name = "all" if group.group is None else group.group
     nobody = [f"group {name}: nobody holds a row yet."]
-    for line in balance_lines(name, found.certificates) if found.holders else nobody:
+    for line in balance_lines(name, group.certificates) if group.holders else nobody:
         click.echo(line)
-    for each in found.holders:
-        inherited = f", inherited from {each.replaces}" if each.replaces else ""
-        click.echo(f"  row {each.row:>3}  {each.participant:<8} {each.status}{inherited}")
-    for row, who in found.given_up:
+    for item in group.holders:
+        inherited = f", inherited from {item.replaces}" if item.replaces else ""
+        click.echo(f"  row {item.row:>3}  {item.participant:<8} {item.status}{inherited}")
+    for row, who in group.given_up:
         click.echo(f"  row {row:>3}  on offer, given up by {who}")
-    click.echo(f"  next: row {found.next_row}")
+    click.echo(f"  next: row {group.next_row}")
 
 
-def _group_data(found: GroupStanding) -> dict[str, Any]:
+def _group_data(group: GroupAllocation) -> dict[str, Any]:
     from palpate.protocols.balance import balance_data
 
-    data = balance_data(found.certificates)
+    data = balance_data(group.certificates)
     counts = ("sequences", "balanced", "position_range", "carry_over_range", "sessions")
     certified = {key: data[key] for key in counts if key in data}
     return {
-        "group": found.group,
+        "group": group.group,
         **certified,
-        "balanced": data["balanced"] and bool(found.holders),
+        "balanced": data["balanced"] and bool(group.holders),
         "rows": [
-            {"row": each.row, "participant": each.participant, "status": each.status, "replaces": each.replaces}
-            for each in found.holders
+            {"row": item.row, "participant": item.participant, "status": item.status, "replaces": item.replaces}
+            for item in group.holders
         ],
-        "on_offer": [{"row": row, "given_up_by": who} for row, who in found.given_up],
-        "next_row": found.next_row,
+        "on_offer": [{"row": row, "given_up_by": who} for row, who in group.given_up],
+        "next_row": group.next_row,
     }
 
 
-def _overlap_data(found: Any) -> dict[str, Any]:
-    return {"study": found.other, "common": found.common, "of": found.of}
+def _overlap_data(overlap: Any) -> dict[str, Any]:
+    return {"study": overlap.other, "common": overlap.common, "of": overlap.of}

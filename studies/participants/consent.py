@@ -15,7 +15,8 @@ _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
 def consent_text(lab: Path | None, language: str = "en") -> str:
-    """What the participant reads on the screen: the lab's consent.md (consent.ko.md for ko), else the template's.
+    """Return what the participant reads on the screen: the lab's consent.md (consent.ko.md for ko), else the
+    template's.
 
     Paragraphs come as one line each with a blank line between, without marks of Markdown and without what stands
     below the line <!-- on paper only -->. Raises ParticipantError where there is no text in that language.
@@ -24,7 +25,9 @@ def consent_text(lab: Path | None, language: str = "en") -> str:
 
 
 def consent_file(lab: Path | None, language: str = "en") -> Path:
-    """Where the consent text of a language lies. Raises ParticipantError where neither lab nor template has one."""
+    """Return where the consent text of a language lies. Raises ParticipantError where neither lab nor template has
+    one.
+    """
     name = "consent.md" if language == "en" else f"consent.{language}.md"
     places = [folder / name for folder in (lab, TEMPLATE) if folder is not None]
     for place in places:
@@ -49,7 +52,7 @@ def demand_filled(lab: Path, language: str = "en") -> None:
 
 
 def unfilled(text: str) -> list[str]:
-    """The [blanks] of a text in their order, without brackets; links and check boxes are none."""
+    """Return the [blanks] of a text in their order, without brackets; links and check boxes are none."""
     return [" ".join(found.split()) for found in _BLANK.findall(text)]
 
 

@@ -1,26 +1,35 @@
-"""Writing participants.tsv: who took part, by pseudonym, with what they said about themselves and nothing else."""
+"""participants.tsv, one row for each participant as BIDS wants it, from what they answered about themselves in
+ledgers.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import select
 
+from palpate.protocols.files import write_text
+from palpate.protocols.wording import some
 from palpate.studies.participants import schema
 from palpate.studies.participants.allocations import every_allocation
-from palpate.studies.participants.answers import Answers, demographics
 from palpate.studies.participants.errors import ParticipantError
-from palpate.studies.participants.people_table import KEY, TABLE, Row, bids_id, drop_row, read_table, write_table
 from palpate.studies.participants.questions import question
 from palpate.studies.participants.registry import Registry, reading
-from palpate.studies.participants.sidecar import columns, sidecar_file
+from palpate.studies.participants.sidecar import columns, identifying, sidecar_file
+from palpate.studies.sessions.record import LedgerError, Record, read
+from palpate.studies.sessions.session_files import ledgers_in
 
 STUDIES = "studies"
 _OLDEST = 89
 """BIDS recommends this for all ages from here on: the oldest are few enough to be known by their age."""
+TABLE = "participants.tsv"
+KEY = "participant_id"
+MISSING = "n/a"
+Row = dict[str, str]
+FORM = "demographics"
 
 
 @dataclass(frozen=True)
@@ -51,9 +60,9 @@ def export(registry: Registry, with_simulated: bool = False) -> Exported:
     studies = _studies(registry, answers)
     rows = []
     for who in everybody:
-        asked = {name: _checked(sidecar, described, name, *said) for name, said in answers.given.get(who, {}).items()
+        checked = {name: _checked(sidecar, described, name, *said) for name, said in answers.given.get(who, {}).items()
                  if name in described}  # fmt: skip
-        rows.append(_row(who, before.get(bids_id(who), {}), asked, studies.get(who, set())))
+        rows.append(_row(who, before.get(bids_id(who), {}), checked, studies.get(who, set())))
     write_table(lab / TABLE, list(described), rows)
     return Exported(
         lab / TABLE, tuple(everybody), tuple(sorted(gone)), tuple(answers.simulated), tuple(answers.refused)
@@ -78,16 +87,16 @@ def _people(registry: Registry) -> dict[str, str]:
 
 
 def _studies(registry: Registry, answers: Answers) -> dict[str, set[str]]:
-    """Participant -> studies, by rows held and by sessions."""
-    found = {who: set(studies) for who, studies in answers.studies.items()}
-    for each in every_allocation(registry):
-        if each.holds:
-            found.setdefault(each.participant, set()).add(each.study)
-    return found
+    """Return participant -> studies, by rows held and by sessions."""
+    studies = {who: set(studies) for who, studies in answers.studies.items()}
+    for allocation in every_allocation(registry):
+        if allocation.holds:
+            studies.setdefault(allocation.participant, set()).add(allocation.study)
+    return studies
 
 
 def _checked(file: Path, described: Mapping[str, Any], name: str, value: Any, session: str) -> str:
-    """An answer as a cell. Raises ParticipantError where participants.json no longer knows it."""
+    """Return an answer as a cell. Raises ParticipantError where participants.json no longer knows it."""
     problem = question(f"{file}: {name}", name, {"Question": name, **described[name]}).problem(value)
     if problem is not None:
         raise ParticipantError(f"{session}: {problem}; {file} must describe every answer that was given")
@@ -99,3 +108,116 @@ def _told(name: str, value: Any) -> str:
         return str(value)
     number = min(value, _OLDEST) if name == "age" else value
     return str(int(number)) if number == int(number) else repr(number)
+
+
+def bids_id(participant: str) -> str:
+    """sub-P001 for P001."""
+    return f"sub-{participant}"
+
+
+def read_table(file: Path, known: Sequence[str]) -> dict[str, Row]:
+    """Return the rows by participant_id; none where there is no file.
+
+    Raises ParticipantError on a column that participants.json (`known`) does not describe, an uneven row, a participant
+    who stands there twice.
+    """
+    if not file.is_file():
+        return {}
+    try:
+        lines = file.read_text("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise ParticipantError(f"{file}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
+    header = lines[0].split("\t") if lines else [KEY]
+    _demand_header(file, header, known)
+    rows: dict[str, Row] = {}
+    for number, line in enumerate(lines[1:], start=2):
+        if line:
+            row = _read_row(f"{file}: line {number}", header, line.split("\t"))
+            if row[KEY] in rows:
+                raise ParticipantError(
+                    f"{file}: line {number}: {row[KEY]} stands there twice; one row each is expected"
+                )
+            rows[row[KEY]] = row
+    return rows
+
+
+def write_table(file: Path, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
+    """Put a table in the file's place, whole or not at all; a cell that is missing is n/a."""
+    lines = ["\t".join(columns), *("\t".join(_cell(row.get(name)) for name in columns) for row in rows)]
+    write_text(file, "\n".join(lines) + "\n")
+
+
+def drop_row(file: Path, participant: str) -> bool:
+    """Take a participant's row out of a table, whatever its columns; returns whether there was one."""
+    if not file.is_file():
+        return False
+    lines = file.read_text("utf-8-sig", errors="surrogateescape").splitlines(keepends=True)
+    left = [line for line in lines if line.rstrip("\r\n").split("\t")[0] != bids_id(participant)]
+    if len(left) == len(lines):
+        return False
+    write_text(file, "".join(left), errors="surrogateescape")
+    return True
+
+
+def _demand_header(file: Path, header: list[str], known: Sequence[str]) -> None:
+    if header[0] != KEY or len(set(header)) != len(header):
+        raise ParticipantError(f"{file}: line 1: {KEY} first, and no column twice, is expected; found {some(header)}")
+    for name in header:
+        if word := identifying(name):
+            raise ParticipantError(f"{file}: line 1: a column about {word!r} would say who somebody is; take it out")
+        if name not in known:
+            raise ParticipantError(
+                f"{file}: line 1: column {name!r} is not described in participants.json; add it there"
+            )
+
+
+def _read_row(where: str, header: list[str], cells: list[str]) -> Row:
+    if len(cells) != len(header):
+        raise ParticipantError(f"{where}: {len(cells)} cells, {len(header)} columns are expected (divided by tabs)")
+    return dict(zip(header, cells, strict=True))
+
+
+def _cell(text: str | None) -> str:
+    return " ".join(text.split()) or MISSING if text is not None else MISSING
+
+
+@dataclass(frozen=True)
+class Answers:
+    """given: participant -> question -> the last answer that was one, with the session it was given in.
+
+    `simulated` and `refused` name the sessions that were left out; `studies`: participant -> studies sat in.
+    """
+
+    given: dict[str, dict[str, tuple[Any, str]]] = field(default_factory=dict)
+    studies: dict[str, set[str]] = field(default_factory=dict)
+    simulated: list[str] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
+
+
+def demographics(lab: Path, with_simulated: bool = False) -> Answers:
+    """Return every answer about themselves that participants gave in the lab's sessions, the latest sitting last.
+
+    Simulated people are nobody: their sessions are left out unless asked for.
+    """
+    answers = Answers()
+    for record in _in_order(lab, answers.refused):
+        if record.header["rig"]["kind"] == "simulated" and not with_simulated:
+            answers.simulated.append(record.path.name)
+            continue
+        who = record.header["participant"]
+        answers.studies.setdefault(who, set()).add(record.header["study"]["study"])
+        given = answers.given.setdefault(who, {})
+        for answer in record.state.answers:
+            if answer.form == FORM:
+                given |= {name: (said, record.path.name) for name, said in answer.values.items() if said is not None}
+    return answers
+
+
+def _in_order(lab: Path, refused: list[str]) -> list[Record]:
+    records = []
+    for path in ledgers_in(lab):
+        try:
+            records.append(read(path))
+        except LedgerError as error:
+            refused.append(str(error))
+    return sorted(records, key=lambda record: (record.sittings[0].value["at"], record.path.name))

@@ -63,12 +63,12 @@ class Identity:
     note: str | None = None
 
     def told(self) -> dict[str, str]:
-        """What was told."""
+        """Return what was told."""
         return {key: value for key, value in asdict(self).items() if value is not None}
 
 
 def store(lab: Path) -> Path:
-    """Where the lab's identities lie: LAB/private/identities.sqlite."""
+    """Return where the lab's identities lie: LAB/private/identities.sqlite."""
     return lab / "private" / "identities.sqlite"
 
 
@@ -121,7 +121,9 @@ def demand_nameless(lab: Path, participant: str, why: str) -> None:
 
 
 def identities(lab: Path) -> dict[str, Identity]:
-    """Everybody by pseudonym; nobody where there is no store. Raises ParticipantError if it is open to others."""
+    """Return everybody by pseudonym; nobody where there is no store. Raises ParticipantError if it is open to
+    others.
+    """
     demand_private(lab)
     if not store(lab).exists():
         return {}

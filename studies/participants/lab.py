@@ -34,7 +34,7 @@ def demand_lab(lab: Path) -> None:
 
 
 def settings(lab: Path) -> Settings:
-    """The lab's settings; those of a lab without lab.yaml are the defaults.
+    """Return the lab's settings; those of a lab without lab.yaml are the defaults.
 
     Raises YamlError on what is no plain YAML, ParticipantError on an unknown key or a value of the wrong kind.
     """

@@ -13,7 +13,7 @@ from palpate.studies.participants.questions import questions
 
 
 def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabForms | None:
-    """The lab's consent text and questions, where the study opens with them; a real session's must be filled in.
+    """Return the lab's consent text and questions, where the study opens with them; a real session's must be filled in.
 
     Of the lab's questions the study asks those that it names, all where it names none.
     """

@@ -11,7 +11,7 @@ from palpate.protocols.wording import count
 from palpate.studies.participants import schema
 from palpate.studies.participants.allocations import Allocation, every_allocation
 from palpate.studies.participants.identities import Identity
-from palpate.studies.participants.pseudonyms import in_sessions
+from palpate.studies.participants.people import in_sessions
 from palpate.studies.participants.registry import Registry, reading
 from palpate.studies.participants.withdrawal import sessions_by_participant
 
@@ -19,7 +19,7 @@ Row = dict[str, Any]
 
 
 def listed(registry: Registry, study: str | None = None) -> list[Row]:
-    """Everybody in the registry, and who has sessions here without being in it (status: session), by pseudonym.
+    """Return everybody in the registry, and who has sessions here without being in it (status: session), by pseudonym.
 
     With a study, those with a row of it, also one given up. No names.
     """
@@ -27,8 +27,8 @@ def listed(registry: Registry, study: str | None = None) -> list[Row]:
     with reading(registry) as connection:
         status = {row.participant: row.status for row in connection.execute(select(people))}
     rows: dict[str, list[Allocation]] = {}
-    for each in every_allocation(registry, study):
-        rows.setdefault(each.participant, []).append(each)
+    for allocation in every_allocation(registry, study):
+        rows.setdefault(allocation.participant, []).append(allocation)
     status = dict.fromkeys(in_sessions(registry.lab), "session") | status
     sessions = sessions_by_participant(registry.lab)
     return [
@@ -44,27 +44,27 @@ def _row(participant: str, status: str, rows: Sequence[Allocation], sessions: li
         "status": status,
         "studies": [
             {
-                "study": each.study,
-                "group": each.group,
-                "row": each.row,
-                "status": each.status,
-                "replaces": each.replaces,
+                "study": allocation.study,
+                "group": allocation.group,
+                "row": allocation.row,
+                "status": allocation.status,
+                "replaces": allocation.replaces,
             }
-            for each in rows
+            for allocation in rows
         ],
         "sessions": sessions,
     }
 
 
 def lines(people: Sequence[Row], identities: Mapping[str, Identity]) -> Iterator[str]:
-    """The list for the screen; with names where identities are given."""
+    """Yield the list for the screen; with names where identities are given."""
     for person in people:
         known = identities.get(person["participant"])
         named = "".join(f"  {text}" for text in known.told().values()) if known is not None else ""
         sessions = len(person["sessions"])
         yield f"{person['participant']:<8} {person['status']:<10} {count(sessions, 'session')}{named}"
-        for each in person["studies"]:
-            group = f"group {each['group']}, " if each["group"] is not None else ""
-            inherited = f", inherited from {each['replaces']}" if each["replaces"] else ""
-            yield f"{'':<8} {each['study']}: {group}row {each['row']}, {each['status']}{inherited}"
+        for allocation in person["studies"]:
+            group = f"group {allocation['group']}, " if allocation["group"] is not None else ""
+            inherited = f", inherited from {allocation['replaces']}" if allocation["replaces"] else ""
+            yield f"{'':<8} {allocation['study']}: {group}row {allocation['row']}, {allocation['status']}{inherited}"
     yield f"{count(len(people), 'participant')}, {sum(person['status'] == 'withdrawn' for person in people)} withdrawn"

@@ -1,7 +1,9 @@
-"""Who there is: adding a pseudonym, and whether one is known and active."""
+"""Who there is: pseudonyms, the next that is free, and whether one is known and active."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from sqlalchemy import Connection, insert, select
@@ -10,11 +12,12 @@ from palpate.protocols.lookalikes import looks
 from palpate.protocols.shell_command import shell_command
 from palpate.studies.participants import schema
 from palpate.studies.participants.errors import ParticipantError
-from palpate.studies.participants.pseudonyms import demand_pseudonym, in_sessions, next_pseudonym
 from palpate.studies.participants.registry import Registry, note, reading, write
 from palpate.studies.sessions.environment import wall_time
 
 people = schema.participants
+_PSEUDONYM = re.compile(r"^[A-Za-z][A-Za-z0-9]{0,14}[0-9]$")
+_OF_SESSION = re.compile(r"_([A-Za-z0-9]+)_s[0-9]+\.sqlite$")
 
 
 def add(registry: Registry, pseudonym: str | None = None) -> str:
@@ -50,7 +53,7 @@ def demand_active(connection: Connection, lab: Path, participant: str) -> None:
 
 
 def unknown(lab: Path, participant: str) -> str:
-    """What to say of a participant who is not in the registry."""
+    """Return what to say of a participant who is not in the registry."""
     command = shell_command("participants", "add", "--pseudonym", participant, "--lab", lab)
     return f"{participant} is not known in {lab}: {command}"
 
@@ -62,10 +65,10 @@ def _status(connection: Connection, participant: str) -> str | None:
 def _added(connection: Connection, pseudonym: str | None, held: set[str]) -> str:
     known = set(connection.execute(select(people.c.participant)).scalars())
     new = pseudonym or next_pseudonym(known | held)
-    same = next((each for each in sorted(known) if each.casefold() == new.casefold()), None)
+    same = next((name for name in sorted(known) if name.casefold() == new.casefold()), None)
     if same is not None:
         raise ParticipantError(f"{same} is known already; leave --pseudonym out for the next free one")
-    alike = next((each for each in sorted(known | held) if looks(each) == looks(new) and each != new), None)
+    alike = next((name for name in sorted(known | held) if looks(name) == looks(new) and name != new), None)
     if alike is not None:
         raise ParticipantError(
             f"{new} looks like {alike}, which is in use here: a reader would take the two for one person; give another"
@@ -74,3 +77,26 @@ def _added(connection: Connection, pseudonym: str | None, held: set[str]) -> str
     connection.execute(insert(people), {"participant": new, "status": "active", "added_at": wall_time()})
     note(connection, "added", {"participant": new})
     return new
+
+
+def demand_pseudonym(text: str) -> None:
+    """Raise ParticipantError unless the text is letters and digits, a digit last: a given name is no pseudonym."""
+    if not _PSEUDONYM.fullmatch(text):
+        raise ParticipantError(
+            f"participant {text!r}: a pseudonym as P001 is expected: a letter, up to 15 letters or digits, a digit last"
+        )
+
+
+def next_pseudonym(known: Iterable[str]) -> str:
+    """Return the first of P001, P002, ... that was never given, nor one that looks like it (p1, P0001)."""
+    given = {looks(pseudonym) for pseudonym in known}
+    number = 1
+    while looks(f"P{number:03d}") in given:
+        number += 1
+    return f"P{number:03d}"
+
+
+def in_sessions(lab: Path) -> set[str]:
+    """Return the pseudonyms that the names of the lab's session files hold."""
+    matches = (_OF_SESSION.search(path.name) for path in (lab / "sessions").glob("*.sqlite"))
+    return {match[1] for match in matches if match}

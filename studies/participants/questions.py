@@ -11,7 +11,7 @@ from palpate.studies.participants.sidecar import columns, level_label, sidecar_f
 
 
 def questions(lab: Path | None, language: str = "en") -> tuple[Question, ...]:
-    """A question for every column that has a `Question`, in the file's order, in a language.
+    """Return a question for every column that has a `Question`, in the file's order, in a language.
 
     A column with `Levels` is a choice, one with `Units`, `Minimum` or `Maximum` a number, any other a text.
     Answers are voluntary unless the column says "Optional": false.
@@ -23,7 +23,7 @@ def questions(lab: Path | None, language: str = "en") -> tuple[Question, ...]:
 
 
 def question(where: str, name: str, column: dict[str, Any], language: str = "en") -> Question:
-    """One column's question; `where` is its place for messages."""
+    """Return one column's question; `where` is its place for messages."""
     return Question(
         name=name,
         text=_in(where, column, "Question", language),
@@ -53,7 +53,7 @@ def _levels(where: str, column: dict[str, Any], language: str) -> tuple[tuple[st
 
 
 def _in(where: str, column: dict[str, Any], key: str, language: str) -> Any:
-    """A key's value in the language; English stands under the plain key."""
+    """Return a key's value in the language; English stands under the plain key."""
     translated = key if language == "en" else f"{key}_{language}"
     if translated not in column:
         raise ParticipantError(f"{where}.{translated}: missing; a translation of {key} is expected")

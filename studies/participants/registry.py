@@ -39,17 +39,17 @@ class Registry:
 
 
 def registry_url(lab: Path) -> URL:
-    """Where the lab's registry is: LAB/participants/registry.sqlite, or what lab.yaml says.
+    """Return where the lab's registry is: LAB/participants/registry.sqlite, or what lab.yaml says.
 
     A relative SQLite path is the lab's. Raises ParticipantError on a URL that cannot be used.
     """
-    told = settings(lab).registry
-    if told is None:
+    url_text = settings(lab).registry
+    if url_text is None:
         return URL.create("sqlite", database=str(lab / "participants" / "registry.sqlite"))
     try:
-        url = make_url(told)
+        url = make_url(url_text)
     except (ArgumentError, ValueError) as error:
-        raise ParticipantError(f"{lab / SETTINGS}: registry: {database_reason(error, told)}") from None
+        raise ParticipantError(f"{lab / SETTINGS}: registry: {database_reason(error, url_text)}") from None
     dialect = url.get_backend_name()
     if dialect not in {"sqlite", "postgresql"}:
         raise ParticipantError(f"{lab / SETTINGS}: registry: found {dialect}; expected postgresql+psycopg or sqlite")
@@ -61,7 +61,7 @@ def registry_url(lab: Path) -> URL:
 
 
 def find_registry(lab: Path) -> Registry | None:
-    """The lab's registry to read, or None where it has none yet. Writes nothing.
+    """Return the lab's registry to read, or None where it has none yet. Writes nothing.
 
     Raises ParticipantError where it cannot be reached or is newer.
     """
@@ -70,20 +70,20 @@ def find_registry(lab: Path) -> Registry | None:
         return None
     registry = _at(lab, url)
     with reading(registry) as connection:
-        made = inspect(connection).has_table(schema.registry.name)
-        if made:
+        exists = inspect(connection).has_table(schema.registry.name)
+        if exists:
             _demand_version(connection, url)
-    return registry if made else None
+    return registry if exists else None
 
 
 def open_registry(lab: Path) -> Registry:
-    """The lab's registry to write, its tables made where missing.
+    """Return the lab's registry to write, its tables made where missing.
 
     Raises ParticipantError where it cannot be reached or is newer.
     """
-    found = find_registry(lab)
-    if found is not None:
-        return found
+    existing = find_registry(lab)
+    if existing is not None:
+        return existing
     url = registry_url(lab)
     if settings(lab).registry is None:
         make_folder(Path(str(url.database)).parent)
@@ -94,7 +94,7 @@ def open_registry(lab: Path) -> Registry:
 
 @contextmanager
 def reading(registry: Registry) -> Iterator[Connection]:
-    """One moment of the registry."""
+    """Yield one moment of the registry."""
     with _said(registry), registry.engine.connect() as connection, connection.begin():
         yield connection
 
@@ -122,7 +122,7 @@ def note(connection: Connection, what: str, body: dict[str, Any]) -> None:
 
 
 def withdrawn(lab: Path) -> set[str]:
-    """The pseudonyms of those who withdrew: their sessions are not to be collected, analysed or exported."""
+    """Return the pseudonyms of those who withdrew: their sessions are not to be collected, analysed or exported."""
     registry = find_registry(lab)
     if registry is None:
         return set()
@@ -131,13 +131,13 @@ def withdrawn(lab: Path) -> set[str]:
 
 
 def gone(connection: Connection) -> set[str]:
-    """The pseudonyms of those who withdrew."""
+    """Return the pseudonyms of those who withdrew."""
     people = schema.participants
     return set(connection.execute(select(people.c.participant).where(people.c.status == "withdrawn")).scalars())
 
 
 def where(registry: Registry) -> str:
-    """The registry's place for messages, without a password."""
+    """Return the registry's place for messages, without a password."""
     return f"registry {_shown(registry.engine.url)}"
 
 
@@ -192,9 +192,9 @@ def _create(connection: Connection, url: URL) -> None:
 
 
 def _demand_version(connection: Connection, url: URL) -> None:
-    found = connection.execute(select(schema.registry.c.version)).scalar()
-    if found != schema.VERSION:
+    version = connection.execute(select(schema.registry.c.version)).scalar()
+    if version != schema.VERSION:
         raise ParticipantError(
-            f"registry {_shown(url)}: written in version {found}, this Palpate reads {schema.VERSION}: "
+            f"registry {_shown(url)}: written in version {version}, this Palpate reads {schema.VERSION}: "
             "update Palpate on this station"
         )

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
+from pathlib import Path
 
 from sqlalchemy import Connection
 
@@ -14,8 +17,12 @@ from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
 from palpate.studies.participants.errors import ParticipantError
 from palpate.studies.participants.people import demand_active
-from palpate.studies.participants.places import Place, Places, Recorded, emptiest, places, recorded_rows
 from palpate.studies.participants.registry import Registry, gone, note, write
+from palpate.studies.participants.taken_rows import rows_taken
+
+Place = tuple[str | None, int]
+Recorded = Mapping[str, Place]
+"""Participant -> the row that their session here was recorded with."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +42,7 @@ def allocate_row(
     row: int | None = None,
     replaces: str | None = None,
 ) -> ParticipantRow:
-    """The participant's row in the study: the one they have, else one that nobody else holds; atomic everywhere.
+    """Return the participant's row in the study: the one they have, else one that nobody else holds; atomic everywhere.
 
     Without a wish it is in the group with the fewest holders: the lowest row that somebody gave up, else the lowest
     never taken. Rows grow without bound; a design takes them modulo its own number. `replaces` inherits the row of
@@ -75,7 +82,7 @@ def give_up(connection: Connection, own: Allocation, why: str) -> Allocation:
 
 
 def _earlier(study: str, participant: str, recorded: Recorded) -> Allocation | None:
-    """The row of the participant's session from before there was a registry."""
+    """Return the row of the participant's session from before there was a registry."""
     if participant not in recorded:
         return None
     group, row = recorded[participant]
@@ -126,7 +133,7 @@ def release_command(study: str, participant: str) -> str:
 
 
 def _taken_up(earlier: Allocation, standing: Places) -> Allocation:
-    """The row that the participant had before, if nobody got it meanwhile."""
+    """Return the row that the participant had before, if nobody got it meanwhile."""
     holder = standing.held.get(earlier.place)
     if holder is not None:
         raise ParticipantError(
@@ -137,7 +144,7 @@ def _taken_up(earlier: Allocation, standing: Places) -> Allocation:
 
 
 def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Place:
-    """The place asked for, if nobody holds it, else the next on offer."""
+    """Return the place asked for, if nobody holds it, else the next on offer."""
     if place is None:
         group = wish.group if wish.group is not None else emptiest(standing, list(study.groups))
         return group, standing.offer(group)
@@ -150,7 +157,7 @@ def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Pl
 
 
 def _wished(study: str, wish: Wish, everybody: list[Allocation], recorded: Recorded) -> Place | None:
-    """The very place that is asked for, or None where any will do."""
+    """Return the very place that is asked for, or None where any will do."""
     if wish.replaces is None:
         return (wish.group, wish.row) if wish.row is not None else None
     left = next((each for each in everybody if each.participant == wish.replaces), None)
@@ -181,3 +188,42 @@ def _given(connection: Connection, got: Allocation) -> Allocation:
 
 def _told(one: Allocation) -> dict[str, str | int | None]:
     return {"study": one.study, "participant": one.participant, "group": one.group, "row": one.row}
+
+
+@dataclass(frozen=True)
+class Places:
+    """held: place -> who holds it. given_up: places nobody holds any more -> who gave them up last."""
+
+    held: dict[Place, str]
+    given_up: dict[Place, str]
+
+    def offer(self, group: str | None) -> int:
+        """Return the row that the next participant of a group gets: the lowest given up, else the lowest never
+        taken.
+        """
+        rows = sorted(row for of, row in self.given_up if of == group)
+        return rows[0] if rows else next(row for row in count() if (group, row) not in self.held)
+
+    def holders(self, group: str | None) -> int:
+        """Return how many hold a row of the group."""
+        return sum(of == group for of, _ in self.held)
+
+
+def recorded_rows(lab: Path, study: str) -> dict[str, Place]:
+    """Return the rows of the sessions in the lab's folder: a lab that ran before it had a registry gives none twice."""
+    taken = rows_taken(lab, study, simulated=False)
+    return {who: place for place, holders in taken.items() for who in sorted(holders)}
+
+
+def places(allocations: Sequence[Allocation], recorded: Recorded, gone: set[str]) -> Places:
+    """Return the rows of a study. The registry overrules sessions; `gone` are those who withdrew."""
+    known = {each.participant for each in allocations} | gone
+    held = {place: who for who, place in sorted(recorded.items()) if who not in known}
+    held |= {each.place: each.participant for each in allocations if each.holds}
+    given_up = {each.place: each.participant for each in allocations if not each.holds and each.place not in held}
+    return Places(held, given_up)
+
+
+def emptiest(found: Places, groups: Sequence[str]) -> str | None:
+    """Return the group with the fewest holders, the first in order of those; None where there are no groups."""
+    return min(sorted(groups), key=found.holders, default=None)

@@ -37,13 +37,13 @@ Columns = dict[str, dict[str, Any]]
 
 
 def sidecar_file(lab: Path | None) -> Path:
-    """The lab's participants.json, or the template's where there is no lab or it has none."""
+    """Return the lab's participants.json, or the template's where there is no lab or it has none."""
     own = lab / SIDECAR if lab is not None else None
     return own if own is not None and own.is_file() else TEMPLATE / SIDECAR
 
 
 def columns(file: Path) -> Columns:
-    """The columns by name, in the file's order, participant_id first.
+    """Return the columns by name, in the file's order, participant_id first.
 
     Raises ParticipantError with file, key and expectation: on what is no JSON, a value of the wrong kind, a name that
     no column may have, a column that would say who somebody is.
@@ -57,7 +57,7 @@ def columns(file: Path) -> Columns:
 
 
 def identifying(name: str) -> str | None:
-    """The word in a column's name that says who somebody is, or None."""
+    """Return the word in a column's name that says who somebody is, or None."""
     spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
     words = re.split(r"[\W_0-9]+", spaced.casefold())
     pairs = [first + second for first, second in pairwise(words)]
@@ -84,12 +84,12 @@ def _demand_finite(file: Path, constant: str) -> None:
 
 
 def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    pairs_by_key: dict[str, Any] = {}
     for key, value in pairs:
-        if key in found:
+        if key in pairs_by_key:
             raise KeyError(key)
-        found[key] = value
-    return found
+        pairs_by_key[key] = value
+    return pairs_by_key
 
 
 def _demand_column(where: str, name: str, column: Any) -> None:
@@ -125,11 +125,11 @@ def _demand_value(where: str, key: str, value: Any) -> None:
 
 
 def _levels(value: Any) -> bool:
-    """Level -> label, or BIDS's level -> {Description}."""
+    """Return level -> label, or BIDS's level -> {Description}."""
     return isinstance(value, Mapping) and bool(value) and all(level_label(label) for label in value.values())
 
 
 def level_label(label: Any) -> str | None:
-    """The words for a level; BIDS allows a text or an object with a Description."""
+    """Return the words for a level; BIDS allows a text or an object with a Description."""
     text = label.get("Description") if isinstance(label, Mapping) else label
     return text if isinstance(text, str) and text.strip() else None

@@ -50,22 +50,22 @@ def withdraw(registry: Registry, participant: str, why: str) -> Withdrawn:
 
 
 def sessions_of(lab: Path, participant: str) -> tuple[str, ...]:
-    """The names of the participant's session files in this lab's folder."""
+    """Return the names of the participant's session files in this lab's folder."""
     return tuple(sessions_by_participant(lab).get(participant, ()))
 
 
 def sessions_by_participant(lab: Path) -> dict[str, list[str]]:
-    """Participant -> the names of their session files in this lab's folder."""
-    found: dict[str, list[str]] = {}
+    """Return participant -> the names of their session files in this lab's folder."""
+    sessions: dict[str, list[str]] = {}
     for path in ledgers_in(lab):
-        found.setdefault(path.stem.rsplit("_", 2)[1], []).append(path.name)
-    return found
+        sessions.setdefault(path.stem.rsplit("_", 2)[1], []).append(path.name)
+    return sessions
 
 
 def recorded_everywhere(lab: Path, participant: str) -> dict[str, ParticipantRow]:
     """Study -> the row that the participant's sessions in this lab's folder were recorded with."""
     ledgers = (lab / "sessions" / name for name in sessions_of(lab, participant))
-    return {each.study: each.who for each in session_starts(ledgers)}
+    return {start.study: start.who for start in session_starts(ledgers)}
 
 
 def _withdrawn(
@@ -78,21 +78,21 @@ def _withdrawn(
 ) -> Withdrawn:
     people = schema.participants
     connection.execute(update(people).where(people.c.participant == participant).values(status="withdrawn"))
-    released = [give_up(connection, each, "withdrawn") for each in _held(connection, participant, rows)]
+    released = [give_up(connection, allocation, "withdrawn") for allocation in _held(connection, participant, rows)]
     body = {"participant": participant, "why": why, "identity_erased": erased, "sessions": list(sessions)}
     note(connection, "withdrawn", body)
     return Withdrawn(participant, erased, tuple(released), sessions)
 
 
 def _held(connection: Connection, participant: str, rows: dict[str, ParticipantRow]) -> list[Allocation]:
-    """The participant's rows in the registry, and those of sessions from before there was one."""
+    """Return the participant's rows in the registry, and those of sessions from before there was one."""
     mine = schema.allocations
     query = select(mine.c.study).where(mine.c.participant == participant).order_by(mine.c.study)
     known = connection.execute(query).scalars().all()
-    found = [allocation_of(connection, study, participant) for study in known]
+    allocations = [allocation_of(connection, study, participant) for study in known]
     earlier = [
         Allocation(study, participant, who.group, who.row, "active")
         for study, who in sorted(rows.items())
         if study not in known
     ]
-    return [each for each in (*found, *earlier) if each is not None and each.holds]
+    return [allocation for allocation in (*allocations, *earlier) if allocation is not None and allocation.holds]

@@ -19,7 +19,7 @@ from palpate.studies.console.words import about
 from palpate.studies.launching.changes import study_change
 from palpate.studies.launching.launch import plans_of
 from palpate.studies.participants.lab import SIDECAR
-from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.sessions.record import Record, read
 from palpate.studies.sessions.session import resume, start

@@ -14,7 +14,7 @@ from sqlalchemy import create_engine
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.study import Study
-from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.people import add
 from palpate.studies.participants.registry import Registry, open_registry
 from palpate.studies.sessions.ledger import create, take_up

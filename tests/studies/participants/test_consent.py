@@ -2,7 +2,7 @@ import pytest
 
 from palpate.studies.participants.consent import consent_text, demand_filled, plain, unfilled
 from palpate.studies.participants.errors import ParticipantError
-from palpate.studies.participants.making import template_files
+from palpate.studies.participants.lab_template import template_files
 
 
 def fill(lab, name="consent.md"):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from palpate.studies.participants.allocations import every_allocation
-from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.registry import open_registry
 from tests.studies.participants.labs import postgres_schema
 

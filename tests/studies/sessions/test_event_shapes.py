@@ -18,7 +18,7 @@ from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.worlds import Divergence
 from palpate.studies.collecting.collect import CollectError, collect, open_database
-from palpate.studies.participants.answers import demographics
+from palpate.studies.participants.export import demographics
 from palpate.studies.sessions.ledger_schema import SEED, event_hash, sitting_hash
 from palpate.studies.sessions.record import LedgerError, read
 from palpate.studies.sessions.replay import replay

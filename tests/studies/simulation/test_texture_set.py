@@ -20,7 +20,7 @@ from palpate.protocols.requests import Sense
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.lab import demand_lab
-from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
 from palpate.devices.window.calibration import Calibration, write_calibration
-from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.people import add
 from palpate.studies.participants.registry import open_registry
 

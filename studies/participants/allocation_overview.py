@@ -1,4 +1,6 @@
-"""How a study stands: its balance so far, who holds which row, what is on offer, and who took part in what else."""
+"""How a study's rows are allocated: the balance so far, who holds which row, what is on offer, who took part
+elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +13,14 @@ from palpate.protocols.balance import Balance, certificates
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.allocations import Allocation, every_allocation
-from palpate.studies.participants.places import Places, places, recorded_rows
 from palpate.studies.participants.registry import Registry, withdrawn
+from palpate.studies.participants.rows import Places, places, recorded_rows
 from palpate.studies.sessions.session_files import ledgers_in
 from palpate.studies.sessions.session_headers import session_starts
 
 
 @dataclass(frozen=True)
-class GroupStanding:
+class GroupAllocation:
     """One group: its certificates, its rows with their holders, rows given up, and the row the next one gets.
 
     `certificates` are those of `palpate.protocols.balance.certificates`: of all sessions,
@@ -33,7 +35,7 @@ class GroupStanding:
 
     @property
     def certificate(self) -> Balance:
-        """The certificate over all sessions."""
+        """Return the certificate over all sessions."""
         return self.certificates[""]
 
 
@@ -51,17 +53,17 @@ class Overlap:
         return f"{share} % ({self.common} of {self.of}) also took part in {self.other}"
 
 
-def standing(registry: Registry, study: Study, seed: int = 0) -> list[GroupStanding]:
-    """Every group of a study as it stands.
+def group_allocations(registry: Registry, study: Study, seed: int = 0) -> list[GroupAllocation]:
+    """Return every group of a study as it stands.
 
     Orders drawn at random are those of the session that a participant had here; `seed` is for who had none yet.
     """
-    kept = every_allocation(registry, study.study)
-    found = places(kept, recorded_rows(registry.lab, study.study), withdrawn(registry.lab))
-    known = {each.participant: each for each in kept if each.holds}
+    allocations = every_allocation(registry, study.study)
+    held_places = places(allocations, recorded_rows(registry.lab, study.study), withdrawn(registry.lab))
+    known = {allocation.participant: allocation for allocation in allocations if allocation.holds}
     groups: list[str | None] = [*sorted(study.groups)]
     seeds = _seeds(registry.lab, study.study, seed)
-    return [_of_group(study, group, found, known, seeds) for group in groups or [None]]
+    return [_of_group(study, group, held_places, known, seeds) for group in groups or [None]]
 
 
 def overlaps(registry: Registry, study: str) -> list[Overlap]:
@@ -76,36 +78,36 @@ def overlaps(registry: Registry, study: str) -> list[Overlap]:
 
 
 def _of_group(
-    study: Study, group: str | None, found: Places, known: dict[str, Allocation], seeds: Mapping[str, int]
-) -> GroupStanding:
-    held = sorted((row, who) for (of, row), who in found.held.items() if of == group)
+    study: Study, group: str | None, places: Places, known: dict[str, Allocation], seeds: Mapping[str, int]
+) -> GroupAllocation:
+    held = sorted((row, who) for (of, row), who in places.held.items() if of == group)
     people = [(ParticipantRow(who, group, row), seeds[who]) for row, who in held]
-    return GroupStanding(
+    return GroupAllocation(
         group,
         certificates(study, people),
         tuple(known.get(who) or Allocation(study.study, who, group, row, "session") for row, who in held),
-        tuple(sorted((row, who) for (of, row), who in found.given_up.items() if of == group)),
-        found.offer(group),
+        tuple(sorted((row, who) for (of, row), who in places.given_up.items() if of == group)),
+        places.offer(group),
     )
 
 
 def _seeds(lab: Path, study: str, otherwise: int) -> Mapping[str, int]:
-    """Participant -> the seed of their first session of the study in person."""
-    found: defaultdict[str, int] = defaultdict(lambda: otherwise)
-    for each in session_starts(reversed(ledgers_in(lab, study))):
-        if each.in_person and each.seed is not None:
-            found[each.who.participant] = each.seed
-    return found
+    """Return participant -> the seed of their first session of the study in person."""
+    seeds: defaultdict[str, int] = defaultdict(lambda: otherwise)
+    for start in session_starts(reversed(ledgers_in(lab, study))):
+        if start.in_person and start.seed is not None:
+            seeds[start.who.participant] = start.seed
+    return seeds
 
 
 def _participation(registry: Registry) -> dict[str, set[str]]:
     """Study -> who takes part."""
-    found: dict[str, set[str]] = {}
+    people: dict[str, set[str]] = {}
     for held in every_allocation(registry):
         if held.holds:
-            found.setdefault(held.study, set()).add(held.participant)
-    for each in session_starts(ledgers_in(registry.lab)):
-        if each.in_person:
-            found.setdefault(each.study, set()).add(each.who.participant)
+            people.setdefault(held.study, set()).add(held.participant)
+    for start in session_starts(ledgers_in(registry.lab)):
+        if start.in_person:
+            people.setdefault(start.study, set()).add(start.who.participant)
     gone = withdrawn(registry.lab)
-    return {study: people - gone for study, people in found.items() if people - gone}
+    return {study: people - gone for study, people in people.items() if people - gone}

@@ -1,4 +1,4 @@
-"""Making a lab from the template: nothing is ever overwritten."""
+"""A new lab from the template: nothing is ever overwritten."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _OF_A_LAB = {*FOLDERS, SETTINGS, "analysis", "imported", "lab.sqlite", "bench"}
 
 
 @dataclass(frozen=True)
-class Made:
+class NewLab:
     """The files and folders that were made, and the blanks to fill in by file."""
 
     lab: Path
@@ -25,7 +25,7 @@ class Made:
     blanks: dict[str, int]
 
 
-def make_lab(lab: Path) -> Made:
+def make_lab(lab: Path) -> NewLab:
     """Put the template's files and the empty folders into a folder that is new, empty, or holds studies and sessions.
 
     Raises ParticipantError where the folder is a lab already, is a file, or holds anything else.
@@ -41,7 +41,7 @@ def make_lab(lab: Path) -> Made:
     made = [*(f"{name}/" for name in folders), *(source.name for source in files)]
     texts = {source.name: (lab / source.name).read_text("utf-8") for source in template_files()}
     blanks = {name: len(unfilled(text)) for name, text in texts.items() if name.endswith(".md") and name != "README.md"}
-    return Made(lab, tuple(sorted(made)), {name: count for name, count in sorted(blanks.items()) if count})
+    return NewLab(lab, tuple(sorted(made)), {name: count for name, count in sorted(blanks.items()) if count})
 
 
 def template_files() -> list[Path]:

@@ -6,7 +6,7 @@ import pytest
 
 from palpate.studies.participants.errors import ParticipantError
 from palpate.studies.participants.lab import TEMPLATE
-from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.lab_template import make_lab
 
 ROOT = Path(__file__).resolve().parents[3]
 FILES = ["README.md", "consent.ko.md", "consent.md", "data_protection.md", "instructions.md", "participants.json",

@@ -1,9 +1,9 @@
 from palpate.protocols.balance import certificate
 from palpate.protocols.plan import main_order
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.participants.allocation_overview import Overlap, group_allocations, overlaps
 from palpate.studies.participants.people import add
 from palpate.studies.participants.rows import allocate_row, release
-from palpate.studies.participants.standing import Overlap, overlaps, standing
 from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
 from tests.studies.participants.labs import filled, grouped, sat
@@ -13,16 +13,16 @@ def test_a_study_is_certified_balanced_when_its_square_is_full_and_not_before(re
     filled(registry, 5)
     for number in range(1, 4):
         allocate_row(registry, toy(), f"P{number:03d}")
-        assert not standing(registry, toy())[0].certificate.balanced
+        assert not group_allocations(registry, toy())[0].certificate.balanced
     allocate_row(registry, toy(), "P004")
-    [whole] = standing(registry, toy())
+    [whole] = group_allocations(registry, toy())
     assert whole.certificate.balanced and whole.certificate.sequences == 4 and whole.group is None
     assert [each.participant for each in whole.holders] == ["P001", "P002", "P003", "P004"] and whole.next_row == 4
     release(registry, toy(), "P002", "ill")
-    [gap] = standing(registry, toy())
+    [gap] = group_allocations(registry, toy())
     assert not gap.certificate.balanced and gap.given_up == ((1, "P002"),) and gap.next_row == 1
     allocate_row(registry, toy(), "P005", replaces="P002")
-    [mended] = standing(registry, toy())
+    [mended] = group_allocations(registry, toy())
     assert mended.certificate.balanced and mended.given_up == () and mended.holders[1].replaces == "P002"
 
 
@@ -30,14 +30,14 @@ def test_groups_stand_by_themselves_and_sessions_from_before_the_registry_count(
     sat(home.lab, "P001", row=("x", 0))
     filled(home, 1)
     allocate_row(home, grouped(), "P002")
-    x, y = standing(home, grouped())
+    x, y = group_allocations(home, grouped())
     assert [(each.participant, each.status) for each in x.holders] == [("P001", "session")]
     assert [(each.participant, each.status) for each in y.holders] == [("P002", "active")]
     assert (x.certificate.sequences, y.certificate.sequences) == (1, 1)
 
 
 def test_a_study_that_nobody_is_in_stands_empty(home):
-    [empty] = standing(home, toy())
+    [empty] = group_allocations(home, toy())
     assert (empty.holders, empty.given_up, empty.next_row, empty.certificate.sequences) == ((), (), 0, 0)
 
 
@@ -85,7 +85,7 @@ def test_the_certificate_of_a_random_design_is_of_the_orders_that_were_run(home)
         [stimulus.id for _, stimulus in main_order(study, ParticipantRow(f"P00{n}", None, n - 1), n + 6)]
         for n in (1, 2)
     ]
-    assert standing(home, study)[0].certificate == certificate(orders)
+    assert group_allocations(home, study)[0].certificate == certificate(orders)
     assert certificate(orders) != certificate(
         [[stimulus.id for _, stimulus in main_order(study, ParticipantRow(f"P00{n}", None, n - 1))] for n in (1, 2)]
     )
