@@ -15,7 +15,7 @@ from palpate.analysis.first_look.study_statistics import Question, Row, StudySta
 from palpate.analysis.first_look.study_statistics import Test as Answer
 from palpate.analysis.ratings.dataset import Exclusion
 from palpate.analysis.reports.blocks import Folded
-from palpate.analysis.reports.tables import Footnotes, Table
+from palpate.analysis.reports.tables import Table
 from palpate.analysis.statistics.anova import anova
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
@@ -153,15 +153,6 @@ def test_what_was_left_out_is_counted_by_its_kind() -> None:
 def test_averaged_ratings_and_rows_that_are_none_are_not_left_out() -> None:
     facts = left_out(Exclusion("averaged", "3 participants", "", 60, 12), Exclusion("rows", "a.csv", "no loop", 600))
     assert (facts["Left out"], facts["Averaged"], facts["Rows without a rating"]) == ("nothing", "60 into 12", "600")
-
-
-def test_footnotes_are_numbered_and_never_share_a_number() -> None:
-    notes = Footnotes()
-    marks = [notes.marked("x", f"note {number}") for number in range(40)]
-    assert len(set(marks)) == 40
-    assert (marks[0], marks[22], marks[39]) == ("x ¹", "x ²³", "x ⁴⁰")
-    assert notes.marked("y", "note 22") == "y ²³" and notes.marked("z", "") == "z"
-    assert notes.lines()[39] == "⁴⁰ note 39"
 
 
 def test_the_means_of_every_stimulus_are_on_the_page() -> None:

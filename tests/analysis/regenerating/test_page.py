@@ -10,7 +10,6 @@ import pytest
 
 from palpate.analysis.ratings.dataset import Exclusion
 from palpate.analysis.regenerating.page import left_out, parts_of, seconds_told
-from palpate.analysis.reports.blocks import SHORT_CAPTION, caption
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE, page_of, small_study
 
 UNCLOSED = {"meta", "link", "br", "path", "use", "rect", "image", "circle"}
@@ -131,13 +130,6 @@ def test_the_ledger_is_counted_by_reason():
         ("practice trials do not count", "practice", "16", "112"),
     ]
     assert len(found.lines.rows) == 16
-
-
-def test_a_long_caption_is_opened_at_the_end_of_a_sentence():
-    text = " ".join(f"Sentence {n} is p < .05 and e.g. this long." for n in range(20))
-    found = caption(text)
-    assert len(found.first) <= SHORT_CAPTION and found.first.endswith(".") and f"{found.first} {found.rest}" == text
-    assert caption("Short. One.").rest == ""
 
 
 def test_results_stand_below_each_other_but_brackets_stay_whole():

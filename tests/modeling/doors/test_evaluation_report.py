@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.analysis.reports.blocks import Column, table
-from palpate.analysis.reports.numbers import in_seconds, written
+from palpate.analysis.reports.numbers import written
 from palpate.modeling.doors.evaluation import evaluate_doors
 from palpate.modeling.doors.evaluation_inverse import inverse_section
 from palpate.modeling.doors.evaluation_outputs import default_of, write_all
@@ -98,20 +97,3 @@ def test_error_and_time_of_every_inverse_method_stand_in_one_table(found):
     assert cells["loop"] == written(row["loop_fresh"] or row["loop_judge"], "2")
     assert cells["without a file, ms"] == "1234"
     assert "needs torch" in timed.note
-
-
-def test_cells_as_a_reader_sees_them():
-    assert written(None, "2") == written(float("nan"), "2") == "–"
-    assert written(-0.5, "1") == "−0.5"
-    assert written(0.9, "share") == "90.0%"
-    assert (in_seconds(600), in_seconds(12), in_seconds(0.02)) == ("10 min", "12 s", "20.0 ms")
-    assert (written(5149, "bytes"), written(2.3e8, "bytes")) == ("5 kB", "230.0 MB")
-
-
-def test_the_least_error_stands_out_and_a_column_without_numbers_is_left_out():
-    rows = [{"method": "a", "mae": 2.0, "none": None}, {"method": "b", "mae": 1.0, "none": None}]
-    columns = [Column("method", "method"), Column("mae", "MAE", "2", better="low"), Column("none", "nothing", "2")]
-    found = table("t", rows, columns, ours="a")
-    assert found.table.emphasis.cells == {(1, 1)}
-    assert found.table.emphasis.rows == {0}
-    assert [head.name for head in found.table.heads] == ["method", "MAE"]
