@@ -198,7 +198,7 @@ def _show(evaluation: DoorEvaluation, page: Path) -> None:
 
     from palpate.analysis.reports.numbers import written
     from palpate.analysis.reports.terminal import print_banners
-    from palpate.modeling.doors.evaluation_parts import banners, reached
+    from palpate.modeling.doors.evaluation_report import banners, reached
 
     print_banners(banners(evaluation))
     console = Console(highlight=False)

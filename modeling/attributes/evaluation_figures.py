@@ -13,17 +13,21 @@ from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.choice import choice
 from palpate.modeling.attributes.entries import MAIN, PROPOSED, Entry
 from palpate.modeling.attributes.evaluation import AttributeEvaluation
-from palpate.modeling.attributes.evaluation_figures_time import time_figures
 from palpate.modeling.attributes.evaluation_tables import Row, attribute_rows, method_rows, names_of, prediction_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from palpate.modeling.training.history import Epoch
+
 
 UNIT = "-100 to 100"
 MOST = 8
 """Learning curves of so many textures can be told apart."""
+COLOURS, SHAPES = (INK, *OKABE_ITO), ("o", "s", "D")
+"""A shape for each round of the colours."""
+PANELS = (("train_s", "training of a fold, s"), ("answer_s", "answer for a texture, s"))
 
 
 def figures(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigure]:
@@ -156,3 +160,42 @@ def _histories(evaluation: AttributeEvaluation, entry: Entry) -> dict[str, Seque
         if not done.refused
     }
     return {name: told for name, told in own.items() if told}
+
+
+def time_figures(rows: Sequence[Row], folder: Path) -> Iterator[DrawnFigure]:
+    """The figure, where methods were judged."""
+    judged = [row for row in rows if row["mae"] is not None]
+    if judged:
+        with drawing("work_precision"):
+            title = "Error against time"
+            yield drawn_figure("work_precision", title, words.WORK_PRECISION, _figure(judged), folder)
+
+
+def _figure(rows: Sequence[Row]) -> Figure:
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    looks = [(COLOURS[i % len(COLOURS)], SHAPES[i // len(COLOURS) % len(SHAPES)]) for i in range(len(rows))]
+    figure = Figure(figsize=(9.2, 4.0), layout="constrained")
+    grid = figure.subplots(1, len(PANELS), sharey=True)
+    for axes, (column, label) in zip(grid, PANELS, strict=True):
+        for row, (colour, shape) in zip(rows, looks, strict=True):
+            if row[column]:
+                axes.plot([row[column]], [row["mae"]], shape, color=colour, markersize=6)
+        _named(axes, label)
+    grid[0].set_ylabel("MAE, 0 to 100")
+    grid[0].set_ylim(bottom=0)
+    handles = [Line2D([], [], color=colour, marker=shape, linestyle="") for colour, shape in looks]
+    figure.legend(handles, [row["title"] for row in rows], loc="outside upper left", frameon=False, ncols=3)
+    return figure
+
+
+def _named(axes: Axes, label: str) -> None:
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel(label)
+    axes.margins(x=0.1)
+    axes.grid(visible=True)

@@ -4,21 +4,47 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.figures import DrawnFigure
+from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Words, table
+from palpate.analysis.reports.figures import DrawnFigure, figure_block
+from palpate.analysis.reports.figures import chosen as pictures
+from palpate.analysis.reports.numbers import in_seconds
 from palpate.analysis.reports.page import EVALUATION, Page, page_html
 from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.choice import RULE, choice, fusion
 from palpate.modeling.attributes.evaluation import AttributeEvaluation
-from palpate.modeling.attributes.evaluation_sections import (
-    features_section,
-    methods_section,
-    provenance,
-    textures_section,
-    time_section,
+from palpate.modeling.attributes.evaluation_tables import (
+    Row,
+    attribute_rows,
+    class_rows,
+    fold_rows,
+    method_rows,
+    names_of,
+    table_rows,
 )
-from palpate.modeling.attributes.evaluation_tables import method_rows
+from palpate.modeling.attributes.evaluation_thesis import Which, number_of
 from palpate.modeling.attributes.lacking import lacking
-from palpate.modeling.evaluate.outputs import Choice
+from palpate.modeling.evaluate.outputs import Choice, software_table
+
+OVERALL = (
+    Column("title", "method"),
+    Column("mae", "MAE", "2", "Mean over textures and attributes, 0 to 100", "low"),
+    Column("rmse", "RMSE", "2", "Mean over the attributes, 0 to 100", "low"),
+    Column("within_jnd", "within JND", "share", "Predictions no more than 10 off, what people just notice", "high"),
+    Column("best_more", "more than the best", "text", "Paired difference of MAE, with its interval"),
+    Column("ours_more", "than the thesis' network", "text", "Paired difference of MAE, with its interval"),
+    Column("half_width", "± width", "2", "Of 90 % intervals, mean over the attributes", "low"),
+    Column("coverage", "coverage", "share", "Ratings within their 90 % interval"),
+    Column("features_s", "features", "s", "Of one texture"),
+    Column("train_s", "training", "s", "Of one fold", "low"),
+    Column("answer_s", "answer", "s", "Of one texture", "low"),
+)
+FOUND = (Column("attribute", "attribute"), Column("mae", "MAE", "2"), Column("rmse", "RMSE", "2"),
+         Column("within_jnd", "within JND", "share"), Column("half_width", "± 90 %", "2"))  # fmt: skip
+FOLDS = (Column("test", "left out"), Column("known", "learned from", "int"),
+         Column("held", "watched of these, by methods that stop early", "words"),
+         Column("apart", "kept apart", "words"))  # fmt: skip
+SOURCES = (Column("title", "method"), Column("method", "name"), Column("features", "features", "words"),
+           Column("source", "source", "words"), Column("refused", "refused", "words"))  # fmt: skip
 
 
 def report_html(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
@@ -76,3 +102,95 @@ def reached(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
     told = [("Ours", line) for line in choice(rows).of_ours]
     both = fusion(rows)
     return told if both is None else [*told, both]
+
+
+def methods_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
+    """All methods side by side, Tables 3.2 and 3.3."""
+    rows = [_told(row) for row in method_rows(evaluation)]
+    blocks: list[Block] = [
+        Words(words.FOLDS),
+        table("Error and time", rows, OVERALL, ours=chosen.method, note=f"{words.DIFFERENCES} {words.TIMES}"),
+        *([] if evaluation.times else [Words(words.NO_FEATURE_TIMES, "note")]),
+        _numbered(evaluation, "mae", "MAE", words.MAE_NOTE, chosen),
+        _numbered(evaluation, "rmse", "RMSE", words.RMSE_NOTE, chosen),
+    ]
+    refused = [row for row in rows if row["refused"]]
+    if refused:
+        blocks.append(table("Not judged", refused, [Column("title", "method"), Column("refused", "why", "words")]))
+    return Section("methods", "All methods", tuple(blocks))
+
+
+def _told(row: Row) -> Row:
+    """The row with its differences as a reader sees them."""
+    return {**row, **{f"{name}_more": _more(row, name) for name in ("best", "ours")}}
+
+
+def _more(row: Row, name: str) -> str | None:
+    mean, low, high = (row[f"{name}_{end}"] for end in ("less", "low", "high"))
+    if mean is None:
+        return None
+    if low is None or high is None:
+        return f"{mean:+.2f}".replace("-", "−")
+    ends = f"{low:+.2f} to {high:+.2f}"
+    return f"{mean:+.2f} ({ends}){', chance?' if row[f'{name}_chance'] else ''}".replace("-", "−")
+
+
+def _numbered(evaluation: AttributeEvaluation, which: Which, measure: str, note: str, chosen: Choice) -> Block:
+    rows = table_rows(evaluation, which)
+    cells = [Column(name, name, "2", "", "low") for name in (*names_of(evaluation), "mean")]
+    first = [Column("title", "method")]
+    if which == "kinds":
+        first.append(Column("features", "features"))
+    title = f"Table {number_of(which)}, {measure}"
+    return table(title, rows, [*first, *cells], note=note.format(count=len(evaluation.tested)), ours=chosen.method)
+
+
+def features_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section | None:
+    """Tables 3.4 and 3.5; None where they were not asked for."""
+    if not evaluation.options.ablations:
+        return None
+    blocks = (
+        Words(words.BRANCHES),
+        _numbered(evaluation, "same_features", "RMSE", words.SAME, chosen),
+        _numbered(evaluation, "kinds", "RMSE", words.KINDS, chosen),
+    )
+    return Section("features", "Methods and features apart", blocks)
+
+
+def textures_section(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
+    """Figures 3.8 and 3.9, by attribute and class, and the intervals."""
+    rows = [row for row in attribute_rows(evaluation) if row["method"] == chosen.method]
+    title = rows[0]["title"] if rows else chosen.method
+    classes = [{**row, "class": row["class"].replace("_", " ")} for row in class_rows(evaluation)
+               if row["method"] == chosen.method and row["attribute"] == "all"]  # fmt: skip
+    by_class = (Column("class", "class"), Column("textures", "textures", "int"), *FOUND[1:4])
+    drawn = pictures(pictured, "figure_3_8", "scatter_3_8", "figure_3_9")
+    blocks: tuple[Block, ...] = (
+        table(f"{title} by attribute", rows, FOUND, note=words.INTERVALS),
+        *(figure_block(each, "Figure 3.9" if each.name.startswith("figure_3_9") else "Figure 3.8") for each in drawn),
+        table(f"{title} by class", classes, by_class, folded=True),
+    )
+    return Section("textures", "Textures and classes", blocks)
+
+
+def time_section(pictured: Sequence[DrawnFigure]) -> Section | None:
+    """Error against time, and learning curves; None where nothing was drawn."""
+    blocks = tuple(figure_block(each) for each in pictures(pictured, "work_precision", "learning_"))
+    return Section("time", "Time", blocks) if blocks else None
+
+
+def provenance(evaluation: AttributeEvaluation) -> Section:
+    """What everything comes from."""
+    notes: list[Row] = [{"texture": each.label, "notes": "; ".join(each.notes) or None}
+                        for each in evaluation.material.textures if each.notes]  # fmt: skip
+    jobs, taken = len(evaluation.results), evaluation.results.loaded
+    told = f"Seed {evaluation.options.seed}. {jobs} trainings, {taken} of them taken from earlier, equal evaluations; "
+    blocks: list[Block] = [Words(f"{told}{in_seconds(evaluation.seconds)} here."), Words(words.UNROUNDED)]
+    blocks += [Words(note) for note in evaluation.material.notes]
+    blocks.append(table("Methods and their sources", method_rows(evaluation), SOURCES))
+    blocks.append(table("Folds", fold_rows(evaluation), FOLDS, folded=True))
+    if notes:
+        columns = [Column("texture", "texture"), Column("notes", "notes", "words")]
+        blocks += [Heading("Textures"), table("What was noticed", notes, columns, folded=len(notes) > 6)]
+    blocks.append(software_table())
+    return Section("provenance", "Provenance", tuple(blocks))

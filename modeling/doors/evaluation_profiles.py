@@ -64,7 +64,7 @@ def _told(each: MethodResults, row: int) -> str:
 
 def measured_door(evaluation: DoorEvaluation, folder: Path) -> DrawnFigure:
     """The measured door and its edits, each beside the profile that its predicted ratings come back to."""
-    from palpate.modeling.doors.evaluation_parts import profile_name
+    from palpate.modeling.doors.evaluation_report import profile_name
 
     panels: list[tuple[str, list[Line]]] = [
         (

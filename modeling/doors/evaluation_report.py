@@ -4,15 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.figures import DrawnFigure
+from palpate.analysis.reports.blocks import Block, Column, Points, Section, TableBlock, Words, table
+from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
+from palpate.analysis.reports.numbers import NONE, in_seconds, written
 from palpate.analysis.reports.page import EVALUATION, Page, page_html
+from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_forward import forward_section
 from palpate.modeling.doors.evaluation_inverse import inverse_section
-from palpate.modeling.doors.evaluation_parts import banners, facts, in_short, measured_section, provenance
+from palpate.modeling.doors.evaluation_tables import Row
 from palpate.modeling.doors.evaluation_words import LEAD
+from palpate.modeling.doors.measured_door import Recovered
+from palpate.modeling.evaluate.outputs import software_table
 
 TITLE = "Car doors: how well feelings are predicted, and profiles made"
+TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}
+"""What the project set out to reach, on 0..100 and percent."""
+MEASURED = (
+    Column("attribute", "attribute"),
+    Column("rated", "rated", "1", "What people said of this profile, 0 to 100"),
+    Column("predicted", "predicted", "1"),
+    Column("interval", "90 % interval"),
+    Column("recovered", "recovered", "1", "The forward model about the profile that was made of the prediction"),
+    Column("felt", "felt", "1", "Fresh simulated people about the made profile"),
+)
 
 
 def report_html(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
@@ -23,3 +38,157 @@ def report_html(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure] = ()
     )  # fmt: skip
     whole = [section for section in sections if section is not None]
     return page_html(Page(TITLE, LEAD, banners(evaluation), facts(evaluation), whole), EVALUATION)
+
+
+def banners(evaluation: DoorEvaluation) -> list[str]:
+    """What has to be known before any number is read."""
+    told = [words.LINEAR] if evaluation.data.simulated else []
+    told += [words.QUICK] if evaluation.results.options.quick else []
+    return [*told, words.LEAKY] if evaluation.results.options.split == "leaky" else told
+
+
+def facts(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
+    """What stands at the head of the page."""
+    data, results = evaluation.data, evaluation.results
+    raters = sorted({int(count) for count in data.raters})
+    people = "not known" if raters[0] == 0 else f"{raters[0]}" if len(raters) == 1 else f"{raters[0]} to {raters[-1]}"
+    folds = results.domain.splits[results.options.split]
+    return [
+        ("Stimuli", f"{len(data):,} of {len(set(data.doors))} doors"),
+        ("Raters of each", people),
+        ("Split", f"{words.SPLITS[results.options.split]}, {len(folds)}"),
+        ("Methods", f"{len(evaluation.forward)} forward, {len(evaluation.inverse)} inverse"),
+        ("Data, SHA-256", data.digest[:12]),
+    ]
+
+
+def in_short(evaluation: DoorEvaluation) -> Section:
+    """The default methods and why, and what was set out to be reached."""
+    points: list[tuple[str, str]] = []
+    named = {"forward": "From force to feeling", "inverse": "From feeling to force"}
+    for way, choice in evaluation.choices.items():
+        points.append((named[way], f"Default: {choice.method}. {choice.why}"))
+        points += [("The thesis' network", sentence) for sentence in choice.of_ours]
+    points += reached(evaluation)
+    return Section("short", "In short", (Points(tuple(points)),))
+
+
+def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
+    """What was set out to be reached beside what was, each with its name."""
+    told: list[tuple[str, str]] = []
+    if "forward" in evaluation.choices:
+        row = _row(evaluation.forward, evaluation.choices["forward"].method)
+        met = row["mae"] <= TARGETS["mae"] and row["rmse"] <= TARGETS["rmse"] and (row["r2"] or 0) >= TARGETS["r2"]
+        ratings = (
+            f"Of unseen stimuli: MAE {row['mae']:.2f} (wanted: at most {TARGETS['mae']:g}), RMSE "
+            f"{row['rmse']:.2f} ({TARGETS['rmse']:g}), R² {written(row['r2'], '3')} (at least {TARGETS['r2']:g}): "
+            f"{_said(met)}.{_beside_ceiling(evaluation)}"
+        )
+        told.append(("Ratings", ratings))
+    if "inverse" in evaluation.choices:
+        row = _row(evaluation.inverse, evaluation.choices["inverse"].method)
+        told += [("The loop", text) for text in _loop_reached(row)]
+        told += [("Waveform", _waveform_reached(evaluation, row))]
+        told += [("Corners", text) for text in _corners_reached(row)]
+    return told
+
+
+def _said(met: bool) -> str:
+    return "reached" if met else "not reached"
+
+
+def _loop_reached(row: Row) -> list[str]:
+    for name, whose in (
+        ("loop_fresh", "simulated people who saw no training data judge"),
+        ("loop_judge", "the forward model judges"),
+    ):
+        if row[name] is not None:
+            counts = row[name] if row["loop_attainable"] is None else row["loop_attainable"]
+            met, off = _said(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
+            some = "" if row["loop_attainable"] is None else f", {counts:.2f} where the wish can be had"
+            return [f"As {whose} it: {off}{some} (wanted: at most {TARGETS['loop']:g}): {met}."]
+    return []
+
+
+def _waveform_reached(evaluation: DoorEvaluation, row: Row) -> str:
+    oracle = next(
+        (r for r in evaluation.floors if r["floor"] == "oracle" and r["split"] == evaluation.results.options.split),
+        None,
+    )
+    floor = (
+        "" if oracle is None
+        else f" An oracle that knows the very waveform and takes the nearest known one has {oracle['mae']:.2f} %."
+    )  # fmt: skip
+    met = _said(row["waveform_mae"] <= TARGETS["waveform"])
+    return f"Error {row['waveform_mae']:.2f} % (wanted: at most {TARGETS['waveform']:g} %): {met}.{floor}"
+
+
+def _corners_reached(row: Row) -> list[str]:
+    if row["corners"] is None:
+        return []
+    of = f"Of the {row['corners']:.0f} wishes with every slider at an end"
+    return [f"{of}, {row['corners_unplayable']:.0f} come to a profile beyond the limits."]
+
+
+def _beside_ceiling(evaluation: DoorEvaluation) -> str:
+    if not evaluation.ceilings:
+        return ""
+    return f" A perfect predictor's MAE would be {evaluation.ceilings[0].mae[-1]:.2f}, as the ratings are noisy means."
+
+
+def _row(rows: Sequence[Row], method: str) -> Row:
+    return next(row for row in rows if row["method"] == method)
+
+
+def measured_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
+    """The measured door and its edits: predicted, and recovered."""
+    if not evaluation.measured:
+        return None
+    blocks: list[Block] = [Words(words.MEASURED), *(figure_block(each) for each in chosen(pictured, "measured_door"))]
+    blocks += [_measured_table(evaluation, each) for each in evaluation.measured]
+    return Section("measured", "The measured door", tuple(blocks))
+
+
+def _measured_table(evaluation: DoorEvaluation, each: Recovered) -> TableBlock:
+    rows = [_measured_row(evaluation, each, i) for i in range(len(evaluation.data.attributes))]
+    off = float(abs(each.again - each.predicted).mean())
+    why = f" The door would refuse the made profile: {each.why}." if each.why else ""
+    note = f"Recovered within {off:.1f} an attribute on average.{why}"
+    return table(profile_name(each.name), rows, MEASURED, note=note)
+
+
+def _measured_row(evaluation: DoorEvaluation, each: Recovered, i: int) -> Row:
+    reach = None if each.half_width is None else float(each.half_width[i])
+    p = float(each.predicted[i])
+    return {
+        "attribute": f"{evaluation.data.attributes[i]} – {evaluation.data.antonyms[i]}",
+        "rated": None if each.rated is None else float(each.rated[i]),
+        "predicted": p,
+        "interval": NONE if reach is None else f"{p - reach:.1f} to {p + reach:.1f}".replace("-", "−"),
+        "recovered": float(each.again[i]),
+        "felt": None if each.felt is None else float(each.felt[i]),
+    }
+
+
+def profile_name(name: str) -> str:
+    """A measured profile as the report calls it."""
+    return "The measured door" if name == "actual" else name.replace("edited_v", "Edit, version ")
+
+
+def provenance(evaluation: DoorEvaluation) -> Section:
+    """What everything comes from."""
+    results, domain = evaluation.results, evaluation.results.domain
+    inputs: list[Row] = [{"input": line} for line in domain.data.made_from]
+    (low, high), (least, most) = domain.scaling.rating, domain.scaling.force_N
+    run = (
+        f"Seed {results.options.seed}. {len(results.jobs)} trainings, {results.jobs.loaded} of them taken from an "
+        f"earlier, equal evaluation; the rest took {in_seconds(results.seconds)} here."
+    )
+    blocks: list[Block] = [
+        Words(words.SCALING.format(low=low, high=high, least=least, most=most)),
+        Words(run),
+        Words(words.UNROUNDED),
+        table("Inputs and their SHA-256", inputs, [Column("input", "input", "words")], folded=len(inputs) > 6),
+        software_table(),
+    ]
+    return Section("provenance", "Provenance", tuple(blocks))

@@ -26,6 +26,8 @@ from palpate.modeling.evaluate.outputs import tables_as_json
 from palpate.modeling.training.run_card import versions
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
+LONG = ("predictions", "waveforms", "learning_curves")
+"""Tables of a row for each stimulus or epoch: they stand in their CSV alone."""
 
 
 def tables(evaluation: DoorEvaluation) -> dict[str, list[Row]]:
@@ -170,7 +172,3 @@ def as_json(evaluation: DoorEvaluation) -> dict[str, Any]:
         "no_ceiling": evaluation.no_ceiling or None,
         "tables": tables_as_json(tables(evaluation), LONG),
     }  # fmt: skip
-
-
-LONG = ("predictions", "waveforms", "learning_curves")
-"""Tables of a row for each stimulus or epoch: they stand in their CSV alone."""

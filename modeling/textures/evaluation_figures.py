@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
+from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.domain import Fit, Play
+from palpate.modeling.textures.drive import FAINTEST_N, SLOWEST_MM_S, Drive
 from palpate.modeling.textures.evaluation import TextureEvaluation
-from palpate.modeling.textures.evaluation_figures_free import free_figures
-from palpate.modeling.textures.evaluation_figures_time import time_figures
-from palpate.modeling.textures.evaluation_panels import keyed, named, panels, spectrum
-from palpate.modeling.textures.evaluation_tables import FIRST, WARM_UP, Row, figure_4_5, start_of, warm_up_rows
-from palpate.modeling.textures.metrics import SMOOTHED
-from palpate.modeling.textures.registry import DEFAULT, THESIS
+from palpate.modeling.textures.evaluation_tables import (
+    FIRST,
+    TRUTH,
+    WARM_UP,
+    Row,
+    figure_4_5,
+    method_rows,
+    start_of,
+    warm_up_rows,
+)
+from palpate.modeling.textures.metrics import SMOOTHED, density
+from palpate.modeling.textures.metrics_running import ENVELOPE_MS, envelope
+from palpate.modeling.textures.recording import RATE_HZ
+from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
 
@@ -28,7 +38,22 @@ if TYPE_CHECKING:
 
     from palpate.modeling.training.history import Epoch
 
+
 CURVED = (DEFAULT, THESIS)
+COLUMNS = 2
+DEEP_DB, HIGH_DB = 45.0, 6.0
+"""Below and above the truth's greatest density: what lies beyond is not shown."""
+Draw = Callable[["Axes", str], None]
+MOST = 3
+"""Methods in one figure beside the truth."""
+FIRST_S = 20.0
+"""Seconds of the envelopes that are shown."""
+SHOWN = 250
+"""Samples of the waves that are shown."""
+COLOURS = (*OKABE_ITO, INK)
+SHAPES = ("o", "s")
+"""Of the first methods, and of those for which the colours come round again."""
+Look = tuple[str, str]
 
 
 def figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
@@ -169,3 +194,186 @@ def _histories(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Ep
         labels[fit]: history_in(done.arrays) for fit, done in evaluation.fits.items() if fit == Fit(fit.texture, method)
     }
     return {label: history for label, history in own.items() if history}
+
+
+def panels(textures: Sequence[str], titles: Mapping[str, str], draw: Draw, height: float) -> Figure:
+    """One panel for each texture, two beside each other, each so many inches high."""
+    from matplotlib.figure import Figure
+
+    columns = min(COLUMNS, len(textures))
+    lines = -(-len(textures) // columns)
+    figure = Figure(figsize=(4.6 * columns + 1.0 * (columns == 1), height * lines + 0.5), layout="constrained")
+    axes = figure.subplots(lines, columns, squeeze=False).ravel()
+    for each, texture in zip(axes, textures, strict=False):
+        draw(each, texture)
+        each.set_title(titles[texture])
+        quiet_axes(each)
+    for each in axes[len(textures) :]:
+        each.set_axis_off()
+    return figure
+
+
+def keyed(figure: Figure, colours: Mapping[str, str]) -> Figure:
+    """The figure with a key above."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], color=colour) for colour in colours.values()]
+    figure.legend(handles, list(colours), loc="outside upper left", frameon=False, ncols=len(colours))
+    return figure
+
+
+def named(axes: Axes, along: str, up: str) -> None:
+    """Both axes with their units, small."""
+    axes.set_xlabel(along, color=SOFT, fontsize=8.0)
+    axes.set_ylabel(up, color=SOFT, fontsize=8.0)
+
+
+def spectrum(axes: Axes, lines: Sequence[tuple[Array, str, float]]) -> None:
+    """Power spectral densities of signals (m/s^2) in dB, each with a colour and a width; the first decides how deep."""
+    top = 10 * np.log10(max(float(density(lines[0][0])[1].max()), np.finfo(float).tiny))
+    for signal, colour, width in lines:
+        hertz, power = density(signal)
+        decibels = 10 * np.log10(np.maximum(power, np.finfo(float).tiny))
+        axes.plot(hertz[1:-1], np.maximum(decibels[1:-1], top - 2 * DEEP_DB), color=colour, linewidth=width)
+    axes.set_ylim(top - DEEP_DB, top + HIGH_DB)
+    named(axes, "Hz", "dB re 1 (m/s²)²/Hz")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is drawn: the truth's and each method's signal by texture, and a colour for each."""
+
+    drives: Mapping[str, Drive]
+    made: Mapping[str, Mapping[str, Array]]
+    colours: Mapping[str, str]
+    labels: Mapping[str, str]
+
+    def lines(self, texture: str) -> list[tuple[Array, str, float]]:
+        """The signals of a texture, the truth first, with colour and width."""
+        truth = (self.drives[texture].truth, self.colours[TRUTH], 1.7)
+        return [truth, *((each, self.colours[title], 1.0) for title, each in self.made[texture].items())]
+
+
+def free_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
+    """Three figures of ours, the thesis' and the baseline, as far as they ran."""
+    shown = _shown(evaluation)
+    if not shown.made:
+        return
+
+    def spectra(axes: Axes, texture: str) -> None:
+        spectrum(axes, shown.lines(texture))
+
+    def envelopes(axes: Axes, texture: str) -> None:
+        for signal, colour, width in shown.lines(texture):
+            slowly = envelope(signal[: round(FIRST_S * RATE_HZ)])
+            axes.plot(np.arange(len(slowly)) * ENVELOPE_MS / 1000, slowly, color=colour, linewidth=0.7 * width)
+        axes.locator_params(axis="x", nbins=5, integer=True)
+        named(axes, "s", "m/s²")
+
+    yield _panelled("free_spectra", ("Running free: spectra", words.FREE_SPECTRA), shown, spectra, folder)
+    yield _panelled("free_envelopes", ("Running free: envelopes", words.ENVELOPES), shown, envelopes, folder)
+    with drawing("free_waves"):
+        yield drawn_figure("free_waves", "Running free: waves", words.FREE_WAVES, _waves(shown), folder)
+
+
+def _panelled(name: str, told: tuple[str, str], shown: Shown, draw: Draw, folder: Path) -> DrawnFigure:
+    title, caption = told
+    with drawing(name):
+        figure = keyed(panels(list(shown.made), shown.labels, draw, 2.1), shown.colours)
+        return drawn_figure(name, title, caption, figure, folder)
+
+
+def _shown(evaluation: TextureEvaluation) -> Shown:
+    order = dict.fromkeys((DEFAULT, THESIS, BASELINE, *evaluation.options.names))
+    names = [name for name in order if name in evaluation.options.names][:MOST]
+    titles = {name: evaluation.method(name).title for name in names}
+    made: dict[str, dict[str, Array]] = {}
+    for texture in evaluation.drives:
+        ran = {title: evaluation.plays[Play(Fit(texture, name))] for name, title in titles.items()}
+        whole = {title: done.array("made").astype(np.float64) for title, done in ran.items() if not done.refused}
+        made |= {texture: whole} if whole else {}
+    colours = {TRUTH: INK, **dict(zip(titles.values(), OKABE_ITO, strict=False))}
+    return Shown(
+        evaluation.drives, made, colours, {name: each.label for name, each in evaluation.domain.recordings.items()}
+    )
+
+
+def _waves(shown: Shown) -> Figure:
+    """A row for each texture, a column for the truth and each method, one scale in a row."""
+    from matplotlib.figure import Figure
+
+    titles = list(shown.colours)
+    figure = Figure(figsize=(2.4 * len(titles) + 0.6, 1.15 * len(shown.made) + 0.5), layout="constrained")
+    axes = figure.subplots(len(shown.made), len(titles), squeeze=False, sharex=True, sharey="row")
+    for row, texture in zip(axes, shown.made, strict=True):
+        start = _moving(shown.drives[texture])
+        signals = {TRUTH: shown.drives[texture].truth, **shown.made[texture]}
+        for each, title in zip(row, titles, strict=True):
+            if title in signals:
+                wave = signals[title][start : start + SHOWN]
+                each.plot(np.arange(len(wave)) / RATE_HZ, wave, color=shown.colours[title], linewidth=0.8)
+            each.set_xticks([])
+            each.tick_params(labelsize=7)
+        row[0].set_ylabel(shown.labels[texture].replace(" ", "\n"), color=SOFT, fontsize=8)
+    for each, title in zip(axes[0], titles, strict=True):
+        each.set_title(title)
+    return figure
+
+
+def _moving(drive: Drive) -> int:
+    """Where the hand has moved steadily for the longest before: the middle of its longest stretch of moving."""
+    moving = np.r_[False, (drive.speed > SLOWEST_MM_S) & (drive.force > FAINTEST_N), False]
+    edges = np.flatnonzero(np.diff(moving.astype(int)))
+    stretches = list(zip(edges[::2], edges[1::2], strict=True))
+    if not stretches:
+        return 0
+    start, stop = max(stretches, key=lambda each: each[1] - each[0])
+    return max(0, min(int(start + stop) // 2, len(drive.truth) - SHOWN))
+
+
+def time_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
+    """The figure, where methods ran free and a step or a training was timed."""
+    rows = [row for row in method_rows(evaluation) if row["felt_dB"] is not None]
+    if any(row["step_us"] or row["train_s"] for row in rows):
+        with drawing("work_precision"):
+            figure = _figure(evaluation, rows)
+            yield drawn_figure("work_precision", "Error against time", words.WORK_PRECISION, figure, folder)
+
+
+def _figure(evaluation: TextureEvaluation, rows: list[Row]) -> Figure:
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    looks = {row["method"]: (COLOURS[i % 8], SHAPES[i // 8 % 2]) for i, row in enumerate(rows)}
+    figure = Figure(figsize=(9.2, 3.6), layout="constrained")
+    step, training = figure.subplots(1, 2, sharey=True)
+    for row in rows:
+        medians = [median for median, _, _ in evaluation.steps.get(row["method"], {}).values()]
+        _points(step, medians, row["felt_dB"], looks[row["method"]])
+        _points(training, [row["train_s"]] if row["train_s"] else [], row["felt_dB"], looks[row["method"]])
+    _named(step, "a step, µs (median)", "felt levels off, dB")
+    _named(training, "training of a texture, s", "")
+    step.set_ylim(bottom=0)
+    handles = [Line2D([], [], color=colour, marker=shape, linestyle="") for colour, shape in looks.values()]
+    figure.legend(handles, [row["title"] for row in rows], loc="outside upper left", frameon=False, ncols=3)
+    return figure
+
+
+def _points(axes: Axes, times: list[float], error: float, look: Look) -> None:
+    """The fastest filled, the others open, and a line between them."""
+    colour, shape = look
+    for i, time in enumerate(sorted(times)):
+        face = colour if i == 0 else "white"
+        axes.plot([time], [error], shape, color=colour, markerfacecolor=face, markersize=6, zorder=3)
+    axes.plot(sorted(times), [error] * len(times), color=colour, linewidth=0.8)
+
+
+def _named(axes: Axes, along: str, up: str) -> None:
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.margins(x=0.08)
+    axes.grid(visible=True)
+    named(axes, along, up)
