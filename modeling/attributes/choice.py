@@ -18,16 +18,16 @@ RULE = (
 
 
 def choice(rows: Sequence[Row]) -> Choice:
-    """The default by `RULE`. `rows` are those of all methods with `mae`, `train_s`, and against the best `best_*`.
+    """Return the default by `RULE`, from the rows of all methods (`mae`, `train_s`, and against the best `best_*`).
 
     Where none answered for every texture it is the shipped default.
     """
-    judged = [row for row in rows if row["mae"] is not None]
-    if not judged:
+    answered = [row for row in rows if row["mae"] is not None]
+    if not answered:
         return Choice(DEFAULT, "No method answered for every texture: the shipped default stays.")
-    best = min(judged, key=lambda row: (row["mae"], row["train_s"]))
+    best = min(answered, key=lambda row: (row["mae"], row["train_s"]))
     return Choice(
-        best["method"], f"{best['title']} has the least MAE: {best['mae']:.2f} (0 to 100).", _ours(best, judged)
+        best["method"], f"{best['title']} has the least MAE: {best['mae']:.2f} (0 to 100).", _ours(best, answered)
     )
 
 
@@ -41,8 +41,8 @@ def _ours(best: Row, rows: Sequence[Row]) -> tuple[str, ...]:
     if len(rows) == 1:
         return ("Nothing else was evaluated.",)
     close = [row["title"] for row in rows if row["method"] != PROPOSED and row["best_chance"]]
-    told = f"Its lead over {', '.join(close)} may be chance." if close else "No interval of its leads holds 0."
-    return ("The MAE of the thesis' network is the lowest.", told)
+    lead = f"Its lead over {', '.join(close)} may be chance." if close else "No interval of its leads holds 0."
+    return ("The MAE of the thesis' network is the lowest.", lead)
 
 
 def _chance(row: Row) -> str:
@@ -50,18 +50,22 @@ def _chance(row: Row) -> str:
 
 
 def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:
-    """Whether the proposed network errs less than each of its branches, as a label and a sentence; None where they
-    were not all judged. `rows` hold the difference from the proposed one in `ours_*`."""
-    judged = {row["method"]: row for row in rows if row["mae"] is not None}
-    if not {PROPOSED, SEEING, FEELING} <= set(judged):
+    """Return whether the proposed network errs less than each of its branches, as a label and a sentence.
+
+    None where they were not all evaluated. `rows` hold the difference from the proposed one in `ours_*`.
+    """
+    answered = {row["method"]: row for row in rows if row["mae"] is not None}
+    if not {PROPOSED, SEEING, FEELING} <= set(answered):
         return None
-    ours = judged[PROPOSED]["mae"]
-    parts = [f"{judged[name]['title']} {judged[name]['mae']:.2f}{_surely(judged[name])}" for name in (SEEING, FEELING)]
-    met = all(ours < judged[name]["mae"] for name in (SEEING, FEELING))
-    told = f"Both senses {ours:.2f}, {' and '.join(parts)} (MAE; wanted: less than each branch by itself)"
-    return "Fusion", f"{told}: {'reached' if met else 'not reached'}."
+    ours = answered[PROPOSED]["mae"]
+    parts = [
+        f"{answered[name]['title']} {answered[name]['mae']:.2f}{_surely(answered[name])}" for name in (SEEING, FEELING)
+    ]
+    met = all(ours < answered[name]["mae"] for name in (SEEING, FEELING))
+    sentence = f"Both senses {ours:.2f}, {' and '.join(parts)} (MAE; wanted: less than each branch by itself)"
+    return "Fusion", f"{sentence}: {'reached' if met else 'not reached'}."
 
 
 def _surely(row: Row) -> str:
-    """Whether the difference from the proposed one may be chance."""
+    """Return whether the difference from the proposed one may be chance."""
     return " (a difference that may be chance)" if row["ours_chance"] else ""

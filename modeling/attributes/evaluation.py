@@ -45,8 +45,8 @@ class AttributeOptions(EvaluateOptions):
     @property
     def settings(self) -> dict[str, Any]:
         """What goes to the methods: one thread for each job, and what was asked for."""
-        asked = {"quick": self.quick or None, "epochs": self.epochs, "early_stopping": self.early_stopping or None}
-        return {"threads": 1, **{name: value for name, value in asked.items() if value is not None}}
+        settings = {"quick": self.quick or None, "epochs": self.epochs, "early_stopping": self.early_stopping or None}
+        return {"threads": 1, **{name: value for name, value in settings.items() if value is not None}}
 
 
 @dataclass(frozen=True)
@@ -77,66 +77,66 @@ class AttributeEvaluation:
         return tuple(self.domain.folds)
 
     def method(self, entry: Entry) -> Method:
-        """An entry's method."""
+        """Return an entry's method."""
         return self.domain.methods[entry.method]
 
     def of(self, table: str) -> tuple[Entry, ...]:
-        """The entries that stand in a table."""
-        return tuple(each for each in self.entries if table in each.tables)
+        """Return the entries that stand in a table."""
+        return tuple(entry for entry in self.entries if table in entry.tables)
 
     def main(self, method: str) -> Entry | None:
-        """A method with its own features."""
-        return next((each for each in self.of(MAIN) if each.method == method), None)
+        """Return a method with its own features."""
+        return next((entry for entry in self.of(MAIN) if entry.method == method), None)
 
     def results_of(self, entry: Entry) -> list[Result[LeaveOut]]:
-        """An entry's results, in the order of `tested`."""
+        """Return an entry's results, in the order of `tested`."""
         return [self.results[LeaveOut(entry, test)] for test in self.tested]
 
     def refused(self, entry: Entry) -> str:
-        """Why an entry was refused, "" where it was not: one texture is enough."""
-        return next((each.refused for each in self.results_of(entry) if each.refused), "")
+        """Return why an entry was refused, "" where it was not: one texture is enough."""
+        return next((result.refused for result in self.results_of(entry) if result.refused), "")
 
     def predicted(self, entry: Entry) -> Array:
         """(tested, attributes) on 0..100, of an entry that was not refused."""
-        return np.stack([each.predicted for each in self.results_of(entry)])
+        return np.stack([result.predicted for result in self.results_of(entry)])
 
     def rated(self) -> Array:
         """(tested, attributes) on 0..100."""
         return ratings_of(textures_named(self.material, self.tested))
 
     def unused(self) -> list[str]:
-        """The textures that were not used, by why: "T02, T05: it was not rated"."""
+        """Return the textures that were not used, by why: "T02, T05: it was not rated"."""
         return by_reason(self.left_out)
 
     def groups(self) -> tuple[int, ...]:
-        """A number for each tested texture; those that share content have the same."""
-        first = [min(each.test, *each.apart) if each.apart else each.test for each in self.domain.folds.values()]
-        return tuple(sorted(set(first)).index(each) for each in first)
+        """Return a number for each tested texture; those that share content have the same."""
+        first = [min(fold.test, *fold.apart) if fold.apart else fold.test for fold in self.domain.folds.values()]
+        return tuple(sorted(set(first)).index(name) for name in first)
 
 
 def usable(material: Material) -> tuple[Material, dict[str, str]]:
-    """The textures that all methods can be compared on, and why the others are not used.
+    """Return the textures that all methods can be compared on, and why the others are not used.
 
     They were rated; and where some were recorded, so were they, and where some have pictures, so have they. Raises
     MaterialError where nothing was rated, and where fewer are left than can be evaluated: it names what lacks.
     """
     rated = material.rated()
     felt, seen = senses(rated.textures)
-    left_out = {each.id: "it was not rated" for each in material.textures if each.rated is None}
-    for each in rated.textures:
-        lacks = [what for what, asked, own in (("recording", felt, each.touch), ("picture", seen, each.sight))
-                 if asked and not has_rows(own)]  # fmt: skip
-        if lacks:
-            why = [note for what in lacks for note in why_of(each, what)]
-            told = f"no {' and no '.join(lacks)} of it can be used"
-            left_out[each.id] = f"{told} ({'; '.join(why)})" if why else told
-    kept = tuple(each for each in rated.textures if each.id not in left_out)
-    if len(kept) < LEAST <= len(material.textures):
+    left_out = {texture.id: "it was not rated" for texture in material.textures if texture.rated is None}
+    for texture in rated.textures:
+        missing = [what for what, needed, own in (("recording", felt, texture.touch), ("picture", seen, texture.sight))
+                 if needed and not has_rows(own)]  # fmt: skip
+        if missing:
+            why = [note for what in missing for note in why_of(texture, what)]
+            why_not = f"no {' and no '.join(missing)} of it can be used"
+            left_out[texture.id] = f"{why_not} ({'; '.join(why)})" if why else why_not
+    used = tuple(texture for texture in rated.textures if texture.id not in left_out)
+    if len(used) < LEAST <= len(material.textures):
         raise MaterialError(
-            f"{len(kept)} of {len(material.textures)} textures have all that the others have, {LEAST} at least are"
+            f"{len(used)} of {len(material.textures)} textures have all that the others have, {LEAST} at least are"
             f" needed. {'; '.join(by_reason(left_out))}. Record, photograph and rate the same textures."
         )
-    return replace(rated, textures=kept), left_out
+    return replace(rated, textures=used), left_out
 
 
 def by_reason(left_out: Mapping[str, str]) -> list[str]:

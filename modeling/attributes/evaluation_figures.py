@@ -36,9 +36,9 @@ def figures(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigu
     Figures 3.8 and 3.9 are of the best method, and of the thesis' network where that is another one.
     """
     rows = method_rows(evaluation)
-    judged = [row["method"] for row in rows if row["mae"] is not None]
-    shown = [name for name in dict.fromkeys((choice(rows).method, PROPOSED)) if name in judged]
-    for place, name in enumerate(shown):
+    answered = [row["method"] for row in rows if row["mae"] is not None]
+    drawn = [name for name in dict.fromkeys((choice(rows).method, PROPOSED)) if name in answered]
+    for place, name in enumerate(drawn):
         end, title = "" if place == 0 else f"_{name}", next(row["title"] for row in rows if row["method"] == name)
         own = _centred([row for row in prediction_rows(evaluation) if row["method"] == name])
         yield _by_texture(evaluation, own, title, f"figure_3_8{end}", folder)
@@ -94,20 +94,20 @@ def _against(
     from palpate.analysis.figures.predicted import PREDICTED
 
     wide = {row["attribute"]: row["half_width"] for row in attribute_rows(evaluation) if row["method"] == method}
-    told = [_with_interval(row, wide[row["attribute"]]) for row in rows]
-    asked: dict[str, Any] = {"name": name, "figure": "predicted", "panels": "attribute", "unit": UNIT,
+    points = [_with_interval(row, wide[row["attribute"]]) for row in rows]
+    settings: dict[str, Any] = {"name": name, "figure": "predicted", "panels": "attribute", "unit": UNIT,
                              "title": f"Predicted against rated: {title}"}  # fmt: skip
-    asked |= {} if any(row["sd"] is not None for row in rows) else {"sd": 20.0}
-    return _shown(PREDICTED, asked, told, evaluation, folder)
+    settings |= {} if any(row["sd"] is not None for row in rows) else {"sd": 20.0}
+    return _planned_figure(PREDICTED, settings, points, evaluation, folder)
 
 
 def _with_interval(row: Row, wide: float | None) -> Row:
-    kept = {name: row[name] for name in ("attribute", "class", "actual", "predicted", "sd")} | {
+    point = {name: row[name] for name in ("attribute", "class", "actual", "predicted", "sd")} | {
         "stimulus": row["texture"]
     }
     if wide is None:
-        return kept
-    return {**kept, "low": max(-100.0, row["predicted"] - 2 * wide), "high": min(100.0, row["predicted"] + 2 * wide)}
+        return point
+    return {**point, "low": max(-100.0, row["predicted"] - 2 * wide), "high": min(100.0, row["predicted"] + 2 * wide)}
 
 
 def _by_class(evaluation: AttributeEvaluation, method: str, title: str, name: str, folder: Path) -> DrawnFigure:
@@ -117,14 +117,14 @@ def _by_class(evaluation: AttributeEvaluation, method: str, title: str, name: st
     rows = [{"stimulus": row["texture"], "class": row["class"].replace("_", " "), "attribute": row["attribute"],
              "actual": row["rated"], "predicted": row["predicted"]}
             for row in prediction_rows(evaluation) if row["method"] == method]  # fmt: skip
-    asked = {"name": name, "figure": "class_heatmap", "unit": "0 to 100", "title": words.CLASSES.format(title=title)}
-    return _shown(CLASS_HEATMAP, {**asked, "order": "error"}, rows, evaluation, folder)
+    settings = {"name": name, "figure": "class_heatmap", "unit": "0 to 100", "title": words.CLASSES.format(title=title)}
+    return _planned_figure(CLASS_HEATMAP, {**settings, "order": "error"}, rows, evaluation, folder)
 
 
-def _shown(
+def _planned_figure(
     kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], evaluation: AttributeEvaluation, folder: Path
 ) -> DrawnFigure:
-    """A figure of an analysis plan, from rows of ours."""
+    """Return a figure of an analysis plan, from rows of ours."""
     import pandas as pd
 
     from palpate.analysis.plans.answers import Selected
@@ -140,7 +140,7 @@ def _shown(
 
 
 def _curves(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """The learning curves of every method that is trained in epochs, a line for each texture left out."""
+    """Yield the learning curves of every method that is trained in epochs, a line for each texture left out."""
     from palpate.modeling.training.learning_curve import learning_curve
 
     for entry in evaluation.of(MAIN):
@@ -159,16 +159,16 @@ def _histories(evaluation: AttributeEvaluation, entry: Entry) -> dict[str, Seque
         for done in evaluation.results_of(entry)[:MOST]
         if not done.refused
     }
-    return {name: told for name, told in own.items() if told}
+    return {name: history for name, history in own.items() if history}
 
 
 def time_figures(rows: Sequence[Row], folder: Path) -> Iterator[DrawnFigure]:
-    """The figure, where methods were judged."""
-    judged = [row for row in rows if row["mae"] is not None]
-    if judged:
+    """Yield the figure, where methods were judged."""
+    answered = [row for row in rows if row["mae"] is not None]
+    if answered:
         with drawing("work_precision"):
             title = "Error against time"
-            yield drawn_figure("work_precision", title, words.WORK_PRECISION, _figure(judged), folder)
+            yield drawn_figure("work_precision", title, words.WORK_PRECISION, _figure(answered), folder)
 
 
 def _figure(rows: Sequence[Row]) -> Figure:

@@ -35,7 +35,7 @@ LONG = ("learning_curves", "predictions")
 
 
 def tables(evaluation: AttributeEvaluation) -> dict[str, list[Row]]:
-    """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    """Return every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
     every = {
         "methods": method_rows(evaluation),
         "attributes": attribute_rows(evaluation),
@@ -52,7 +52,7 @@ def tables(evaluation: AttributeEvaluation) -> dict[str, list[Row]]:
 
 
 def as_json(evaluation: AttributeEvaluation) -> dict[str, Any]:
-    """Every number with what it rests on; what is no number is null."""
+    """Return every number with what it rests on; what is no number is null."""
     chosen, material = choice_of(evaluation), evaluation.material
     return {
         "data": {
@@ -73,19 +73,19 @@ def as_json(evaluation: AttributeEvaluation) -> dict[str, Any]:
         "jobs_kept": evaluation.results.loaded,
         "feature_seconds": dict(evaluation.times),
         "default": chosen.as_json(RULE),
-        "reached": [list(each) for each in reached(evaluation)],
+        "reached": [list(point) for point in reached(evaluation)],
         "intervals": {"coverage": COVERAGE, "half_width": intervals(evaluation)},
         "tables": tables_as_json(tables(evaluation), LONG),
     }  # fmt: skip
 
 
 def intervals(evaluation: AttributeEvaluation) -> dict[str, dict[str, float]]:
-    """Half widths of the 90 % intervals by method and attribute, on 0..100; empty with too few textures."""
-    told: dict[str, dict[str, float]] = {}
+    """Return half widths of the 90 % intervals by method and attribute, on 0..100; empty with too few textures."""
+    half_widths: dict[str, dict[str, float]] = {}
     for row in attribute_rows(evaluation):
         if row["half_width"] is not None:
-            told.setdefault(row["method"], {})[row["attribute"]] = row["half_width"]
-    return told
+            half_widths.setdefault(row["method"], {})[row["attribute"]] = row["half_width"]
+    return half_widths
 
 
 def write_all(
@@ -102,20 +102,20 @@ def write_all(
 
 
 def default_of(lab: Path, material: Material) -> Choice:
-    """The method that a lab's own evaluation of the very same textures chose, else the shipped default; and why.
+    """Return the method that a lab's own evaluation of the very same textures chose, else the shipped default; and why.
 
     An evaluation that was quick, of few folds, of other epochs or another end than the methods' own, or that did not
     ask for the shipped default, says nothing against it; one in which that was refused, as for pictures alone, does.
     The shipped default is the network's branch of one sense where there is nothing of the other.
     """
-    told, shipped = read_results(evaluation_folder(lab, NAME)), _shipped(material)
-    if not told:
+    results, shipped = read_results(evaluation_folder(lab, NAME)), _shipped(material)
+    if not results:
         return Choice(shipped, "the shipped default, for this lab has no evaluation that can be read.")
     try:
-        against = _against(told, material)
+        against = _against(results, material)
         if not against:
-            why = f"this lab's evaluation of {len(told['tested'])} textures: {told['default']['why']}"
-            return Choice(str(told["default"]["method"]), why)
+            why = f"this lab's evaluation of {len(results['tested'])} textures: {results['default']['why']}"
+            return Choice(str(results["default"]["method"]), why)
     except (KeyError, TypeError, AttributeError):
         against = ["is not as this version writes it"]
     why = f"the shipped default, for this lab's evaluation {' and '.join(against)}: it does not decide."
@@ -127,17 +127,17 @@ def _shipped(material: Material) -> str:
     return DEFAULT if felt == seen else FEELING if felt else SEEING
 
 
-def _against(told: Mapping[str, Any], material: Material) -> list[str]:
-    """Why an evaluation does not decide what is trained; nothing where it does."""
-    tested, textures = len(told["tested"]), len(told["data"]["textures"])
+def _against(results: Mapping[str, Any], material: Material) -> list[str]:
+    """Return why an evaluation does not decide what is trained; nothing where it does."""
+    tested, textures = len(results["tested"]), len(results["data"]["textures"])
     reasons = {
-        "was quick": told["quick"],
-        f"had --epochs {told['epochs']}": told["epochs"] is not None,
-        "had --early-stopping": told["early_stopping"],
-        f"left {tested} of {textures} textures out": tested != textures and not told["quick"],
-        f"was without {DEFAULT}": DEFAULT not in {row["method"] for row in told["tables"]["methods"]},
+        "was quick": results["quick"],
+        f"had --epochs {results['epochs']}": results["epochs"] is not None,
+        "had --early-stopping": results["early_stopping"],
+        f"left {tested} of {textures} textures out": tested != textures and not results["quick"],
+        f"was without {DEFAULT}": DEFAULT not in {row["method"] for row in results["tables"]["methods"]},
     }
-    found = [why for why, holds in reasons.items() if holds]
-    if not found and told["data"]["digest"] != digest_of(usable(material)[0]):
+    against = [why for why, holds in reasons.items() if holds]
+    if not against and results["data"]["digest"] != digest_of(usable(material)[0]):
         return ["was of other textures, features or ratings"]
-    return found
+    return against

@@ -48,45 +48,45 @@ SOURCES = (Column("title", "method"), Column("method", "name"), Column("features
 
 
 def report_html(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
-    """The whole page as one text. Every name in it is escaped."""
+    """Return the whole page as one text. Every name in it is escaped."""
     chosen = choice_of(evaluation)
     every = (
         chosen.section(RULE, reached(evaluation)), methods_section(evaluation, chosen),
         features_section(evaluation, chosen), textures_section(evaluation, pictured, chosen), time_section(pictured),
         provenance(evaluation),
     )  # fmt: skip
-    sections = tuple(each for each in every if each is not None)
+    sections = tuple(section for section in every if section is not None)
     return page_html(Page(words.TITLE, words.LEAD, banners(evaluation), facts(evaluation), sections), EVALUATION)
 
 
 def choice_of(evaluation: AttributeEvaluation) -> Choice:
-    """The default method and why."""
+    """Return the default method and why."""
     return choice(method_rows(evaluation))
 
 
 def banners(evaluation: AttributeEvaluation) -> list[str]:
-    """What has to be known before any number is read."""
-    told = [words.SIMULATED] if evaluation.material.simulated else []
+    """Return what has to be known before any number is read."""
+    lines = [words.SIMULATED] if evaluation.material.simulated else []
     if evaluation.options.quick:
-        told.append(words.QUICK.format(count=len(evaluation.tested)))
+        lines.append(words.QUICK.format(count=len(evaluation.tested)))
     elif evaluation.options.epochs is not None:
-        told.append(words.FEW_EPOCHS.format(epochs=evaluation.options.epochs))
+        lines.append(words.FEW_EPOCHS.format(epochs=evaluation.options.epochs))
     if evaluation.options.early_stopping:
-        told.append(words.EARLY)
+        lines.append(words.EARLY)
     if len(evaluation.tested) < len(evaluation.material.textures) and not evaluation.options.quick:
-        told.append(words.FEW_FOLDS.format(count=len(evaluation.tested), textures=len(evaluation.material.textures)))
-    if evaluation.material.weights and any("resnet" in each.sight for each in evaluation.entries):
-        told.append(words.WEIGHTS.format(weights=evaluation.material.weights))
-    told += [*lacking(evaluation.material), *(f"Not used: {line}." for line in evaluation.unused())]
-    joined = sorted({(each.test, *each.apart) for each in evaluation.domain.folds.values() if each.apart})
+        lines.append(words.FEW_FOLDS.format(count=len(evaluation.tested), textures=len(evaluation.material.textures)))
+    if evaluation.material.weights and any("resnet" in entry.sight for entry in evaluation.entries):
+        lines.append(words.WEIGHTS.format(weights=evaluation.material.weights))
+    lines += [*lacking(evaluation.material), *(f"Not used: {line}." for line in evaluation.unused())]
+    joined = sorted({(fold.test, *fold.apart) for fold in evaluation.domain.folds.values() if fold.apart})
     groups = "; ".join(sorted({", ".join(sorted(group)) for group in joined}))
-    return told + ([words.APART.format(groups=groups)] if groups else [])
+    return lines + ([words.APART.format(groups=groups)] if groups else [])
 
 
 def facts(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
-    """What stands at the head of the page."""
-    raters = sorted({each.rated.raters for each in evaluation.material.textures if each.rated is not None})
-    people = " to ".join(f"{each}" if each else "not told" for each in sorted({raters[0], raters[-1]}))
+    """Return what stands at the head of the page."""
+    raters = sorted({texture.rated.raters for texture in evaluation.material.textures if texture.rated is not None})
+    people = " to ".join(f"{number}" if number else "not told" for number in sorted({raters[0], raters[-1]}))
     return [
         ("Textures", f"{len(evaluation.material.textures)}"),
         ("Left out, once each", f"{len(evaluation.tested)}"),
@@ -97,16 +97,16 @@ def facts(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
 
 
 def reached(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
-    """What was set out to be reached beside what was."""
+    """Return what was set out to be reached beside what was."""
     rows = method_rows(evaluation)
-    told = [("Ours", line) for line in choice(rows).of_ours]
+    points = [("Ours", line) for line in choice(rows).of_ours]
     both = fusion(rows)
-    return told if both is None else [*told, both]
+    return points if both is None else [*points, both]
 
 
 def methods_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
-    """All methods side by side, Tables 3.2 and 3.3."""
-    rows = [_told(row) for row in method_rows(evaluation)]
+    """Return all methods side by side, Tables 3.2 and 3.3."""
+    rows = [_with_differences(row) for row in method_rows(evaluation)]
     blocks: list[Block] = [
         Words(words.FOLDS),
         table("Error and time", rows, OVERALL, ours=chosen.method, note=f"{words.DIFFERENCES} {words.TIMES}"),
@@ -120,8 +120,8 @@ def methods_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
     return Section("methods", "All methods", tuple(blocks))
 
 
-def _told(row: Row) -> Row:
-    """The row with its differences as a reader sees them."""
+def _with_differences(row: Row) -> Row:
+    """Return the row with its differences as a reader sees them."""
     return {**row, **{f"{name}_more": _more(row, name) for name in ("best", "ours")}}
 
 
@@ -167,7 +167,10 @@ def textures_section(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFi
     drawn = pictures(pictured, "figure_3_8", "scatter_3_8", "figure_3_9")
     blocks: tuple[Block, ...] = (
         table(f"{title} by attribute", rows, FOUND, note=words.INTERVALS),
-        *(figure_block(each, "Figure 3.9" if each.name.startswith("figure_3_9") else "Figure 3.8") for each in drawn),
+        *(
+            figure_block(figure, "Figure 3.9" if figure.name.startswith("figure_3_9") else "Figure 3.8")
+            for figure in drawn
+        ),
         table(f"{title} by class", classes, by_class, folded=True),
     )
     return Section("textures", "Textures and classes", blocks)
@@ -175,17 +178,17 @@ def textures_section(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFi
 
 def time_section(pictured: Sequence[DrawnFigure]) -> Section | None:
     """Error against time, and learning curves; None where nothing was drawn."""
-    blocks = tuple(figure_block(each) for each in pictures(pictured, "work_precision", "learning_"))
+    blocks = tuple(figure_block(figure) for figure in pictures(pictured, "work_precision", "learning_"))
     return Section("time", "Time", blocks) if blocks else None
 
 
 def provenance(evaluation: AttributeEvaluation) -> Section:
-    """What everything comes from."""
-    notes: list[Row] = [{"texture": each.label, "notes": "; ".join(each.notes) or None}
-                        for each in evaluation.material.textures if each.notes]  # fmt: skip
-    jobs, taken = len(evaluation.results), evaluation.results.loaded
-    told = f"Seed {evaluation.options.seed}. {jobs} trainings, {taken} of them taken from earlier, equal evaluations; "
-    blocks: list[Block] = [Words(f"{told}{in_seconds(evaluation.seconds)} here."), Words(words.UNROUNDED)]
+    """Return the section that names the inputs, the run and the software."""
+    notes: list[Row] = [{"texture": texture.label, "notes": "; ".join(texture.notes) or None}
+                        for texture in evaluation.material.textures if texture.notes]  # fmt: skip
+    jobs, loaded = len(evaluation.results), evaluation.results.loaded
+    run = f"Seed {evaluation.options.seed}. {jobs} trainings, {loaded} of them taken from earlier, equal evaluations; "
+    blocks: list[Block] = [Words(f"{run}{in_seconds(evaluation.seconds)} here."), Words(words.UNROUNDED)]
     blocks += [Words(note) for note in evaluation.material.notes]
     blocks.append(table("Methods and their sources", method_rows(evaluation), SOURCES))
     blocks.append(table("Folds", fold_rows(evaluation), FOLDS, folded=True))

@@ -26,30 +26,30 @@ RANDOM = "random"
 
 
 def names_of(evaluation: AttributeEvaluation) -> list[str]:
-    """The attributes, as tables name them."""
+    """Return the attributes, as tables name them."""
     return [pair.name for pair in evaluation.domain.attributes]
 
 
 def scored(evaluation: AttributeEvaluation, entry: Entry) -> Errors | None:
-    """An entry's errors; None where it was refused."""
+    """Return an entry's errors; None where it was refused."""
     return None if evaluation.refused(entry) else errors(evaluation.predicted(entry), evaluation.rated())
 
 
 def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
-    """A row for each method with its own features: errors, intervals, times, and differences from others.
+    """Return a row for each method with its own features: errors, intervals, times, and differences from others.
 
     `best_*` is the paired difference of MAE from the best method, `ours_*` from the thesis' network, both over
     textures: positive means that the row's method errs more. All intervals of both columns hold together with 95 %.
     """
     main = evaluation.of(MAIN)
-    judged = {entry: told for entry in main if (told := scored(evaluation, entry)) is not None}
-    best = min(judged, key=lambda entry: judged[entry].mean_mae, default=None)
-    ours = next((entry for entry in judged if entry.method == PROPOSED), None)
-    compared = _comparisons(judged, (best, ours))
+    scores = {entry: off for entry in main if (off := scored(evaluation, entry)) is not None}
+    best = min(scores, key=lambda entry: scores[entry].mean_mae, default=None)
+    ours = next((entry for entry in scores if entry.method == PROPOSED), None)
+    compared = _comparisons(scores, (best, ours))
     rows = []
     for entry in main:
-        own = judged.get(entry)
-        beside = {name: None if other is None else judged[other] for name, other in (("best", best), ("ours", ours))}
+        own = scores.get(entry)
+        beside = {name: None if other is None else scores[other] for name, other in (("best", best), ("ours", ours))}
         of: Row = {"method": entry.method, "title": title_of(evaluation, entry), "features": features_of(entry)}
         of |= {"resnet": resnet_of(evaluation.material, entry)}
         rows.append({**of, **_errors(own), **_interval(evaluation, entry, own is not None), **_times(evaluation, entry),
@@ -58,13 +58,15 @@ def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
     return rows
 
 
-def _comparisons(judged: Collection[Entry], beside: Sequence[Entry | None]) -> int:
+def _comparisons(scored_entries: Collection[Entry], beside: Sequence[Entry | None]) -> int:
     """Pairs of methods whose difference is shown: that of the best and the thesis' network stands in both columns."""
-    return len({frozenset((one, other)) for one in judged for other in beside if other is not None and one != other})
+    return len(
+        {frozenset((one, other)) for one in scored_entries for other in beside if other is not None and one != other}
+    )
 
 
 def features_of(entry: Entry) -> str:
-    """The kinds of features, "mfcc+hand+resnet+glcm"."""
+    """Return the kinds of features, "mfcc+hand+resnet+glcm"."""
     return "+".join((*entry.touch, *entry.sight))
 
 
@@ -76,15 +78,15 @@ def resnet_of(material: Material, entry: Entry) -> str | None:
 
 
 def title_of(evaluation: AttributeEvaluation, entry: Entry) -> str:
-    """The method's title; beside it, where its numbers rest on a ResNet-50 that nobody trained, that they do."""
+    """Return the method's title; beside it, where its numbers rest on a ResNet-50 that nobody trained, that they do."""
     title = evaluation.method(entry).title
     return f"{title}, random ResNet-50" if resnet_of(evaluation.material, entry) == RANDOM else title
 
 
-def _errors(told: Errors | None) -> Row:
-    if told is None:
+def _errors(scores: Errors | None) -> Row:
+    if scores is None:
         return dict.fromkeys(("mae", "rmse", "within_jnd"))
-    return {"mae": told.mean_mae, "rmse": told.mean_rmse, "within_jnd": told.all_within}
+    return {"mae": scores.mean_mae, "rmse": scores.mean_rmse, "within_jnd": scores.all_within}
 
 
 def _against(
@@ -109,7 +111,7 @@ def _difference(
 
 
 def _interval(evaluation: AttributeEvaluation, entry: Entry, answered: bool) -> Row:
-    """Half widths of 90 % intervals (mean over the attributes), and how many ratings such intervals hold.
+    """Return half widths of 90 % intervals (mean over the attributes), and how many ratings such intervals hold.
 
     For `coverage` each group of textures is left out of the residuals that its own intervals are taken from.
     """
@@ -119,7 +121,7 @@ def _interval(evaluation: AttributeEvaluation, entry: Entry, answered: bool) -> 
     residual = evaluation.predicted(entry) - evaluation.rated()
     row = {**blank, "half_width": float(half_widths(residual).mean())}
     groups = evaluation.groups()
-    if min(sum(each != own for each in groups) for own in groups) < needed(COVERAGE):
+    if min(sum(group != own for group in groups) for own in groups) < needed(COVERAGE):
         return row
     return {**row, "coverage": nested_coverage(residual, groups).overall}
 
@@ -127,16 +129,16 @@ def _interval(evaluation: AttributeEvaluation, entry: Entry, answered: bool) -> 
 def _times(evaluation: AttributeEvaluation, entry: Entry) -> Row:
     """Seconds: from recordings and pictures to all features that the method looks at, for one texture; of one training;
     of one answer."""
-    done = [each.numbers for each in evaluation.results_of(entry) if not each.refused]
+    done = [result.numbers for result in evaluation.results_of(entry) if not result.refused]
     steps = steps_of((*entry.touch, *entry.sight))
     features = (
         sum(evaluation.times[step] for step in steps) if all(step in evaluation.times for step in steps) else None
     )
     return {
         "features_s": features,
-        "train_s": float(np.median([each["train_s"] for each in done])) if done else None,
-        "all_train_s": float(np.sum([each["train_s"] for each in done])) if done else None,
-        "answer_s": float(np.median([each["asked_s"] for each in done])) if done else None,
+        "train_s": float(np.median([numbers["train_s"] for numbers in done])) if done else None,
+        "all_train_s": float(np.sum([numbers["train_s"] for numbers in done])) if done else None,
+        "answer_s": float(np.median([numbers["asked_s"] for numbers in done])) if done else None,
     }
 
 
@@ -146,13 +148,13 @@ def attribute_rows(evaluation: AttributeEvaluation) -> list[Row]:
 
 
 def _by_attribute(evaluation: AttributeEvaluation, entry: Entry) -> Iterator[Row]:
-    told = scored(evaluation, entry)
-    if told is None:
+    scores = scored(evaluation, entry)
+    if scores is None:
         return
-    wide: Sequence[float | None] = [None] * len(told.mae)
+    wide: Sequence[float | None] = [None] * len(scores.mae)
     if len(evaluation.tested) >= needed(COVERAGE):
         wide = half_widths(evaluation.predicted(entry) - evaluation.rated()).tolist()
-    for name, *values in zip(names_of(evaluation), told.mae, told.rmse, told.within, wide, strict=True):
+    for name, *values in zip(names_of(evaluation), scores.mae, scores.rmse, scores.within, wide, strict=True):
         numbers = dict(zip(("mae", "rmse", "within_jnd", "half_width"), values, strict=True))
         yield {"method": entry.method, "title": title_of(evaluation, entry), "attribute": name, **numbers}
 
@@ -160,17 +162,17 @@ def _by_attribute(evaluation: AttributeEvaluation, entry: Entry) -> Iterator[Row
 def class_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """MAE, RMSE and share within the JND by method, class and attribute, with a row over all attributes."""
     rows: list[Row] = []
-    classes = [each.category for each in textures_named(evaluation.material, evaluation.tested)]
+    classes = [texture.category for texture in textures_named(evaluation.material, evaluation.tested)]
     for entry in evaluation.of(MAIN):
         if evaluation.refused(entry):
             continue
-        for name, (count, told) in by_class(evaluation.predicted(entry), evaluation.rated(), classes).items():
+        for name, (count, scores) in by_class(evaluation.predicted(entry), evaluation.rated(), classes).items():
             own = {"method": entry.method, "title": title_of(evaluation, entry), "class": name, "textures": count}
             for place, attribute in enumerate(names_of(evaluation)):
-                rows.append({**own, "attribute": attribute, "mae": told.mae[place], "rmse": told.rmse[place],
-                             "within_jnd": told.within[place]})  # fmt: skip
-            rows.append({**own, "attribute": "all", "mae": told.mean_mae, "rmse": told.mean_rmse,
-                         "within_jnd": told.all_within})  # fmt: skip
+                rows.append({**own, "attribute": attribute, "mae": scores.mae[place], "rmse": scores.rmse[place],
+                             "within_jnd": scores.within[place]})  # fmt: skip
+            rows.append({**own, "attribute": "all", "mae": scores.mean_mae, "rmse": scores.mean_rmse,
+                         "within_jnd": scores.all_within})  # fmt: skip
     return rows
 
 
@@ -180,8 +182,8 @@ def table_rows(evaluation: AttributeEvaluation, which: Which) -> list[Row]:
     table = {"same_features": SAME, "kinds": KINDS}.get(which, MAIN)
     rows: list[Row] = []
     for entry in evaluation.of(table):
-        told = scored(evaluation, entry)
-        values = None if told is None else told.mae if which == "mae" else told.rmse
+        scores = scored(evaluation, entry)
+        values = None if scores is None else scores.mae if which == "mae" else scores.rmse
         title, names = title_of(evaluation, entry), names_of(evaluation)
         own = {"method": entry.method, "title": title, "features": features_of(entry),
                "resnet": resnet_of(evaluation.material, entry), "printed": False}  # fmt: skip
@@ -190,14 +192,17 @@ def table_rows(evaluation: AttributeEvaluation, which: Which) -> list[Row]:
         rows.append({**own, **cells})
         theirs = printed(which, entry.method, features_of(entry))
         if theirs is not None and all(name in theirs for name in names):
-            said: Row = {"method": f"{entry.method}, {SAID}", "title": f"{evaluation.method(entry).title}, {SAID}"}
-            said |= {"printed": True, "resnet": PRETRAINED if "resnet" in entry.sight else None}
-            rows.append({**own, **said, **{name: theirs[name] for name in (*names, "mean")}})
+            printed_row: Row = {
+                "method": f"{entry.method}, {SAID}",
+                "title": f"{evaluation.method(entry).title}, {SAID}",
+            }
+            printed_row |= {"printed": True, "resnet": PRETRAINED if "resnet" in entry.sight else None}
+            rows.append({**own, **printed_row, **{name: theirs[name] for name in (*names, "mean")}})
     return rows
 
 
 def prediction_rows(evaluation: AttributeEvaluation) -> list[Row]:
-    """Every prediction with its rating, both on 0..100, by method, texture and attribute."""
+    """Return every prediction with its rating, both on 0..100, by method, texture and attribute."""
     rows: list[Row] = []
     for entry in evaluation.of(MAIN):
         if evaluation.refused(entry):
@@ -221,7 +226,7 @@ def _predictions(evaluation: AttributeEvaluation, entry: Entry, texture: str, ca
 
 
 def curve_rows(evaluation: AttributeEvaluation) -> list[Row]:
-    """The learning curves of the methods with their own features, a row for each epoch."""
+    """Return the learning curves of the methods with their own features, a row for each epoch."""
     rows: list[Row] = []
     for entry in evaluation.of(MAIN):
         for done in evaluation.results_of(entry):
@@ -234,7 +239,7 @@ def curve_rows(evaluation: AttributeEvaluation) -> list[Row]:
 def fold_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """Who was left out, may be learned from, was watched of these (by methods that stop early) and kept apart."""
     return [
-        {"test": each.test, "known": len(each.known), "held": " ".join(each.held if evaluation.watching else ()),
-         "apart": " ".join(each.apart)}
-        for each in evaluation.domain.folds.values()
+        {"test": fold.test, "known": len(fold.known), "held": " ".join(fold.held if evaluation.watching else ()),
+         "apart": " ".join(fold.apart)}
+        for fold in evaluation.domain.folds.values()
     ]  # fmt: skip

@@ -14,17 +14,20 @@ Which = Literal["mae", "rmse", "same_features", "kinds"]
 
 
 def printed(which: Which, method: str, features: str = "") -> Mapping[str, float] | None:
-    """A line of Table 3.2 ("mae"), 3.3 ("rmse"), 3.4 or 3.5 by attribute ("Rough-Smooth"), with the `mean` over them,
-    which the thesis does not print; None where it has none. Of "kinds", `features` are named as our entries are."""
-    told: Mapping[str, Any] = printed_numbers(FILE)
-    line = told[which]["cells"].get(method)
+    """Return a line of Table 3.2 ("mae"), 3.3 ("rmse"), 3.4 or 3.5 by attribute ("Rough-Smooth"), with their `mean`.
+
+    The thesis does not print the mean. None where it has no such line. Of "kinds", `features` are named as our entries
+    are.
+    """
+    numbers: Mapping[str, Any] = printed_numbers(FILE)
+    line = numbers[which]["cells"].get(method)
     if isinstance(line, Mapping):
         line = line.get(features)
-    return None if line is None else _named(told["attributes"], line)
+    return None if line is None else _named(numbers["attributes"], line)
 
 
 def number_of(which: Which) -> str:
-    """The table's number in the thesis."""
+    """Return the table's number in the thesis."""
     return str(printed_numbers(FILE)[which]["table"])
 
 

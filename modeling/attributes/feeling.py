@@ -63,17 +63,17 @@ class _Felt:
 def felt_rows(
     textures: Sequence[Recording], folder: Path | None = None, workers: int | None = None, report: Report = silent
 ) -> list[FeltRows]:
-    """The rows of each texture: what `folder` lacks is computed, and kept there.
+    """Return the rows of each texture: what `folder` lacks is computed, and kept there.
 
     One texture is in memory at a time in each of `workers` processes. A texture whose recordings cannot be used has no
     rows, and its notes say why.
     """
-    jobs = [_Felt(each, _key(each), folder) for each in textures]
+    jobs = [_Felt(texture, _key(texture), folder) for texture in textures]
     known = {job.key: entry for job in jobs if (entry := load_features(folder, job.key)) is not None}
-    lacking = [job for job in jobs if job.key not in known]
-    made = run_jobs(_entry, lacking, workers=workers, report=report) if lacking else []
-    known |= {job.key: entry for job, entry in zip(lacking, made, strict=True)}
-    return [_rows(each, known[job.key]) for each, job in zip(textures, jobs, strict=True)]
+    missing = [job for job in jobs if job.key not in known]
+    computed = run_jobs(_entry, missing, workers=workers, report=report) if missing else []
+    known |= {job.key: entry for job, entry in zip(missing, computed, strict=True)}
+    return [_rows(texture, known[job.key]) for texture, job in zip(textures, jobs, strict=True)]
 
 
 def _key(texture: Recording) -> str:
@@ -83,16 +83,16 @@ def _key(texture: Recording) -> str:
 
 def _entry(job: _Felt) -> Entry:
     try:
-        found = job.recorded.rows()
+        felt = job.recorded.rows()
     except TextureDataError as error:
         return {}, {"made_from": sorted(job.recorded.made_from), "notes": [f"{RECORDINGS_LEFT_OUT}: {error}"]}
-    made: Entry = (found.touch, {"made_from": sorted(found.made_from), "notes": list(found.notes)})
-    save_features(job.folder, job.key, *made)
-    return made
+    entry: Entry = (felt.touch, {"made_from": sorted(felt.made_from), "notes": list(felt.notes)})
+    save_features(job.folder, job.key, *entry)
+    return entry
 
 
 def _rows(texture: Recording, entry: Entry) -> FeltRows:
-    """What is kept does not know the texture's name: the same recording may have another one elsewhere."""
-    rows, told = entry
-    made_from, notes = frozenset(told["made_from"]), tuple(told["notes"])
+    """Return an entry as the texture's rows; it has no name of its own, as the same recording may have several."""
+    rows, metadata = entry
+    made_from, notes = frozenset(metadata["made_from"]), tuple(metadata["notes"])
     return FeltRows(texture.id, texture.label, texture.category, dict(rows), made_from, notes)

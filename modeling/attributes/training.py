@@ -52,20 +52,20 @@ def train_attributes(
     the same textures finished is taken from `wanted.work`. Raises MaterialError where the method refuses the textures,
     ModelFileError where it cannot be kept.
     """
-    judged = evaluate_methods(material, replace(options, methods=(method,), ablations=False), methods, own, report)
-    entry = judged.entries[0]
-    if why := judged.refused(entry):
+    evaluation = evaluate_methods(material, replace(options, methods=(method,), ablations=False), methods, own, report)
+    entry = evaluation.entries[0]
+    if why := evaluation.refused(entry):
         raise MaterialError(f"{method}: {why}")
-    given = _given(judged, entry)
-    report(f"fitting {method} to {_shown(given)}")
-    fitted, seconds = _fitted(judged.method(entry), given, judged.domain.clock)
-    card = _card(judged, entry, given, seconds)
+    given = _learning_from_all(evaluation, entry)
+    report(f"fitting {method} to {_size_of(given)}")
+    fitted, seconds = _fitted(evaluation.method(entry), given, evaluation.domain.clock)
+    card = _card(evaluation, entry, given, seconds)
     write = partial(write_model, fitted=cast(Kept, fitted), card=card, methods=methods)
     files = write_trained(folder, write, history_of(fitted), last=not given.held)
     interval = card["interval"]
     wide = () if interval is None else tuple(interval["half_width"])
-    told = tuple(banners(judged))
-    return WrittenAttributes(files[0], method, card["metrics"], files, wide, told, resnet_of(material, entry))
+    warnings = tuple(banners(evaluation))
+    return WrittenAttributes(files[0], method, card["metrics"], files, wide, warnings, resnet_of(material, entry))
 
 
 def demand_no_loss(folder: Path) -> None:
@@ -82,15 +82,15 @@ def demand_no_loss(folder: Path) -> None:
         )
 
 
-def _given(evaluation: AttributeEvaluation, entry: Entry) -> Learning:
-    """Every texture: to be fitted to, or to be watched where the method does so."""
+def _learning_from_all(evaluation: AttributeEvaluation, entry: Entry) -> Learning:
+    """Return every texture: to be fitted to, or to be watched where the method does so."""
     fold = all_of_them(evaluation.material, evaluation.options.seed)
     settings, seed = evaluation.options.settings, evaluation.options.seed
     return learning(evaluation.material, fold, evaluation.method(entry), entry, seed, settings)
 
 
 def _fitted(method: Method, given: Learning, clock: Clock) -> tuple[Fitted, float]:
-    """The method fitted to what it is given, and how long that took."""
+    """Return the method fitted to what it is given, and how long that took."""
     from palpate.modeling.training.threads import limited
 
     start = clock()
@@ -99,8 +99,8 @@ def _fitted(method: Method, given: Learning, clock: Clock) -> tuple[Fitted, floa
     return fitted, clock() - start
 
 
-def _shown(given: Learning) -> str:
-    """How many textures the fit sees, and what for."""
+def _size_of(given: Learning) -> str:
+    """Return how many textures the fit sees, and what for."""
     watched = f", {len(given.held)} more are watched to stop early" if given.held else ""
     return f"{count(len(given.train), 'texture')}{watched}"
 
@@ -136,18 +136,18 @@ def _interval(evaluation: AttributeEvaluation, entry: Entry) -> dict[str, Any] |
     if len(evaluation.tested) < needed(COVERAGE):
         return None
     wide = half_widths(evaluation.predicted(entry) - evaluation.rated())
-    told = f"quantile of {len(evaluation.tested)} errors, each of a texture that was left out"
-    return Interval(method=told, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
+    method = f"quantile of {len(evaluation.tested)} errors, each of a texture that was left out"
+    return Interval(method=method, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
 
 
 def _notes(evaluation: AttributeEvaluation, entry: Entry, given: Learning) -> tuple[str, ...]:
-    told = [f"Fitted to {_shown(given)}; the metrics are those of leaving one out."]
+    notes = [f"Fitted to {_size_of(given)}; the metrics are those of leaving one out."]
     if resnet_of(evaluation.material, entry) == RANDOM:
-        told.append("ResNet-50 had random weights: the metrics and the interval rest on features that nobody trained.")
-    told += [f"Not used: {line}." for line in evaluation.unused()]
+        notes.append("ResNet-50 had random weights: the metrics and the interval rest on features that nobody trained.")
+    notes += [f"Not used: {line}." for line in evaluation.unused()]
     if evaluation.material.simulated:
-        told.append("Simulated raters: this model says nothing about how a texture feels to anybody.")
+        notes.append("Simulated raters: this model says nothing about how a texture feels to anybody.")
     if evaluation.options.quick:
-        told.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
-        told += [f"Learned from: {note}" for note in evaluation.material.notes if note in (HURRIED, FEW_READ)]
-    return tuple(told)
+        notes.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
+        notes += [f"Learned from: {note}" for note in evaluation.material.notes if note in (HURRIED, FEW_READ)]
+    return tuple(notes)

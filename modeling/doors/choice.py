@@ -14,7 +14,7 @@ Row = Mapping[str, Any]
 
 
 def forward_choice(rows: Sequence[Row]) -> Choice:
-    """The method with the least MAE; of equals the first. `rows` are those of the table of all methods."""
+    """Return the method with the least MAE; of equals the first. `rows` are those of the table of all methods."""
     best = min(rows, key=lambda row: row["mae"])
     why = f"{best['title']} has the least MAE: {best['mae']:.2f}, all methods on the same folds."
     return Choice(best["method"], why, _network(rows, "mae", "MAE"))
@@ -58,9 +58,9 @@ def _network(rows: Sequence[Row], name: str, what: str) -> tuple[str, ...]:
     if best[name] <= 0:
         return (f"{best['title']} is without error; the network of the thesis has a {what} of {network[name]:.2f}.",)
     more = network[name] / best[name] - 1
-    told = f"{what} {network[name]:.2f} against {best[name]:.2f} of {best['title']}"
+    numbers = f"{what} {network[name]:.2f} against {best[name]:.2f} of {best['title']}"
     if more > ALLOWED:
-        return (f"The network of the thesis is beaten: {told}, {more:.0%} more; {ALLOWED:.0%} was allowed.",)
+        return (f"The network of the thesis is beaten: {numbers}, {more:.0%} more; {ALLOWED:.0%} was allowed.",)
     if more > 0:
-        return (f"The network of the thesis is {more:.1%} behind the best other method: {told}.",)
-    return (f"The network of the thesis is the best, by {-more:.1%}: {told}.",)
+        return (f"The network of the thesis is {more:.1%} behind the best other method: {numbers}.",)
+    return (f"The network of the thesis is the best, by {-more:.1%}: {numbers}.",)

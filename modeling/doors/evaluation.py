@@ -77,5 +77,5 @@ def _measured(results: DoorResults, choices: dict[Direction, Choice]) -> tuple[R
     if len(choices) < 2:
         return ()
     methods: dict[Direction, str] = {way: choice.method for way, choice in choices.items()}
-    together = next(each for each in results.methods("forward") if each.method == methods["forward"])
+    together = next(method for method in results.methods("forward") if method.method == methods["forward"])
     return measured(results.domain, methods, together)

@@ -46,7 +46,7 @@ def figures(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
 
 
 def _of(methods: Sequence[MethodResults], name: str) -> MethodResults | None:
-    return next((each for each in methods if each.method == name), None)
+    return next((method for method in methods if method.method == name), None)
 
 
 def _predicted(results: MethodResults, folder: Path) -> Iterator[DrawnFigure]:
@@ -55,10 +55,10 @@ def _predicted(results: MethodResults, folder: Path) -> Iterator[DrawnFigure]:
 
     rows = prediction_rows(results, widths(results))
     for name, panels, colour in (("figure_5_12", "door", "attribute"), ("figure_5_13", "attribute", "door")):
-        asked: dict[str, Any] = {"panels": panels, "colour": colour, "unit": UNIT, "band": "global"}
-        asked |= {} if any(row["sd"] is not None for row in rows) else {"sd": 10.0}
-        kept = [{key: value for key, value in row.items() if key not in ("low", "high")} for row in rows]
-        yield _shown(PREDICTED, {"name": name, "figure": "predicted", **asked}, kept, results, folder)
+        settings: dict[str, Any] = {"panels": panels, "colour": colour, "unit": UNIT, "band": "global"}
+        settings |= {} if any(row["sd"] is not None for row in rows) else {"sd": 10.0}
+        shown_rows = [{key: value for key, value in row.items() if key not in ("low", "high")} for row in rows]
+        yield _planned_figure(PREDICTED, {"name": name, "figure": "predicted", **settings}, shown_rows, results, folder)
 
 
 def _violins(results: MethodResults, folder: Path) -> DrawnFigure:
@@ -66,17 +66,17 @@ def _violins(results: MethodResults, folder: Path) -> DrawnFigure:
     from palpate.analysis.figures.violins import VIOLINS
 
     title = "Waveform error of made profiles by door"
-    asked = {
+    settings = {
         "name": "figure_5_14",
         "figure": "violins",
         "by": "door",
         "value": "mae",
         "unit": "% of the range of forces",
     }
-    return _shown(VIOLINS, {**asked, "title": title}, waveform_error_rows(results), results, folder)
+    return _planned_figure(VIOLINS, {**settings, "title": title}, waveform_error_rows(results), results, folder)
 
 
-def _shown(
+def _planned_figure(
     kind: FigureKind, asked: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], results: MethodResults, folder: Path
 ) -> DrawnFigure:
     settings = kind.settings.model_validate(asked)
@@ -88,7 +88,7 @@ def _shown(
 
 
 def _selected(rows: Sequence[Mapping[str, Any]], results: MethodResults) -> Any:
-    """The rows as a figure of a plan gets them, with the levels in the data's order."""
+    """Return the rows as a figure of a plan gets them, with the levels in the data's order."""
     import pandas as pd
 
     from palpate.analysis.plans.answers import Selected
@@ -134,15 +134,15 @@ def _timed_rows(
 
 
 def _curves(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """The learning curves of every method that is trained in epochs, a line for each fold."""
+    """Yield the learning curves of every method that is trained in epochs, a line for each fold."""
     from palpate.modeling.training.learning_curve import learning_curve
 
-    for each in (*evaluation.results.methods("forward"), *evaluation.results.methods("inverse")):
-        if histories := _histories(each):
-            name = f"learning_{each.direction}_{each.method}"
-            title = f"Learning curves: {evaluation.results.domain.methods[each.direction][each.method].title}"
+    for method in (*evaluation.results.methods("forward"), *evaluation.results.methods("inverse")):
+        if histories := _histories(method):
+            name = f"learning_{method.direction}_{method.method}"
+            title = f"Learning curves: {evaluation.results.domain.methods[method.direction][method.method].title}"
             with drawing(name):
-                last = each.method == "network_thesis"
+                last = method.method == "network_thesis"
                 yield drawn_figure(name, title, CURVES, learning_curve(histories, last), folder)
 
 

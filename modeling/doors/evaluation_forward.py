@@ -68,32 +68,32 @@ def forward_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
             ours=ours,
             note=with_refusals(words.TIMES, evaluation.forward),
         ),
-        *(figure_block(each) for each in chosen(pictured, "work_precision_forward")),
+        *(figure_block(figure) for figure in chosen(pictured, "work_precision_forward")),
         *_ceilings(evaluation),
         *_cells(evaluation, ours),
-        *(figure_block(each, _numbered(each)) for each in chosen(pictured, "figure_5_12", "figure_5_13")),
+        *(figure_block(figure, _numbered(figure)) for figure in chosen(pictured, "figure_5_12", "figure_5_13")),
         *_variants(evaluation, ours),
         *_splits(evaluation),
-        *(figure_block(each) for each in chosen(pictured, "learning_forward")),
+        *(figure_block(figure) for figure in chosen(pictured, "learning_forward")),
     ]
     return Section("forward", "From force to feeling", tuple(blocks))
 
 
 def with_refusals(note: str, rows: Sequence[Row]) -> str:
-    """The note, and why a method has no file."""
+    """Return the note, and why a method has no file."""
     return " ".join([note, *(f"No file: {row['note']}" for row in rows if row["note"])])
 
 
 def _theirs() -> Row:
-    """The thesis' averages as a last row."""
-    told = {name: printed(name).overall for name, *_ in TABLES}
-    return {"method": "", "title": "thesis' network*", **told}
+    """Return the thesis' averages as a last row."""
+    overall = {name: printed(name).overall for name, *_ in TABLES}
+    return {"method": "", "title": "thesis' network*", **overall}
 
 
 def _ceilings(evaluation: DoorEvaluation) -> list[Block]:
     if not evaluation.ceilings:
         return [Words(f"Noise ceiling: {evaluation.no_ceiling}", "lead")]
-    wide: list[Row] = [{"knows": KNOWS[each.of], **ceiling_rows(each)[-1]} for each in evaluation.ceilings]
+    wide: list[Row] = [{"knows": KNOWS[ceiling.of], **ceiling_rows(ceiling)[-1]} for ceiling in evaluation.ceilings]
     by = ceiling_rows(evaluation.ceilings[0])[:-1]
     knows, attribute = Column("knows", "a perfect predictor that knows"), Column("attribute", "attribute")
     return [
@@ -108,41 +108,41 @@ def _cells(evaluation: DoorEvaluation, ours: str) -> list[Block]:
     """Tables 5.3 to 5.5 for the default and the thesis' network, the other methods folded."""
     blocks: list[Block] = [Heading("By attribute and door", "cells")]
     methods = sorted(
-        evaluation.results.methods("forward"), key=lambda each: (each.method != ours, each.method != THESIS)
+        evaluation.results.methods("forward"), key=lambda results: (results.method != ours, results.method != THESIS)
     )
     for measure, number, what, digits in TABLES:
-        for each in methods:
-            title = f"Table {number}. {what}: {_title(evaluation, each.method)}"
-            blocks.append(_cell_table(title, each, measure, digits, folded=each.method not in (ours, THESIS)))
+        for method in methods:
+            title = f"Table {number}. {what}: {_title(evaluation, method.method)}"
+            blocks.append(_cell_table(title, method, measure, digits, folded=method.method not in (ours, THESIS)))
         blocks += _printed(f"Table {number} as the thesis printed it", methods[0], measure, digits)
     return blocks
 
 
-def _cell_table(title: str, each: MethodResults, measure: str, digits: str, folded: bool) -> TableBlock:
-    told = printed(measure)
-    rows = cell_rows(each, measure)
+def _cell_table(title: str, method: MethodResults, measure: str, digits: str, folded: bool) -> TableBlock:
+    theirs = printed(measure)
+    rows = cell_rows(method, measure)
     for row in rows[:-1]:
-        row["thesis"] = told.by_attribute.get(row["attribute"])
-    rows[-1]["thesis"] = told.overall
-    columns = [*_door_columns(each, digits), Column("thesis", "thesis*", digits, "Private data, other people")]
+        row["thesis"] = theirs.by_attribute.get(row["attribute"])
+    rows[-1]["thesis"] = theirs.overall
+    columns = [*_door_columns(method, digits), Column("thesis", "thesis*", digits, "Private data, other people")]
     note = "" if folded else "* The thesis' average: private data, other people."
     return table(title, rows, columns, folded=folded, note=note, theirs=("thesis",))
 
 
-def _printed(title: str, each: MethodResults, measure: str, digits: str) -> list[Block]:
-    rows = thesis_rows(measure, each.data.attributes, list(dict.fromkeys(each.data.doors)))
-    columns = _door_columns(each, digits)
+def _printed(title: str, method: MethodResults, measure: str, digits: str) -> list[Block]:
+    rows = thesis_rows(measure, method.data.attributes, list(dict.fromkeys(method.data.doors)))
+    columns = _door_columns(method, digits)
     theirs = [column.name for column in columns[1:]]
     return [table(title, rows, columns, folded=True, note=words.PRIVATE, theirs=theirs)] if rows else []
 
 
-def _door_columns(each: MethodResults, digits: str) -> list[Column]:
-    doors = [Column(door, door, digits) for door in dict.fromkeys(each.data.doors)]
+def _door_columns(method: MethodResults, digits: str) -> list[Column]:
+    doors = [Column(door, door, digits) for door in dict.fromkeys(method.data.doors)]
     return [Column("attribute", "attribute"), *doors, Column(AVERAGE, AVERAGE, digits)]
 
 
-def _numbered(each: DrawnFigure) -> str:
-    return each.name.replace("figure_", "Figure ").replace("_", ".")
+def _numbered(figure: DrawnFigure) -> str:
+    return figure.name.replace("figure_", "Figure ").replace("_", ".")
 
 
 def _title(evaluation: DoorEvaluation, method: str) -> str:
@@ -153,14 +153,14 @@ def _variants(evaluation: DoorEvaluation, ours: str) -> list[Block]:
     scores = [Column("mae", "MAE", "2"), Column("rmse", "RMSE", "2"), Column("r2", "R²", "3")]
     columns = [Column("variant", "variant"), *scores, Column("n", "stimuli", "int")]
     return [
-        table(f"By variant: {_title(evaluation, each.method)}", variant_rows(each), columns, folded=True)
-        for each in evaluation.results.methods("forward")
-        if each.method in (ours, THESIS)
+        table(f"By variant: {_title(evaluation, method.method)}", variant_rows(method), columns, folded=True)
+        for method in evaluation.results.methods("forward")
+        if method.method in (ours, THESIS)
     ]
 
 
 def _splits(evaluation: DoorEvaluation) -> list[Block]:
-    """Every method's MAE on each split, side by side."""
+    """Return every method's MAE on each split, side by side."""
     by_method: dict[str, Row] = {}
     for row in splits_forward(evaluation):
         start: Row = {"method": row["method"], "title": _title(evaluation, row["method"])}

@@ -100,20 +100,20 @@ def inverse_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
             note=words.LIMITS.format(force=LIMIT_N, slope=STEEPEST_N_DEG),
         ),
         table("Error and time", [_timed(row) for row in rows], TIMES, ours=ours, note=with_refusals(words.TIMES, rows)),
-        *(figure_block(each) for each in chosen(pictured, "work_precision_inverse", "made_profiles")),
+        *(figure_block(figure) for figure in chosen(pictured, "work_precision_inverse", "made_profiles")),
         *_loop(evaluation),
         *_sliders(evaluation, ours),
         *_waveforms(evaluation, ours),
-        *(figure_block(each, "Figure 5.14") for each in chosen(pictured, "figure_5_14")),
+        *(figure_block(figure, "Figure 5.14") for figure in chosen(pictured, "figure_5_14")),
         *_floors(evaluation),
         *_plausibility(evaluation, ours),
-        *(figure_block(each) for each in chosen(pictured, "learning_inverse")),
+        *(figure_block(figure) for figure in chosen(pictured, "learning_inverse")),
     ]
     return Section("inverse", "From feeling to force", tuple(blocks))
 
 
 def _timed(row: Row) -> Row:
-    """The row with the loop error that counts, and the time of an answer where there is no file to take it from."""
+    """Return the row with the loop error that counts, and the time of an answer where no file has it."""
     loop = row["loop_judge"] if row["loop_fresh"] is None else row["loop_fresh"]
     return {**row, "loop": loop, "without_file_ms": row["trained_ms"] if row["file_ms"] is None else None}
 
@@ -123,72 +123,72 @@ def _title(evaluation: DoorEvaluation, method: str) -> str:
 
 
 def _loop(evaluation: DoorEvaluation) -> list[Block]:
-    """The loop's error by attribute, a column for each method, as each judge finds it."""
+    """Return the loop's error by attribute, a column for each method, as each judge finds it."""
     methods = evaluation.results.methods("inverse")
     tables = [_judged_table(evaluation, methods, name) for name in JUDGES]
-    return [Heading("The loop, by attribute", "loop"), *(each for each in tables if each is not None)]
+    return [Heading("The loop, by attribute", "loop"), *(block for block in tables if block is not None)]
 
 
 def _judged_table(evaluation: DoorEvaluation, methods: Sequence[MethodResults], name: str) -> TableBlock | None:
     rows: list[Row] = [{"attribute": attribute} for attribute in (*evaluation.data.attributes, "mean")]
     within = attainable(methods)
-    for each in methods:
-        values = [row[name] for row in loop_rows(each, within)]
+    for method in methods:
+        values = [row[name] for row in loop_rows(method, within)]
         if any(value is None for value in values):
             continue
         for row, value in zip(rows, [*values, sum(values) / len(values)], strict=True):
-            row[each.method] = value
+            row[method.method] = value
     if not any(len(row) > 1 for row in rows):
         return None
-    columns = [Column("attribute", "attribute"), *(Column(each.method, each.method, "2") for each in methods)]
+    columns = [Column("attribute", "attribute"), *(Column(results.method, results.method, "2") for results in methods)]
     note = {"loop_fresh": words.FRESH, "loop_attainable": words.ATTAINABLE, "loop_judge": words.JUDGE}.get(name, "")
     return table(JUDGES[name], rows, columns, folded=name == "loop_felt", note=note)
 
 
 def _sliders(evaluation: DoorEvaluation, ours: str) -> list[Block]:
-    rows = [row for each in _shown(evaluation, ours) for row in slider_rows(each)]
+    rows = [row for method in _in_full(evaluation, ours) for row in slider_rows(method)]
     title = "One slider at 10 and at 90, the others at 50 (thesis 5.7.1)"
     return [table(title, rows, SLIDERS, folded=True, note=words.SLIDERS)] if rows else []
 
 
-def _shown(evaluation: DoorEvaluation, ours: str) -> list[MethodResults]:
-    """The default, and the thesis' network where it is another."""
-    methods = [each for each in evaluation.results.methods("inverse") if each.method in (ours, THESIS)]
-    return sorted(methods, key=lambda each: each.method != ours)
+def _in_full(evaluation: DoorEvaluation, ours: str) -> list[MethodResults]:
+    """Return the default, and the thesis' network where it is another."""
+    methods = [method for method in evaluation.results.methods("inverse") if method.method in (ours, THESIS)]
+    return sorted(methods, key=lambda results: results.method != ours)
 
 
 def _waveforms(evaluation: DoorEvaluation, ours: str) -> list[Block]:
     """Table 5.6 for the default and the thesis' network, the others folded; the thesis' own beside."""
-    shown = _shown(evaluation, ours)
-    others = [each for each in evaluation.results.methods("inverse") if each.method not in (ours, THESIS)]
+    shown = _in_full(evaluation, ours)
+    others = [method for method in evaluation.results.methods("inverse") if method.method not in (ours, THESIS)]
     blocks: list[Block] = [Heading("The waveform, by door", "waveforms")]
-    blocks += [_by_door(evaluation, each, folded=False) for each in shown]
-    blocks += [_by_door(evaluation, each, folded=True) for each in others]
-    return [*blocks, *(_by_variant(evaluation, each) for each in shown)]
+    blocks += [_by_door(evaluation, results, folded=False) for results in shown]
+    blocks += [_by_door(evaluation, results, folded=True) for results in others]
+    return [*blocks, *(_by_variant(evaluation, results) for results in shown)]
 
 
-def _by_door(evaluation: DoorEvaluation, each: MethodResults, folded: bool) -> TableBlock:
+def _by_door(evaluation: DoorEvaluation, method: MethodResults, folded: bool) -> TableBlock:
     theirs = printed_waveforms().by_door
-    rows = [{**_spreads(row), **_beside(theirs.get(row["door"]))} for row in waveform_rows(each)]
+    rows = [{**_spreads(row), **_beside(theirs.get(row["door"]))} for row in waveform_rows(method)]
     rows[-1]["door"] = "all" if rows[-1]["door"] == OVERALL else rows[-1]["door"]
     columns = [
         *(Column("door", "door"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD")),
         *(Column("n", "profiles", "int"), Column("thesis_mae", "thesis' MAE*"), Column("thesis_rmse", "thesis' RMSE*")),
     ]
     note = "" if folded else f"* {words.PRIVATE}"
-    title = f"Table 5.6. {_title(evaluation, each.method)}"
+    title = f"Table 5.6. {_title(evaluation, method.method)}"
     return table(title, rows, columns, folded=folded, note=note, theirs=("thesis_mae", "thesis_rmse"))
 
 
-def _by_variant(evaluation: DoorEvaluation, each: MethodResults) -> TableBlock:
-    rows = [_spreads(row) for row in waveform_rows(each, "variants") if row["variant"] != OVERALL]
+def _by_variant(evaluation: DoorEvaluation, method: MethodResults) -> TableBlock:
+    rows = [_spreads(row) for row in waveform_rows(method, "variants") if row["variant"] != OVERALL]
     columns = [Column("variant", "variant"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD"),
                Column("n", "profiles", "int")]  # fmt: skip
-    return table(f"By variant: {_title(evaluation, each.method)}", rows, columns, folded=True)
+    return table(f"By variant: {_title(evaluation, method.method)}", rows, columns, folded=True)
 
 
 def _spreads(row: Row) -> Row:
-    """The row with its means and SDs as one text each."""
+    """Return the row with its means and SDs as one text each."""
     return {**row, **{f"{name}_sd": _pm(row[name], row[f"{name}_sd"], 2) for name in ("mae", "rmse")}}
 
 
@@ -203,7 +203,7 @@ def _pm(mean: float, sd: float | None, digits: int) -> str:
 
 
 def _floors(evaluation: DoorEvaluation) -> list[Block]:
-    """Why 0.6 %: the leaky split, and what no method can undercut."""
+    """Return why 0.6 %: the leaky split, and what no method can undercut."""
     wide: dict[str, Row] = {}
     for row in splits_inverse(evaluation):
         wide.setdefault(row["method"], {"title": _title(evaluation, row["method"])})[row["split"]] = row["mae"]
@@ -219,11 +219,11 @@ def _floors(evaluation: DoorEvaluation) -> list[Block]:
 
 def _plausibility(evaluation: DoorEvaluation, ours: str) -> list[Block]:
     methods = evaluation.results.methods("inverse")
-    made = [plausible_row(each) for each in methods]
+    rows = [plausible_row(method) for method in methods]
     return [
         Heading("Could it be a door?", "plausibility"),
         table(
-            "Made profiles", made, PLAUSIBLE, ours=ours, note=words.LIMITS.format(force=LIMIT_N, slope=STEEPEST_N_DEG)
+            "Made profiles", rows, PLAUSIBLE, ours=ours, note=words.LIMITS.format(force=LIMIT_N, slope=STEEPEST_N_DEG)
         ),
         table("All corners: every slider at 0 or 100", corner_rows(methods), CORNERS, ours=ours, note=words.CORNERS),
     ]

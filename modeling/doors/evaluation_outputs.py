@@ -33,15 +33,15 @@ def write_all(evaluation: DoorEvaluation, folder: Path, report: Report = silent,
 
 
 def default_of(lab: Path, data: DoorData, direction: Direction) -> str:
-    """The method that a lab's own evaluation of the very same data chose, else the shipped default.
+    """Return the method that a lab's own evaluation of the very same data chose, else the shipped default.
 
     An evaluation without the shipped default among its methods says nothing against it.
     """
-    told = read_results(folder_for(lab, "grouped"))
+    results = read_results(folder_for(lab, "grouped"))
     try:
-        evaluated = {row["method"] for row in told["tables"][f"methods_{direction}"]}
-        if told["data"]["digest"] == data.digest and not told["quick"] and DEFAULT[direction] in evaluated:
-            chosen = str(told["default"][direction]["method"])
+        evaluated = {row["method"] for row in results["tables"][f"methods_{direction}"]}
+        if results["data"]["digest"] == data.digest and not results["quick"] and DEFAULT[direction] in evaluated:
+            chosen = str(results["default"][direction]["method"])
             return chosen if _can_be_trained(direction, chosen) else DEFAULT[direction]
     except (KeyError, TypeError):
         pass

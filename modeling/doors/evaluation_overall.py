@@ -25,16 +25,16 @@ FILE_NUMBERS = ("file_ms", "file_p99_ms", "file_bytes", "file_difference")
 
 
 def method_rows(results: DoorResults, way: Direction) -> tuple[Row, ...]:
-    """A row for each method of a direction on the split that counts."""
-    found, methods = results.methods(way), results.domain.methods[way]
+    """Return a row for each method of a direction on the split that counts."""
+    evaluated, methods = results.methods(way), results.domain.methods[way]
     if way == "forward":
-        return tuple(forward_row(each, methods[each.method]) for each in found)
-    within = attainable(found)
-    return tuple(inverse_row(each, methods[each.method], within) for each in found)
+        return tuple(forward_row(one, methods[one.method]) for one in evaluated)
+    within = attainable(evaluated)
+    return tuple(inverse_row(one, methods[one.method], within) for one in evaluated)
 
 
 def forward_row(results: MethodResults, method: Method) -> Row:
-    """One method that predicts ratings: all on 0..100, over every stimulus once, each by a model that had not seen it.
+    """Return a method's errors of ratings, on 0..100, over every stimulus once, by models that had not seen it.
 
     `mae_of_folds_sd` is the SD of the folds' MAE; `coverage` and `half_width` are of nested conformal intervals that
     should hold 90 %; `scaled_coverage` of those scaled by the model's own SD, where it has one.
@@ -58,7 +58,7 @@ def forward_row(results: MethodResults, method: Method) -> Row:
 
 
 def inverse_row(results: MethodResults, method: Method, within: Mask | None = None) -> Row:
-    """One method that makes profiles: waveform error in percent of the range of forces, loop error on 0..100.
+    """Return a method's errors of made profiles: waveform in percent of the range of forces, loop on 0..100.
 
     `within` (n,) are the wishes that can be had (see `attainable`); None: nobody looked.
     """
@@ -82,34 +82,34 @@ def inverse_row(results: MethodResults, method: Method, within: Mask | None = No
 
 
 def files(results: MethodResults) -> Row:
-    """What was measured of the exported file: one answer's time, bytes, the largest difference from the trained one.
+    """Return what was measured of the exported file: an answer's time, bytes, the difference from the trained model.
 
     `trained_ms` is one answer's share of the time that the trained model itself took, asked for all at once.
     """
-    notes = dict.fromkeys(note for each in results.folds for note in each.notes)
+    notes = dict.fromkeys(note for result in results.folds for note in result.notes)
     trained = {"trained_ms": 1e3 * results.total("asked_s") / len(results.data)}
     return {**trained, **{name: results.number(name) for name in FILE_NUMBERS}, "note": "; ".join(notes) or None}
 
 
 def attainable(methods: Iterable[MethodResults]) -> Mask | None:
-    """Which wishes (n,) can be had: some method's profile comes within TOLERANCE of it in every attribute.
+    """Return which wishes (n,) can be had: some method's profile comes within TOLERANCE of it in every attribute.
 
     The forward model of the training side says so, as it does to a designer; it saw neither the wish's door nor what
     anybody says of the made one. None where nothing was made.
     """
-    found = [mask for each in methods if (mask := _had(each)) is not None]
-    return np.any(found, axis=0) if found else None
+    masks = [mask for method in methods if (mask := _had(method)) is not None]
+    return np.any(masks, axis=0) if masks else None
 
 
 def loop_numbers(results: MethodResults, within: Mask | None = None) -> Row:
-    """The mean absolute difference between wished ratings and those of the made profile.
+    """Return the mean absolute difference between wished ratings and those of the made profile.
 
     Also over the wishes `within` alone, by fresh people where there are any and else by the forward model.
     """
-    told: Row = {
-        name: None if each is None else float(np.mean(each)) for name, each in _all_off(results, within).items()
+    numbers: Row = {
+        name: None if values is None else float(np.mean(values)) for name, values in _all_off(results, within).items()
     }
-    return told | {"attainable": None if within is None else int(within.sum())}
+    return numbers | {"attainable": None if within is None else int(within.sum())}
 
 
 def loop_rows(results: MethodResults, within: Mask | None = None) -> list[Row]:
@@ -117,13 +117,13 @@ def loop_rows(results: MethodResults, within: Mask | None = None) -> list[Row]:
     off = _all_off(results, within)
     return [
         {"method": results.method, "attribute": attribute}
-        | {name: None if each is None else float(np.mean(each[:, column])) for name, each in off.items()}
+        | {name: None if values is None else float(np.mean(values[:, column])) for name, values in off.items()}
         for column, attribute in enumerate(results.data.attributes)
     ]
 
 
 def _all_off(results: MethodResults, within: Mask | None) -> dict[str, Array | None]:
-    """How far from the wishes each judge finds what was made, and over the wishes `within` the one that counts."""
+    """Return the errors of the loop by judge, and those that count over the wishes `within`."""
     off = {f"loop_{by}": _off(results, by) for by in BY}
     counts = off["loop_judge"] if off["loop_fresh"] is None else off["loop_fresh"]
     off["loop_attainable"] = None if within is None or counts is None or not within.any() else counts[within]
@@ -131,7 +131,7 @@ def _all_off(results: MethodResults, within: Mask | None) -> dict[str, Array | N
 
 
 def unplayable(results: MethodResults) -> int | None:
-    """How many of the made profiles the door would refuse."""
+    """Return how many of the made profiles the door would refuse."""
     playable = results.array("playable")
     return None if playable is None else int(np.sum(playable == 0))
 
@@ -158,8 +158,8 @@ def _calibration(results: MethodResults) -> Row:
         plain = nested_coverage(residual, results.fold.tolist())
     except ModelDataError:
         return nothing
-    told: dict[str, Any] = {"coverage": plain.overall, "half_width": float(np.mean(plain.half_width))}
-    return told | {"scaled_coverage": _scaled(results, residual)}
+    numbers: dict[str, Any] = {"coverage": plain.overall, "half_width": float(np.mean(plain.half_width))}
+    return numbers | {"scaled_coverage": _scaled(results, residual)}
 
 
 def _scaled(results: MethodResults, residual: Array) -> float | None:
@@ -178,16 +178,16 @@ def _within_sd(results: MethodResults) -> float | None:
 
 
 def _off(results: MethodResults, by: str) -> Array | None:
-    """How far from the wish each attribute is (n, attributes), by this judge; None where it was not asked."""
+    """Return how far from the wish each attribute is (n, attributes), by this judge; None where it was not asked."""
     wish, felt = results.array("wish"), results.array(f"loop_{by}")
     return None if wish is None or felt is None else np.abs(felt - wish)
 
 
 def _had(results: MethodResults) -> Mask | None:
-    wish, said = results.array("wish"), results.array("loop_judge")
-    if wish is None or said is None:
+    wish, rated = results.array("wish"), results.array("loop_judge")
+    if wish is None or rated is None:
         return None
-    near: Mask = np.all(np.abs(np.clip(said, 0.0, TOP) - wish) <= TOLERANCE, axis=1)
+    near: Mask = np.all(np.abs(np.clip(rated, 0.0, TOP) - wish) <= TOLERANCE, axis=1)
     return near
 
 

@@ -33,7 +33,7 @@ Line = tuple[str, str, Array, float]
 def made_profiles(evaluation: DoorEvaluation, ours: MethodResults, folder: Path) -> DrawnFigure:
     """For each door the stimulus that was made with the median error: held out, and as two methods made it."""
     network = next((m for m in evaluation.results.methods("inverse") if m.method == THESIS != ours.method), None)
-    shown = [each for each in (ours, network) if each is not None]
+    shown = [method for method in (ours, network) if method is not None]
     panels = [_panel(evaluation, shown, rows) for rows in by_level(ours.data.doors).values()]
     judge = "fresh simulated people" if ours.array("loop_fresh") is not None else "the forward model's ratings"
     beside = "" if network is None else ", orange what the thesis' network makes"
@@ -43,35 +43,35 @@ def made_profiles(evaluation: DoorEvaluation, ours: MethodResults, folder: Path)
 
 
 def _panel(evaluation: DoorEvaluation, shown: Sequence[MethodResults], rows: Sequence[int]) -> tuple[str, list[Line]]:
-    """One door's middle stimulus: its title, and the lines to draw."""
+    """Return one door's middle stimulus: its title, and the lines to draw."""
     ours = shown[0]
     errors = waveform_errors(ours)[0]
     row = sorted(rows, key=lambda i: errors[i])[len(rows) // 2]
     lines: list[Line] = [("held out", HELD, ours.data.force_N[row], 2.6)]
-    for each, colour in zip(shown, (OURS, THEIRS), strict=False):
-        made_N = evaluation.results.domain.scaling.force_down(each.predicted[row])
-        lines.append((f"{each.method} ({_told(each, row)})", colour, made_N, 1.2))
+    for method, colour in zip(shown, (OURS, THEIRS), strict=False):
+        made_N = evaluation.results.domain.scaling.force_down(method.predicted[row])
+        lines.append((f"{method.method} ({_legend(method, row)})", colour, made_N, 1.2))
     return ours.data.ids[row], lines
 
 
-def _told(each: MethodResults, row: int) -> str:
-    """The waveform's MAE, and how far the ratings of the made profile lie from the wish."""
-    felt, wish = each.array("loop_fresh"), each.array("wish")
-    felt = each.array("loop_judge") if felt is None else felt
+def _legend(method: MethodResults, row: int) -> str:
+    """Return the waveform's MAE, and how far the ratings of the made profile lie from the wish."""
+    felt, wish = method.array("loop_fresh"), method.array("wish")
+    felt = method.array("loop_judge") if felt is None else felt
     off = "" if felt is None or wish is None else f", {float(np.abs(felt[row] - wish[row]).mean()):.1f} off"
-    return f"{waveform_errors(each)[0][row]:.1f} %{off}"
+    return f"{waveform_errors(method)[0][row]:.1f} %{off}"
 
 
 def measured_door(evaluation: DoorEvaluation, folder: Path) -> DrawnFigure:
-    """The measured door and its edits, each beside the profile that its predicted ratings come back to."""
+    """Return the measured door and its edits, each beside the profile that its predicted ratings come back to."""
     from palpate.modeling.doors.evaluation_report import profile_name
 
     panels: list[tuple[str, list[Line]]] = [
         (
-            profile_name(each.name),
-            [("as measured or edited", HELD, each.force_N, 2.6), ("made again", OURS, each.made_N, 1.2)],
+            profile_name(profile.name),
+            [("as measured or edited", HELD, profile.force_N, 2.6), ("made again", OURS, profile.made_N, 1.2)],
         )
-        for each in evaluation.measured
+        for profile in evaluation.measured
     ]
     caption = (
         "Grey the profile itself, blue the one that is made of its predicted ratings: many shapes can have one feeling."

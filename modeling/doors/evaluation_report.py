@@ -31,7 +31,7 @@ MEASURED = (
 
 
 def report_html(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
-    """The whole page as one text. Every name in it is escaped."""
+    """Return the whole page as one text. Every name in it is escaped."""
     sections = (
         in_short(evaluation), forward_section(evaluation, pictured), inverse_section(evaluation, pictured),
         measured_section(evaluation, pictured), provenance(evaluation),
@@ -41,14 +41,14 @@ def report_html(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure] = ()
 
 
 def banners(evaluation: DoorEvaluation) -> list[str]:
-    """What has to be known before any number is read."""
-    told = [words.LINEAR] if evaluation.data.simulated else []
-    told += [words.QUICK] if evaluation.results.options.quick else []
-    return [*told, words.LEAKY] if evaluation.results.options.split == "leaky" else told
+    """Return what has to be known before any number is read."""
+    known = [words.LINEAR] if evaluation.data.simulated else []
+    known += [words.QUICK] if evaluation.results.options.quick else []
+    return [*known, words.LEAKY] if evaluation.results.options.split == "leaky" else known
 
 
 def facts(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
-    """What stands at the head of the page."""
+    """Return what stands at the head of the page."""
     data, results = evaluation.data, evaluation.results
     raters = sorted({int(count) for count in data.raters})
     people = "not known" if raters[0] == 0 else f"{raters[0]}" if len(raters) == 1 else f"{raters[0]} to {raters[-1]}"
@@ -63,7 +63,7 @@ def facts(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
 
 
 def in_short(evaluation: DoorEvaluation) -> Section:
-    """The default methods and why, and what was set out to be reached."""
+    """Return the default methods and why, and what was set out to be reached."""
     points: list[tuple[str, str]] = []
     named = {"forward": "From force to feeling", "inverse": "From feeling to force"}
     for way, choice in evaluation.choices.items():
@@ -74,26 +74,26 @@ def in_short(evaluation: DoorEvaluation) -> Section:
 
 
 def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
-    """What was set out to be reached beside what was, each with its name."""
-    told: list[tuple[str, str]] = []
+    """Return what was set out to be reached beside what was, each with its name."""
+    points: list[tuple[str, str]] = []
     if "forward" in evaluation.choices:
         row = _row(evaluation.forward, evaluation.choices["forward"].method)
         met = row["mae"] <= TARGETS["mae"] and row["rmse"] <= TARGETS["rmse"] and (row["r2"] or 0) >= TARGETS["r2"]
         ratings = (
             f"Of unseen stimuli: MAE {row['mae']:.2f} (wanted: at most {TARGETS['mae']:g}), RMSE "
             f"{row['rmse']:.2f} ({TARGETS['rmse']:g}), R² {written(row['r2'], '3')} (at least {TARGETS['r2']:g}): "
-            f"{_said(met)}.{_beside_ceiling(evaluation)}"
+            f"{_reached_or_not(met)}.{_beside_ceiling(evaluation)}"
         )
-        told.append(("Ratings", ratings))
+        points.append(("Ratings", ratings))
     if "inverse" in evaluation.choices:
         row = _row(evaluation.inverse, evaluation.choices["inverse"].method)
-        told += [("The loop", text) for text in _loop_reached(row)]
-        told += [("Waveform", _waveform_reached(evaluation, row))]
-        told += [("Corners", text) for text in _corners_reached(row)]
-    return told
+        points += [("The loop", text) for text in _loop_reached(row)]
+        points += [("Waveform", _waveform_reached(evaluation, row))]
+        points += [("Corners", text) for text in _corners_reached(row)]
+    return points
 
 
-def _said(met: bool) -> str:
+def _reached_or_not(met: bool) -> str:
     return "reached" if met else "not reached"
 
 
@@ -104,7 +104,7 @@ def _loop_reached(row: Row) -> list[str]:
     ):
         if row[name] is not None:
             counts = row[name] if row["loop_attainable"] is None else row["loop_attainable"]
-            met, off = _said(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
+            met, off = _reached_or_not(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
             some = "" if row["loop_attainable"] is None else f", {counts:.2f} where the wish can be had"
             return [f"As {whose} it: {off}{some} (wanted: at most {TARGETS['loop']:g}): {met}."]
     return []
@@ -119,7 +119,7 @@ def _waveform_reached(evaluation: DoorEvaluation, row: Row) -> str:
         "" if oracle is None
         else f" An oracle that knows the very waveform and takes the nearest known one has {oracle['mae']:.2f} %."
     )  # fmt: skip
-    met = _said(row["waveform_mae"] <= TARGETS["waveform"])
+    met = _reached_or_not(row["waveform_mae"] <= TARGETS["waveform"])
     return f"Error {row['waveform_mae']:.2f} % (wanted: at most {TARGETS['waveform']:g} %): {met}.{floor}"
 
 
@@ -141,42 +141,45 @@ def _row(rows: Sequence[Row], method: str) -> Row:
 
 
 def measured_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
-    """The measured door and its edits: predicted, and recovered."""
+    """Return the measured door and its edits: predicted, and recovered."""
     if not evaluation.measured:
         return None
-    blocks: list[Block] = [Words(words.MEASURED), *(figure_block(each) for each in chosen(pictured, "measured_door"))]
-    blocks += [_measured_table(evaluation, each) for each in evaluation.measured]
+    blocks: list[Block] = [
+        Words(words.MEASURED),
+        *(figure_block(figure) for figure in chosen(pictured, "measured_door")),
+    ]
+    blocks += [_measured_table(evaluation, profile) for profile in evaluation.measured]
     return Section("measured", "The measured door", tuple(blocks))
 
 
-def _measured_table(evaluation: DoorEvaluation, each: Recovered) -> TableBlock:
-    rows = [_measured_row(evaluation, each, i) for i in range(len(evaluation.data.attributes))]
-    off = float(abs(each.again - each.predicted).mean())
-    why = f" The door would refuse the made profile: {each.why}." if each.why else ""
+def _measured_table(evaluation: DoorEvaluation, profile: Recovered) -> TableBlock:
+    rows = [_measured_row(evaluation, profile, i) for i in range(len(evaluation.data.attributes))]
+    off = float(abs(profile.again - profile.predicted).mean())
+    why = f" The door would refuse the made profile: {profile.why}." if profile.why else ""
     note = f"Recovered within {off:.1f} an attribute on average.{why}"
-    return table(profile_name(each.name), rows, MEASURED, note=note)
+    return table(profile_name(profile.name), rows, MEASURED, note=note)
 
 
-def _measured_row(evaluation: DoorEvaluation, each: Recovered, i: int) -> Row:
-    reach = None if each.half_width is None else float(each.half_width[i])
-    p = float(each.predicted[i])
+def _measured_row(evaluation: DoorEvaluation, profile: Recovered, i: int) -> Row:
+    reach = None if profile.half_width is None else float(profile.half_width[i])
+    p = float(profile.predicted[i])
     return {
         "attribute": f"{evaluation.data.attributes[i]} – {evaluation.data.antonyms[i]}",
-        "rated": None if each.rated is None else float(each.rated[i]),
+        "rated": None if profile.rated is None else float(profile.rated[i]),
         "predicted": p,
         "interval": NONE if reach is None else f"{p - reach:.1f} to {p + reach:.1f}".replace("-", "−"),
-        "recovered": float(each.again[i]),
-        "felt": None if each.felt is None else float(each.felt[i]),
+        "recovered": float(profile.again[i]),
+        "felt": None if profile.felt is None else float(profile.felt[i]),
     }
 
 
 def profile_name(name: str) -> str:
-    """A measured profile as the report calls it."""
+    """Return a measured profile as the report calls it."""
     return "The measured door" if name == "actual" else name.replace("edited_v", "Edit, version ")
 
 
 def provenance(evaluation: DoorEvaluation) -> Section:
-    """What everything comes from."""
+    """Return the section that names the inputs, the run and the software."""
     results, domain = evaluation.results, evaluation.results.domain
     inputs: list[Row] = [{"input": line} for line in domain.data.made_from]
     (low, high), (least, most) = domain.scaling.rating, domain.scaling.force_N

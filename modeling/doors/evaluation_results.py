@@ -31,7 +31,7 @@ LONG = ("predictions", "waveforms", "learning_curves")
 
 
 def tables(evaluation: DoorEvaluation) -> dict[str, list[Row]]:
-    """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    """Return every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
     forward, inverse = evaluation.results.methods("forward"), evaluation.results.methods("inverse")
     within = attainable(inverse)
     every: dict[str, list[Row]] = {
@@ -41,20 +41,20 @@ def tables(evaluation: DoorEvaluation) -> dict[str, list[Row]]:
         "table_5_4_rmse": cells_table(forward, "rmse"),
         "table_5_5_r2": cells_table(forward, "r2"),
         "table_5_6_waveform": waveform_table(inverse),
-        "variants_forward": [row for each in forward for row in variant_rows(each)],
-        "variants_inverse": [row for each in inverse for row in waveform_rows(each, "variants")],
+        "variants_forward": [row for method in forward for row in variant_rows(method)],
+        "variants_inverse": [row for method in inverse for row in waveform_rows(method, "variants")],
         "splits_forward": splits_forward(evaluation),
         "splits_inverse": splits_inverse(evaluation),
         "floors": list(evaluation.floors),
-        "noise_ceiling": [row for each in evaluation.ceilings for row in ceiling_rows(each)],
-        "loop": [row for each in inverse for row in loop_rows(each, within)],
+        "noise_ceiling": [row for ceiling in evaluation.ceilings for row in ceiling_rows(ceiling)],
+        "loop": [row for method in inverse for row in loop_rows(method, within)],
         "corners": corner_rows(inverse),
-        "one_slider": [row for each in inverse for row in slider_rows(each)],
-        "plausibility": [plausible_row(each) for each in inverse],
+        "one_slider": [row for method in inverse for row in slider_rows(method)],
+        "plausibility": [plausible_row(method) for method in inverse],
         "measured_door": measured_rows(evaluation.measured, evaluation.data.attributes),
-        "predictions": [row for each in forward for row in prediction_rows(each, widths(each))],
-        "waveforms": [row for each in inverse for row in waveform_error_rows(each)],
-        "learning_curves": [row for each in (*forward, *inverse) for row in curve_rows(each)],
+        "predictions": [row for method in forward for row in prediction_rows(method, widths(method))],
+        "waveforms": [row for method in inverse for row in waveform_error_rows(method)],
+        "learning_curves": [row for method in (*forward, *inverse) for row in curve_rows(method)],
     }
     return {name: rows for name, rows in every.items() if rows}
 
@@ -62,21 +62,22 @@ def tables(evaluation: DoorEvaluation) -> dict[str, list[Row]]:
 def splits_forward(evaluation: DoorEvaluation) -> list[Row]:
     """MAE, RMSE and R2 of every forward method on every split that it was evaluated on."""
     return [
-        {"method": each.method, "split": each.split, "mae": mae(each.actual, each.predicted),
-         "rmse": rmse(each.actual, each.predicted), "r2": r2(each.actual, each.predicted), "n": len(each.data)}
-        for (way, _, _), each in evaluation.results.by_method.items() if way == "forward"
+        {"method": method.method, "split": method.split, "mae": mae(method.actual, method.predicted),
+         "rmse": rmse(method.actual, method.predicted), "r2": r2(method.actual, method.predicted),
+         "n": len(method.data)}
+        for (way, _, _), method in evaluation.results.by_method.items() if way == "forward"
     ]  # fmt: skip
 
 
 def splits_inverse(evaluation: DoorEvaluation) -> list[Row]:
-    """The waveform's error of every inverse method on every split that it was evaluated on, in percent."""
+    """Return the waveform's error of every inverse method on every split that it was evaluated on, in percent."""
     rows: list[Row] = []
-    for (way, _, split), each in evaluation.results.by_method.items():
+    for (way, _, split), method in evaluation.results.by_method.items():
         if way == "inverse":
-            last = next(row for row in waveform_rows(each) if row["door"] == OVERALL)
+            last = next(row for row in waveform_rows(method) if row["door"] == OVERALL)
             rows.append(
                 {
-                    "method": each.method,
+                    "method": method.method,
                     "split": split,
                     **{k: v for k, v in last.items() if k not in ("method", "door")},
                 }
@@ -85,7 +86,7 @@ def splits_inverse(evaluation: DoorEvaluation) -> list[Row]:
 
 
 def ceiling_rows(ceiling: Ceiling) -> list[Row]:
-    """A noise ceiling by attribute, and over all."""
+    """Return a noise ceiling by attribute, and over all."""
     columns = ("half_r", "reliability", "mae", "rmse", "r2")
     return [
         {"predictor_knows": ceiling.of, "attribute": name,
@@ -95,7 +96,7 @@ def ceiling_rows(ceiling: Ceiling) -> list[Row]:
 
 
 def corner_rows(methods: Iterable[MethodResults]) -> list[Row]:
-    """What came of all corners of the sliders, for each method that was asked."""
+    """Return what came of all corners of the sliders, for each method that was asked."""
     names = (
         "corners",
         "corners_unplayable",
@@ -105,14 +106,14 @@ def corner_rows(methods: Iterable[MethodResults]) -> list[Row]:
         "corners_steepest_N_deg",
     )
     return [
-        {"method": each.method, **{name: each.number(name) for name in names}}
-        for each in methods if each.number("corners") is not None
+        {"method": method.method, **{name: method.number(name) for name in names}}
+        for method in methods if method.number("corners") is not None
     ]  # fmt: skip
 
 
 def slider_rows(results: MethodResults) -> list[Row]:
-    """One slider at 10 and at 90, the others in the middle: how far its own rating and the others' moved."""
-    felt = next((each.arrays["alone"] for each in results.folds if "alone" in each.arrays), None)
+    """Return how far each slider's own rating and the others' move when it goes from 10 to 90."""
+    felt = next((result.arrays["alone"] for result in results.folds if "alone" in result.arrays), None)
     if felt is None:
         return []
     rows: list[Row] = []
@@ -126,7 +127,7 @@ def slider_rows(results: MethodResults) -> list[Row]:
 
 
 def plausible_row(results: MethodResults) -> Row:
-    """What a method's made profiles ask of a hand and how far they lie from measured ones; those held out beside."""
+    """Return what a method's made profiles ask of a hand, and how far they lie from measured ones."""
     row: Row = {"method": results.method, "made": len(results.data)}
     for name in PLAUSIBLE:
         values = results.array(name)
@@ -137,7 +138,7 @@ def plausible_row(results: MethodResults) -> Row:
 
 
 def curve_rows(results: MethodResults) -> list[Row]:
-    """The learning curves of a method's folds."""
+    """Return the learning curves of a method's folds."""
     rows: list[Row] = []
     for done in results.folds:
         columns = {
@@ -150,7 +151,7 @@ def curve_rows(results: MethodResults) -> list[Row]:
 
 
 def as_json(evaluation: DoorEvaluation) -> dict[str, Any]:
-    """Every number with what it rests on; what is no number is null."""
+    """Return every number with what it rests on; what is no number is null."""
     results, domain = evaluation.results, evaluation.results.domain
     return {
         "data": {"digest": domain.data.digest, "simulated": domain.data.simulated, "stimuli": len(domain.data),

@@ -20,13 +20,13 @@ OVERALL = "(all)"
 
 
 def mean_of(values: Iterable[float | None]) -> float | None:
-    """The mean of the numbers among them, None where there are none."""
+    """Return the mean of the numbers among them, None where there are none."""
     known = [value for value in values if value is not None]
     return float(np.mean(known)) if known else None
 
 
 def cell_rows(results: MethodResults, measure: str) -> list[Row]:
-    """A row for each attribute, a column for each door, margins as the thesis has them: means of the cells."""
+    """Return a row for each attribute, a column for each door, margins as the thesis has them: means of the cells."""
     doors = by_level(results.data.doors)
     rows = [_attribute_row(results, column, doors, MEASURES[measure]) for column in range(results.actual.shape[1])]
     last: Row = {"method": results.method, "attribute": AVERAGE}
@@ -45,21 +45,21 @@ def _attribute_row(results: MethodResults, column: int, doors: dict[str, list[in
 
 
 def thesis_rows(measure: str, attributes: Sequence[str], doors: Sequence[str]) -> list[Row]:
-    """The thesis' table in the same form; empty where neither its attributes nor its doors' labels are ours."""
-    told = printed(measure)
+    """Return the thesis' table in the same form; empty where neither its attributes nor its doors' labels are ours."""
+    theirs = printed(measure)
     rows: list[Row] = []
-    for attribute in (name for name in attributes if name in told.by_attribute):
-        cells = {door: told.cells.get((attribute, door)) for door in doors}
-        rows.append({"method": SAID, "attribute": attribute, **cells, AVERAGE: told.by_attribute[attribute]})
+    for attribute in (name for name in attributes if name in theirs.by_attribute):
+        cells = {door: theirs.cells.get((attribute, door)) for door in doors}
+        rows.append({"method": SAID, "attribute": attribute, **cells, AVERAGE: theirs.by_attribute[attribute]})
     if rows:
-        last = {door: told.by_door.get(door) for door in doors}
-        rows.append({"method": SAID, "attribute": AVERAGE, **last, AVERAGE: told.overall})
+        last = {door: theirs.by_door.get(door) for door in doors}
+        rows.append({"method": SAID, "attribute": AVERAGE, **last, AVERAGE: theirs.overall})
     return rows
 
 
 def cells_table(methods: Sequence[MethodResults], measure: str) -> list[Row]:
     """Table 5.3, 5.4 or 5.5 for each method, and the thesis' own below."""
-    rows = [row for found in methods for row in cell_rows(found, measure)]
+    rows = [row for results in methods for row in cell_rows(results, measure)]
     if methods:
         data = methods[0].data
         rows += thesis_rows(measure, data.attributes, list(dict.fromkeys(data.doors)))
@@ -67,7 +67,7 @@ def cells_table(methods: Sequence[MethodResults], measure: str) -> list[Row]:
 
 
 def waveform_errors(results: MethodResults) -> tuple[Array, Array]:
-    """The MAE and RMSE of each made profile, in percent of the range of all forces."""
+    """Return the MAE and RMSE of each made profile, in percent of the range of all forces."""
     off = results.predicted - results.actual
     return np.mean(np.abs(off), axis=1), np.sqrt(np.mean(off**2, axis=1))
 
@@ -86,11 +86,11 @@ def waveform_rows(results: MethodResults, by: str = "doors") -> list[Row]:
 
 def waveform_table(methods: Sequence[MethodResults]) -> list[Row]:
     """Table 5.6 for each method, and the thesis' own below."""
-    rows = [row for found in methods for row in waveform_rows(found)]
+    rows = [row for results in methods for row in waveform_rows(results)]
     if methods:
-        told = printed_waveforms()
-        doors = [door for door in dict.fromkeys(methods[0].data.doors) if door in told.by_door]
-        rows += [{"method": SAID, "door": door, **told.by_door[door], "n": None} for door in doors]
+        theirs = printed_waveforms()
+        doors = [door for door in dict.fromkeys(methods[0].data.doors) if door in theirs.by_door]
+        rows += [{"method": SAID, "door": door, **theirs.by_door[door], "n": None} for door in doors]
     return rows
 
 
@@ -110,23 +110,23 @@ def variant_rows(results: MethodResults) -> list[Row]:
 
 
 def prediction_rows(results: MethodResults, half_width: Array | None = None) -> list[Row]:
-    """Every prediction of the ratings: what people said, what was predicted, its interval and the raters' SD."""
+    """Return every prediction of the ratings: what people said, what was predicted, its interval and the raters' SD."""
     data, rows = results.data, []
     for i in range(len(data)):
         for j, attribute in enumerate(data.attributes):
-            told = {"actual": float(results.actual[i, j]), "predicted": float(results.predicted[i, j])}
+            cell = {"actual": float(results.actual[i, j]), "predicted": float(results.predicted[i, j])}
             if half_width is not None:
                 reach = float(half_width[i, j])
-                told |= {"low": told["predicted"] - reach, "high": told["predicted"] + reach}
+                cell |= {"low": cell["predicted"] - reach, "high": cell["predicted"] + reach}
             sd = float(results.sd[i, j])
             named = {"stimulus": data.ids[i], "door": data.doors[i], "variant": data.variants[i]}
             rows.append({"method": results.method, **named, "attribute": attribute, "fold": int(results.fold[i]) + 1,
-                         **told, "sd": sd if np.isfinite(sd) else None})  # fmt: skip
+                         **cell, "sd": sd if np.isfinite(sd) else None})  # fmt: skip
     return rows
 
 
 def waveform_error_rows(results: MethodResults) -> list[Row]:
-    """Every made profile: its MAE and RMSE in percent."""
+    """Return every made profile: its MAE and RMSE in percent."""
     errors, data = waveform_errors(results), results.data
     return [
         {"method": results.method, "stimulus": data.ids[i], "door": data.doors[i], "variant": data.variants[i],

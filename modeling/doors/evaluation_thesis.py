@@ -37,7 +37,7 @@ class PrintedWaveforms:
     by_door: Mapping[str, Mapping[str, float]]
 
     def overall(self, measure: str) -> float:
-        """The mean over the doors."""
+        """Return the mean over the doors."""
         return sum(door[measure] for door in self.by_door.values()) / len(self.by_door)
 
 
@@ -47,22 +47,22 @@ def _read() -> Mapping[str, Any]:
 
 def printed(measure: str) -> Printed:
     """Table 5.3 ("mae"), 5.4 ("rmse") or 5.5 ("r2")."""
-    told, attributes, doors = _read()["forward"][measure], _read()["attributes"], _read()["doors"]
+    numbers, attributes, doors = _read()["forward"][measure], _read()["attributes"], _read()["doors"]
     cells = {
         (attribute, door): value
-        for attribute, line in zip(attributes, told["cells"], strict=True)
+        for attribute, line in zip(attributes, numbers["cells"], strict=True)
         for door, value in zip(doors, line, strict=True)
     }
-    margins = _named(attributes, told["by_attribute"]), _named(doors, told["by_door"])
-    return Printed(str(told["table"]), cells, *margins)
+    margins = _named(attributes, numbers["by_attribute"]), _named(doors, numbers["by_door"])
+    return Printed(str(numbers["table"]), cells, *margins)
 
 
 def printed_waveforms() -> PrintedWaveforms:
     """Table 5.6."""
-    told, doors = _read()["inverse"], _read()["doors"]
+    numbers, doors = _read()["inverse"], _read()["doors"]
     measures = ("mae", "mae_sd", "rmse", "rmse_sd")
-    by_door = {door: {name: float(told[name][i]) for name in measures} for i, door in enumerate(doors)}
-    return PrintedWaveforms(str(told["table"]), by_door)
+    by_door = {door: {name: float(numbers[name][i]) for name in measures} for i, door in enumerate(doors)}
+    return PrintedWaveforms(str(numbers["table"]), by_door)
 
 
 def _named(names: Sequence[str], values: Sequence[float]) -> dict[str, float]:

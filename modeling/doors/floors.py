@@ -27,23 +27,23 @@ def _of_split(domain: DoorDomain, split: str) -> list[Row]:
     size = len(domain.data.attributes)
     errors: dict[str, list[Array]] = {"oracle": [], "code": []}
     for fold in domain.splits[split]:
-        known, asked = forces[fold.train], forces[fold.test]
-        errors["oracle"].append(np.array([np.abs(known - each).mean(axis=1).min() for each in asked]))
-        errors["code"].append(np.abs(_through(known, asked, size) - asked).mean(axis=1))
-    told = {"oracle": "nearest known profile, found by the waveform itself",
+        known, tested = forces[fold.train], forces[fold.test]
+        errors["oracle"].append(np.array([np.abs(known - profile).mean(axis=1).min() for profile in tested]))
+        errors["code"].append(np.abs(_through(known, tested, size) - tested).mean(axis=1))
+    meanings = {"oracle": "nearest known profile, found by the waveform itself",
             "code": f"the waveform through {size} principal components"}  # fmt: skip
-    return [_row(split, name, told[name], np.concatenate(each)) for name, each in errors.items()]
+    return [_row(split, name, meanings[name], np.concatenate(of_fold)) for name, of_fold in errors.items()]
 
 
-def _through(known: Array, asked: Array, size: int) -> Array:
-    """The asked rows as the first components of the known ones give them back."""
+def _through(known: Array, tested: Array, size: int) -> Array:
+    """Return the tested rows as the first components of the known ones give them back."""
     mean = known.mean(axis=0)
     _, _, axes = np.linalg.svd(known - mean, full_matrices=False)
-    kept = axes[:size]
-    back: Array = mean + (asked - mean) @ kept.T @ kept
+    leading = axes[:size]
+    back: Array = mean + (tested - mean) @ leading.T @ leading
     return back
 
 
-def _row(split: str, name: str, told: str, errors: Array) -> Row:
+def _row(split: str, name: str, meaning: str, errors: Array) -> Row:
     sd = float(errors.std(ddof=1)) if len(errors) > 1 else None
-    return {"split": split, "floor": name, "what": told, "mae": float(errors.mean()), "mae_sd": sd, "n": len(errors)}
+    return {"split": split, "floor": name, "what": meaning, "mae": float(errors.mean()), "mae_sd": sd, "n": len(errors)}

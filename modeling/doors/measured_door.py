@@ -61,7 +61,7 @@ def measured(domain: DoorDomain, methods: Mapping[Direction, str], forward: Meth
 
 
 def _without(domain: DoorDomain, force_N: Array) -> DoorDomain | None:
-    """The domain with one split: trained on the doors of which no stimulus is one of these profiles."""
+    """Return the domain with one split: trained on the doors of which no stimulus is one of these profiles."""
     data = domain.data
     groups = near_groups(np.concatenate([data.force_N, force_N]))
     same = np.isin(groups[: len(data)], groups[len(data) :])
@@ -101,29 +101,29 @@ def _recovered(
 
 
 def _rated(domain: DoorDomain, force_N: Array) -> Array | None:
-    """The mean ratings of the stimuli that are this profile."""
+    """Return the mean ratings of the stimuli that are this profile."""
     groups = near_groups(np.concatenate([domain.data.force_N, force_N[None]]))
     same = np.flatnonzero(groups[:-1] == groups[-1])
     return domain.scaling.rating_up(domain.data.rating[same]).mean(axis=0) if len(same) else None
 
 
-def measured_rows(found: tuple[Recovered, ...], attributes: tuple[str, ...]) -> list[dict[str, Any]]:
-    """A row for each measured profile and attribute."""
-    return [_row(each, column, attribute) for each in found for column, attribute in enumerate(attributes)]
+def measured_rows(profiles: tuple[Recovered, ...], attributes: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Return a row for each measured profile and attribute."""
+    return [_row(profile, column, attribute) for profile in profiles for column, attribute in enumerate(attributes)]
 
 
-def _row(each: Recovered, column: int, attribute: str) -> dict[str, Any]:
-    predicted = float(each.predicted[column])
-    reach = None if each.half_width is None else float(each.half_width[column])
+def _row(profile: Recovered, column: int, attribute: str) -> dict[str, Any]:
+    predicted = float(profile.predicted[column])
+    reach = None if profile.half_width is None else float(profile.half_width[column])
     return {
-        "profile": each.name,
+        "profile": profile.name,
         "attribute": attribute,
-        "rated": _at(each.rated, column),
+        "rated": _at(profile.rated, column),
         "predicted": predicted,
         "low": None if reach is None else predicted - reach,
         "high": None if reach is None else predicted + reach,
-        "recovered": float(each.again[column]),
-        "felt": _at(each.felt, column),
+        "recovered": float(profile.again[column]),
+        "felt": _at(profile.felt, column),
     }
 
 

@@ -47,7 +47,7 @@ def ports(data: DoorData, scaling: Scaling, direction: Direction) -> tuple[Port,
 
 
 def timed(runs: Model, given: Array, clock: Clock) -> Timed:
-    """One answer at a time, over the rows in turn, after one that does not count."""
+    """Return the times of single answers, over the rows in turn, after one that does not count."""
     runs.run(given[0])
     times: list[float] = []
     while len(times) < LEAST or (sum(times) < ENOUGH_S and len(times) < MOST):

@@ -35,12 +35,12 @@ def profile_scores(scaling: Scaling, test: DoorData, made_N: Array, known_N: Arr
     `known_N` are the profiles of the training side, `judge` the forward model that was fitted to it.
     """
     wish = scaling.rating_up(test.rating)
-    found: Arrays = {"wish": wish, **_loop(scaling, test, wish, made_N, judge)}
+    scores: Arrays = {"wish": wish, **_loop(scaling, test, wish, made_N, judge)}
     judgements = judged_all(made_N, known_N)
     for name in PLAUSIBLE:
-        found[name] = np.array([getattr(each, name) for each in judgements])
-    found["playable"] = np.array([float(each.playable) for each in judgements])
-    return found
+        scores[name] = np.array([getattr(plausible, name) for plausible in judgements])
+    scores["playable"] = np.array([float(judgement.playable) for judgement in judgements])
+    return scores
 
 
 def _loop(scaling: Scaling, test: DoorData, wish: Array, made_N: Array, judge: Fitted) -> Arrays:
@@ -54,17 +54,17 @@ def _loop(scaling: Scaling, test: DoorData, wish: Array, made_N: Array, judge: F
 def corner_scores(
     scaling: Scaling, test: DoorData, model: Fitted, known_N: Array, judge: Fitted
 ) -> tuple[Arrays, dict[str, float]]:
-    """All corners of the sliders, and each slider alone at 10 and 90 (thesis 5.7.1)."""
+    """Return the scores at all corners of the sliders, and with each slider alone at 10 and 90 (thesis 5.7.1)."""
     wishes = corners(len(test.attributes))
-    found = extremes(model, wishes, judge, known_N)
-    nearest = np.array([each.nearest for each in found])
+    extreme = extremes(model, wishes, judge, known_N)
+    nearest = np.array([corner.nearest for corner in extreme])
     numbers = {
-        "corners": float(len(found)),
-        "corners_unplayable": float(unplayable(found)),
-        "corners_had": float(sum(each.had for each in found)),
+        "corners": float(len(extreme)),
+        "corners_unplayable": float(unplayable(extreme)),
+        "corners_had": float(sum(corner.had for corner in extreme)),
         "corners_off": float(np.mean(np.abs(nearest - wishes))),
-        "corners_greatest_N": max(each.plausibility.greatest_N for each in found),
-        "corners_steepest_N_deg": max(each.plausibility.steepest_N_deg for each in found),
+        "corners_greatest_N": max(corner.plausibility.greatest_N for corner in extreme),
+        "corners_steepest_N_deg": max(corner.plausibility.steepest_N_deg for corner in extreme),
     }
     alone = model.predict(singles(len(test.attributes), LOW, HIGH))
     people = perceivers_for(test)

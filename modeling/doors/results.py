@@ -67,18 +67,18 @@ class MethodResults:
     folds: tuple[Result[FoldJob], ...]
 
     def number(self, name: str) -> float | None:
-        """The number that the first fold which has it measured, None where none did."""
+        """Return the number that the first fold which has it measured, None where none did."""
         return next((_number(result, name) for result in self.folds if name in result.numbers), None)
 
     def total(self, name: str) -> float:
-        """The sum over the folds."""
+        """Return the sum over the folds."""
         return float(sum(_number(result, name) for result in self.folds if name in result.numbers))
 
     def array(self, name: str) -> Array | None:
-        """An array with a row for each tested stimulus, in the data's order; None where the folds have none."""
-        if not all(name in each.arrays for each in self.folds):
+        """Return an array with a row for each tested stimulus, in the data's order; None where the folds have none."""
+        if not all(name in fold.arrays for fold in self.folds):
             return None
-        together = np.concatenate([each.arrays[name] for each in self.folds])
+        together = np.concatenate([result.arrays[name] for result in self.folds])
         return np.asarray(together[np.argsort(_tested(self.folds), kind="stable")])
 
 
@@ -98,13 +98,13 @@ class DoorResults:
     seconds: float
 
     def methods(self, direction: Direction, split: str | None = None) -> list[MethodResults]:
-        """The results of one direction on one split (the one that counts), in the methods' order."""
+        """Return the results of one direction on one split (the one that counts), in the methods' order."""
         split = split or self.options.split
         return [results for (way, _, on), results in self.by_method.items() if (way, on) == (direction, split)]
 
 
 def folds_for(quick: bool) -> int:
-    """How many folds an evaluation or a training has where nobody asks for a number."""
+    """Return how many folds an evaluation or a training has where nobody asks for a number."""
     return QUICK_FOLDS if quick else FOLDS
 
 

@@ -8,12 +8,12 @@ from palpate.signals.arrays import Array
 
 
 def mae(actual: Array, predicted: Array) -> float:
-    """The mean absolute difference (equation 5.5)."""
+    """Return the mean absolute difference (equation 5.5)."""
     return float(np.mean(np.abs(predicted - actual)))
 
 
 def rmse(actual: Array, predicted: Array) -> float:
-    """The root mean square difference (equation 5.6)."""
+    """Return the root mean square difference (equation 5.6)."""
     return float(np.sqrt(np.mean((predicted - actual) ** 2)))
 
 
@@ -26,8 +26,8 @@ def r2(actual: Array, predicted: Array) -> float | None:
 
 
 def by_level(levels: tuple[str, ...]) -> dict[str, list[int]]:
-    """The rows of each level, in the order in which the levels first come."""
-    found: dict[str, list[int]] = {}
+    """Return the rows of each level, in the order in which the levels first come."""
+    rows: dict[str, list[int]] = {}
     for row, level in enumerate(levels):
-        found.setdefault(level, []).append(row)
-    return found
+        rows.setdefault(level, []).append(row)
+    return rows

@@ -19,7 +19,7 @@ NOWHERE = (math.inf, math.inf)
 
 
 def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
-    """The default by `RULE`. `rows` are those of all methods, `textures` of each method on each texture.
+    """Return the default by `RULE`. `rows` are those of all methods, `textures` of each method on each texture.
 
     Where nothing ran free it is the shipped default: the error one step ahead says nothing of that.
     """
@@ -39,10 +39,10 @@ def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
         else f"{best['title']} keeps all limits of free running on {kept} of {of} textures, and its felt levels are "
         f"{best['felt_dB']:.2f} dB off."
     )
-    told = _of_ours(ran, textures, best)
+    sentences = _of_ours(ran, textures, best)
     if not any(row["method"] == DEFAULT for row in rows):
-        told.append(f"The shipped default, {DEFAULT}, was not evaluated: palpate train goes on taking that.")
-    return Choice(best["method"], why, tuple(told))
+        sentences.append(f"The shipped default, {DEFAULT}, was not evaluated: palpate train goes on taking that.")
+    return Choice(best["method"], why, tuple(sentences))
 
 
 def _rank(row: Row) -> tuple[int, int, float]:
@@ -50,20 +50,20 @@ def _rank(row: Row) -> tuple[int, int, float]:
 
 
 def _of_ours(rows: Sequence[Row], textures: Sequence[Row], best: Row) -> list[str]:
-    """How the generative network stands against the baseline, and against what beats it."""
+    """Return how the generative network stands against the baseline, and against what beats it."""
     ours = next((row for row in rows if row["method"] == DEFAULT), None)
     baseline = next((row for row in rows if row["method"] == BASELINE), None)
-    told = []
+    sentences = []
     if ours is not None and baseline is not None:
         won, of = better(textures, DEFAULT, BASELINE)
-        told.append(f"{ours['title']} is nearer to the truth than {baseline['title']} on {won} of {of} textures.")
+        sentences.append(f"{ours['title']} is nearer to the truth than {baseline['title']} on {won} of {of} textures.")
     if ours is not None and best["method"] != DEFAULT:
         simple = "A baseline wins: " if best["method"] == BASELINE else ""
-        told.append(
+        sentences.append(
             f"{simple}{best['title']} beats {ours['title']}: limits kept on {int(best['kept'])} against "
             f"{int(ours['kept'])} textures, felt levels {best['felt_dB']:.2f} against {ours['felt_dB']:.2f} dB off."
         )
-    return told
+    return sentences
 
 
 def better(textures: Sequence[Row], one: str, other: str) -> tuple[int, int]:
@@ -75,5 +75,5 @@ def better(textures: Sequence[Row], one: str, other: str) -> tuple[int, int]:
     for row in textures:
         if row["method"] in (one, other) and row.get("felt_dB") is not None:
             by_texture.setdefault(row["texture"], {})[row["method"]] = (len(row["beyond"].split()), row["felt_dB"])
-    pairs = [[each.get(name, NOWHERE) for name in (one, other)] for each in by_texture.values()]
+    pairs = [[ranks.get(name, NOWHERE) for name in (one, other)] for ranks in by_texture.values()]
     return sum(ours < theirs for ours, theirs in pairs), len(pairs)

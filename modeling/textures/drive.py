@@ -73,8 +73,10 @@ def explored(simulator: TextureSimulator, texture: str, seconds: float, seed: in
 
 
 def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
-    """The test part's own hand, there and back until `seconds` are over; the whole recording's where the test part is
-    shorter than 2 s, which its models have seen. Its ceiling is the validation part, or one half against the other.
+    """Return the test part's own hand, there and back until `seconds` are over.
+
+    Where the test part is shorter than 2 s it is the whole recording's hand, which its models have seen. The ceiling is
+    the validation part, or one half against the other.
 
     Raises TextureDataError where the hand hardly moves: the renderer would be silent.
     """
@@ -85,7 +87,7 @@ def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
     half = recording.signals.shape[1] // 2
     again = recording.signals[0, :half] if seen else samples_of(recording, parts.validation)[0]
     count = max(1, round(seconds * RATE_HZ))
-    truth, speed, force = (_there_and_back(each, count) for each in signals)
+    truth, speed, force = (_there_and_back(signal, count) for signal in signals)
     repeats, window = _cycle(recording, parts.test)
     return Drive(
         recording.texture, "whole recording" if seen else "test part", speed, force, truth,
@@ -94,23 +96,25 @@ def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
 
 
 def _there_and_back(signal: Array, count: int) -> Array:
-    """The signal forwards, backwards, forwards ..., `count` samples: continuous, and its spectrum is the same."""
+    """Return `count` samples of the signal forwards, backwards, forwards ...: continuous, of the same spectrum."""
     whole = np.concatenate([signal, signal[::-1]])
     return np.resize(whole, count)
 
 
 def _cycle(recording: Recording, test: Stretches) -> tuple[float | None, int]:
-    """The truth's autocorrelation in the longest stretch of the test part, else of the whole, that holds one, and the
-    window that it was found in."""
+    """Return the truth's autocorrelation in the longest stretch that holds one, and the window of it.
+
+    Stretches of the test part go before those of the whole recording.
+    """
     for stretches in (test, pieces_of(recording)):
         stretch = recording.signals[0, slice(*_longest(stretches))]
-        if (found := cycle(stretch)) is not None:
-            return found, min(CYCLE, len(stretch))
+        if (repeats := cycle(stretch)) is not None:
+            return repeats, min(CYCLE, len(stretch))
     return None, CYCLE
 
 
 def _longest(stretches: Sequence[tuple[int, int]]) -> tuple[int, int]:
-    return max(stretches, key=lambda each: each[1] - each[0], default=(0, 0))
+    return max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
 
 
 def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:
@@ -128,7 +132,9 @@ def _demand_moves(recording: Recording, signals: Array) -> None:
         )
 
 
-def _three(texture: str, found: Array) -> Array:
-    if found.ndim != 2 or len(found) != 3 or not np.isfinite(found).all():
-        raise TextureDataError(f"{texture}: an exploration of shape {found.shape}; (3, n) finite numbers are expected.")
-    return found
+def _three(texture: str, signals: Array) -> Array:
+    if signals.ndim != 2 or len(signals) != 3 or not np.isfinite(signals).all():
+        raise TextureDataError(
+            f"{texture}: an exploration of shape {signals.shape}; (3, n) finite numbers are expected."
+        )
+    return signals

@@ -83,7 +83,7 @@ class TextureEvaluation:
         return tuple(self.domain.recordings)
 
     def method(self, name: str) -> Method:
-        """One of the methods."""
+        """Return one of the methods."""
         return self.domain.methods[name]
 
 

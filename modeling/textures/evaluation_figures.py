@@ -96,27 +96,29 @@ def _one_step(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigu
     """Figures 4.6 and 4.7, of the thesis' method where it was evaluated, else of ours, else of the first; and the time
     domain of Figure 4.6 once more where that method runs free."""
     order = (THESIS, DEFAULT, *evaluation.options.names)
-    name = next((each for each in order if each in evaluation.options.names and _told(evaluation, each)), None)
+    name = next(
+        (method for method in order if method in evaluation.options.names and _test_part(evaluation, method)), None
+    )
     if name is None:
         return
-    told, title = _told(evaluation, name), evaluation.method(name).title
+    pairs, title = _test_part(evaluation, name), evaluation.method(name).title
     colours = {"recorded": INK, title: OKABE_ITO[0 if name == DEFAULT else 1]}  # as where it runs free
-    labels = {texture: evaluation.domain.recordings[texture].label for texture in told}
-    errors = {texture: evaluation.fits[Fit(texture, name)].numbers.get("mae") for texture in told}
+    labels = {texture: evaluation.domain.recordings[texture].label for texture in pairs}
+    errors = {texture: evaluation.fits[Fit(texture, name)].numbers.get("mae") for texture in pairs}
     titles = {texture: f"{labels[texture]} ({error:.2f})" for texture, error in errors.items() if error is not None}
 
     def waves(axes: Axes, texture: str) -> None:
-        for signal, colour, width in zip(told[texture], colours.values(), (1.5, 0.8), strict=True):
+        for signal, colour, width in zip(pairs[texture], colours.values(), (1.5, 0.8), strict=True):
             axes.plot(np.arange(len(signal[:FIRST])), signal[:FIRST], color=colour, linewidth=width)
         named(axes, "sample", "m/s²")
 
     def spectra(axes: Axes, texture: str) -> None:
-        actual, answered = told[texture]
+        actual, answered = pairs[texture]
         spectrum(axes, [(actual, INK, 1.7), (answered, colours[title], 1.0)])
 
-    long = [texture for texture in told if len(told[texture][0]) >= SMOOTHED]
+    long = [texture for texture in pairs if len(pairs[texture][0]) >= SMOOTHED]
     for number, textures, draw, height, what, caption in (
-        ("4_6", list(told), waves, 1.7, "time", words.FIGURE_4_6),
+        ("4_6", list(pairs), waves, 1.7, "time", words.FIGURE_4_6),
         ("4_7", long, spectra, 2.1, "frequency", words.FIGURE_4_7),
     ):
         if textures:
@@ -144,25 +146,25 @@ def free_beginning(evaluation: TextureEvaluation, method: str) -> dict[str, tupl
 def _free(
     evaluation: TextureEvaluation, method: str, colours: Mapping[str, str], folder: Path
 ) -> Iterator[DrawnFigure]:
-    told = free_beginning(evaluation, method)
-    if not told:
+    pairs = free_beginning(evaluation, method)
+    if not pairs:
         return
     levels = {row["texture"]: row for row in warm_up_rows(evaluation) if row["method"] == method}
     titles = {
         texture: f"{evaluation.domain.recordings[texture].label}"
         f" ({_ratio(levels[texture]['level_first_100'])}, {_ratio(levels[texture]['level_next_300'])})"
-        for texture in told
+        for texture in pairs
     }
 
     def waves(axes: Axes, texture: str) -> None:
-        for signal, colour, width in zip(told[texture], colours.values(), (1.5, 0.8), strict=True):
+        for signal, colour, width in zip(pairs[texture], colours.values(), (1.5, 0.8), strict=True):
             axes.plot(np.arange(len(signal)), signal, color=colour, linewidth=width)
         axes.axvline(WARM_UP, color=SOFT, linewidth=0.7, linestyle=":")
         named(axes, "sample", "m/s²")
 
-    hands = " or ".join(dict.fromkeys(evaluation.drives[texture].described for texture in told))
+    hands = " or ".join(dict.fromkeys(evaluation.drives[texture].described for texture in pairs))
     with drawing("figure_4_6_free"):
-        figure = keyed(panels(list(told), titles, waves, 1.7), colours)
+        figure = keyed(panels(list(pairs), titles, waves, 1.7), colours)
         caption = words.FIGURE_4_6_FREE.format(hand=hands)
         yield drawn_figure("figure_4_6_free", "Running free, in time", caption, figure, folder)
 
@@ -171,14 +173,16 @@ def _ratio(level: float | None) -> str:
     return "silent" if level is None else f"{level:.2f}"
 
 
-def _told(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Array, Array]]:
+def _test_part(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Array, Array]]:
     """By texture: the test part, and what a method says of it."""
     done = {texture: evaluation.fits[Fit(texture, method)] for texture in evaluation.textures}
-    return {name: (each.array("actual"), each.array("answered")) for name, each in done.items() if not each.refused}
+    return {
+        name: (result.array("actual"), result.array("answered")) for name, result in done.items() if not result.refused
+    }
 
 
 def _curves(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """The learning curves of ours and of the thesis' method, a line for each texture."""
+    """Yield the learning curves of ours and of the thesis' method, a line for each texture."""
     from palpate.modeling.training.learning_curve import learning_curve
 
     for method in CURVED:
@@ -197,24 +201,24 @@ def _histories(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Ep
 
 
 def panels(textures: Sequence[str], titles: Mapping[str, str], draw: Draw, height: float) -> Figure:
-    """One panel for each texture, two beside each other, each so many inches high."""
+    """Return one panel for each texture, two beside each other, each so many inches high."""
     from matplotlib.figure import Figure
 
     columns = min(COLUMNS, len(textures))
     lines = -(-len(textures) // columns)
     figure = Figure(figsize=(4.6 * columns + 1.0 * (columns == 1), height * lines + 0.5), layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
-    for each, texture in zip(axes, textures, strict=False):
-        draw(each, texture)
-        each.set_title(titles[texture])
-        quiet_axes(each)
-    for each in axes[len(textures) :]:
-        each.set_axis_off()
+    for panel, texture in zip(axes, textures, strict=False):
+        draw(panel, texture)
+        panel.set_title(titles[texture])
+        quiet_axes(panel)
+    for unused in axes[len(textures) :]:
+        unused.set_axis_off()
     return figure
 
 
 def keyed(figure: Figure, colours: Mapping[str, str]) -> Figure:
-    """The figure with a key above."""
+    """Return the figure with a key above."""
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=colour) for colour in colours.values()]
@@ -249,14 +253,14 @@ class Shown:
     labels: Mapping[str, str]
 
     def lines(self, texture: str) -> list[tuple[Array, str, float]]:
-        """The signals of a texture, the truth first, with colour and width."""
+        """Return the signals of a texture, the truth first, with colour and width."""
         truth = (self.drives[texture].truth, self.colours[TRUTH], 1.7)
-        return [truth, *((each, self.colours[title], 1.0) for title, each in self.made[texture].items())]
+        return [truth, *((signal, self.colours[title], 1.0) for title, signal in self.made[texture].items())]
 
 
 def free_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Three figures of ours, the thesis' and the baseline, as far as they ran."""
-    shown = _shown(evaluation)
+    shown = _free_running(evaluation)
     if not shown.made:
         return
 
@@ -276,14 +280,14 @@ def free_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnF
         yield drawn_figure("free_waves", "Running free: waves", words.FREE_WAVES, _waves(shown), folder)
 
 
-def _panelled(name: str, told: tuple[str, str], shown: Shown, draw: Draw, folder: Path) -> DrawnFigure:
-    title, caption = told
+def _panelled(name: str, title_and_caption: tuple[str, str], shown: Shown, draw: Draw, folder: Path) -> DrawnFigure:
+    title, caption = title_and_caption
     with drawing(name):
         figure = keyed(panels(list(shown.made), shown.labels, draw, 2.1), shown.colours)
         return drawn_figure(name, title, caption, figure, folder)
 
 
-def _shown(evaluation: TextureEvaluation) -> Shown:
+def _free_running(evaluation: TextureEvaluation) -> Shown:
     order = dict.fromkeys((DEFAULT, THESIS, BASELINE, *evaluation.options.names))
     names = [name for name in order if name in evaluation.options.names][:MOST]
     titles = {name: evaluation.method(name).title for name in names}
@@ -294,12 +298,15 @@ def _shown(evaluation: TextureEvaluation) -> Shown:
         made |= {texture: whole} if whole else {}
     colours = {TRUTH: INK, **dict(zip(titles.values(), OKABE_ITO, strict=False))}
     return Shown(
-        evaluation.drives, made, colours, {name: each.label for name, each in evaluation.domain.recordings.items()}
+        evaluation.drives,
+        made,
+        colours,
+        {name: recording.label for name, recording in evaluation.domain.recordings.items()},
     )
 
 
 def _waves(shown: Shown) -> Figure:
-    """A row for each texture, a column for the truth and each method, one scale in a row."""
+    """Return a row for each texture, a column for the truth and each method, one scale in a row."""
     from matplotlib.figure import Figure
 
     titles = list(shown.colours)
@@ -308,15 +315,15 @@ def _waves(shown: Shown) -> Figure:
     for row, texture in zip(axes, shown.made, strict=True):
         start = _moving(shown.drives[texture])
         signals = {TRUTH: shown.drives[texture].truth, **shown.made[texture]}
-        for each, title in zip(row, titles, strict=True):
+        for panel, title in zip(row, titles, strict=True):
             if title in signals:
                 wave = signals[title][start : start + SHOWN]
-                each.plot(np.arange(len(wave)) / RATE_HZ, wave, color=shown.colours[title], linewidth=0.8)
-            each.set_xticks([])
-            each.tick_params(labelsize=7)
+                panel.plot(np.arange(len(wave)) / RATE_HZ, wave, color=shown.colours[title], linewidth=0.8)
+            panel.set_xticks([])
+            panel.tick_params(labelsize=7)
         row[0].set_ylabel(shown.labels[texture].replace(" ", "\n"), color=SOFT, fontsize=8)
-    for each, title in zip(axes[0], titles, strict=True):
-        each.set_title(title)
+    for panel, title in zip(axes[0], titles, strict=True):
+        panel.set_title(title)
     return figure
 
 
@@ -327,12 +334,12 @@ def _moving(drive: Drive) -> int:
     stretches = list(zip(edges[::2], edges[1::2], strict=True))
     if not stretches:
         return 0
-    start, stop = max(stretches, key=lambda each: each[1] - each[0])
+    start, stop = max(stretches, key=lambda stretch: stretch[1] - stretch[0])
     return max(0, min(int(start + stop) // 2, len(drive.truth) - SHOWN))
 
 
 def time_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """The figure, where methods ran free and a step or a training was timed."""
+    """Yield the figure, where methods ran free and a step or a training was timed."""
     rows = [row for row in method_rows(evaluation) if row["felt_dB"] is not None]
     if any(row["step_us"] or row["train_s"] for row in rows):
         with drawing("work_precision"):

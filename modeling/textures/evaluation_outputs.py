@@ -35,7 +35,7 @@ LONG = ("learning_curves",)
 
 
 def tables(evaluation: TextureEvaluation) -> dict[str, list[Row]]:
-    """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    """Return every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
     every = {
         "methods": method_rows(evaluation),
         "textures": texture_rows(evaluation),
@@ -52,15 +52,15 @@ def tables(evaluation: TextureEvaluation) -> dict[str, list[Row]]:
 
 
 def as_json(evaluation: TextureEvaluation) -> dict[str, Any]:
-    """Every number with what it rests on; what is no number is null."""
+    """Return every number with what it rests on; what is no number is null."""
     chosen, domain = choice_of(evaluation), evaluation.domain
     return {
         "data": {
-            name: {"digest": recording_digest(each), "label": each.label, "seconds": each.seconds,
-                   "made_from": list(each.made_from), "notes": list(evaluation.notes[name]),
+            name: {"digest": recording_digest(recording), "label": recording.label, "seconds": recording.seconds,
+                   "made_from": list(recording.made_from), "notes": list(evaluation.notes[name]),
                    "parts": {part: list(map(list, getattr(domain.parts[name], part)))
                              for part in ("train", "validation", "test")}}
-            for name, each in domain.recordings.items()
+            for name, recording in domain.recordings.items()
         },
         "left_out": dict(domain.left_out),
         "free_running": {"seconds": domain.seconds,
@@ -92,16 +92,16 @@ def write_all(
 
 
 def default_of(lab: Path, recordings: Sequence[Recording]) -> str:
-    """The method that a lab's own evaluation of the very same recordings chose, else the shipped default.
+    """Return the method that a lab's own evaluation of the very same recordings chose, else the shipped default.
 
     An evaluation without the shipped default among its methods says nothing against it.
     """
-    told = read_results(evaluation_folder(lab, NAME))
+    results = read_results(evaluation_folder(lab, NAME))
     try:
-        same = {each["digest"] for each in told["data"].values()} == set(map(recording_digest, recordings))
-        evaluated = {row["method"] for row in told["tables"]["methods"]}
-        if same and not told["quick"] and DEFAULT in evaluated and told["default"]["method"] in METHODS:
-            return str(told["default"]["method"])
+        same = {recording["digest"] for recording in results["data"].values()} == set(map(recording_digest, recordings))
+        evaluated = {row["method"] for row in results["tables"]["methods"]}
+        if same and not results["quick"] and DEFAULT in evaluated and results["default"]["method"] in METHODS:
+            return str(results["default"]["method"])
     except (KeyError, TypeError, AttributeError):
         pass
     return DEFAULT

@@ -20,14 +20,16 @@ def reached(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
     ours = _ran(rows, DEFAULT)
     if not ours:
         return []
-    told = [_said(evaluation, name, ours, column, within, wanted) for name, column, within, wanted in _LIMITS]
+    points = [
+        _within_limits(evaluation, name, ours, column, within, wanted) for name, column, within, wanted in _LIMITS
+    ]
     if _ran(rows, BASELINE):
         won, of = better(rows, DEFAULT, BASELINE)
         wanted = -(-of * BEATEN // 6)
-        told.append(("Against AR", f"Nearer on {won} of {of} textures (wanted: {wanted}): {_word(won >= wanted)}."))
+        points.append(("Against AR", f"Nearer on {won} of {of} textures (wanted: {wanted}): {_word(won >= wanted)}."))
     if plain := _ran(rows, THESIS):
-        told.append(("One-step FoTEN", _failure(plain)))
-    return told
+        points.append(("One-step FoTEN", _failure(plain)))
+    return points
 
 
 _LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
@@ -38,13 +40,13 @@ _LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
 )
 
 
-def _said(
+def _within_limits(
     evaluation: TextureEvaluation,
     name: str,
     rows: Sequence[Row],
     column: str,
     within: Callable[[float], bool],
-    wanted: str,
+    limit: str,
 ) -> tuple[str, str]:
     values = {row["texture"]: row[column] for row in rows if row[column] is not None}
     if not values:
@@ -53,12 +55,14 @@ def _said(
     off = dict.fromkeys([*(texture for texture, value in values.items() if not within(value)), *silent])
     blank = [texture for texture in evaluation.textures if texture not in {**values, **off}]
     low, high = least(values.values()), most(values.values())
-    told = f"{low:.3f} to {high:.3f} over the textures (wanted: {wanted}{_again(evaluation, column)})".replace("-", "−")
+    sentence = f"{low:.3f} to {high:.3f} over the textures (wanted: {limit}{_again(evaluation, column)})".replace(
+        "-", "−"
+    )
     met = f"reached on {len(values.keys() - off.keys())} of {len(evaluation.textures)}"
     missed = "".join(
         f", {what} {_listed(which)}" for what, which in (("not on", off), ("not judged on", blank)) if which
     )
-    return name, f"{told}: {f'{met}{missed}' if missed else 'reached'}."
+    return name, f"{sentence}: {f'{met}{missed}' if missed else 'reached'}."
 
 
 def _listed(textures: Iterable[str]) -> str:
@@ -66,14 +70,14 @@ def _listed(textures: Iterable[str]) -> str:
 
 
 def _again(evaluation: TextureEvaluation, column: str) -> str:
-    """What another realisation of the truth has, where that is something to reach."""
-    values = [each[column] for each in evaluation.ceilings.values() if each.get(column) is not None]
+    """Return what another realisation of the truth has, where that is something to reach."""
+    values = [ceiling[column] for ceiling in evaluation.ceilings.values() if ceiling.get(column) is not None]
     low, high = least(values), most(values)
     return "" if low is None or column in ("level", "cycle_excess") else f"; the truth again: {low:.3f} to {high:.3f}"
 
 
 def _failure(rows: Sequence[Row]) -> str:
-    """How the deterministic network is on its own output."""
+    """Return how the deterministic network is on its own output."""
     kept = sum(not row["beyond"] for row in rows)
     low, high = least(row["level"] for row in rows), most(row["level"] for row in rows)
     cycle = most(row["cycle_excess"] for row in rows)

@@ -92,7 +92,7 @@ SHORT = {"level": "level", "smoothed_gfc": "GFC", "envelope": "envelope", "cycle
 
 
 def report_html(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
-    """The whole page as one text. Every name in it is escaped."""
+    """Return the whole page as one text. Every name in it is escaped."""
     chosen = choice_of(evaluation)
     points = [*(("Ours", sentence) for sentence in chosen.of_ours), *reached(evaluation)]
     sections = (
@@ -103,25 +103,25 @@ def report_html(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure] =
 
 
 def choice_of(evaluation: TextureEvaluation) -> Choice:
-    """The default method and why."""
+    """Return the default method and why."""
     return choice(method_rows(evaluation), texture_rows(evaluation))
 
 
 def banners(evaluation: TextureEvaluation) -> list[str]:
-    """What has to be known before any number is read."""
-    told = [words.SIMULATED] if evaluation.options.explore else []
-    told += [words.QUICK] if evaluation.options.quick else []
-    labels = {name: each.label for name, each in evaluation.domain.recordings.items()}
+    """Return what has to be known before any number is read."""
+    lines = [words.SIMULATED] if evaluation.options.explore else []
+    lines += [words.QUICK] if evaluation.options.quick else []
+    labels = {name: recording.label for name, recording in evaluation.domain.recordings.items()}
     seen = [labels[name] for name, drive in evaluation.drives.items() if drive.seen]
-    told += [words.SEEN.format(textures=", ".join(seen))] if seen else []
-    told += [f"Left out: {why}" for why in evaluation.domain.left_out.values()]
-    return told
+    lines += [words.SEEN.format(textures=", ".join(seen))] if seen else []
+    lines += [f"Left out: {why}" for why in evaluation.domain.left_out.values()]
+    return lines
 
 
 def facts(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
-    """What stands at the head of the page."""
+    """Return what stands at the head of the page."""
     recordings = evaluation.domain.recordings.values()
-    seconds = sorted({round(each.seconds, 1) for each in recordings})
+    seconds = sorted({round(recording.seconds, 1) for recording in recordings})
     long = f"{seconds[0]:g} s" if len(seconds) == 1 else f"{seconds[0]:g} to {seconds[-1]:g} s"
     whole = hashlib.sha256("".join(map(recording_digest, recordings)).encode()).hexdigest()
     return [
@@ -134,13 +134,13 @@ def facts(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
 
 
 def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
-    """What models make on their own output."""
-    rows = [_told(row) for row in method_rows(evaluation)]
+    """Return the section of free running, on a model's own output."""
+    rows = [_origin_row(row) for row in method_rows(evaluation)]
     blocks: list[Block] = [Words(text) for text in _origin(evaluation)]
     note = f"{words.WORST} {'; '.join(LIMITS.values())[:1].upper()}{'; '.join(LIMITS.values())[1:]}."
     blocks.append(table("All methods", rows, OVERALL, note=note, ours=chosen.method))
     blocks.append(Words(words.MEASURES, "note"))
-    blocks += [figure_block(each) for each in pictures(pictured, "free_waves", "free_spectra", "free_envelopes")]
+    blocks += [figure_block(figure) for figure in pictures(pictured, "free_waves", "free_spectra", "free_envelopes")]
     free = free_rows(evaluation)
     for texture in evaluation.drives:
         own = [{**row, "limits": _short(row["beyond"])} for row in free if row["texture"] == texture]
@@ -157,14 +157,16 @@ def _origin(evaluation: TextureEvaluation) -> list[str]:
     if not evaluation.drives:
         return ["Nothing could be run free; why stands below the recordings at the end."]
     origins = dict.fromkeys(drive.origin for drive in evaluation.drives.values())
-    told = [words.FREE.format(origin=words.ORIGINS[each], seconds=evaluation.domain.seconds) for each in origins]
+    sentences = [
+        words.FREE.format(origin=words.ORIGINS[origin], seconds=evaluation.domain.seconds) for origin in origins
+    ]
     if all(drive.same_hand for drive in evaluation.drives.values()):
-        return [*told, words.SAME_HAND]
+        return [*sentences, words.SAME_HAND]
     whats = {words.HALVES if drive.seen else words.VALIDATION for drive in evaluation.drives.values()}
-    return [*told, words.OTHER_HAND.format(what=" or ".join(sorted(whats)))]
+    return [*sentences, words.OTHER_HAND.format(what=" or ".join(sorted(whats)))]
 
 
-def _told(row: Row) -> Row:
+def _origin_row(row: Row) -> Row:
     low, high = row["level_low"], row["level_high"]
     spread = None if low is None else f"{low:.2f} to {high:.2f}"
     return {**row, "limits": f"{row['kept']} of {row['ran']}" if row["ran"] else None, "level_range": spread}
@@ -175,13 +177,13 @@ def _short(beyond: str) -> str | None:
 
 
 def step_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
-    """The next sample told from true ones: Tables 4.1 and 4.2, Figures 4.5 to 4.7."""
+    """Return the section of errors one step ahead: Tables 4.1 and 4.2, Figures 4.5 to 4.7."""
     blocks: list[Block] = [Words(words.ONE_STEP), Words(words.BLIND)]
     generators = [
         evaluation.method(name).title for name in evaluation.options.names if evaluation.method(name).kind == "block"
     ]
     blocks += [Words(words.BLOCKS.format(titles=", ".join(generators)), "note")] if generators else []
-    titles = {name: each.label for name, each in evaluation.domain.recordings.items()}
+    titles = {name: recording.label for name, recording in evaluation.domain.recordings.items()}
     rows = table_4_1(evaluation)
     for metric, title, form, better in (
         ("mae", "Table 4.1, MAE", "3", "low"),
@@ -195,7 +197,7 @@ def step_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
     if compared := [row for row in grid_rows(evaluation) if row["chosen"]]:
         titles_of = [{**row, "title": METHODS[row["method"]].title} for row in compared]
         blocks.append(table("Table 4.2, window and loss chosen by the validation part", titles_of, CHOSEN))
-    blocks += [figure_block(each, _number(each.name)) for each in pictures(pictured, "figure_4_")]
+    blocks += [figure_block(figure, _number(figure.name)) for figure in pictures(pictured, "figure_4_")]
     if not pictures(pictured, "figure_4_5"):
         blocks.append(Words(words.NO_GRID, "note"))
     return Section("step", "One step ahead", tuple(blocks))
@@ -211,12 +213,12 @@ def time_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
     blocks.append(
         table("Table 4.3, time", table_4_3(evaluation), TIMES, note=words.PRIVATE, ours=chosen.method, theirs=THEIRS)
     )
-    blocks += [figure_block(each) for each in pictures(pictured, "work_precision", "learning_")]
+    blocks += [figure_block(figure) for figure in pictures(pictured, "work_precision", "learning_")]
     return Section("time", "Time", tuple(blocks))
 
 
 def _jobs(evaluation: TextureEvaluation) -> str:
-    """How many there were, and how many were computed now."""
+    """Return how many there were, and how many were computed now."""
     jobs, loaded = len(evaluation.results), evaluation.results.loaded
     if loaded == jobs:
         return f"{jobs} jobs, all of them taken from earlier, equal evaluations."
@@ -225,9 +227,11 @@ def _jobs(evaluation: TextureEvaluation) -> str:
 
 
 def provenance(evaluation: TextureEvaluation) -> Section:
-    """What everything comes from."""
+    """Return the section that names the inputs, the run and the software."""
     run = f"Seed {evaluation.options.seed}. {_jobs(evaluation)}"
-    inputs: list[Row] = [{"input": line} for each in evaluation.domain.recordings.values() for line in each.made_from]
+    inputs: list[Row] = [
+        {"input": line} for recording in evaluation.domain.recordings.values() for line in recording.made_from
+    ]
     blocks: list[Block] = [Words(run), Words(words.UNROUNDED), Heading("Recordings")]
     rows: list[Row] = [
         {"texture": evaluation.domain.recordings[name].label, "seconds": evaluation.domain.recordings[name].seconds,

@@ -33,7 +33,7 @@ WARM_UP, FIRST = 100, 400
 
 
 def texture_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """A row for each method on each texture: one step ahead and running free, and the limits that are not kept."""
+    """Return a row for each method on each texture: one step ahead, running free, and the limits not kept."""
     return [_row(evaluation, fit, done) for fit, done in evaluation.fits.items() if not fit.of_the_grid]
 
 
@@ -53,7 +53,7 @@ def _row(evaluation: TextureEvaluation, fit: Fit, done: TextureResult) -> Row:
 
 
 def free_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """What ran free, by texture: the truth, another realisation of it, every method, ours by its mean alone too."""
+    """Return what ran free, by texture: the truth, another realisation, every method, ours by its mean too."""
     rows: list[Row] = []
     for texture in evaluation.drives:
         beside = ((TRUTH, evaluation.truths[texture]), (CEILING, evaluation.ceilings[texture]))
@@ -70,14 +70,16 @@ def free_rows(evaluation: TextureEvaluation) -> list[Row]:
 def _free(
     texture: str, method: str, title: str, numbers: Mapping[str, float | None], again: Mapping[str, float | None]
 ) -> Row:
-    told = {name: numbers.get(name) for name in FREE}
-    return {"texture": texture, "method": method, "title": title, **told, "beyond": " ".join(beyond(numbers, again))}
+    columns = {name: numbers.get(name) for name in FREE}
+    return {"texture": texture, "method": method, "title": title, **columns, "beyond": " ".join(beyond(numbers, again))}
 
 
 def warm_up_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """A row for each method that ran free on a texture: its level against the truth's (RMS ratio) in the first 100
-    samples from where the hand touches and moves, and in the 300 after these (thesis 4.8: accurate after fewer than
-    100 iterations)."""
+    """Return a row for each method that ran free on a texture: its level against the truth's (RMS ratio).
+
+    In the first 100 samples from where the hand touches and moves, and in the 300 after these (thesis 4.8: accurate
+    after fewer than 100 iterations).
+    """
     rows = []
     for play, done in evaluation.plays.items():
         if done.refused or not play.sampled or play.fit.texture not in evaluation.drives:
@@ -106,7 +108,7 @@ def warm_up(drive: Drive, made: Array) -> tuple[float | None, float | None]:
 
 
 def method_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """A row for each method over all textures: means, and the worst of what has a limit."""
+    """Return a row for each method over all textures: means, and the worst of what has a limit."""
     rows = texture_rows(evaluation)
     return [
         _over([row for row in rows if row["method"] == name], evaluation, name) for name in evaluation.options.names
@@ -145,26 +147,26 @@ def _over(rows: list[Row], evaluation: TextureEvaluation, name: str) -> Row:
 
 
 def fastest(evaluation: TextureEvaluation, method: str) -> tuple[str | None, float | None]:
-    """The runtime with the least median of a step, and that, in us."""
+    """Return the runtime with the least median of a step, and that, in us."""
     steps = evaluation.steps.get(method)
     if not steps:
         return None, None
-    name = min(steps, key=lambda each: steps[each][0])
+    name = min(steps, key=lambda runtime: steps[runtime][0])
     return name, steps[name][0]
 
 
 def least(values: Iterable[float | None]) -> float | None:
-    """The least of the numbers among them."""
+    """Return the least of the numbers among them."""
     return min((value for value in values if value is not None), default=None)
 
 
 def most(values: Iterable[float | None]) -> float | None:
-    """The greatest of the numbers among them."""
+    """Return the greatest of the numbers among them."""
     return max((value for value in values if value is not None), default=None)
 
 
 def table_4_1(evaluation: TextureEvaluation) -> list[Row]:
-    """MAE (SDs of the training part) and GFC (percent) by method and texture; the thesis' below each."""
+    """Return MAE (SDs of the training part) and GFC (percent) by method and texture; the thesis' below each."""
     rows: list[Row] = []
     for name in evaluation.options.names:
         for metric, gain in (("mae", 1.0), ("gfc", PERCENT)):
@@ -175,8 +177,8 @@ def table_4_1(evaluation: TextureEvaluation) -> list[Row]:
             printed = printed_errors(name, metric)
             if printed is not None:
                 theirs = {texture: printed[0].get(texture) for texture in evaluation.textures}
-                said = {"method": f"{name}, {SAID}", "title": f"{title}, {SAID}", "metric": metric, "printed": True}
-                rows.append({**said, **theirs, "mean": printed[1]})
+                row = {"method": f"{name}, {SAID}", "title": f"{title}, {SAID}", "metric": metric, "printed": True}
+                rows.append({**row, **theirs, "mean": printed[1]})
     return rows
 
 
@@ -186,7 +188,7 @@ def _cells(evaluation: TextureEvaluation, method: str, metric: str, gain: float)
 
 
 def table_4_2(evaluation: TextureEvaluation) -> list[Row]:
-    """The variants of our network: window, mean MAE (SDs), mean GFC in percent, and the thesis' beside."""
+    """Return the variants of our network: window, mean MAE (SDs), mean GFC in percent, and the thesis' beside."""
     rows: list[Row] = []
     overall = {row["method"]: row for row in method_rows(evaluation)}
     for name in VARIANTS:
@@ -218,8 +220,10 @@ def table_4_3(evaluation: TextureEvaluation) -> list[Row]:
 
 
 def figure_4_5(evaluation: TextureEvaluation) -> list[Row]:
-    """The mean MAE over the textures (SDs) for each window and loss of the thesis' network; empty where they were not
-    compared."""
+    """Return the mean MAE over the textures (SDs) for each window and loss of the thesis' network.
+
+    Empty where they were not compared.
+    """
     return [
         {name: row[name] for name in ("window", "loss", "mae", "textures")}
         for row in grid_rows(evaluation)
@@ -228,8 +232,9 @@ def figure_4_5(evaluation: TextureEvaluation) -> list[Row]:
 
 
 def grid_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """A row for each method, window and loss that were compared (thesis 4.6.2, 4.6.3): means over the textures of the
-    test part's MAE (SDs) and GFC (percent), and of the validation part's MAE (m/s^2).
+    """Return a row for each method, window and loss that were compared (thesis 4.6.2, 4.6.3).
+
+    Means over the textures of the test part's MAE (SDs) and GFC (percent), and of the validation part's MAE (m/s^2).
 
     `chosen` marks the window and loss of a method with the least MAE on the validation part: chosen by the test part,
     the best of 25 would flatter it.
@@ -258,7 +263,7 @@ def _grid_row(key: tuple[str, int, str], numbers: Sequence[Mapping[str, float | 
 
 
 def curve_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """The learning curves, a row for each epoch."""
+    """Return the learning curves, a row for each epoch."""
     return [
         {"texture": fit.texture, "method": fit.method, **epoch.plain()}
         for fit, done in evaluation.fits.items()

@@ -18,20 +18,20 @@ def _read() -> Mapping[str, Any]:
 
 def printed_errors(method: str, metric: str) -> tuple[dict[str, float], float] | None:
     """Table 4.1: a method's "mae" or "gfc" (percent) by texture, and their printed mean; None where it has none."""
-    told = _read()["table_4_1"].get(method)
-    if told is None:
+    numbers = _read()["table_4_1"].get(method)
+    if numbers is None:
         return None
-    cells = dict(zip(_read()["textures"], map(float, told[metric]), strict=True))
-    return cells, float(told[f"{metric}_mean"])
+    cells = dict(zip(_read()["textures"], map(float, numbers[metric]), strict=True))
+    return cells, float(numbers[f"{metric}_mean"])
 
 
 def printed_variant(method: str) -> Mapping[str, float] | None:
     """Table 4.2: a variant's window, mean MAE and mean GFC in percent; None where it has none."""
-    found: Mapping[str, float] | None = _read()["table_4_2"].get(method)
-    return found
+    numbers: Mapping[str, float] | None = _read()["table_4_2"].get(method)
+    return numbers
 
 
 def printed_times(method: str) -> Mapping[str, float] | None:
     """Table 4.3: window, inference on GPU and CPU in ms, seconds of one epoch; None where it has none."""
-    found: Mapping[str, float] | None = _read()["table_4_3"].get(method)
-    return found
+    numbers: Mapping[str, float] | None = _read()["table_4_3"].get(method)
+    return numbers

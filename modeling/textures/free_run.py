@@ -45,7 +45,7 @@ def free_run_scores(made: Array, drive: Drive) -> Numbers:
             f"{drive.texture}: {made.shape} samples were made for {drive.truth.shape}, or some are not finite."
         )
     slowly = envelope(made)
-    found: Numbers = {
+    scores: Numbers = {
         **_by_spectrum(made, drive.truth),
         "raw_gfc": raw_gfc(drive.truth, made),
         "envelope": _follows(slowly, envelope(drive.truth)),
@@ -54,26 +54,26 @@ def free_run_scores(made: Array, drive: Drive) -> Numbers:
         "cycle": cycle(made, drive.cycle_window),
         "greatest": greatest_ratio(made, drive.truth),
     }
-    return found | {"cycle_excess": _excess(found["cycle"], drive.cycle)}
+    return scores | {"cycle_excess": _excess(scores["cycle"], drive.cycle)}
 
 
 def ceiling(drive: Drive) -> Numbers:
-    """The same of another realisation of the truth; what takes the same hand is None where it had another one."""
+    """Return the scores of another realisation of the truth; what needs the same hand is None where it had another."""
     if drive.again is None:
         return {}
     if drive.same_hand:
         return free_run_scores(drive.again, drive)
     truth = drive.truth[len(drive.again) : 2 * len(drive.again)] if drive.seen else drive.truth
     truth = truth if len(truth) >= SMOOTHED else drive.truth
-    found: Numbers = {**_by_spectrum(drive.again, truth), "cycle": cycle(drive.again, drive.cycle_window)}
-    return found | {
+    scores: Numbers = {**_by_spectrum(drive.again, truth), "cycle": cycle(drive.again, drive.cycle_window)}
+    return scores | {
         "greatest": greatest_ratio(drive.again, truth),
-        "cycle_excess": _excess(found["cycle"], drive.cycle),
+        "cycle_excess": _excess(scores["cycle"], drive.cycle),
     }
 
 
 def truth_of(drive: Drive) -> Numbers:
-    """What the truth itself is like: how its envelope goes with the hand, how far it repeats itself."""
+    """Return what the truth itself is like: how its envelope goes with the hand, how far it repeats itself."""
     slowly = envelope(drive.truth)
     return {
         "with_speed": correlation(slowly, slow(drive.speed)),
@@ -86,13 +86,13 @@ def truth_of(drive: Drive) -> Numbers:
 def beyond(
     numbers: Mapping[str, float | None], again: Mapping[str, float | None] = MappingProxyType({})
 ) -> tuple[str, ...]:
-    """The limits that are not kept, by name. What cannot be said breaks none; silence has no likeness to the truth.
+    """Return the names of the limits that are not kept: an undefined number breaks none, silence is unlike the truth.
 
     `again` is what another realisation of the truth has (`ceiling`): where that misses a limit itself, `NEAR` of it is
     enough.
     """
     low, high = LEVEL
-    kept: dict[str, Callable[[float], bool]] = {
+    limits: dict[str, Callable[[float], bool]] = {
         "level": lambda value: low <= value <= high,
         "smoothed_gfc": lambda value: value >= at_least(GFC, again.get("smoothed_gfc")),
         "envelope": lambda value: value >= at_least(ENVELOPE, again.get("envelope")),
@@ -101,18 +101,18 @@ def beyond(
     }
     silent = SILENT if numbers.get("level") == 0 else {}
     known = {**silent, **{name: value for name, value in numbers.items() if value is not None}}
-    return tuple(name for name, within in kept.items() if name in known and not within(known[name]))
+    return tuple(name for name, within in limits.items() if name in known and not within(known[name]))
 
 
-def at_least(wanted: float, again: float | None) -> float:
-    """What a correlation or a GFC has to reach, given what another realisation of the truth does."""
-    return wanted if again is None or again >= wanted else NEAR * again
+def at_least(limit: float, again: float | None) -> float:
+    """Return what a correlation or a GFC has to reach, given what another realisation of the truth does."""
+    return limit if again is None or again >= limit else NEAR * again
 
 
 def _follows(made: Array, truth: Array) -> float | None:
-    """The correlation of two envelopes; one that does not vary where the truth's does follows it not at all."""
-    found = correlation(made, truth)
-    return 0.0 if found is None and len(truth) > MANY and np.ptp(truth) > 0 else found
+    """Return the correlation of two envelopes; one that does not vary where the truth's does follows it not at all."""
+    likeness = correlation(made, truth)
+    return 0.0 if likeness is None and len(truth) > MANY and np.ptp(truth) > 0 else likeness
 
 
 def _by_spectrum(made: Array, truth: Array) -> Numbers:

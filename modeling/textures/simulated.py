@@ -33,27 +33,27 @@ def simulated(
     cache: Path | None = None, report: Callable[[str], None] = lambda _line: None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[Recording, ...]:  # fmt: skip
-    """A recording of each texture: a free exploration of a simulated surface, captured as a session records it.
+    """Return a recording of each texture: a free exploration of a simulated surface, captured as a session records it.
 
     The same texture, seconds and seed give the same recording. In a folder `cache` it is kept under the SHA-256 of all
     that decides it, the program's own files included, and checked when it is read; `report` is told the seconds that
     each took. Raises TextureDataError, and what `simulator` raises on a texture that it does not have.
     """
-    found = []
+    recordings = []
     for texture in textures:
         began = clock()
-        recording, kept = _one(simulator, texture, seconds, seed, cache)
-        how = "read from the cache" if kept else "captured"
+        recording, cached = _one(simulator, texture, seconds, seed, cache)
+        how = "read from the cache" if cached else "captured"
         report(f"{texture}: {recording.seconds:.1f} s {how} in {clock() - began:.2f} s")
-        found.append(recording)
-    return tuple(found)
+        recordings.append(recording)
+    return tuple(recordings)
 
 
 def captured(simulator: TextureSimulator, texture: str, seconds: float = SECONDS, seed: int = 1) -> Recording:
     """As `simulated`, of one texture and without a cache."""
     streams = simulator.captured(texture, seconds, seed)
-    told = (f"simulated {texture}, {seconds:g} s, seed {seed} {_digest(streams)}",)
-    return prepared(texture, texture.replace("_", " "), [_touched(texture, streams, told)])
+    made_from = (f"simulated {texture}, {seconds:g} s, seed {seed} {_digest(streams)}",)
+    return prepared(texture, texture.replace("_", " "), [_touched(texture, streams, made_from)])
 
 
 def _one(
@@ -82,14 +82,14 @@ def _restored(stored: StoredResult) -> Recording:
     return (Joined if "borders" in fields else Recording)(**fields, signals=stored.arrays["signals"])
 
 
-def _touched(texture: str, streams: Mapping[str, tuple[float, Array]], told: tuple[str, ...]) -> Touched:
+def _touched(texture: str, streams: Mapping[str, tuple[float, Array]], made_from: tuple[str, ...]) -> Touched:
     where = f"simulated {texture}"
     missing = [name for name in STREAMS if name not in streams]
     if missing:
         raise TextureDataError(f"{where}: no stream {missing[0]!r}; {', '.join(STREAMS)} are expected")
     return Touched(
         where, _stream(where, "acceleration", streams), _stream(where, "force", streams),
-        position=_stream(where, "position", streams), made_from=told, notes=("simulated",),
+        position=_stream(where, "position", streams), made_from=made_from, notes=("simulated",),
     )  # fmt: skip
 
 
@@ -102,9 +102,9 @@ def _stream(where: str, what: str, streams: Mapping[str, tuple[float, Array]]) -
 
 
 def _digest(streams: Mapping[str, tuple[float, Array]]) -> str:
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for name in sorted(streams):
         rate_hz, values = streams[name]
-        found.update(f"{name} {rate_hz:.17g} {values.shape}".encode())
-        found.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
-    return found.hexdigest()
+        digest.update(f"{name} {rate_hz:.17g} {values.shape}".encode())
+        digest.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
+    return digest.hexdigest()

@@ -90,7 +90,7 @@ def _write(
 
 
 def _metrics(fitted: TextureResult, played: TextureResult) -> dict[str, float]:
-    """One step ahead, and running free, numbers only."""
+    """Return one step ahead, and running free, numbers only."""
     named = {name: fitted.numbers.get(name) for name in ONE_STEP}
     named |= {f"free_{name}": played.numbers.get(name) for name in FREE}
     return {name: float(value) for name, value in named.items() if value is not None and math.isfinite(value)}
@@ -100,7 +100,7 @@ def _run_card(fit: Fit, fitted: TextureResult, metrics: Mapping[str, float], dom
     recording, parts = domain.recordings[fit.texture], domain.parts[fit.texture]
     settings = {
         **domain.settings, "seed": domain.seed, "method": fit.method, "made_from": list(recording.made_from),
-        "parts": {name: [list(each) for each in getattr(parts, name)] for name in ("train", "validation", "test")},
+        "parts": {name: list(map(list, getattr(parts, name))) for name in ("train", "validation", "test")},
         **{name: fitted.numbers[name] for name in ("window", "epochs") if fitted.numbers.get(name) is not None},
     }  # fmt: skip
     seconds = fitted.numbers.get("train_s") or 0.0
