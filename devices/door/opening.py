@@ -70,7 +70,7 @@ def _places(reach: float, count: int, key: tuple[Key, ...]) -> list[float]:
     waves = [_wave(n, key) for n in range(3)]
     speeds = [_ramp(n, moving) * (1 + sum(w(n / RATE_HZ) for w in waves)) for n in range(moving)]
     travelled = list(accumulate(speeds))
-    return [0.0] * rest + [reach * angle / travelled[-1] for angle in travelled] + [reach] * rest
+    return [0.0] * rest + [reach * distance / travelled[-1] for distance in travelled] + [reach] * rest
 
 
 def _wave(n: int, key: tuple[Key, ...]) -> _Wave:

@@ -46,7 +46,7 @@ def _told(model: type[Strict], meanings: Mapping[str, str], within: str) -> Iter
 def _model_in(annotation: Any) -> type[Strict] | None:
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return annotation
-    return next((found for bound in get_args(annotation) if (found := _model_in(bound)) is not None), None)
+    return next((model for part in get_args(annotation) if (model := _model_in(part)) is not None), None)
 
 
 def _plain(value: Any) -> str:
@@ -76,8 +76,8 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
         return " or ".join(_type(argument) for argument in arguments if argument is not type(None))
     if origin in (tuple, list):
         many = "" if Ellipsis in arguments or len(arguments) < 2 else f" of {len(arguments)}"
-        bound = dict.fromkeys(_type(argument) for argument in arguments if argument is not Ellipsis)
-        return f"list{many}, each {' and '.join(bound)}"
+        kinds = dict.fromkeys(_type(argument) for argument in arguments if argument is not Ellipsis)
+        return f"list{many}, each {' and '.join(kinds)}"
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return "keys and values"
     return WORDS.get(annotation, str(getattr(annotation, "__name__", annotation))) + _bounds(metadata)

@@ -60,8 +60,8 @@ class Act:
     def batch(self, number: int) -> Batch:
         """A batch; what lies before it is computed first where it has not been yet."""
         with self.lock:
-            for column in range(len(self.starts) - 1, number):
-                self._make(max(column, 0))
+            for before in range(len(self.starts) - 1, number):
+                self._make(max(before, 0))
             if number not in self.made:
                 self._make(number)
             return self.made[number]
@@ -104,7 +104,7 @@ class Act:
         for axis, wave in enumerate(self.sway):
             felt[axis] += GRAVITY_M_S2 * wave.at(np.minimum(times, self.seconds))[0]
         place = np.vstack([motion.place + 1000 * states[2:4], 1000 * states[:1]])
-        return Batch(*(np.ascontiguousarray(column.T) for column in (felt, force, place))), memory
+        return Batch(*(np.ascontiguousarray(part.T) for part in (felt, force, place))), memory
 
 
 def _filled(rows: Array) -> Array:

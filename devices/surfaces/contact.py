@@ -138,7 +138,7 @@ def ride(drive: Drive, start: Array, law: Law, blocks: int) -> Ride:
         wrong = np.any(np.abs(ended - starts[:, 1:]) > AGREE, axis=0)
         starts[:, 1:][:, wrong] = ended[:, wrong]
         todo = np.flatnonzero(wrong) + 1
-    return Ride(*(_in_a_row(column) for column in (out.states, out.normal, out.friction)))
+    return Ride(*(_in_a_row(values) for values in (out.states, out.normal, out.friction)))
 
 
 def _room(cut: Drive) -> Ride:
@@ -220,7 +220,7 @@ class _Sideways:
         inertia, whole = law.side_mass / (THETA * law.step_s), _whole(law)
         base = drive.velocity - (law.side_mass / whole) * drive.turn
         base, slope, velocity = (
-            np.ascontiguousarray(column.transpose(1, 0, 2)) for column in (base, drive.slope / whole, drive.velocity)
+            np.ascontiguousarray(values.transpose(1, 0, 2)) for values in (base, drive.slope / whole, drive.velocity)
         )
         more = (law.static - law.kinetic) / whole
         return cls(base, slope, velocity, inertia / whole, law.side_stiffness / whole, law.kinetic / whole, more, law)

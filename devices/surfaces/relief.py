@@ -285,7 +285,7 @@ def neighbours(
     for up in (-1, 0, 1):
         for right in (-1, 0, 1):
             rows, columns = (row + up)[:, 0] % count, (column + right)[0] % count
-            off_x, off_y, *made = (wave.take(columns, axis=1).take(rows, axis=0) for wave in cell)
+            off_x, off_y, *made = (part.take(columns, axis=1).take(rows, axis=0) for part in cell)
             off_x += column + right - x
             off_y += row + up - y
             yield np.sqrt(off_x * off_x + off_y * off_y), *made
@@ -305,7 +305,7 @@ def strands(
     for n in range(count):
         one = Strand(length_mm, width_mm, float(angles[n]), float(drawn[3, n]), float(drawn[4, n]))
         up, right = one.reach(step_mm)
-        row, column = (beyond + int(wave * pixels) for wave in (drawn[1, n], drawn[0, n]))
+        row, column = (beyond + int(share * pixels) for share in (drawn[1, n], drawn[0, n]))
         place = slice(row - up, row + up + 1), slice(column - right, column + right + 1)
         _lay(one.height(up, right, step_mm), one.tall, height[place], lot[place])
     return _folded(height, lot, beyond)

@@ -69,7 +69,7 @@ class Ground:
         here = self._height(x_mm, y_mm)
         little = 0.02
         right, up = self._height(x_mm + little, y_mm), self._height(x_mm, y_mm + little)
-        to_x, to_y = (np.clip((axis - here) * (1000 / little), -STEEPEST, STEEPEST) for axis in (right, up))
+        to_x, to_y = (np.clip((beside - here) * (1000 / little), -STEEPEST, STEEPEST) for beside in (right, up))
         return here, to_x, to_y
 
     def _height(self, x_mm: Array, y_mm: Array) -> Array:

@@ -172,7 +172,7 @@ def state_of(ask: Ioctl, file: int) -> State | None:
     keys = _asked(ask, file, asks(0x18, KEYS), KEYS)
     if not all(found) or not keys:
         return None
-    x, y, pressure = (ABSINFO.unpack(path)[0] for path in found)
+    x, y, pressure = (ABSINFO.unpack(answer)[0] for answer in found)
     touch, near = (bool(keys[key // 8] >> key % 8 & 1) for key in (BTN_TOUCH, BTN_TOOL_PEN))
     return State(x, y, pressure, touch, near)
 

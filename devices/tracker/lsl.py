@@ -112,7 +112,7 @@ class LslStream:
     def zero_s(self, now_ns: NowNs) -> float:
         """The library's clock when now_ns's was at 0: of a few readings, the one that took least time in between."""
         readings = [(now_ns(), self.library.local_clock(), now_ns()) for _ in range(READINGS)]
-        before_ns, at_s, after_ns = min(readings, key=lambda word: word[2] - word[0])
+        before_ns, at_s, after_ns = min(readings, key=lambda reading: reading[2] - reading[0])
         return float(at_s - (before_ns + after_ns) / 2 / NS)
 
     def pull(self, timeout_s: float) -> Batch:

@@ -135,9 +135,9 @@ class Numbering:
         period_s = (1 + self.slower) / self.rate_hz
         late = [(t_s - self.expected_s) / period_s - place for place, t_s in enumerate(times_s)]
         least = list(accumulate(reversed(late), min))[::-1]
-        missing = list(accumulate((max(0, round(part)) for part in least), max))
+        missing = list(accumulate((max(0, round(periods)) for periods in least), max))
         numbers = [self.next + place + lost for place, lost in enumerate(missing)]
-        off = sum(max(-1.0, min(1.0, part - lost)) for part, lost in zip(late, missing, strict=True))
+        off = sum(max(-1.0, min(1.0, periods - lost)) for periods, lost in zip(late, missing, strict=True))
         self.expected_s += (len(times_s) + missing[-1] + PULL * off) * period_s
         self.slower = max(-FARTHEST, min(FARTHEST, self.slower + DRIFT * off))
         self.next = numbers[-1] + 1

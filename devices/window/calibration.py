@@ -137,7 +137,7 @@ def _dense(value: Any) -> bool:
 
 def _size(value: Any) -> bool:
     sizes = isinstance(value, list | tuple) and len(value) == 2
-    return sizes and all(type(character) is int and SIZES[0] <= character <= SIZES[1] for character in value)
+    return sizes and all(type(side) is int and SIZES[0] <= side <= SIZES[1] for side in value)
 
 
 KEYS: Mapping[str, tuple[Callable[[Any], bool], str]] = {

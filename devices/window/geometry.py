@@ -158,21 +158,21 @@ def problems(placed: Sequence[Placed], metrics: Metrics) -> list[str]:
 
 
 def _alone(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
-    boxes = {placed_box.name: placed_box.box for placed_box in placed}
+    boxes = {element.name: element.box for element in placed}
     if len(boxes) < len(placed):
         yield "two elements have one name"
-    for placed_box in placed:
-        if not metrics.screen.contains(placed_box.box):
-            yield f"{placed_box.name}: {placed_box.box} reaches out of the screen of {metrics}"
-        if placed_box.ink is not None and not placed_box.box.grown(1).contains(placed_box.ink):
-            yield f"{placed_box.name}: the text {placed_box.text!r:.60} needs {placed_box.ink} and has {placed_box.box}"
-        if placed_box.within and not boxes[placed_box.within].contains(placed_box.box):
-            yield f"{placed_box.name}: lies partly outside of {placed_box.within}"
-        if placed_box.kind == "target" and min(placed_box.box.width, placed_box.box.height) + ROUNDING_PX < metrics.mm(
+    for element in placed:
+        if not metrics.screen.contains(element.box):
+            yield f"{element.name}: {element.box} reaches out of the screen of {metrics}"
+        if element.ink is not None and not element.box.grown(1).contains(element.ink):
+            yield f"{element.name}: the text {element.text!r:.60} needs {element.ink} and has {element.box}"
+        if element.within and not boxes[element.within].contains(element.box):
+            yield f"{element.name}: lies partly outside of {element.within}"
+        if element.kind == "target" and min(element.box.width, element.box.height) + ROUNDING_PX < metrics.mm(
             SMALLEST_TARGET_MM
         ):
-            size = f"{placed_box.box.width}x{placed_box.box.height} px"
-            yield f"{placed_box.name}: a target of {size} is smaller than {SMALLEST_TARGET_MM} mm"
+            size = f"{element.box.width}x{element.box.height} px"
+            yield f"{element.name}: a target of {size} is smaller than {SMALLEST_TARGET_MM} mm"
 
 
 def _against_each_other(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
@@ -194,7 +194,7 @@ def _stands_on(one: Placed, other: Placed) -> bool:
 
 def _ancestors(placed: Sequence[Placed]) -> dict[str, set[str]]:
     """What each element lies in, and what that lies in, and so on."""
-    parents = {placed_box.name: placed_box.within for placed_box in placed}
+    parents = {element.name: element.within for element in placed}
     around: dict[str, set[str]] = {}
     for name, parent in parents.items():
         chain, above = set[str](), parent
