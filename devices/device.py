@@ -89,10 +89,10 @@ class Reading:
 
 @dataclass(frozen=True)
 class Health:
-    """How a device is: `told` in one line; `facts` are further things to show, by name."""
+    """How a device is: a `summary` in one line; `facts` are further things to show, by name."""
 
     ok: bool
-    told: str
+    summary: str
     readings: tuple[Reading, ...] = ()
     calibrated: str | None = None
     facts: Mapping[str, str] = field(default_factory=dict)

@@ -83,7 +83,7 @@ def _as_data(file: RigFile, name: str, health: Health) -> dict[str, Any]:
         for reading in health.readings
     ]  # fmt: skip
     return {
-        "kind": file.kind(name), "twin": file.is_twin(name), "ok": health.ok, "told": health.told,
+        "kind": file.kind(name), "twin": file.is_twin(name), "ok": health.ok, "told": health.summary,
         "calibrated": health.calibrated, "facts": dict(health.facts), "readings": readings,
     }  # fmt: skip
 
@@ -108,7 +108,7 @@ def _table(file: RigFile, found: dict[str, Health]) -> None:
     for name, health in found.items():
         mark = click.style("ok    ", fg="green") if health.ok else click.style("NOT OK", fg="red")
         twin = ", twin" if file.is_twin(name) else ""
-        click.echo(f"{mark} {name} ({file.kind(name).replace('_', ' ')}{twin}): {health.told}")
+        click.echo(f"{mark} {name} ({file.kind(name).replace('_', ' ')}{twin}): {health.summary}")
         for line in describe_health(health):
             click.echo(f"         {line}")
 

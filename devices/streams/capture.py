@@ -63,7 +63,7 @@ class Capture:
             self._end()
             self._going = _Going(request)
         try:
-            return self._on(self._going, window, desk, now_ns)
+            return self._continue(self._going, window, desk, now_ns)
         except BaseException:
             with suppress(Exception):  # what ends it is the error to report
                 self.close()
@@ -74,7 +74,7 @@ class Capture:
         self._end()
         self._going = None
 
-    def _on(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def _continue(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         if going.recording is not None and going.recording.ended_ns is not None:
             if going.recording.due():
                 return going.recording.take()
@@ -82,41 +82,41 @@ class Capture:
         if going.over is not None and not going.paused:
             self._going = None
             return going.over
-        if (aside := self._before(going, window, desk)) is not None:
-            return self._heeded(going, aside, desk)
+        if (aside := self._wait_before(going, window, desk)) is not None:
+            return self._obey(going, aside, desk)
         try:
             return self._record(going, window, desk, now_ns)
         except DeviceFault as fault:
-            self._failed(going, fault, desk)
-        return self._on(going, window, desk, now_ns)
+            self._record_fault(going, fault, desk)
+        return self._continue(going, window, desk, now_ns)
 
-    def _before(self, going: _Going, window: Pages, desk: Desk) -> Aside | None:
-        """What is waited for before anything is recorded: the end of a pause, a device that has been put right."""
+    def _wait_before(self, going: _Going, window: Pages, desk: Desk) -> Aside | None:
+        """Wait for the end of a pause and for a device to be put right; return what the experimenter did instead."""
         if going.paused and (aside := window.wait_for(WAITING, desk, lambda: False)) is not None:
             return aside
         return self._mending.asked(WAITING, window, desk) if going.recording is None else None
 
     def _record(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """Wait for the next chunk, or for the end. Raises DeviceFault."""
-        recording = going.recording = going.recording or self._begun(going.request, now_ns)
+        recording = going.recording = going.recording or self._begin(going.request, now_ns)
         until_ns = recording.begun_ns + round(going.request.seconds * NS)
 
         def ready() -> bool:
             return recording.due() or recording.fault() is not None or now_ns() >= until_ns
 
         if (aside := window.wait_for(RECORDING, desk, ready)) is not None:
-            return self._heeded(going, aside, desk)
+            return self._obey(going, aside, desk)
         if (fault := recording.fault()) is not None:
             raise fault
         if now_ns() >= until_ns:
-            going.over = self._done(recording, desk)
-            return self._on(going, window, desk, now_ns)
+            going.over = self._finish(recording, desk)
+            return self._continue(going, window, desk, now_ns)
         chunk = recording.take()
-        desk.tell(told(recording.streams))
+        desk.tell(describe_streams(recording.streams))
         return chunk
 
-    def _begun(self, request: Sense, now_ns: NowNs) -> Recording:
-        """A new recording under way. Raises DeviceFault; then nothing samples."""
+    def _begin(self, request: Sense, now_ns: NowNs) -> Recording:
+        """Start a new recording. Raises DeviceFault; then nothing samples."""
         for hanging in () if self._last is None else self._last.hanging():
             raise DeviceFault(hanging, "stuck", "its driver still hangs: unplug it and plug it in again")
         scene = self.scene_for(request)
@@ -128,39 +128,39 @@ class Capture:
         self._last.start()
         return self._last
 
-    def _done(self, recording: Recording, desk: Desk) -> Reply:
-        """What it came to. Raises DeviceFault: what fails last is as much a fault as what fails before."""
+    def _finish(self, recording: Recording, desk: Desk) -> Reply:
+        """Stop the recording and return its reply. Raises DeviceFault, also where a sensor failed at the very end."""
         summary = recording.stop()
         if (fault := recording.fault()) is not None:
             raise fault
-        desk.tell(untold(recording.streams))
+        desk.tell(clear_streams(recording.streams))
         seconds = round(((recording.ended_ns or recording.begun_ns) - recording.begun_ns) / NS, 3)
         return Reply({"recorded": True, "seconds": seconds, "by": self.by, "streams": summary})
 
-    def _heeded(self, going: _Going, aside: Aside, desk: Desk) -> Aside:
-        """What the experimenter did: a pause breaks the recording off, to repeat and to abort gives the request up."""
+    def _obey(self, going: _Going, aside: Aside, desk: Desk) -> Aside:
+        """Follow the experimenter: a pause breaks the recording off, to repeat or to abort gives the request up."""
         match aside.value.get("do"):
             case "pause":
                 going.paused = True
                 if going.recording is not None:
-                    going.over = _interrupted(self._made_safe(desk))
+                    going.over = _interruption(self._make_safe(desk))
             case "go_on":
                 going.paused = False
             case "repeat" | "abort":
-                self._made_safe(desk)
+                self._make_safe(desk)
                 self._going = None
         return aside
 
-    def _failed(self, going: _Going, fault: DeviceFault, desk: Desk) -> None:
+    def _record_fault(self, going: _Going, fault: DeviceFault, desk: Desk) -> None:
         """Make every sensor safe at once; what was recorded is handed on before the fault is."""
         named = str(fault) if str(fault).startswith(fault.device) else f"{fault.device}: {fault}"
-        said = "; ".join([named, *self._made_safe(desk)])
+        said = "; ".join([named, *self._make_safe(desk)])
         going.over = self._mending.fault(DeviceFault(fault.device, fault.what, said))
 
-    def _made_safe(self, desk: Desk) -> list[str]:
-        """Stop the recording and make every sensor safe; what could not be done is told."""
+    def _make_safe(self, desk: Desk) -> list[str]:
+        """Stop the recording and make every sensor safe; return a sentence for each that could not be."""
         if self._last is not None:
-            desk.tell(untold(self._last.streams))
+            desk.tell(clear_streams(self._last.streams))
         failed = []
         for name, act in [("recording", self._end), *((sensor.name, sensor.safe) for sensor in self.sensors.values())]:
             try:
@@ -174,18 +174,18 @@ class Capture:
             self._last.end()
 
 
-def _interrupted(also: list[str]) -> Fault:
-    """What a recording comes to that was broken off by a pause: no device failed, but its trial is met again."""
+def _interruption(also: list[str]) -> Fault:
+    """Return the fault of a recording that a pause broke off: no device failed, but its trial is repeated."""
     return Fault({"device": "session", "what": "interrupted", "message": "; ".join([BROKEN_OFF, *also])})
 
 
-def told(streams: Mapping[str, Stream]) -> dict[str, str]:
-    """A line for each stream: its level over the last chunk (RMS about the mean), how many samples, how many lost."""
+def describe_streams(streams: Mapping[str, Stream]) -> dict[str, str]:
+    """Return a line for each stream: its level over the last chunk (RMS about the mean), samples and lost samples."""
     return {name: _line(stream) for name, stream in streams.items()}
 
 
-def untold(streams: Mapping[str, Stream]) -> dict[str, None]:
-    """Takes those lines away."""
+def clear_streams(streams: Mapping[str, Stream]) -> dict[str, None]:
+    """Return what takes those lines away."""
     return dict.fromkeys(streams)
 
 
@@ -198,7 +198,7 @@ def _line(stream: Stream) -> str:
 
 
 def _levels(stream: Stream) -> list[str]:
-    """The level per unit: channels that share one (the axes of a vector) are taken together."""
+    """Return the level per unit: channels that share one (the axes of a vector) are taken together."""
     if stream.level is None:
         return []
     by_unit: dict[str, list[float]] = {}

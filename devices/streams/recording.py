@@ -103,13 +103,13 @@ class Recording:
     def _next(self) -> Chunk:
         self._taken_ns = self.now_ns()
         samples: list[Samples] = []
-        told: dict[str, Any] = {}
+        metadata: dict[str, Any] = {}
         for name, stream in self.streams.items():
             made, of_it = stream.take(last=self.ended_ns is not None)
             samples.extend(made)
             if of_it is not None:
-                told[name] = of_it
-        return Chunk({"streams": told}, tuple(samples))
+                metadata[name] = of_it
+        return Chunk({"streams": metadata}, tuple(samples))
 
     def fault(self) -> DeviceFault | None:
         """The first thing that failed; it stays: the program was suspended, a sensor raised, is silent, has no numbers.

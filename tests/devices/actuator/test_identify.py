@@ -151,7 +151,7 @@ def test_through_the_device_and_a_sensor_at_its_own_rate_the_same_response_is_fo
     save(found.calibration("2026-11-21"), tmp_path / "coil.json")
     used = coil(Clock(), tmp_path, calibration="coil.json")
     assert used.unit == "m/s^2"
-    assert "identified 2026-11-21, flat within" in used.health(0.0).told
+    assert "identified 2026-11-21, flat within" in used.health(0.0).summary
 
 
 def test_a_sensor_that_stays_silent_ends_the_wait_and_the_coil_is_safe():

@@ -129,7 +129,7 @@ def test_a_twin_at_rest_is_well_and_its_noise_floor_is_the_one_set(kind) -> None
     health = made.health(1.0)
     made.close()
     (found,) = health.readings
-    assert health.ok, health.told
+    assert health.ok, health.summary
     assert found.rate_hz == pytest.approx(found.signal.rate_hz, rel=0.01)
     volts = 0.002 if kind is force_torque else 0.0023
     scale = np.sqrt((made.transducer.matrix**2).sum(axis=1)) if kind is force_torque else np.full(3, 9.80665 / 0.3)
@@ -152,7 +152,7 @@ def test_health_says_what_is_wrong(kind, bend, words) -> None:
     made.close()
     assert not health.ok
     assert np.isfinite(sum(sum(each.mean) for each in health.readings))
-    assert re.search(words, health.told), health.told
+    assert re.search(words, health.summary), health.summary
 
 
 def test_a_rate_that_is_not_the_one_set_and_lost_samples_are_told() -> None:
@@ -165,7 +165,7 @@ def test_a_rate_that_is_not_the_one_set_and_lost_samples_are_told() -> None:
         return type(taken)(taken.volts[::2], taken.lost)
 
     made.daq.read = every_second_one
-    assert re.search(r"it runs at 1[45]\d\d.* Hz; 3000 are set", made.health(0.5).told)
+    assert re.search(r"it runs at 1[45]\d\d.* Hz; 3000 are set", made.health(0.5).summary)
     made.daq.read = slow
     made.elapsed_s = clock
 
@@ -174,7 +174,7 @@ def test_a_rate_that_is_not_the_one_set_and_lost_samples_are_told() -> None:
         return slow(most, timeout_s)
 
     made.daq.read = late
-    assert re.search(r"[\d,]+ samples? lost", made.health(1.0).told)
+    assert re.search(r"[\d,]+ samples? lost", made.health(1.0).summary)
     made.close()
 
 

@@ -223,7 +223,7 @@ def test_its_health_says_what_it_measures():
     twin = make("skin", Settings(kind="thermometer", driver="twin", rate_hz=20), None)
     twin.open()
     health = twin.health(0.2)
-    assert health.ok and health.told.endswith(" degC") and health.facts == {"identity": "PALPATE,TWIN,0,1.0"}
+    assert health.ok and health.summary.endswith(" degC") and health.facts == {"identity": "PALPATE,TWIN,0,1.0"}
     assert KIND.make is make
 
 

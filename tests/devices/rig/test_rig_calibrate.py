@@ -186,7 +186,7 @@ def test_a_coil_is_identified_by_the_sensor_on_it_and_its_file_is_what_the_rig_t
     new = [f"    calibration: actuator-{DAY}.json", f"    calibrated: {DAY}"]
     assert changed_lines(rig) == new
     health = check_device(read_rig(rig), "actuator", 0.2)
-    assert health.ok and health.calibrated == DAY and "flat within" in health.told
+    assert health.ok and health.calibrated == DAY and "flat within" in health.summary
     assert "is there already, and records may name it; give --force" in said("actuator", "--yes", "--with", "vibration",
                                                                              status=2)[1]  # fmt: skip
 

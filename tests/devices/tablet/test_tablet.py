@@ -203,10 +203,10 @@ def test_health_says_how_many_reports_came_and_what_was_wrong(tmp_path):
     made.expect(Circle())
     health = made.health(1.0)
     assert health.ok
-    assert health.told.split()[0] in ("133", "134")
+    assert health.summary.split()[0] in ("133", "134")
     assert health.readings[0].signal.calibration == "F = 0.13 exp(3.32 y) N, 2026-10-01"
     made.expect(None)
-    assert "no report: move the stylus" in made.health(1.0).told
+    assert "no report: move the stylus" in made.health(1.0).summary
     assert made.describe()["speed_delay_ms"] == pytest.approx(18.77, abs=0.01)
 
 

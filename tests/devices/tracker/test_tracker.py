@@ -140,13 +140,13 @@ def test_a_twin_at_rest_is_healthy_and_says_its_noise(tmp_path):
     made.open()
     health = made.health(1.0)
     assert health.ok
-    assert health.told.startswith("120.00 Hz; seen 100.0 %")
+    assert health.summary.startswith("120.00 Hz; seen 100.0 %")
     assert health.readings[0].mean[0] == pytest.approx(120, abs=0.05)
     assert health.calibrated == "2026-11-01"
     blind = device(tmp_path, lambda: 2.0, driver="twin", occlusions_per_s=100.0, occlusion_s=60.0)
     blind.now_ns = made.now_ns
     blind.open()
-    assert "no marker is seen" in blind.health(1.0).told
+    assert "no marker is seen" in blind.health(1.0).summary
 
 
 def test_a_position_beyond_reach_is_a_wrong_unit_and_said_so(tmp_path):

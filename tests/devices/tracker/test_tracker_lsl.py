@@ -209,7 +209,7 @@ def test_health_says_that_a_stream_declares_another_rate(offered):
     device.open()
     health = device.health(1.0)
     assert not health.ok
-    assert "80 Hz, the rig file says 120 Hz" in health.told
+    assert "80 Hz, the rig file says 120 Hz" in health.summary
     with pytest.raises(DeviceError, match="correct rate_hz"):
         device.start(lambda: 0)
     device.close()
@@ -231,8 +231,8 @@ def test_health_measures_the_rate_that_a_stream_really_has(offered, pylsl, reall
     device.now_ns = now_ns
     health = device.health(1.0)
     assert health.ok is ok
-    assert f"{really_hz:.2f} Hz" in health.told
-    assert ("not the 120 Hz" in health.told) is not ok
+    assert f"{really_hz:.2f} Hz" in health.summary
+    assert ("not the 120 Hz" in health.summary) is not ok
     device.close()
 
 

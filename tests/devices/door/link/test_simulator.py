@@ -163,14 +163,14 @@ def test_health_tells_noise_and_faults():
     assert found.ok and found.readings[0].signal.name == "telemetry" and found.facts["firmware"] == "2"
     lab.bench.firmware.press(True)
     found = lab.door.health(0.3)
-    assert not found.ok and "emergency stop" in found.told
+    assert not found.ok and "emergency stop" in found.summary
 
 
 def test_health_tells_what_is_lost_on_the_line():
     lab, chance = Lab().opened(), random.Random(1)
     lab.bench.line.wire.to_host = lambda data: b"" if chance.random() < 0.1 else data
     found = lab.door.health(0.3)
-    assert not found.ok and "samples of telemetry lost on the line" in found.told
+    assert not found.ok and "samples of telemetry lost on the line" in found.summary
 
 
 def test_what_the_ledger_keeps_of_it():
