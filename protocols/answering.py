@@ -4,18 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, cast
 
-from palpate.protocols.forms import (
-    AnchorForm,
-    Demographics,
-    Interview,
-    Lexicon,
-    Likert,
-    Question,
-    Sliders,
-    Words,
-)
+from palpate.protocols.forms import FORMS, Demographics, Form, Lexicon, Likert, Question, Sliders, Words
 from palpate.protocols.keyed import normal, shuffled, uniform
 from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Ask, Present, Reply
@@ -44,25 +35,27 @@ def answer(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
     """The simulated reply to any form, and the seconds it took; on second thoughts the participant goes back."""
     if ask.may_go_back and person.has_second_thoughts(ask):
         return Reply({"go": "back", "seconds": 1.0}), 1.0
-    return _felt(person, ask) if isinstance(ask.form, AnchorForm) else _answered(person, ask)
+    return cast(tuple[Reply, float], FORMS[ask.form.name].simulate(person, ask, ask.form))
 
 
-def _answered(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
-    match ask.form:
-        case Sliders() as form:
-            how = _authored if form.tries else _compared if form.sides else Perceiver.rate
-            return how(person, ask, form)
-        case Words() as form:
-            return _ticked(person, ask, form)
-        case Lexicon() as form:
-            return _written(person, ask, form)
-        case Likert() as form:
-            return _agreed(person, ask, form)
-        case Demographics() as form:
-            return _after(person, ask, {question.name: _about_oneself(person, question) for question in form.questions})
-        case form:  # consent, eligibility, and an interview, which is left empty
-            said = "" if isinstance(form, Interview) else True
-            return _after(person, ask, dict.fromkeys(form.items(), said))
+def rate(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
+    """Rate the stimulus on every attribute."""
+    return person.rate(ask, form)
+
+
+def agree(person: Perceiver, ask: Ask, form: Form) -> tuple[Reply, float]:
+    """Agree to every item: a consent, or that one can take part."""
+    return _after(person, ask, dict.fromkeys(form.items(), True))
+
+
+def leave_empty(person: Perceiver, ask: Ask, form: Form) -> tuple[Reply, float]:
+    """Leave every question in one's own words empty."""
+    return _after(person, ask, dict.fromkeys(form.items(), ""))
+
+
+def describe_oneself(person: Perceiver, ask: Ask, form: Demographics) -> tuple[Reply, float]:
+    """Answer the lab's questions about the person."""
+    return _after(person, ask, {question.name: _about_oneself(person, question) for question in form.questions})
 
 
 def _after(person: Perceiver, ask: Ask, answers: dict[str, Any]) -> tuple[Reply, float]:
@@ -76,7 +69,7 @@ def _taking(person: Perceiver, ask: Ask, answers: dict[str, Any], items: Iterabl
     return Reply({"answers": answers, "seconds": seconds}), seconds
 
 
-def _compared(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
+def compare(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
     """Rate while switching to and fro a few times; every switch takes a second or two."""
     reply, seconds = person.rate(ask, form)
     count = 2 + math.floor(5 * uniform(*person.moment("switches", ask, "")))
@@ -88,7 +81,7 @@ def _compared(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]
     return Reply({**reply.value, "at_s": at_s, "seconds": total, "switches": switches}), total
 
 
-def _authored(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
+def author(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
     """Wish for something, try it, change one attribute after another, and settle after a few tries."""
     tried = 0 if ask.former is None else _tries_behind(person, ask, form)
     wish = _wish(person, ask, form, tried)
@@ -97,7 +90,7 @@ def _authored(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]
     return Reply({**go, "answers": wish, "at_s": dict.fromkeys(wish, seconds), "seconds": seconds}), seconds
 
 
-def _felt(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
+def feel_reference(person: Perceiver, ask: Ask, _form: Form) -> tuple[Reply, float]:
     """Feel a reference once, or now and then twice, then go on."""
     felt = (ask.previous or {"felt": 0})["felt"]
     wanted = 1 + (uniform(*person.moment("felt", ask, "")) < 0.3)
@@ -138,7 +131,8 @@ def _wish(person: Perceiver, ask: Ask, form: Sliders, tried: int) -> dict[str, f
     return wish
 
 
-def _ticked(person: Perceiver, ask: Ask, form: Words) -> tuple[Reply, float]:
+def tick_words(person: Perceiver, ask: Ask, form: Words) -> tuple[Reply, float]:
+    """Tick the words that fit; now and then add one."""
     ticked = [word for word in form.words if _fits(person, ask, word)]
     further: list[str] = []
     if form.further and uniform(*person.moment("further", ask, "")) < 0.1:
@@ -155,7 +149,8 @@ def _fits(person: Perceiver, ask: Ask, word: str) -> bool:
     return uniform(*person.moment("tick", ask, word)) < 1 / (1 + math.exp(-(felt + leaning)))
 
 
-def _written(person: Perceiver, ask: Ask, form: Lexicon) -> tuple[Reply, float]:
+def write_words(person: Perceiver, ask: Ask, form: Lexicon) -> tuple[Reply, float]:
+    """Write the words that come to mind."""
     count = form.at_least + math.floor(4 * uniform(*person.moment("words", ask, "")))
     words = _from_memory(person, ask, count)
     return _taking(person, ask, {"words": list(words)}, words)
@@ -169,7 +164,8 @@ def _from_memory(person: Perceiver, ask: Ask, count: int, without: tuple[str, ..
     return (*once, *again)[:count]
 
 
-def _agreed(person: Perceiver, ask: Ask, form: Likert) -> tuple[Reply, float]:
+def rate_statements(person: Perceiver, ask: Ask, form: Likert) -> tuple[Reply, float]:
+    """Answer each statement by points around the middle, moved by its latent intercept."""
     middle, points = (form.questionnaire.points + 1) / 2, form.questionnaire.points
     answers = {}
     for name in form.items():

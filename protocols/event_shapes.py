@@ -14,13 +14,12 @@ from typing import Any
 
 from palpate.protocols.canonical import encoded, parse
 from palpate.protocols.events import Event
+from palpate.protocols.forms import table_of
 from palpate.protocols.requests import Samples
 from palpate.protocols.session_state import SessionState
 
 DEEPEST = 100
 """How many lists and objects may lie inside each other."""
-WORD_FORMS = ("adjectives", "lexicon", "suggestions")
-"""Forms that are answered by words."""
 _LARGEST = 1.7976931348623157e308
 
 
@@ -160,7 +159,7 @@ class EventShapes:
         demand_fields(body, *_BODIES[event.kind])
         if event.kind == "request":
             demand_fields(body, _REQUESTS.get(body["do"], {}), {"wish": NUMBER.object()})
-            if body.get("form") == "anchor":
+            if table_of(body.get("form")) == "anchors":
                 demand_fields(body, {"anchor": _ANCHOR}, {})
         elif event.kind == "reply":
             self._demand_reply(event, body)
@@ -201,11 +200,12 @@ class EventShapes:
             if body.get("go") != "back":
                 raise ShapeError("answers is missing: an object is expected")
             return
-        if request["form"] in WORD_FORMS:
+        table = table_of(request["form"])
+        if table == "words":
             demand_fields(body, {"answers": _WORDS}, {})
             return
         kind = ANY if event.trial is None else NUMBER
-        kind = WHOLE if request["form"] == "anchor" else kind
+        kind = WHOLE if table == "anchors" else kind
         demand_fields(body, {"answers": OBJECT}, {})
         try:
             demand_fields(body["answers"], dict.fromkeys(request["items"], kind), {})

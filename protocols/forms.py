@@ -1,18 +1,34 @@
 """The forms that can be put before a participant: what each holds, and what counts as an answer to it.
 
 A reply's value holds `answers`, in a shape that the form fixes; how and when they were given may stand beside it.
+`FORMS` says of each form, by its name in the ledger, what the rest of the platform needs to know of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
+from palpate.protocols.registry import Registry, lazy_function
 from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale
 
 LONGEST_WORD = 200
 MOST_WORDS = 200
+
+
+class Form(Protocol):
+    """What is put before a participant, as plain data."""
+
+    @property
+    def name(self) -> str:
+        """The form's name in the ledger and in `FORMS`."""
+
+    def items(self) -> list[str]:
+        """Return the names of what is answered."""
+
+    def problem(self, answers: Any) -> str | None:
+        """Return why these are no answers, or None."""
 
 
 @dataclass(frozen=True)
@@ -261,7 +277,79 @@ class AnchorForm:
         return {**told, **self.anchor.model_dump(mode="json", exclude_none=True)}
 
 
-Form = Sliders | Words | Lexicon | Likert | Demographics | Consent | Eligibility | Interview | AnchorForm
+@dataclass(frozen=True)
+class FormKind:
+    """A kind of form, by its name in the ledger.
+
+    `doing` is what the console says while it is answered, with {n} for the number of items. `simulate` returns a
+    simulated participant's reply and the seconds that it took, from the participant, the request and the form. `table`
+    is the collected table of the answers; None: `responses` for numbers by item in a trial, else `answers`, where
+    `answer_kind` says what each answer is, or that its question says it. `title` names the form in exports; forms
+    without one are not exported. `timed` screens record samples from the time at which they are shown.
+    """
+
+    doing: str
+    simulate: Callable[..., Any]
+    table: Literal["words", "anchors"] | None = None
+    answer_kind: Literal["text", "points", "agreed", "by question"] = "text"
+    title: str = ""
+    timed: bool = False
+
+
+_SIMULATED = "palpate.protocols.answering"
+FORMS: Registry[FormKind] = Registry(
+    parts={
+        "sliders": FormKind("rating {n} attribute(s)", lazy_function(f"{_SIMULATED}:rate"), timed=True),
+        "similarity": FormKind(
+            "switching sides and rating {n} attribute(s)", lazy_function(f"{_SIMULATED}:compare"), timed=True
+        ),
+        "authoring": FormKind("setting {n} slider(s)", lazy_function(f"{_SIMULATED}:author"), timed=True),
+        "adjectives": FormKind(
+            "ticking adjectives, {n} word(s)",
+            lazy_function(f"{_SIMULATED}:tick_words"),
+            table="words",
+            title="words to tick",
+        ),
+        "lexicon": FormKind(
+            "writing adjectives", lazy_function(f"{_SIMULATED}:write_words"), table="words", title="words of one's own"
+        ),
+        "suggestions": FormKind(
+            "suggesting further adjectives",
+            lazy_function(f"{_SIMULATED}:write_words"),
+            table="words",
+            title="suggestions at the end",
+        ),
+        "demographics": FormKind(
+            "answering {n} question(s) about themselves",
+            lazy_function(f"{_SIMULATED}:describe_oneself"),
+            answer_kind="by question",
+            title="about the person",
+        ),
+        "likert": FormKind(
+            "answering {n} statement(s)",
+            lazy_function(f"{_SIMULATED}:rate_statements"),
+            answer_kind="points",
+            title="the questionnaire",
+        ),
+        "interview": FormKind(
+            "answering {n} question(s) in their own words",
+            lazy_function(f"{_SIMULATED}:leave_empty"),
+            title="free text",
+        ),
+        "eligibility": FormKind("answering whether they can take part", lazy_function(f"{_SIMULATED}:agree")),
+        "consent": FormKind("reading the consent form", lazy_function(f"{_SIMULATED}:agree"), answer_kind="agreed"),
+        "anchor": FormKind(
+            "getting to know a reference", lazy_function(f"{_SIMULATED}:feel_reference"), table="anchors"
+        ),
+    }
+)
+"""The kinds of forms by their names in the ledger."""
+
+
+def table_of(name: Any) -> str | None:
+    """Return the table of a form's own answers, by its name in a ledger; None where it has none, or is unknown."""
+    kind = FORMS.get(name) if isinstance(name, str) else None
+    return None if kind is None else kind.table
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ class Ask:
             if not self.may_go_back:
                 raise ReplyError(f"{where}: the reply goes back, which this trial does not allow")
             return
-        if go is not None and not (go == "try" and isinstance(self.form, Sliders | AnchorForm) and self.form.tries):
+        if go is not None and not (go == "try" and getattr(self.form, "tries", False)):
             raise ReplyError(f"{where}: the reply goes {go!r}, which this form does not know")
         answers = reply.value.get("answers")
         if problem := self.form.problem(answers):

@@ -12,6 +12,7 @@ from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.stimuli import stimulus_table
 from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, cell_text
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.forms import FORMS
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 
@@ -250,7 +251,7 @@ def _word_columns() -> tuple[Column, ...]:
     return (
         *(replace(column, key=column.name == "trial") for column in TRIAL_COLUMNS), replace(ATTEMPT, key=False), ONSET,
         Column("form", "The form that asked for words.", levels={
-            "adjectives": "words to tick", "lexicon": "words of one's own", "suggestions": "suggestions at the end"}),
+            name: kind.title for name, kind in FORMS.items() if kind.title and kind.table == "words"}),
         Column("kind", "Where the word comes from.", levels=kinds, key=True),
         Column("number", "The word's place among those of the answer, from 1.", "whole"),
         Column("word", "The word.", free_answer=True),
@@ -266,7 +267,7 @@ def _answer_columns(study: Study) -> tuple[Column, ...]:
         Column(
             "form",
             "The form.",
-            levels={FORM: "about the person", "likert": "the questionnaire", "interview": "free text"},
+            levels={name: kind.title for name, kind in FORMS.items() if kind.title and kind.table is None},
             key=True,
         ),
         Column("item", "The question.", levels=items, key=True),

@@ -2,38 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import cast
 
 from palpate.devices.window.screen import Page, Screen
-from palpate.devices.window.screens.anchor import AnchorScreen
-from palpate.devices.window.screens.authoring import AuthoringScreen
-from palpate.devices.window.screens.demographics import DemographicsScreen, EligibilityScreen
-from palpate.devices.window.screens.interview import InterviewScreen
-from palpate.devices.window.screens.lexicon import LexiconScreen
-from palpate.devices.window.screens.likert import LikertScreen
 from palpate.devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
-from palpate.devices.window.screens.reading import ConsentScreen, InstructionScreen
-from palpate.devices.window.screens.similarity import SimilarityScreen
-from palpate.devices.window.screens.sliders import SliderScreen
-from palpate.devices.window.screens.words import WordScreen
-from palpate.protocols.forms import (
-    AnchorForm,
-    Consent,
-    Demographics,
-    Eligibility,
-    Form,
-    Interview,
-    Lexicon,
-    Likert,
-    Sliders,
-    Words,
-)
+from palpate.devices.window.screens.reading import InstructionScreen
+from palpate.protocols.forms import FORMS, Form, Sliders
+from palpate.protocols.registry import load_object
 from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
 
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
 
 
+_SCREENS = "palpate.devices.window.screens"
+SCREEN_PLACES: Mapping[str, str] = {
+    "sliders": f"{_SCREENS}.sliders:SliderScreen",
+    "similarity": f"{_SCREENS}.similarity:SimilarityScreen",
+    "authoring": f"{_SCREENS}.authoring:AuthoringScreen",
+    "adjectives": f"{_SCREENS}.words:WordScreen",
+    "lexicon": f"{_SCREENS}.lexicon:LexiconScreen",
+    "suggestions": f"{_SCREENS}.lexicon:LexiconScreen",
+    "likert": f"{_SCREENS}.likert:LikertScreen",
+    "demographics": f"{_SCREENS}.demographics:DemographicsScreen",
+    "eligibility": f"{_SCREENS}.demographics:EligibilityScreen",
+    "consent": f"{_SCREENS}.reading:ConsentScreen",
+    "interview": f"{_SCREENS}.interview:InterviewScreen",
+    "anchor": f"{_SCREENS}.anchor:AnchorScreen",
+}
+"""Where the screens of forms are, by the forms' names."""
 RESTING = "resting"
 """The page of a rest that the participant asked for."""
 
@@ -77,28 +74,14 @@ def demand_shown(forms: Iterable[Form], page: Page) -> None:
 
 
 def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:
-    if isinstance(ask.form, Sliders):
-        if ask.form.live:
-            return _live(ask, ask.form, page, t0_ns, playing=False)
-        kind = AuthoringScreen if ask.form.tries else SimilarityScreen if ask.form.sides else SliderScreen
-        return kind(ask, ask.form, page, t0_ns)
-    return SCREENS[type(ask.form)](ask, ask.form, page)
+    if isinstance(ask.form, Sliders) and ask.form.live:
+        return _live(ask, ask.form, page, t0_ns, playing=False)
+    name = ask.form.name
+    make = load_object(SCREEN_PLACES[name])
+    return cast(Screen, make(ask, ask.form, page, *((t0_ns,) if FORMS[name].timed else ())))
 
 
 def _live(ask: Ask, form: Sliders, page: Page, t0_ns: int, playing: bool) -> Screen:
     from palpate.devices.window.screens.live_authoring import LiveAuthoringScreen
 
     return LiveAuthoringScreen(ask, form, page, t0_ns, playing)
-
-
-SCREENS: Mapping[type[Form], Callable[[Ask, Any, Page], Screen]] = {
-    Words: WordScreen,
-    Lexicon: LexiconScreen,
-    Likert: LikertScreen,
-    Demographics: DemographicsScreen,
-    Eligibility: EligibilityScreen,
-    Consent: ConsentScreen,
-    Interview: InterviewScreen,
-    AnchorForm: AnchorScreen,
-}
-"""The screens of the forms that are not sliders."""

@@ -8,22 +8,9 @@ from typing import Any
 from palpate.devices.desk import Prompt
 from palpate.devices.samples import described
 from palpate.protocols.events import NS, Event
+from palpate.protocols.forms import FORMS
 from palpate.studies.console.board import Board
 
-ANSWERING = {
-    "sliders": "rating {n} attribute(s)",
-    "similarity": "switching sides and rating {n} attribute(s)",
-    "authoring": "setting {n} slider(s)",
-    "adjectives": "ticking adjectives, {n} word(s)",
-    "lexicon": "writing adjectives",
-    "suggestions": "suggesting further adjectives",
-    "likert": "answering {n} statement(s)",
-    "demographics": "answering {n} question(s) about themselves",
-    "interview": "answering {n} question(s) in their own words",
-    "eligibility": "answering whether they can take part",
-    "anchor": "getting to know a reference",
-    "consent": "reading the consent form",
-}
 DOING = {
     "present with anchor": "feeling a reference",
     "present with wish": "feeling what was made from the sliders",
@@ -42,7 +29,7 @@ def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
         case {"do": "present"} if waits:
             return "waiting for the stimulus"
         case {"do": "ask", "form": form, "items": items}:
-            return counted(ANSWERING.get(form, f"answering {form}"), len(items))
+            return counted(FORMS[form].doing if form in FORMS else f"answering {form}", len(items))
         case {"do": "sense", "device": device, "seconds": seconds}:
             return f"exploring while {str(device).replace('_', ' ')} records {seconds:g} s"
         case {"do": "rest", "done": done, "total": total}:

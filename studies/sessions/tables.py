@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from palpate.protocols.canonical import canonical, digest
-from palpate.protocols.event_shapes import WORD_FORMS
 from palpate.protocols.events import NS, Event
 from palpate.protocols.files import file_sha256
+from palpate.protocols.forms import FORMS, table_of
 from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Answer, SessionState, fold
 from palpate.protocols.study import Study, conditions_of
@@ -84,9 +84,10 @@ def _answers(plan: Plan, session: str, state: SessionState, events: Sequence[Eve
     kinds = {question.name: question.kind for question in questions}
     for answer in state.answers:
         request, reply = events[answer.request].value, events[answer.seq].value
-        if answer.form == "anchor":
+        table = table_of(answer.form)
+        if table == "anchors":
             rows.anchors.append(_anchor_row(session, answer, request["anchor"]))
-        elif answer.form in WORD_FORMS:
+        elif table == "words":
             rows.words.extend(_word_rows(session, answer, state.counts(answer)))
         elif answer.trial is None:
             rows.answers.extend(_answer_rows(session, answer, kinds))
@@ -174,14 +175,8 @@ def _answer_rows(session: str, answer: Answer, kinds: Mapping[str, str]) -> Iter
 
 def _kind_of(form: str, item: str, kinds: Mapping[str, str]) -> str:
     """What an answer outside trials is: a question's kind, points, or agreed; a text of the participant's own."""
-    match form:
-        case "demographics":
-            return kinds.get(item, TEXT)
-        case "likert":
-            return "points"
-        case "consent":
-            return "agreed"
-    return TEXT
+    kind = FORMS[form].answer_kind if form in FORMS else TEXT
+    return kinds.get(item, TEXT) if kind == "by question" else kind
 
 
 def _switch_rows(session: str, answer: Answer, switches: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
