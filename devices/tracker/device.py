@@ -214,7 +214,8 @@ class Tracker:
             self.numbering.anew(batch.away)
         expected, blocks, begun = self.numbering.next - batch.away * batch.reset, [], 0
         numbers = self.numbering.number(batch.times_s)
-        ends = [place for place in range(1, len(numbers) + 1) if _ends(numbers, place)]
+        count = len(numbers)
+        ends = [end for end in range(1, count + 1) if end == count or numbers[end] != numbers[end - 1] + 1]
         for end in ends:
             lost = numbers[begun] - expected
             why = "clock_reset" if batch.reset and not begun else "gap" if lost else ""
@@ -234,10 +235,6 @@ class Tracker:
             )
             raise DeviceFault(self.name, "over_range", f"{self.name}: {told}")
         return row
-
-
-def _ends(numbers: Sequence[int], place: int) -> bool:
-    return place == len(numbers) or numbers[place] != numbers[place - 1] + 1
 
 
 KIND = DeviceKind(

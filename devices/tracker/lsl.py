@@ -81,7 +81,7 @@ class LslStream:
             DeviceError: no library, no such stream (naming those that there are), several of them, unusable channels.
         """
         self.library = library = _library()
-        info = self._found()
+        info = self._resolve()
         self.inlet = library.StreamInlet(info, max_buflen=BUFFER_S, recover=self.recover)
         try:
             full = self.inlet.info(self.wait_s)
@@ -94,7 +94,7 @@ class LslStream:
         self.map = self._mapped(full)
         offset = f"{1e3 * self.offset_s:.3f} ms"
         self.declared_hz = full.nominal_srate()
-        return Opened(self.declared_hz, {"stream": _told(full), "clock offset": offset})
+        return Opened(self.declared_hz, {"stream": _describe_stream(full), "clock offset": offset})
 
     def expect(self, scene: Scene | None) -> None:
         """A real tracker sees what there is."""
@@ -121,7 +121,11 @@ class LslStream:
             if not self.running:
                 return Batch()
             try:
-                return self._batch(*self._came(timeout_s))
+                sample, at_s = self.inlet.pull_sample(timeout_s)
+                if sample is None:
+                    return Batch()
+                more, times_s = self.inlet.pull_chunk(0.0, MOST)
+                return self._batch([sample, *(more or [])], [at_s, *times_s])
             except self.library.util.LostError:
                 raise DeviceFault(
                     self.name, "link_lost", f"{self.name}: the stream {self.value} ended; start it again at its source."
@@ -139,7 +143,7 @@ class LslStream:
         self.stop()
         self.inlet = None
 
-    def _found(self) -> Any:
+    def _resolve(self) -> Any:
         if "'" in self.value and '"' in self.value:
             raise DeviceError(f"{self.name}: a stream's {self.by} with both kinds of quotes cannot be looked for.")
         quote = '"' if "'" in self.value else "'"
@@ -149,26 +153,20 @@ class LslStream:
             found = self.library.resolve_bypred(predicate, 2, MORE_S) or found
         if len(found) == 1:
             return found[0]
-        there = "; ".join(map(_told, self.library.resolve_streams(LISTED_S))) or "none"
-        told = count(len(found), "stream") if found else f"no stream within {self.wait_s:g} s"
-        raise DeviceError(f"{self.name}: {told} with the {self.by} {self.value!r}. Streams that there are: {there}.")
+        there = "; ".join(map(_describe_stream, self.library.resolve_streams(LISTED_S))) or "none"
+        result = count(len(found), "stream") if found else f"no stream within {self.wait_s:g} s"
+        raise DeviceError(f"{self.name}: {result} with the {self.by} {self.value!r}. Streams that there are: {there}.")
 
     def _mapped(self, full: Any) -> Map:
         if full.channel_format() == self.library.cf_string:
             raise DeviceError(f"{self.name}: the stream {self.value} sends text; numbers are expected.")
         count = full.channel_count()
-        labels, units = (_padded(said, count) for said in (full.get_channel_labels(), full.get_channel_units()))
+        given = (full.get_channel_labels(), full.get_channel_units())
+        labels, units = (([text or "" for text in texts or []] + [""] * count)[:count] for texts in given)
         return mapped(self.value, labels, units, self.channels, self.seen, self.unit, self.seen_above)
 
-    def _came(self, timeout_s: float) -> tuple[list[list[float]], list[float]]:
-        sample, at_s = self.inlet.pull_sample(timeout_s)
-        if sample is None:
-            return [], []
-        more, times_s = self.inlet.pull_chunk(0.0, MOST)
-        return [sample, *(more or [])], [at_s, *times_s]
-
     def _batch(self, samples: list[list[float]], sent_s: list[float]) -> Batch:
-        if self.map is None or not samples:
+        if self.map is None:
             return Batch()
         now_s = self.library.local_clock()
         anew = self._corrected(now_s)
@@ -176,7 +174,9 @@ class LslStream:
         anew |= self.behind_s is not None and abs(behind_s - self.behind_s) > LEAP_S
         away_s, self.behind_s, self.came_s = now_s - self.came_s, behind_s, now_s
         rows = [self.map.row(sample) for sample in samples]
-        return Batch([t_s + self.offset_s for t_s in sent_s], rows, anew, self._away(away_s, len(rows)) if anew else 0)
+        # Where the sender's clock says nothing, our own tells how many samples are missing.
+        missing = max(0, round(away_s * self.declared_hz) - len(rows)) if anew else 0
+        return Batch([t_s + self.offset_s for t_s in sent_s], rows, anew, missing)
 
     def _corrected(self, now_s: float) -> bool:
         """Ask for the offset once a second; whether the library takes the sender's clock for set anew.
@@ -190,10 +190,6 @@ class LslStream:
             self.offset_s = self.inlet.time_correction(ANSWER_S)
         return bool(self.inlet.was_clock_reset())
 
-    def _away(self, away_s: float, came: int) -> int:
-        """By our own clock: how many samples are missing where the sender's says nothing."""
-        return max(0, round(away_s * self.declared_hz) - came)
-
 
 def _library() -> Any:
     try:
@@ -204,12 +200,7 @@ def _library() -> Any:
         ) from None
 
 
-def _padded(said: Sequence[str | None] | None, count: int) -> list[str]:
-    told = [one or "" for one in said or []]
-    return (told + [""] * count)[:count]
-
-
-def _told(info: Any) -> str:
+def _describe_stream(info: Any) -> str:
     of = f"type {info.type()}, {info.channel_count()} channels, {info.nominal_srate():g} Hz, {info.hostname()}"
     return f"{info.name()} ({of})"
 

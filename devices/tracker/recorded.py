@@ -117,18 +117,18 @@ class Played(TimedSource):
 
     def pull(self, timeout_s: float) -> Batch:
         """What is due by now, 64 samples at most. Raises DeviceFault (`silent`) past the end."""
-        return awaited(self._come, self.stopped, timeout_s, 0.002)
+        return awaited(self._due, self.stopped, timeout_s, 0.002)
 
     def close(self) -> None:
         """The same as stop; what was read is let go."""
         self.stop()
         self.track = None
 
-    def _come(self) -> Batch:
-        elapsed_s, track = self.elapsed_s, self.track
-        return Batch() if elapsed_s is None or track is None else self._due(track, elapsed_s())
-
-    def _due(self, track: Track, elapsed_s: float) -> Batch:
+    def _due(self) -> Batch:
+        elapsed, track = self.elapsed_s, self.track
+        if elapsed is None or track is None:
+            return Batch()
+        elapsed_s = elapsed()
         first, times = self.given, track.times_s
         last = min(first + MOST, len(times))
         while self.given < last and times[self.given] - times[0] <= elapsed_s:
