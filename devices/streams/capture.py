@@ -143,7 +143,9 @@ class Capture:
             case "pause":
                 going.paused = True
                 if going.recording is not None:
-                    going.over = _interruption(self._make_safe(desk))
+                    # No device failed, but the trial is repeated.
+                    message = "; ".join([BROKEN_OFF, *self._make_safe(desk)])
+                    going.over = Fault({"device": "session", "what": "interrupted", "message": message})
             case "go_on":
                 going.paused = False
             case "repeat" | "abort":
@@ -172,11 +174,6 @@ class Capture:
     def _end(self) -> None:
         if self._last is not None:
             self._last.end()
-
-
-def _interruption(also: list[str]) -> Fault:
-    """Return the fault of a recording that a pause broke off: no device failed, but its trial is repeated."""
-    return Fault({"device": "session", "what": "interrupted", "message": "; ".join([BROKEN_OFF, *also])})
 
 
 def describe_streams(streams: Mapping[str, Stream]) -> dict[str, str]:

@@ -69,7 +69,9 @@ class Recording:
                 raise DeviceError(f"{sensor.name}: two streams would be named {name!r}; give one another name")
             self.streams[name] = Stream(name, sensor.name, signal, _ring(signal, self.room_s))
         for prefix, sensor in self.sensors.items():
-            self._readers.append(Reader(sensor, self._rings(prefix, sensor), self.now_ns))
+            names = {s.name: self.names.get((prefix, s.name), f"{prefix}_{s.name}") for s in sensor.signals}
+            rings = {signal: self.streams[name].ring for signal, name in names.items()}
+            self._readers.append(Reader(sensor, rings, self.now_ns))
 
     def start(self) -> None:
         """Let every sensor sample. Raises DeviceFault, also where a sensor cannot be had now; then none samples."""
@@ -118,7 +120,10 @@ class Recording:
         """
         if self._failed is None:
             over = self.ended_ns is not None
-            failed = self._suspended() or self._raised() or self._untrue()
+            message = self._suspend.message()
+            suspended = None if message is None else DeviceFault("session", "interrupted", message)
+            raised = next((reader.fault for reader in self._readers if reader.fault is not None), None)
+            failed = suspended or raised or self._untrue()
             self._failed = failed or (self._empty() if over else self._silent())
         return self._failed
 
@@ -154,17 +159,6 @@ class Recording:
         return [
             reader.sensor.name for reader in self._readers if reader.thread is not None and reader.thread.is_alive()
         ]
-
-    def _rings(self, prefix: str, sensor: Sensor) -> dict[str, Ring]:
-        named = {signal.name: self.names.get((prefix, signal.name)) for signal in sensor.signals}
-        return {signal: self.streams[name or f"{prefix}_{signal}"].ring for signal, name in named.items()}
-
-    def _suspended(self) -> DeviceFault | None:
-        message = self._suspend.message()
-        return None if message is None else DeviceFault("session", "interrupted", message)
-
-    def _raised(self) -> DeviceFault | None:
-        return next((reader.fault for reader in self._readers if reader.fault is not None), None)
 
     def _untrue(self) -> DeviceFault | None:
         for name, stream in self.streams.items():
