@@ -139,7 +139,8 @@ def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: 
         streams = streams_in(capture.attempt)
     except StreamError as error:
         raise TextureDataError(f"{capture.path}: {error}") from None
-    for act in dict.fromkeys(each.act for each in streams):
+    touches = [stream for stream in streams if stream.name.startswith("tool_")] or streams
+    for act in dict.fromkeys(stream.act for stream in touches):  # others hold what was recorded beside the session
         of_act = {each.name: each for each in streams if each.act == act}
         yield Touched(
             where, _sampled("acceleration", of_act, where), _sampled("force", of_act, where),

@@ -71,6 +71,21 @@ def test_attempts_that_count_of_all_sessions_make_one_recording_of_a_texture(lab
     assert not isinstance(one, Joined)
 
 
+def test_what_was_recorded_beside_the_session_is_no_recording_of_a_texture(lab):
+    written = session(lab)
+    capture(written, 1)
+    record = read_lab(written.record().path)
+    written = session(lab, 2)
+    written.begin = lambda trial, attempt: (
+        Written.begin(written, trial, attempt),
+        written.note("reply", {"presented": True}, [block("skin_temperature", np.full((30, 1), 33.0), 1.0)]),
+        written.ask_for("sense"),
+    )
+    capture(written, 1)
+    [beside] = read_lab(written.record().path)
+    assert np.array_equal(beside.signals, record[0].signals)
+
+
 def test_acceleration_in_g_and_a_normal_along_another_axis(lab):
     written = session(lab)
     capture(written, 1, level=0.1, channels={"channels": ("x", "y", "z"), "units": ("g",) * 3})
