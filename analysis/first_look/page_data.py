@@ -142,8 +142,8 @@ def _not_left_out(exclusions: tuple[Exclusion, ...]) -> Iterator[tuple[str, str]
 def _levels_met(ratings: Ratings, factor: str) -> str:
     """Return how many levels there are, and how many of them a participant met where these are fewer."""
     total = len(ratings.levels(factor))
-    met = ratings.table.groupby("participant")[factor].nunique()
-    most = int(met.max()) if len(met) else 0
+    counts = ratings.table.groupby("participant")[factor].nunique()
+    most = int(counts.max()) if len(counts) else 0
     return f"{total}" if most == total else f"{total}, of which each met {most}"
 
 

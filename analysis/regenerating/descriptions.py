@@ -24,7 +24,10 @@ def test_table(results: Sequence[QuestionResult], known: Collection[str] = ()) -
     An outcome of one row stands in a column, outcomes of several rows each have a heading.
     """
     kinds = {
-        name: told for result in results if result.answer is not None for name, told in result.answer.kinds.items()
+        name: meaning
+        for result in results
+        if result.answer is not None
+        for name, meaning in result.answer.kinds.items()
     }
     table = partial(value_table, meanings=kinds, known=known, headings=TESTS[results[0].settings.test].headings)
     several = any(result.outcome for result in results)
@@ -63,8 +66,8 @@ def test_name(results: Sequence[QuestionResult]) -> str:
 
 def test_kind(results: Sequence[QuestionResult]) -> str:
     """Return the kind of a test in words, "" where its name already says so."""
-    told = TESTS[results[0].settings.test].title
-    return "" if told.lower() == test_name(results).lower() else told
+    title = TESTS[results[0].settings.test].title
+    return "" if title.lower() == test_name(results).lower() else title
 
 
 def test_title(results: Sequence[QuestionResult]) -> str:
@@ -81,13 +84,14 @@ def method_of(results: Sequence[QuestionResult]) -> str:
 
 def notes_of(results: Sequence[QuestionResult]) -> tuple[str, ...]:
     """Return what the answers say beside their numbers, each once; what holds for some outcomes only names them."""
-    told: dict[str, list[str]] = {}
+    outcomes_of: dict[str, list[str]] = {}
     answers = [(result.outcome, result.answer) for result in results if result.answer is not None]
     for outcome, answer in answers:
         for note in dict.fromkeys(answer.notes):
-            told.setdefault(note, []).append(outcome)
+            outcomes_of.setdefault(note, []).append(outcome)
     return tuple(
-        note if len(own) == len(answers) or not all(own) else f"{', '.join(own)}: {note}" for note, own in told.items()
+        note if len(own) == len(answers) or not all(own) else f"{', '.join(own)}: {note}"
+        for note, own in outcomes_of.items()
     )
 
 
@@ -97,9 +101,9 @@ def rests_on(results: Sequence[QuestionResult]) -> str:
     if not answers:
         return ""
     people, values = ({getattr(a, name) for a in answers} for name in ("participants", "values"))
-    told = dict.fromkeys(result.missing.text() for result in results if result.missing.text())
+    gaps = dict.fromkeys(result.missing.text() for result in results if result.missing.text())
     first = f"{_range(people)} participants, {_range(values)} values{' for each outcome' * (len(answers) > 1)}."
-    return " ".join([first, *(f"Missing: {text}." for text in told)])
+    return " ".join([first, *(f"Missing: {text}." for text in gaps)])
 
 
 def _range(numbers: set[int]) -> str:

@@ -108,9 +108,9 @@ def _statistics(study: RegeneratedStudy, seconds: Seconds) -> dict[str, Any]:
     }
 
 
-def _outcomes(found: RegeneratedStudy) -> list[dict[str, Any]]:
+def _outcomes(regenerated: RegeneratedStudy) -> list[dict[str, Any]]:
     """Return what each rated outcome is called, and what the ends of its scale mean: the name may be the low end."""
-    study = found.material.study
+    study = regenerated.material.study
     if study is None or study.scale is None:
         return []
     ends = {"from": study.scale.low, "to": study.scale.high}
@@ -125,7 +125,7 @@ def _declared(study: RegeneratedStudy) -> dict[str, Any]:
 
 
 def _test(result: QuestionResult, seconds: float | None) -> dict[str, Any]:
-    answer, told = result.answer, result.missing
+    answer, missing = result.answer, result.missing
     about: dict[str, Any] = {
         "name": result.settings.name,
         "test": result.settings.test,
@@ -133,10 +133,10 @@ def _test(result: QuestionResult, seconds: float | None) -> dict[str, Any]:
         "asked": result.settings.model_dump(mode="json", exclude={"name", "test", "outcomes"}, exclude_defaults=True),
         "inputs_sha256": result.inputs or None,
         "missing": {
-            "policy": told.policy,
-            "cells": told.cells,
-            "participants_with_gaps": told.participants,
-            "left_out": list(told.left_out),
+            "policy": missing.policy,
+            "cells": missing.cells,
+            "participants_with_gaps": missing.participants,
+            "left_out": list(missing.left_out),
         },
         "seconds": seconds,
         "refused": result.refused or None,

@@ -61,7 +61,7 @@ def _add(document: Document, numbered: NumberedTable) -> None:
     from docx.oxml.ns import nsdecls
 
     end = document.add_paragraph()
-    for xml in (_label(numbered.number), _line(numbered.title, "<w:i/>", kept=True), _grid(numbered.table)):
+    for xml in (_label(numbered.number), _line(numbered.title, "<w:i/>", with_next=True), _grid(numbered.table)):
         end._p.addprevious(parse_xml(xml.replace(">", f" {nsdecls('w')}>", 1)))
     for note in numbered.notes:
         end._p.addprevious(parse_xml(_line(note, '<w:sz w:val="17"/>').replace(">", f" {nsdecls('w')}>", 1)))
@@ -75,8 +75,8 @@ def _label(number: int) -> str:
     return f'<w:p><w:pPr><w:keepNext/><w:spacing w:before="240" w:after="0"/></w:pPr>{words}{field}</w:p>'
 
 
-def _line(text: str, look: str, kept: bool = False) -> str:
-    layout = f'<w:pPr>{"<w:keepNext/>" * kept}<w:spacing w:before="40" w:after="80"/></w:pPr>'
+def _line(text: str, look: str, with_next: bool = False) -> str:
+    layout = f'<w:pPr>{"<w:keepNext/>" * with_next}<w:spacing w:before="40" w:after="80"/></w:pPr>'
     return f"<w:p>{layout}{_run(text, look)}</w:p>"
 
 
@@ -122,7 +122,7 @@ def _timeless(document: Document) -> bytes:
     """Return the file with the same date on every part."""
     saved, result = io.BytesIO(), io.BytesIO()
     document.save(saved)
-    with zipfile.ZipFile(saved) as given, zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as made:
-        for name in given.namelist():
-            made.writestr(zipfile.ZipInfo(name, EPOCH), given.read(name), zipfile.ZIP_DEFLATED)
+    with zipfile.ZipFile(saved) as original, zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as timeless:
+        for name in original.namelist():
+            timeless.writestr(zipfile.ZipInfo(name, EPOCH), original.read(name), zipfile.ZIP_DEFLATED)
     return result.getvalue()
