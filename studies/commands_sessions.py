@@ -327,10 +327,11 @@ def record(study: str, as_json: bool, **asked: Any) -> None:
       palpate record texture_capture --participant P001 --group pilot --lab LAB
       palpate record texture_capture --participant P001 --simulate --lab LAB
     """
+    from palpate.protocols.tasks import TASKS
     from palpate.studies.catalogue import find, read_study
 
     found = read_study(find(study, asked["lab"]))
-    if found.study.task != "capture":
+    if TASKS[found.study.task].asks:
         told = f"{found.study.study} is no capture study: it asks, and no sensor records. {shell_command('run', study)}"
         raise click.UsageError(told)
     sat = sat_through(found, **asked)

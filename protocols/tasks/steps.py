@@ -60,6 +60,11 @@ class Task:
     device: Callable[[Study], str | None] = lambda _study: None
     check: Callable[[Study], Iterator[Problem]] = lambda _study: iter(())
 
+    @property
+    def asks(self) -> bool:
+        """Whether a trial asks the participant anything; where it does not, devices record."""
+        return self.form is not None
+
 
 def feel_and_answer(trial: Trial) -> Steps:
     """Feel the stimulus, then answer the trial's form (thesis 3.3.2, 3.3.3, 4.7.1, 5.3.3, 5.3.4.2, 5.7.1.2).

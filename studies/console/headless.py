@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from palpate.devices.desk import Desk, confirmed
 from palpate.protocols.requests import Aside, Confirm, Reply
 from palpate.protocols.study import Study
+from palpate.protocols.tasks import TASKS
 from palpate.studies.sessions.rig import RigError
 
 if TYPE_CHECKING:
@@ -77,4 +78,4 @@ class Windowless:
 def asks_anything(study: Study) -> bool:
     """Whether a participant reads or answers anything in a session of the study."""
     shown = study.opening or study.closing or study.instructions or study.rest or study.anchors
-    return "window" in study.needs or study.task != "capture" or bool(shown)
+    return "window" in study.needs or TASKS[study.task].asks or bool(shown)

@@ -13,6 +13,7 @@ from palpate.protocols.events import Event
 from palpate.protocols.plan import Plan
 from palpate.protocols.progress import Report
 from palpate.protocols.study import Study
+from palpate.protocols.tasks import TASKS
 from palpate.protocols.wording import count, some
 from palpate.studies.catalogue import Found
 from palpate.studies.console.words import about
@@ -235,7 +236,7 @@ def _made(
     who, study = plan.who.participant, found.study.study
     path = ledger_path(lab, study, who)
     if record is not None and record.complete:
-        pace.skip(study, len(plan.trials) if plan.study.task == "capture" else 1)
+        pace.skip(study, 1 if TASKS[plan.study.task].asks else len(plan.trials))
         return Made(study, who, path, "kept", True, len(record.events), "complete")
     seen = 0 if record is None else len(record.events)
     rig = rig_for(found, lab, wanted.pictures, wanted.workers, _telling(plan, seen, pace, report))
@@ -246,7 +247,7 @@ def _made(
 def _telling(plan: Plan, seen: int, pace: Pace, report: Report) -> Callable[[Event], None]:
     """Tell how far a session has come: of a recording each texture, of ratings the end. `seen` is known already."""
     study, number = plan.study.study, len(plan.trials)
-    ends = "trial_ended" if plan.study.task == "capture" else "session_ended"
+    ends = "session_ended" if TASKS[plan.study.task].asks else "trial_ended"
 
     def watch(event: Event) -> None:
         if event.kind != ends:

@@ -13,6 +13,7 @@ from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Reply, Request, Samples, Sense
 from palpate.protocols.study import Stimulus, Study
+from palpate.protocols.tasks import TASKS
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done
 from palpate.studies.sessions.rig import RigError
@@ -62,7 +63,7 @@ class Twins:
         for trial in plan.trials:
             for device in (self.presents, *self.records.values()):
                 device.check(trial)
-        if plan.study.task != "authoring":  # a wish was checked with the study
+        if not TASKS[plan.study.task].makes:  # a wish was checked with the study
             for anchor in plan.presented[len(plan.trials) :]:
                 self.presents.check(anchor)
 
