@@ -32,7 +32,7 @@ from palpate.studies.sessions.rig import Rig, RigPlan
 from palpate.studies.sessions.session import start
 from palpate.studies.sessions.session_files import ledger_path
 from palpate.studies.simulation.rig import simulated
-from tests.modeling.attributes import small_evaluation as judged_attributes
+from tests.modeling.attributes import small_evaluation
 from tests.studies.simulation.small_textures import TEXTURES, write_all
 from tools.half_precision import halved
 
@@ -128,9 +128,9 @@ def train(folder: Path) -> None:
         halved(folder / f"texture-cloth-{method}.json", LAB / "models")
     write_all(LAB, [texture for texture in TEXTURES if texture != "cloth"])
     with tempfile.TemporaryDirectory() as work:
-        options = judged_attributes.options(Path(work), quick=True)
+        options = small_evaluation.options(Path(work), quick=True)
         own = {"ridge": (("hand",), ("glcm",))}
-        train_attributes(judged_attributes.material(), "ridge", options, LAB / "models", METHODS, own)
+        train_attributes(small_evaluation.material(), "ridge", options, LAB / "models", METHODS, own)
 
 
 def kill(study: str) -> tuple[Path, str]:
@@ -214,7 +214,7 @@ def answers(lab: Path) -> dict[str, list[float]]:
     """Return what each of the lab's models answers."""
     models = lab / "models"
     force = read_model(models / "door-force.json")
-    texture = judged_attributes.material().textures[0]
+    texture = small_evaluation.material().textures[0]
     return {
         "door-perception": read_model(models / "door-perception.json").run(profile_of(PROFILE, False, False)).tolist(),
         "door-force": force.run(wish_of(WISH, force.card.takes)).tolist(),

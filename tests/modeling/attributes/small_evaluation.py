@@ -75,13 +75,13 @@ def material(textures=12, **more):
     return made_material(textures, **{"noise": 0.3, **more})
 
 
-def wanted(work, **more):
+def options(work, **more):
     return AttributeOptions(work=work, **{"workers": 1, "ablations": False, **more})
 
 
-def judged(work, found=None, methods=METHODS, times=None, **more):
+def evaluation(work, found=None, methods=METHODS, times=None, **more):
     clock = iter(range(10**6)).__next__
-    return evaluate_methods(found or material(), wanted(work, **more), methods, OWN, times=times, clock=clock)
+    return evaluate_methods(found or material(), options(work, **more), methods, OWN, times=times, clock=clock)
 
 
 def changed(found, name, **more):

@@ -18,7 +18,7 @@ ENTRY = Entry("ridge", ("mfcc",), ("glcm",))
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    return small.judged(tmp_path_factory.mktemp("work"), times={"mfcc": 0.1, "hand": 0.2, "glcm": 0.3})
+    return small.evaluation(tmp_path_factory.mktemp("work"), times={"mfcc": 0.1, "hand": 0.2, "glcm": 0.3})
 
 
 def test_every_method_is_asked_about_every_texture_that_it_had_not_seen(found):
@@ -42,7 +42,7 @@ def test_all_methods_have_the_same_folds_and_one_that_watches_learns_from_fewer(
         return fit
 
     methods = {"a": Method("a", "A", watching("a")), "b": Method("b", "B", watching("b"), holds_out=True)}
-    small.judged(tmp_path, methods=methods, seed=3)
+    small.evaluation(tmp_path, methods=methods, seed=3)
     for (train, held, seed), (whole, none, _) in zip(seen["b"], seen["a"], strict=True):
         assert sorted(each.id for each in (*train, *held)) == [each.id for each in whole]
         assert (len(held), none, seed) == (1, (), 3)
@@ -56,8 +56,8 @@ def test_a_method_that_may_watch_does_so_where_it_is_asked_for(tmp_path):
         return small.fit_mean(learning)
 
     methods = {"a": Method("a", "A", fit, may_hold=True)}
-    assert not small.judged(tmp_path, methods=methods).watching
-    assert small.judged(tmp_path, methods=methods, early_stopping=True).watching  # nothing is taken from the first
+    assert not small.evaluation(tmp_path, methods=methods).watching
+    assert small.evaluation(tmp_path, methods=methods, early_stopping=True).watching  # nothing is taken from the first
     assert seen == [(11, 0)] * 12 + [(10, 1)] * 12
 
 
@@ -72,12 +72,12 @@ def test_what_is_trained_in_epochs_goes_first(tmp_path):
         return noted
 
     methods = {"tree": Method("tree", "Tree", fit("tree")), "net": Method("net", "Net", fit("net"), may_hold=True)}
-    small.judged(tmp_path, methods=methods)
+    small.evaluation(tmp_path, methods=methods)
     assert fitted == ["net"] * 12 + ["tree"] * 12
 
 
 def test_a_second_evaluation_takes_everything_from_the_first_and_finds_the_same(tmp_path):
-    first, again = small.judged(tmp_path), small.judged(tmp_path)
+    first, again = small.evaluation(tmp_path), small.evaluation(tmp_path)
     assert (first.results.loaded, again.results.loaded) == (0, len(first.results))
     for job, done in first.results.by_job.items():
         np.testing.assert_array_equal(again.results[job].predicted, done.predicted)
@@ -86,7 +86,7 @@ def test_a_second_evaluation_takes_everything_from_the_first_and_finds_the_same(
 def test_the_order_of_the_textures_changes_no_number(found, tmp_path):
     turned = small.material()
     turned = dataclasses.replace(turned, textures=turned.textures[::-1])
-    again = small.judged(tmp_path, turned)
+    again = small.evaluation(tmp_path, turned)
     assert digest_of(turned) == found.domain.digest
     for job, done in found.results.by_job.items():
         np.testing.assert_array_equal(again.results[job].predicted, done.predicted)
@@ -94,7 +94,7 @@ def test_the_order_of_the_textures_changes_no_number(found, tmp_path):
 
 @pytest.mark.needs("pgrep")
 def test_workers_find_what_one_process_finds(found, tmp_path):
-    asked = small.wanted(tmp_path, workers=2, methods=("mean", "ridge"))
+    asked = small.options(tmp_path, workers=2, methods=("mean", "ridge"))
     again = evaluate_methods(small.material(), asked, small.METHODS, small.OWN)
     for job, done in again.results.by_job.items():
         np.testing.assert_array_equal(found.results[job].predicted, done.predicted)
@@ -123,41 +123,41 @@ def test_what_decides_a_result_decides_its_key(found):
 
 @pytest.mark.parametrize("damage", [b"", b"{}", b'{"numbers": {}}'])
 def test_a_damaged_result_is_computed_again(tmp_path, damage):
-    judged = small.judged(tmp_path, methods={"mean": small.METHODS["mean"]})
-    job = LeaveOut(judged.main("mean"), "T01")
-    place = tmp_path / judged.domain.key(job)
+    evaluation = small.evaluation(tmp_path, methods={"mean": small.METHODS["mean"]})
+    job = LeaveOut(evaluation.main("mean"), "T01")
+    place = tmp_path / evaluation.domain.key(job)
     (place.with_suffix(".npz") if damage == b'{"numbers": {}}' else place.with_suffix(".json")).write_bytes(damage)
-    np.testing.assert_array_equal(result_of(job, judged.domain).predicted, judged.results[job].predicted)
+    np.testing.assert_array_equal(result_of(job, evaluation.domain).predicted, evaluation.results[job].predicted)
 
 
 def test_a_method_that_refuses_is_named_and_the_others_go_on(tmp_path):
     methods = {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}
-    found = small.judged(tmp_path, methods=methods)
+    found = small.evaluation(tmp_path, methods=methods)
     assert found.refused(found.main("ann")) == "this method has had enough."
     assert found.refused(found.main("ridge")) == ""
 
 
 def test_a_fault_of_the_program_is_not_taken_for_a_refusal(tmp_path):
     with pytest.raises(JobBroken, match="a fault of the program"):
-        small.judged(tmp_path, methods={"ann": Method("ann", "Broken", small.fit_broken)})
+        small.evaluation(tmp_path, methods={"ann": Method("ann", "Broken", small.fit_broken)})
 
 
 def test_a_quick_evaluation_leaves_five_textures_out_and_lets_methods_hurry(tmp_path):
-    found = small.judged(tmp_path, quick=True)
+    found = small.evaluation(tmp_path, quick=True)
     assert len(found.tested) == 5
     assert found.domain.settings == {"threads": 1, "quick": True}
     assert len(found.domain.folds["T01" if "T01" in found.tested else found.tested[0]].known) == 11
 
 
 def test_few_of_them_are_left_out_and_learned_from_are_all_others(tmp_path):
-    found = small.judged(tmp_path, folds=3)
+    found = small.evaluation(tmp_path, folds=3)
     assert len(found.tested) == 3 and found.domain.settings == {"threads": 1}
     assert all(len(fold.known) == 11 for fold in found.domain.folds.values())
 
 
 def test_an_unknown_method_is_refused_with_the_nearest(tmp_path):
     with pytest.raises(MaterialError, match="ridge"):
-        evaluate_methods(small.material(), small.wanted(tmp_path, methods=("rigde",)), small.METHODS, small.OWN)
+        evaluate_methods(small.material(), small.options(tmp_path, methods=("rigde",)), small.METHODS, small.OWN)
 
 
 def test_textures_that_lack_what_others_have_are_not_used_and_told(tmp_path):
@@ -169,18 +169,18 @@ def test_textures_that_lack_what_others_have_are_not_used_and_told(tmp_path):
     assert why == {
         "T02": "no recording of it can be used", "T03": "it was not rated", "T04": "no picture of it can be used",
     }  # fmt: skip
-    judged = small.judged(tmp_path, found)
-    assert judged.left_out == why
-    assert "T02" not in judged.tested
+    evaluation = small.evaluation(tmp_path, found)
+    assert evaluation.left_out == why
+    assert "T02" not in evaluation.tested
 
 
 def test_pictures_alone_are_enough_for_those_that_see(tmp_path):
     found = small.material()
     seen = dataclasses.replace(found, textures=tuple(dataclasses.replace(each, touch={}) for each in found.textures))
-    judged = small.judged(tmp_path, seen)
-    assert len(judged.tested) == 12
-    assert judged.refused(judged.main("hv_net")) == ""
-    assert "no mfcc features" in judged.refused(judged.main("ht_net"))
+    evaluation = small.evaluation(tmp_path, seen)
+    assert len(evaluation.tested) == 12
+    assert evaluation.refused(evaluation.main("hv_net")) == ""
+    assert "no mfcc features" in evaluation.refused(evaluation.main("ht_net"))
 
 
 def test_textures_are_stored_once_and_read_back_as_they_were(tmp_path):
@@ -247,7 +247,7 @@ def test_entries_stand_in_the_tables_that_they_belong_to():
 def test_a_context_can_be_made_without_any_chance_of_a_leak(tmp_path):
     twin = dataclasses.replace(small.material().textures[0], id="TWIN")
     both = dataclasses.replace(small.material(), textures=(*small.material().textures, twin))
-    domain = domain_for(both, small.wanted(tmp_path), small.METHODS)
+    domain = domain_for(both, small.options(tmp_path), small.METHODS)
     for fold in domain.folds.values():
         assert len({"T01", "TWIN"} & {fold.test, *fold.apart}) != 1
         assert len({"T01", "TWIN"} & set(fold.held)) != 1
@@ -268,9 +268,9 @@ def test_too_few_textures_that_have_everything_are_refused_with_what_lacks(tmp_p
         "2 of 12 textures have all that the others have, 3 at least are needed. T03, T04, .*, T12: no recording of it"
     )
     with pytest.raises(MaterialError, match=told):
-        small.judged(tmp_path, few)
+        small.evaluation(tmp_path, few)
     three = dataclasses.replace(found, textures=(found.textures[2], *textures[:2], *textures[3:]))
-    assert small.judged(tmp_path, three).tested == ("T03", "T01", "T02")
-    assert small.judged(tmp_path, three).unused() == [
+    assert small.evaluation(tmp_path, three).tested == ("T03", "T01", "T02")
+    assert small.evaluation(tmp_path, three).unused() == [
         "T04, T05, T06, T07, T08, T09, T10, T11, T12: no recording of it can be used"
     ]

@@ -22,27 +22,27 @@ NAMES = ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
 
 
 @pytest.fixture(scope="module")
-def judged(tmp_path_factory):
+def evaluation(tmp_path_factory):
     found = small.changed(small.material(), "T02", label="b <i>x</i>", notes=("odd <b>",), category="b_<i>y</i>")
     methods = {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}
-    return small.judged(tmp_path_factory.mktemp("work"), found, methods, TIMES, ablations=True)
+    return small.evaluation(tmp_path_factory.mktemp("work"), found, methods, TIMES, ablations=True)
 
 
 @pytest.fixture(scope="module")
-def folder(judged, tmp_path_factory):
+def folder(evaluation, tmp_path_factory):
     place = tmp_path_factory.mktemp("evaluated")
-    write_all(judged, place)
+    write_all(evaluation, place)
     return place
 
 
 @pytest.fixture(scope="module")
-def rows(judged):
-    return {row["method"]: row for row in method_rows(judged)}
+def rows(evaluation):
+    return {row["method"]: row for row in method_rows(evaluation)}
 
 
 @pytest.mark.long
-def test_errors_stand_beside_times_and_differences(judged, rows):
-    off = np.abs(judged.predicted(judged.main("ridge")) - judged.rated())
+def test_errors_stand_beside_times_and_differences(evaluation, rows):
+    off = np.abs(evaluation.predicted(evaluation.main("ridge")) - evaluation.rated())
     assert rows["ridge"]["mae"] == pytest.approx(off.mean())
     assert rows["ridge"]["within_jnd"] == pytest.approx((off <= 10).mean())
     assert rows["ridge"]["features_s"] == 7.75  # the recording is prepared once for both of its kinds
@@ -61,51 +61,51 @@ def test_errors_stand_beside_times_and_differences(judged, rows):
     assert rows["mean"]["best_chance"] is False
 
 
-def test_all_intervals_that_are_shown_hold_together(judged, rows):
+def test_all_intervals_that_are_shown_hold_together(evaluation, rows):
     """Five methods answered; the best is not the thesis' network: 4 + 4 intervals, of which one stands twice."""
-    mae = {name: np.abs(judged.predicted(judged.main(name)) - judged.rated()).mean(axis=1)
+    mae = {name: np.abs(evaluation.predicted(evaluation.main(name)) - evaluation.rated()).mean(axis=1)
            for name, row in rows.items() if row["mae"] is not None}  # fmt: skip
     best, ours = min(mae, key=lambda name: mae[name].mean()), "visuo_tactile"
     assert len(mae) == 5
     pairs = {frozenset((name, other)) for name in mae for other in (best, ours) if name != other}
     assert len(pairs) == 7
-    wanted = 1 - 0.05 / 7
+    options = 1 - 0.05 / 7
     for name, own in mae.items():
         for column, other in (("best", best), ("ours", ours)):
             if name != other:
-                ends = stats.ttest_rel(own, mae[other]).confidence_interval(wanted)
+                ends = stats.ttest_rel(own, mae[other]).confidence_interval(options)
                 assert (rows[name][f"{column}_low"], rows[name][f"{column}_high"]) == pytest.approx(tuple(ends))
 
 
-def test_intervals_are_the_finite_sample_quantile_of_the_errors_of_textures_left_out(judged):
-    told = as_json(judged)["intervals"]
-    off = np.abs(judged.predicted(judged.main("ridge")) - judged.rated())
+def test_intervals_are_the_finite_sample_quantile_of_the_errors_of_textures_left_out(evaluation):
+    told = as_json(evaluation)["intervals"]
+    off = np.abs(evaluation.predicted(evaluation.main("ridge")) - evaluation.rated())
     # 12 textures: k = ceil(13 * 0.9) = 12, the greatest
     assert [told["half_width"]["ridge"][name] for name in NAMES] == pytest.approx(off.max(axis=0).tolist())
     assert told["coverage"] == 0.9
     assert "ann" not in told["half_width"]
 
 
-def test_tables_3_2_and_3_3_hold_every_method_with_the_thesis_beside(judged):
+def test_tables_3_2_and_3_3_hold_every_method_with_the_thesis_beside(evaluation):
     for which, measure in (("mae", np.abs), ("rmse", np.square)):
-        told = {row["method"]: row for row in table_rows(judged, which)}
+        told = {row["method"]: row for row in table_rows(evaluation, which)}
         assert list(told)[:4] == ["mean", "ridge", "visuo_tactile", "visuo_tactile, thesis"]
-        own = measure(judged.predicted(judged.main("visuo_tactile")) - judged.rated()).mean(axis=0)
+        own = measure(evaluation.predicted(evaluation.main("visuo_tactile")) - evaluation.rated()).mean(axis=0)
         own = own if which == "mae" else np.sqrt(own)
         assert [told["visuo_tactile"][name] for name in NAMES] == pytest.approx(own.tolist())
         assert told["visuo_tactile"]["mean"] == pytest.approx(own.mean())
         assert told["ann, thesis"]["printed"] and told["ann"]["mean"] is None
 
 
-def test_tables_3_4_and_3_5_tell_methods_and_features_apart(judged):
-    assert {row["method"] for row in table_rows(judged, "same_features")} == {
+def test_tables_3_4_and_3_5_tell_methods_and_features_apart(evaluation):
+    assert {row["method"] for row in table_rows(evaluation, "same_features")} == {
         "hv_net", "hv_net, thesis", "ht_net", "ht_net, thesis",
     }  # fmt: skip
-    kinds = [(row["method"], row["features"]) for row in table_rows(judged, "kinds") if not row["printed"]]
+    kinds = [(row["method"], row["features"]) for row in table_rows(evaluation, "kinds") if not row["printed"]]
     assert {name for method, name in kinds if method == "hv_net"} == {"resnet", "glcm", "resnet+glcm"}
     assert {name for method, name in kinds if method == "ht_net"} == {"dwt+hand", "dft+hand", "mfcc+hand"}
     assert ("visuo_tactile", "mfcc+hand+resnet+glcm") in kinds
-    theirs = {row["features"]: row for row in table_rows(judged, "kinds") if row["printed"]}
+    theirs = {row["features"]: row for row in table_rows(evaluation, "kinds") if row["printed"]}
     assert theirs["dwt+hand"]["Flat-Bumpy"] == 46.8
 
 
@@ -119,11 +119,11 @@ def test_the_page_needs_nothing_else_and_escapes_names(folder):
         assert told in page
 
 
-def test_the_page_says_which_method_is_the_default_and_what_was_reached(judged):
-    page = report_html(judged)
+def test_the_page_says_which_method_is_the_default_and_what_was_reached(evaluation):
+    page = report_html(evaluation)
     assert "Ridge has the least MAE" in page
     assert "is not the lowest" in page
-    told = dict(reached(judged))["Fusion"]
+    told = dict(reached(evaluation))["Fusion"]
     assert re.search(r"(?<!not )reached\.$|: not reached\.$", told)
     errors = [float(each) for each in re.findall(r"\d+\.\d\d", told)[:3]]
     assert told.endswith(": reached.") == (errors[0] < min(errors[1:]))
@@ -137,15 +137,15 @@ def test_the_best_is_marked_by_the_report_and_the_thesis_is_the_best_of_nothing(
     assert re.search(r'<td class="best">\d+\.\d\d</td>', page)
 
 
-def test_tables_json_and_figures_hold_the_same_numbers(judged, folder):
+def test_tables_json_and_figures_hold_the_same_numbers(evaluation, folder):
     told = json.loads((folder / RESULTS).read_text())
-    for name, rows in tables(judged).items():
+    for name, rows in tables(evaluation).items():
         with (folder / "tables" / f"{name}.csv").open(newline="") as lines:
             read = list(csv.DictReader(lines))
         assert len(read) == len(rows)
         if name != "predictions":
             assert len(told["tables"][name]) == len(rows)
-    assert len(tables(judged)["predictions"]) == 5 * 12 * 4
+    assert len(tables(evaluation)["predictions"]) == 5 * 12 * 4
     for name in ("figure_3_8", "figure_3_9", "scatter_3_8", "figure_3_9_visuo_tactile", "work_precision"):
         assert f"figures/{name}.png" in told["files"]
     for name in told["files"]:
@@ -159,18 +159,18 @@ def test_a_class_is_shown_in_words_and_its_id_is_left_to_the_tables(folder):
     assert "b &lt;i&gt;y" in chart and "b_&lt;i" not in chart
 
 
-def test_classes_are_told_with_a_row_over_all_attributes(judged):
-    rows = [row for row in tables(judged)["classes"] if row["method"] == "ridge"]
+def test_classes_are_told_with_a_row_over_all_attributes(evaluation):
+    rows = [row for row in tables(evaluation)["classes"] if row["method"] == "ridge"]
     assert {row["class"] for row in rows} == {"wood", "foam", "mesh", "b_<i>y</i>"}
     whole = [row for row in rows if row["attribute"] == "all"]
     total = sum(row["mae"] * row["textures"] for row in whole) / 12
-    assert total == pytest.approx(method_rows(judged)[1]["mae"])
+    assert total == pytest.approx(method_rows(evaluation)[1]["mae"])
 
 
-def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(judged, folder, tmp_path):
+def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(evaluation, folder, tmp_path):
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     (tmp_path / "mine.txt").write_text("kept")
-    paths = write_all(judged, tmp_path, drawings=False)
+    paths = write_all(evaluation, tmp_path, drawings=False)
     assert not list((tmp_path / "figures").glob("*"))
     assert (tmp_path / "mine.txt").is_file()
     assert paths[-1] == tmp_path / REPORT
@@ -178,19 +178,21 @@ def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(judge
 
 @pytest.mark.long
 def test_a_quick_evaluation_says_so_and_has_no_intervals(tmp_path):
-    judged = small.judged(tmp_path, methods={name: small.METHODS[name] for name in ("mean", "ridge")}, quick=True)
-    assert any("5 textures were left out" in line for line in banners(judged))
-    assert as_json(judged)["intervals"]["half_width"] == {}
-    assert all(row["half_width"] is None for row in method_rows(judged))
-    write_all(judged, tmp_path / "out")
-    short = small.judged(tmp_path, epochs=3)
+    evaluation = small.evaluation(
+        tmp_path, methods={name: small.METHODS[name] for name in ("mean", "ridge")}, quick=True
+    )
+    assert any("5 textures were left out" in line for line in banners(evaluation))
+    assert as_json(evaluation)["intervals"]["half_width"] == {}
+    assert all(row["half_width"] is None for row in method_rows(evaluation))
+    write_all(evaluation, tmp_path / "out")
+    short = small.evaluation(tmp_path, epochs=3)
     assert any("at most 3 epochs" in line for line in banners(short))
 
 
 def test_early_stopping_is_told_and_who_was_watched(tmp_path):
-    watched = [row["held"] for row in fold_rows(small.judged(tmp_path / "own"))]
+    watched = [row["held"] for row in fold_rows(small.evaluation(tmp_path / "own"))]
     assert watched == [""] * len(watched)
-    asked = small.judged(tmp_path / "asked", early_stopping=True)
+    asked = small.evaluation(tmp_path / "asked", early_stopping=True)
     assert as_json(asked)["early_stopping"] is True
     assert any("watched a tenth of the textures" in line for line in banners(asked))
     for row, fold in zip(fold_rows(asked), asked.domain.folds.values(), strict=True):
@@ -200,22 +202,22 @@ def test_early_stopping_is_told_and_who_was_watched(tmp_path):
 
 def test_textures_kept_apart_are_named(tmp_path):
     found = small.changed(small.material(), "T02", made_from=small.material().textures[0].made_from)
-    judged = small.judged(tmp_path, small.changed(found, "T05", rated=None))
-    told = banners(judged)
+    evaluation = small.evaluation(tmp_path, small.changed(found, "T05", rated=None))
+    told = banners(evaluation)
     assert any("never divided: T01, T02." in line for line in told)
     assert "Not used: T05: it was not rated." in told
 
 
 def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(tmp_path):
-    judged = small.judged(tmp_path / "work")
-    write_all(judged, evaluation_folder(tmp_path, "attributes"), drawings=False)
-    found = default_of(tmp_path, judged.material)
+    evaluation = small.evaluation(tmp_path / "work")
+    write_all(evaluation, evaluation_folder(tmp_path, "attributes"), drawings=False)
+    found = default_of(tmp_path, evaluation.material)
     assert found.method == "ridge"
     assert re.fullmatch(r"this lab's evaluation of 12 textures: Ridge has the least MAE: \d+\.\d\d.*", found.why)
-    other = default_of(tmp_path, small.changed(judged.material, "T01", category="other"))
+    other = default_of(tmp_path, small.changed(evaluation.material, "T01", category="other"))
     assert other.method == "visuo_tactile"
     assert "evaluation was of other textures, features or ratings: it does not decide" in other.why
-    none = default_of(tmp_path / "nowhere", judged.material)
+    none = default_of(tmp_path / "nowhere", evaluation.material)
     assert (none.method, "this lab has no evaluation that can be read" in none.why) == ("visuo_tactile", True)
 
 
@@ -234,11 +236,11 @@ def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(t
     ],
 )
 def test_an_evaluation_that_does_not_decide_what_is_trained_says_why(tmp_path, changed, told):
-    judged = small.judged(tmp_path / "work")
-    write_all(judged, evaluation_folder(tmp_path, "attributes"), drawings=False)
+    evaluation = small.evaluation(tmp_path / "work")
+    write_all(evaluation, evaluation_folder(tmp_path, "attributes"), drawings=False)
     results = evaluation_folder(tmp_path, "attributes") / RESULTS
     results.write_text(json.dumps({**json.loads(results.read_text()), **changed}))
-    found = default_of(tmp_path, judged.material)
+    found = default_of(tmp_path, evaluation.material)
     assert found.method == "visuo_tactile"
     assert found.why.startswith("the shipped default, for this lab's evaluation ")
     assert told in found.why
@@ -253,13 +255,13 @@ def test_where_one_sense_has_nothing_the_branch_of_the_other_is_trained(tmp_path
 
 
 def test_as_many_folds_as_there_are_textures_are_a_whole_evaluation(tmp_path):
-    judged = small.judged(tmp_path / "work", folds=12)
-    assert not any("were left out" in line for line in banners(judged))
-    write_all(judged, evaluation_folder(tmp_path, "attributes"), drawings=False)
-    assert default_of(tmp_path, judged.material).method == "ridge"
-    small_one = small.judged(tmp_path / "work", folds=11)
+    evaluation = small.evaluation(tmp_path / "work", folds=12)
+    assert not any("were left out" in line for line in banners(evaluation))
+    write_all(evaluation, evaluation_folder(tmp_path, "attributes"), drawings=False)
+    assert default_of(tmp_path, evaluation.material).method == "ridge"
+    small_one = small.evaluation(tmp_path / "work", folds=11)
     write_all(small_one, evaluation_folder(tmp_path, "attributes"), drawings=False)
-    assert default_of(tmp_path, judged.material).method == "visuo_tactile"
+    assert default_of(tmp_path, evaluation.material).method == "visuo_tactile"
 
 
 def test_the_thesis_numbers_stand_as_its_tables_have_them():
@@ -275,13 +277,13 @@ def test_the_thesis_numbers_stand_as_its_tables_have_them():
 def test_other_attributes_have_no_thesis_beside_them(tmp_path):
     found = small.material()
     others = tuple(dataclasses.replace(pair, low=f"{pair.low}er") for pair in found.attributes)
-    judged = small.judged(tmp_path, dataclasses.replace(found, attributes=others))
-    assert not any(row["printed"] for row in table_rows(judged, "mae"))
+    evaluation = small.evaluation(tmp_path, dataclasses.replace(found, attributes=others))
+    assert not any(row["printed"] for row in table_rows(evaluation, "mae"))
 
 
 def test_random_weights_of_resnet_stand_beside_every_number_that_rests_on_them(tmp_path):
     told = Weights().told
-    found = small.judged(tmp_path, dataclasses.replace(small.material(), weights=told), ablations=True)
+    found = small.evaluation(tmp_path, dataclasses.replace(small.material(), weights=told), ablations=True)
     title, told_in = "The thesis' network, random ResNet-50", []
     for name, rows in tables(found).items():
         rest = [row for row in rows if row.get("method") == "visuo_tactile"]
@@ -296,6 +298,6 @@ def test_random_weights_of_resnet_stand_beside_every_number_that_rests_on_them(t
     page = report_html(found)
     assert page.count("random ResNet-50") > 6 and f"Weights of ResNet-50: {told}" in " ".join(banners(found))
     given = dataclasses.replace(small.material(), weights="resnet50-0676ba61.pth, SHA-256 0676ba61")
-    rows = {row["method"]: row for row in method_rows(small.judged(tmp_path / "given", given))}
+    rows = {row["method"]: row for row in method_rows(small.evaluation(tmp_path / "given", given))}
     assert rows["visuo_tactile"]["resnet"] == "resnet50-0676ba61.pth" and rows["ridge"]["resnet"] is None
     assert rows["visuo_tactile"]["title"] == "The thesis' network"

@@ -51,7 +51,7 @@ def test_pictures_are_told_of_alike_and_what_some_have_is_not_lacking():
 
 
 def test_the_report_and_the_terminal_say_it(tmp_path):
-    judged = small.judged(tmp_path, unfelt(short))
+    evaluation = small.evaluation(tmp_path, unfelt(short))
     told = "No recording of any of the 12 textures can be used: T01 and 11 more: recordings left out: data/T01.csv"
-    assert any(line.startswith(told) for line in banners(judged))
-    assert told in report_html(judged)
+    assert any(line.startswith(told) for line in banners(evaluation))
+    assert told in report_html(evaluation)

@@ -37,8 +37,8 @@ def seen(lab):
     return read_material(lab, quick=True, variants=0, workers=1)
 
 
-def rows_of(judged):
-    rows = {row["method"]: row for row in method_rows(judged)}
+def rows_of(evaluation):
+    rows = {row["method"]: row for row in method_rows(evaluation)}
     assert rows["ridge"]["refused"] is rows["mean"]["refused"] is None
     return rows
 
@@ -83,6 +83,6 @@ def in_words(*words):
     ids=["rough", "bumpy", "soft"],
 )
 def test_what_people_feel_most_is_found_by_what_the_model_predicts(seen, indexed, wish, attribute, most):
-    wanted = most(seen.textures, key=lambda each: each.rated.mean[attribute]).id
+    options = most(seen.textures, key=lambda each: each.rated.mean[attribute]).id
     for said_by in ("--predicted", "--rated-only"):
-        assert in_words("find", wish, "--lab", str(indexed), said_by)["found"][0]["id"] == wanted
+        assert in_words("find", wish, "--lab", str(indexed), said_by)["found"][0]["id"] == options

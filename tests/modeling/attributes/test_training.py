@@ -14,27 +14,27 @@ from tests.modeling.attributes.made_material import PAIRS
 
 
 def trained(lab, method="ridge", found=None, methods=small.METHODS, **more):
-    asked = small.wanted(lab / "work", **more)
+    asked = small.options(lab / "work", **more)
     return train_attributes(found or small.material(), method, asked, lab / "models", methods, small.OWN)
 
 
 def test_the_model_is_fitted_to_all_textures_and_its_card_tells_of_those_left_out(tmp_path):
     written = trained(tmp_path)
     model = read_model(written.card, small.METHODS)
-    judged = small.judged(tmp_path / "work")
-    off = np.abs(judged.predicted(judged.main("ridge")) - judged.rated())
+    evaluation = small.evaluation(tmp_path / "work")
+    off = np.abs(evaluation.predicted(evaluation.main("ridge")) - evaluation.rated())
     assert model.card.metrics["mae"] == written.metrics["mae"] == pytest.approx(off.mean())
     assert model.half_width.tolist() == pytest.approx(off.max(axis=0).tolist())  # 12 textures: the greatest
     assert written.half_width == tuple(model.half_width)
     assert model.card.learned == small.material().ids
     assert (model.card.simulated, model.card.touch, model.card.sight) == (True, ("mfcc", "hand"), ("glcm",))
-    assert model.card.training["data"]["textures"] == judged.domain.digest
+    assert model.card.training["data"]["textures"] == evaluation.domain.digest
     assert model.card.training["configuration"]["seed"] == 0
     assert model.card.notes[0] == "Fitted to 12 textures; the metrics are those of leaving one out."
     assert model.card.training["configuration"]["watched"] == []
     assert "nothing about how a texture feels" in model.card.notes[1]
-    whole = small.fit_linear(Learning(judged.material.textures, (), PAIRS, ("mfcc", "hand"), ("glcm",)))
-    texture = judged.material.textures[3]
+    whole = small.fit_linear(Learning(evaluation.material.textures, (), PAIRS, ("mfcc", "hand"), ("glcm",)))
+    texture = evaluation.material.textures[3]
     np.testing.assert_allclose(model.predict(texture), whole.predict(texture))
     assert json.dumps(written.plain())
 
@@ -48,7 +48,7 @@ def test_the_card_says_that_its_numbers_rest_on_random_weights_of_resnet(tmp_pat
 
 
 def test_what_an_evaluation_finished_is_not_done_again(tmp_path):
-    small.judged(tmp_path / "work")
+    small.evaluation(tmp_path / "work")
     fits = []
 
     def counted(learning):

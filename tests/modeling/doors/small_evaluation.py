@@ -101,7 +101,7 @@ METHODS = {
 }
 
 
-def wanted(forward: str = "", inverse: str = "", **more) -> DoorOptions:
+def options(forward: str = "", inverse: str = "", **more) -> DoorOptions:
     """These methods, one process, three folds, no other split."""
     chosen = {"forward": tuple(forward.split()), "inverse": tuple(inverse.split())}
     return replace(DoorOptions(methods=chosen, workers=1, folds=3, beside=False), **more)

@@ -11,24 +11,24 @@ from palpate.modeling.doors.evaluation import evaluate_doors
 from palpate.modeling.doors.evaluation_results import as_json, tables
 from palpate.modeling.doors.floors import floors
 from palpate.modeling.doors.results import DoorOptions, domain_for, evaluate_methods, waves
-from tests.modeling.doors.small_evaluation import METHODS, small_data, wanted
+from tests.modeling.doors.small_evaluation import METHODS, options, small_data
 
 pytestmark = pytest.mark.needs("torch")
 
 
-def judged(data, asked):
+def evaluated(data, asked):
     return evaluate_methods(domain_for(data, asked, METHODS), asked)
 
 
 def test_every_stimulus_is_tested_once_by_a_model_that_never_saw_its_profile():
-    found = judged(small_data(), wanted("remember"))
+    found = evaluated(small_data(), options("remember"))
     (remember,) = found.methods("forward")
     assert sorted(remember.data.ids) == sorted(small_data().ids)
     assert np.all(remember.predicted == 1000.0)
 
 
 def test_the_leaky_split_counts_training_variants_of_what_was_seen():
-    found = judged(small_data(), wanted("ridge", split="leaky"))
+    found = evaluated(small_data(), options("ridge", split="leaky"))
     (ridge,) = found.methods("forward")
     assert len(ridge.data) == 15 * 6
     assert ridge.split == "leaky"
@@ -36,19 +36,19 @@ def test_the_leaky_split_counts_training_variants_of_what_was_seen():
 
 def test_finished_jobs_are_taken_again_and_a_damaged_one_is_done_anew(tmp_path):
     log = tmp_path / "log"
-    asked = wanted("remember", work=tmp_path / "jobs", settings={"log": str(log)})
-    first = judged(small_data(), asked)
-    again = judged(small_data(), asked)
+    asked = options("remember", work=tmp_path / "jobs", settings={"log": str(log)})
+    first = evaluated(small_data(), asked)
+    again = evaluated(small_data(), asked)
     assert (first.jobs.loaded, again.jobs.loaded) == (0, 3)
     assert len(log.read_text().splitlines()) == 3
     np.testing.assert_array_equal(first.methods("forward")[0].predicted, again.methods("forward")[0].predicted)
     next((tmp_path / "jobs").glob("*.npz")).write_bytes(b"PK\3\4 cut off")
-    assert judged(small_data(), asked).jobs.loaded == 2
+    assert evaluated(small_data(), asked).jobs.loaded == 2
     assert len(log.read_text().splitlines()) == 4
 
 
 def test_other_data_other_settings_and_another_seed_are_other_jobs(tmp_path):
-    asked = wanted("ridge", work=tmp_path)
+    asked = options("ridge", work=tmp_path)
     data = small_data()
     domains = [
         domain_for(data, asked, METHODS),
@@ -63,7 +63,7 @@ def test_other_data_other_settings_and_another_seed_are_other_jobs(tmp_path):
 
 def test_what_an_inverse_method_builds_on_gets_the_checkpoint_of_its_own_forward_job(tmp_path):
     log = tmp_path / "log"
-    judged(small_data(), wanted("below", "above", work=tmp_path / "jobs", settings={"log": str(log)}))
+    evaluated(small_data(), options("below", "above", work=tmp_path / "jobs", settings={"log": str(log)}))
     fits = [line.split() for line in log.read_text().splitlines()]
     forward = [place for name, place in fits if name == "below"]
     assert len(forward) == 6
@@ -73,7 +73,7 @@ def test_what_an_inverse_method_builds_on_gets_the_checkpoint_of_its_own_forward
 
 def test_a_quick_training_of_an_inverse_method_keeps_no_checkpoint_but_what_it_builds_on_does(tmp_path):
     log = tmp_path / "log"
-    judged(small_data(), wanted("", "above", quick=True, work=tmp_path / "jobs", settings={"log": str(log)}))
+    evaluated(small_data(), options("", "above", quick=True, work=tmp_path / "jobs", settings={"log": str(log)}))
     places = dict(line.split() for line in log.read_text().splitlines())
     assert places["above"] == "None"
     assert Path(places["below"]).parent.name == "checkpoints"
@@ -82,7 +82,7 @@ def test_a_quick_training_of_an_inverse_method_keeps_no_checkpoint_but_what_it_b
 def test_the_checkpoints_of_a_forward_method_go_though_only_what_builds_on_it_was_asked_for(tmp_path):
     methods = {way: dict(known) for way, known in METHODS.items()}
     methods["forward"]["below"] = replace(METHODS["forward"]["below"], fit=with_checkpoint)
-    asked = wanted("", "above", work=tmp_path / "jobs", settings={"log": str(tmp_path / "log")})
+    asked = options("", "above", work=tmp_path / "jobs", settings={"log": str(tmp_path / "log")})
     evaluate_methods(domain_for(small_data(), asked, methods), asked)
     assert (tmp_path / "log").read_text().count("below") == 3
     assert list((tmp_path / "jobs" / "checkpoints").glob("*")) == []
@@ -95,7 +95,7 @@ def with_checkpoint(learning):
 
 def test_a_model_to_be_used_is_fitted_once_whichever_direction_needs_it(tmp_path):
     log = tmp_path / "log"
-    asked = wanted(work=tmp_path / "jobs", settings={"log": str(log)})
+    asked = options(work=tmp_path / "jobs", settings={"log": str(log)})
     pair = Training({"forward": "below", "inverse": "above"}, tmp_path / "models", asked, METHODS)
     written = train_pair(small_data(), pair, lambda _line: None)
     assert [each.method for each in written.values()] == ["below", "above"]
@@ -104,9 +104,9 @@ def test_a_model_to_be_used_is_fitted_once_whichever_direction_needs_it(tmp_path
 
 
 def test_results_do_not_depend_on_the_order_of_the_stimuli():
-    data, asked = small_data(), wanted("ridge")
+    data, asked = small_data(), options("ridge")
     shuffled = data.rows(np.random.Generator(np.random.PCG64(2)).permutation(len(data)))
-    one, two = judged(data, asked).methods("forward")[0], judged(shuffled, asked).methods("forward")[0]
+    one, two = evaluated(data, asked).methods("forward")[0], evaluated(shuffled, asked).methods("forward")[0]
     order = [two.data.ids.index(name) for name in one.data.ids]
     np.testing.assert_allclose(one.predicted, two.predicted[order], rtol=0, atol=1e-9)
 
@@ -146,11 +146,11 @@ def test_the_measured_door_is_predicted_by_models_that_never_met_it():
 
 
 def evaluate_small(data):
-    return evaluate_doors(data, None, wanted("mean ridge", "nearest"))
+    return evaluate_doors(data, None, options("mean ridge", "nearest"))
 
 
 def test_the_oracle_is_under_every_method_that_gives_back_a_known_profile():
-    asked = wanted("", "nearest")
+    asked = options("", "nearest")
     domain = domain_for(small_data(), asked, METHODS)
     oracle, code = floors(domain)
     nearest = evaluate_methods(domain, asked).methods("inverse")[0]
@@ -161,9 +161,9 @@ def test_the_oracle_is_under_every_method_that_gives_back_a_known_profile():
 def test_two_stimuli_and_ratings_that_are_all_equal_are_refused():
     data = small_data()
     with pytest.raises(ModelDataError):
-        domain_for(data.rows(np.array([0, 1])), wanted("ridge"), METHODS)
+        domain_for(data.rows(np.array([0, 1])), options("ridge"), METHODS)
     with pytest.raises(ModelDataError, match="all ratings are"):
-        domain_for(replace(data, rating=np.ones_like(data.rating)), wanted("ridge"), METHODS)
+        domain_for(replace(data, rating=np.ones_like(data.rating)), options("ridge"), METHODS)
 
 
 def test_the_slow_methods_are_not_trained_on_the_splits_beside_unless_it_is_asked():

@@ -9,14 +9,14 @@ from palpate.modeling.doors.evaluation import evaluate_doors
 from palpate.modeling.doors.evaluation_inverse import inverse_section
 from palpate.modeling.doors.evaluation_outputs import default_of, write_all
 from palpate.modeling.doors.evaluation_report import report_html
-from tests.modeling.doors.small_evaluation import small_data, wanted
+from tests.modeling.doors.small_evaluation import options, small_data
 
 pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")
 def found():
-    return evaluate_doors(small_data(simulated=True), None, wanted("mean ridge", "nearest", beside=True))
+    return evaluate_doors(small_data(simulated=True), None, options("mean ridge", "nearest", beside=True))
 
 
 @pytest.fixture(scope="module")

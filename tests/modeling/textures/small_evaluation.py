@@ -94,6 +94,6 @@ def domain(work, found=None, simulator=None, known=METHODS, methods_of=("foten",
     return domain_for(found or recordings(), simulator or MadeUpSurfaces(), asked, known, clock=clock), asked
 
 
-def windows_of(judged, texture):
+def windows_of(evaluation, texture):
     """The training part's acceleration."""
-    return samples_of(judged.domain.recordings[texture], judged.domain.parts[texture].train)[0]
+    return samples_of(evaluation.domain.recordings[texture], evaluation.domain.parts[texture].train)[0]

@@ -17,44 +17,47 @@ pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")
-def judged(tmp_path_factory):
+def evaluation(tmp_path_factory):
     domain, asked = small.domain(tmp_path_factory.mktemp("work"))
     return evaluate_methods(domain, asked)
 
 
-def test_every_method_is_fitted_judged_and_run_free_on_every_texture(judged):
-    assert [(fit.texture, fit.method) for fit in judged.fits] == [
+def test_every_method_is_fitted_judged_and_run_free_on_every_texture(evaluation):
+    assert [(fit.texture, fit.method) for fit in evaluation.fits] == [
         (texture, method) for texture in ("smooth", "rough") for method in ("foten", "foten_generative")
     ]
-    for fit, done in judged.fits.items():
+    for fit, done in evaluation.fits.items():
         assert done.numbers["explained"] > 0.8
         assert done.numbers["mae"] == pytest.approx(
-            done.numbers["mae_m_s2"] / np.std(small.windows_of(judged, fit.texture)), rel=0.01
+            done.numbers["mae_m_s2"] / np.std(small.windows_of(evaluation, fit.texture)), rel=0.01
         )
         assert done.files[0].is_file()
-    assert set(judged.steps) == {"foten", "foten_generative"}
+    assert set(evaluation.steps) == {"foten", "foten_generative"}
 
 
-def test_running_free_tells_a_living_model_from_one_that_dies_though_one_step_ahead_they_are_equal(judged):
-    alive, dead = judged.plays[Play(Fit("smooth", "foten_generative"))], judged.plays[Play(Fit("smooth", "foten"))]
-    steps = [judged.fits[play.job.fit].numbers["mae"] for play in (alive, dead)]
+def test_running_free_tells_a_living_model_from_one_that_dies_though_one_step_ahead_they_are_equal(evaluation):
+    alive, dead = (
+        evaluation.plays[Play(Fit("smooth", "foten_generative"))],
+        evaluation.plays[Play(Fit("smooth", "foten"))],
+    )
+    steps = [evaluation.fits[play.job.fit].numbers["mae"] for play in (alive, dead)]
     assert steps[0] == pytest.approx(steps[1], rel=1e-6)
     assert 0.7 < alive.numbers["level"] < 1.3
     assert dead.numbers["level"] < 0.5
-    by_mean = judged.plays[Play(Fit("smooth", "foten_generative"), sampled=False)]
+    by_mean = evaluation.plays[Play(Fit("smooth", "foten_generative"), sampled=False)]
     assert by_mean.numbers["level"] < 0.5
 
 
-def test_a_second_evaluation_takes_everything_from_the_first_and_finds_the_same(judged):
-    again = evaluate_methods(judged.domain, judged.options)
-    assert again.results.loaded == len(again.results) == len(judged.results)
-    for job, done in judged.plays.items():
+def test_a_second_evaluation_takes_everything_from_the_first_and_finds_the_same(evaluation):
+    again = evaluate_methods(evaluation.domain, evaluation.options)
+    assert again.results.loaded == len(again.results) == len(evaluation.results)
+    for job, done in evaluation.plays.items():
         assert again.plays[job].numbers == done.numbers
         np.testing.assert_array_equal(again.plays[job].array("made"), done.array("made"))
 
 
-def test_what_decides_a_result_decides_its_key(judged):
-    domain = judged.domain
+def test_what_decides_a_result_decides_its_key(evaluation):
+    domain = evaluation.domain
     fit, parts = Fit("smooth", "foten"), domain.parts["smooth"]
     swapped = dataclasses.replace(parts, validation=parts.test, test=parts.validation)
     louder = {**domain.recordings, "smooth": recording(8.0, 5, "smooth")}
@@ -91,10 +94,10 @@ def test_a_kept_model_that_was_changed_is_made_again(tmp_path):
 def test_a_method_that_refuses_is_named_and_the_others_go_on(tmp_path):
     found = small.recordings(4.0, ("smooth",))
     domain, asked = small.domain(tmp_path, found=found, methods_of=("foten", "ten"))
-    judged = evaluate_methods(domain, asked)
-    assert judged.fits[Fit("smooth", "ten")].refused == "smooth: this method has had enough."
-    assert "had enough" in judged.plays[Play(Fit("smooth", "ten"))].refused
-    assert judged.plays[Play(Fit("smooth", "foten"))].numbers["level"] is not None
+    evaluation = evaluate_methods(domain, asked)
+    assert evaluation.fits[Fit("smooth", "ten")].refused == "smooth: this method has had enough."
+    assert "had enough" in evaluation.plays[Play(Fit("smooth", "ten"))].refused
+    assert evaluation.plays[Play(Fit("smooth", "foten"))].numbers["level"] is not None
 
 
 def test_a_fault_of_the_program_is_not_taken_for_a_refusal(tmp_path):
@@ -108,18 +111,18 @@ def test_windows_and_losses_are_compared_without_files_and_chosen_by_the_validat
     domain, asked = small.domain(
         tmp_path, found=small.recordings(4.0, ("smooth",)), methods_of=("foten",), grid=("foten", "ar")
     )
-    judged = evaluate_methods(domain, asked)
-    grid = {fit: done for fit, done in judged.fits.items() if fit.of_the_grid}
+    evaluation = evaluate_methods(domain, asked)
+    grid = {fit: done for fit, done in evaluation.fits.items() if fit.of_the_grid}
     assert len(grid) == 2 * 25
     assert all(done.files == () and done.numbers["mae"] > 0 for done in grid.values())
-    assert len({done.numbers["test_samples"] for done in judged.fits.values()}) == 1
-    rows = grid_rows(judged)
+    assert len({done.numbers["test_samples"] for done in evaluation.fits.values()}) == 1
+    rows = grid_rows(evaluation)
     for method in ("foten", "ar"):
         tried = [row for row in rows if row["method"] == method]
         (chosen,) = [row for row in tried if row["chosen"]]
         assert len(tried) == 25
         assert chosen["validation_mae"] == min(row["validation_mae"] for row in tried)
-    assert len(figure_4_5(judged)) == 25
+    assert len(figure_4_5(evaluation)) == 25
 
 
 def test_a_recording_too_short_to_split_is_left_out_and_said(tmp_path):
@@ -140,6 +143,6 @@ def test_two_recordings_of_one_name_and_unknown_methods_are_refused(tmp_path):
 
 def test_a_short_recording_without_more_surface_is_driven_by_itself(tmp_path):
     domain, asked = small.domain(tmp_path, found=(recording(1.9, 1, "smooth"),), explore=False)
-    judged = evaluate_methods(domain, asked)
-    assert judged.drives["smooth"].seen
-    assert judged.plays[Play(Fit("smooth", "foten_generative"))].numbers["level"] > 0.5
+    evaluation = evaluate_methods(domain, asked)
+    assert evaluation.drives["smooth"].seen
+    assert evaluation.plays[Play(Fit("smooth", "foten_generative"))].numbers["level"] > 0.5

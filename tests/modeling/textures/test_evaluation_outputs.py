@@ -18,7 +18,7 @@ pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")
-def judged(tmp_path_factory):
+def evaluation(tmp_path_factory):
     found = small.recordings(5.0, ("cloth", "b <i>x</i>"))
     domain, asked = small.domain(
         tmp_path_factory.mktemp("work"), found=found, methods_of=("ar", "foten", "foten_generative")
@@ -27,9 +27,9 @@ def judged(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def folder(judged, tmp_path_factory):
+def folder(evaluation, tmp_path_factory):
     place = tmp_path_factory.mktemp("evaluated")
-    write_all(judged, place)
+    write_all(evaluation, place)
     return place
 
 
@@ -50,8 +50,8 @@ def test_the_page_needs_nothing_else_and_escapes_names(folder):
         assert told in page
 
 
-def test_the_page_says_what_was_reached_and_how_the_one_step_network_failed(judged):
-    page = report_html(judged)
+def test_the_page_says_what_was_reached_and_how_the_one_step_network_failed(evaluation):
+    page = report_html(evaluation)
     assert "nothing to go by" in page  # it was a quick run
     assert "Keeps all limits on 0 of 2 textures" in page
     assert re.search(r"Against AR</b><span>Nearer on \d of 2", page)
@@ -65,17 +65,17 @@ def test_the_thesis_numbers_are_set_apart_and_are_the_best_of_nothing(folder):
     assert re.search(r'<td class="best">0\.\d{3}</td>', page)
 
 
-def test_table_4_3_holds_errors_and_times_side_by_side(judged):
-    for row in tables(judged)["table_4_3"]:
+def test_table_4_3_holds_errors_and_times_side_by_side(evaluation):
+    for row in tables(evaluation)["table_4_3"]:
         assert row["felt_dB"] is not None
         assert row["mae"] is not None
         assert row["median_us"] > 0
-    assert {row["runtime"] for row in tables(judged)["table_4_3"]} >= {"NumPy"}
+    assert {row["runtime"] for row in tables(evaluation)["table_4_3"]} >= {"NumPy"}
 
 
-def test_tables_json_and_figures_hold_the_same_numbers(judged, folder):
+def test_tables_json_and_figures_hold_the_same_numbers(evaluation, folder):
     told = json.loads((folder / RESULTS).read_text())
-    for name, rows in tables(judged).items():
+    for name, rows in tables(evaluation).items():
         if name != "learning_curves":
             assert len(told["tables"][name]) == len(rows)
         with (folder / "tables" / f"{name}.csv").open(newline="") as lines:
@@ -90,12 +90,12 @@ def test_tables_json_and_figures_hold_the_same_numbers(judged, folder):
     assert "figures/free_waves.png" in told["files"]
 
 
-def test_figure_4_6_stands_beside_the_same_method_running_free(judged, folder):
+def test_figure_4_6_stands_beside_the_same_method_running_free(evaluation, folder):
     assert "Running free, in time" in (folder / REPORT).read_text(encoding="utf-8")
     assert (folder / "figures/figure_4_6_free.png").is_file() and (folder / "figures/figure_4_6.png").is_file()
-    rows = {(row["texture"], row["method"]): row for row in tables(judged)["warm_up"]}
-    for texture, (truth, made) in free_beginning(judged, "foten").items():
-        drive, start = judged.drives[texture], start_of(judged.drives[texture])
+    rows = {(row["texture"], row["method"]): row for row in tables(evaluation)["warm_up"]}
+    for texture, (truth, made) in free_beginning(evaluation, "foten").items():
+        drive, start = evaluation.drives[texture], start_of(evaluation.drives[texture])
         assert len(truth) == len(made) == 400 and np.array_equal(truth, drive.truth[start:][:400])
         assert drive.speed[start] > 10 and drive.force[start] > 0.15
         assert not ((drive.speed[:start] > 10) & (drive.force[:start] > 0.15)).any()
@@ -104,19 +104,19 @@ def test_figure_4_6_stands_beside_the_same_method_running_free(judged, folder):
     assert ("cloth", "foten_generative") in rows
 
 
-def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(judged, tmp_path):
-    write_all(judged, tmp_path, drawings=True)
+def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(evaluation, tmp_path):
+    write_all(evaluation, tmp_path, drawings=True)
     (tmp_path / "mine.txt").write_text("kept")
-    paths = write_all(judged, tmp_path, drawings=False)
+    paths = write_all(evaluation, tmp_path, drawings=False)
     assert not list((tmp_path / "figures").glob("*"))
     assert (tmp_path / "mine.txt").is_file()
     assert paths[-1] == tmp_path / REPORT
 
 
-def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_recordings_chose(judged, tmp_path):
-    recordings = tuple(judged.domain.recordings.values())
+def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_recordings_chose(evaluation, tmp_path):
+    recordings = tuple(evaluation.domain.recordings.values())
     folder = tmp_path / "evaluated" / "textures"
-    write_all(judged, folder, drawings=False)
+    write_all(evaluation, folder, drawings=False)
     told = json.loads((folder / RESULTS).read_text())
     told["default"]["method"] = "hapinf"
 
