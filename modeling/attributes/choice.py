@@ -36,17 +36,14 @@ def _ours(best: Row, rows: Sequence[Row]) -> tuple[str, ...]:
     if ours is None:
         return ("The thesis' network was not evaluated, or did not answer for every texture.",)
     if best["method"] != PROPOSED:
-        more = f"{ours['mae'] - best['mae']:.2f} more than that of {best['title']}{_chance(ours)}"
+        chance = ", which may be chance" if ours["best_chance"] else ""
+        more = f"{ours['mae'] - best['mae']:.2f} more than that of {best['title']}{chance}"
         return (f"The MAE of the thesis' network is not the lowest: {ours['mae']:.2f}, {more}.",)
     if len(rows) == 1:
         return ("Nothing else was evaluated.",)
     close = [row["title"] for row in rows if row["method"] != PROPOSED and row["best_chance"]]
     lead = f"Its lead over {', '.join(close)} may be chance." if close else "No interval of its leads holds 0."
     return ("The MAE of the thesis' network is the lowest.", lead)
-
-
-def _chance(row: Row) -> str:
-    return ", which may be chance" if row["best_chance"] else ""
 
 
 def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:

@@ -108,7 +108,9 @@ def default_of(lab: Path, material: Material) -> Choice:
     ask for the shipped default, says nothing against it; one in which that was refused, as for pictures alone, does.
     The shipped default is the network's branch of one sense where there is nothing of the other.
     """
-    results, shipped = read_results(evaluation_folder(lab, NAME)), _shipped(material)
+    felt, seen = senses(material.textures)
+    shipped = DEFAULT if felt == seen else FEELING if felt else SEEING
+    results = read_results(evaluation_folder(lab, NAME))
     if not results:
         return Choice(shipped, "the shipped default, for this lab has no evaluation that can be read.")
     try:
@@ -120,11 +122,6 @@ def default_of(lab: Path, material: Material) -> Choice:
         against = ["is not as this version writes it"]
     why = f"the shipped default, for this lab's evaluation {' and '.join(against)}: it does not decide."
     return Choice(shipped, why)
-
-
-def _shipped(material: Material) -> str:
-    felt, seen = senses(material.textures)
-    return DEFAULT if felt == seen else FEELING if felt else SEEING
 
 
 def _against(results: Mapping[str, Any], material: Material) -> list[str]:

@@ -56,7 +56,10 @@ def train_attributes(
     entry = evaluation.entries[0]
     if why := evaluation.refused(entry):
         raise MaterialError(f"{method}: {why}")
-    given = _learning_from_all(evaluation, entry)
+    # every texture is fitted to, or watched where the method does so
+    fold = all_of_them(evaluation.material, evaluation.options.seed)
+    settings, seed = evaluation.options.settings, evaluation.options.seed
+    given = learning(evaluation.material, fold, evaluation.method(entry), entry, seed, settings)
     report(f"fitting {method} to {_size_of(given)}")
     fitted, seconds = _fitted(evaluation.method(entry), given, evaluation.domain.clock)
     card = _card(evaluation, entry, given, seconds)
@@ -80,13 +83,6 @@ def demand_no_loss(folder: Path) -> None:
             f"{path}: this model ({card.method}, of {len(card.learned)} textures) was not trained with --quick, and a"
             " quick one would replace it: name another folder with --to, or let it be replaced with --replace"
         )
-
-
-def _learning_from_all(evaluation: AttributeEvaluation, entry: Entry) -> Learning:
-    """Return every texture: to be fitted to, or to be watched where the method does so."""
-    fold = all_of_them(evaluation.material, evaluation.options.seed)
-    settings, seed = evaluation.options.settings, evaluation.options.seed
-    return learning(evaluation.material, fold, evaluation.method(entry), entry, seed, settings)
 
 
 def _fitted(method: Method, given: Learning, clock: Clock) -> tuple[Fitted, float]:

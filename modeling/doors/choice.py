@@ -25,7 +25,8 @@ def inverse_choice(rows: Sequence[Row]) -> Choice:
 
     The loop is closed by perceivers who never saw the training data where there are any, else by the forward model.
     """
-    by, whose = _loop(rows)
+    fresh = any(row["loop_fresh"] is not None for row in rows)
+    by, whose = ("loop_fresh", "fresh perceivers") if fresh else ("loop_judge", "judged by the forward model")
     possible = [row for row in rows if ("inverse", row["method"]) not in NO_FILE] or rows
     able = [row for row in possible if not row["unplayable"] and not row["corners_unplayable"]]
     if not able:
@@ -41,11 +42,6 @@ def inverse_choice(rows: Sequence[Row]) -> Choice:
         "is within the limits, at the corners too."
     )
     return Choice(best["method"], why, _network(rows, by, "loop error"))
-
-
-def _loop(rows: Sequence[Row]) -> tuple[str, str]:
-    fresh = any(row["loop_fresh"] is not None for row in rows)
-    return ("loop_fresh", "fresh perceivers") if fresh else ("loop_judge", "judged by the forward model")
 
 
 def _network(rows: Sequence[Row], name: str, what: str) -> tuple[str, ...]:

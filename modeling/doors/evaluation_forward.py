@@ -71,7 +71,10 @@ def forward_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
         *(figure_block(figure) for figure in chosen(pictured, "work_precision_forward")),
         *_ceilings(evaluation),
         *_cells(evaluation, ours),
-        *(figure_block(figure, _numbered(figure)) for figure in chosen(pictured, "figure_5_12", "figure_5_13")),
+        *(
+            figure_block(figure, figure.name.replace("figure_", "Figure ").replace("_", "."))
+            for figure in chosen(pictured, "figure_5_12", "figure_5_13")
+        ),
         *_variants(evaluation, ours),
         *_splits(evaluation),
         *(figure_block(figure) for figure in chosen(pictured, "learning_forward")),
@@ -139,10 +142,6 @@ def _printed(title: str, method: MethodResults, measure: str, digits: str) -> li
 def _door_columns(method: MethodResults, digits: str) -> list[Column]:
     doors = [Column(door, door, digits) for door in dict.fromkeys(method.data.doors)]
     return [Column("attribute", "attribute"), *doors, Column(AVERAGE, AVERAGE, digits)]
-
-
-def _numbered(figure: DrawnFigure) -> str:
-    return figure.name.replace("figure_", "Figure ").replace("_", ".")
 
 
 def _title(evaluation: DoorEvaluation, method: str) -> str:

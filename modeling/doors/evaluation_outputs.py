@@ -42,11 +42,8 @@ def default_of(lab: Path, data: DoorData, direction: Direction) -> str:
         evaluated = {row["method"] for row in results["tables"][f"methods_{direction}"]}
         if results["data"]["digest"] == data.digest and not results["quick"] and DEFAULT[direction] in evaluated:
             chosen = str(results["default"][direction]["method"])
-            return chosen if _can_be_trained(direction, chosen) else DEFAULT[direction]
+            can_be_trained = chosen in methods_of(direction) and (direction, chosen) not in NO_FILE
+            return chosen if can_be_trained else DEFAULT[direction]
     except (KeyError, TypeError):
         pass
     return DEFAULT[direction]
-
-
-def _can_be_trained(direction: Direction, method: str) -> bool:
-    return method in methods_of(direction) and (direction, method) not in NO_FILE

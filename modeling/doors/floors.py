@@ -32,7 +32,11 @@ def _of_split(domain: DoorDomain, split: str) -> list[Row]:
         errors["code"].append(np.abs(_through(known, tested, size) - tested).mean(axis=1))
     meanings = {"oracle": "nearest known profile, found by the waveform itself",
             "code": f"the waveform through {size} principal components"}  # fmt: skip
-    return [_row(split, name, meanings[name], np.concatenate(of_fold)) for name, of_fold in errors.items()]
+    return [
+        {"split": split, "floor": name, "what": meanings[name], "mae": float(every.mean()),
+         "mae_sd": float(every.std(ddof=1)) if len(every) > 1 else None, "n": len(every)}
+        for name, every in ((name, np.concatenate(of_fold)) for name, of_fold in errors.items())
+    ]  # fmt: skip
 
 
 def _through(known: Array, tested: Array, size: int) -> Array:
@@ -42,8 +46,3 @@ def _through(known: Array, tested: Array, size: int) -> Array:
     leading = axes[:size]
     back: Array = mean + (tested - mean) @ leading.T @ leading
     return back
-
-
-def _row(split: str, name: str, meaning: str, errors: Array) -> Row:
-    sd = float(errors.std(ddof=1)) if len(errors) > 1 else None
-    return {"split": split, "floor": name, "what": meaning, "mae": float(errors.mean()), "mae_sd": sd, "n": len(errors)}

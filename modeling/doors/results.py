@@ -114,9 +114,10 @@ def domain_for(
 ) -> DoorDomain:  # fmt: skip
     """Return what all jobs share. Raises ModelDataError for data that cannot be folded, or an unknown split."""
     kinds = KINDS if options.beside else (options.split,)
+    lone = () if len(set(data.doors)) > 1 else ("leave_one_door_out",)  # the split that was asked for says so itself
     return DoorDomain(
         data=data,
-        splits={kind: _folds(data, kind, options) for kind in kinds if _foldable(data, kind, options)},
+        splits={kind: _folds(data, kind, options) for kind in kinds if kind == options.split or kind not in lone},
         scaling=scaling_of(data),
         seed=options.seed,
         judge=DEFAULT["forward"],
@@ -132,11 +133,6 @@ def domain_for(
 def _folds(data: DoorData, kind: Kinds, options: DoorOptions) -> tuple[Fold, ...]:
     over = with_variants(data, options.seed) if kind == LEAKY else data
     return folds(over, options.folds, kind, options.seed)
-
-
-def _foldable(data: DoorData, kind: Kinds, options: DoorOptions) -> bool:
-    """Return False where one door alone would be left out; the split that was asked for says so itself."""
-    return kind == options.split or kind != "leave_one_door_out" or len(set(data.doors)) > 1
 
 
 def waves(domain: DoorDomain, options: DoorOptions) -> tuple[list[FoldJob], list[FoldJob]]:
@@ -157,7 +153,7 @@ def _jobs(domain: DoorDomain, options: DoorOptions, direction: Direction) -> Ite
     for name in names:
         for split, of_split in domain.splits.items():
             jobs = [FoldJob(direction, name, split, fold) for fold in range(len(of_split))]
-            if _worth(split, (direction, name) in SLOW, options) or _finished(jobs, domain):
+            if _worth(split, (direction, name) in SLOW, options) or all(map(domain.load, jobs)):
                 yield from jobs
 
 
@@ -169,11 +165,6 @@ def _worth(split: str, slow: bool, options: DoorOptions) -> bool:
     if split == WHOLE:
         return slow and not options.quick and options.work is not None
     return split == options.split or not slow
-
-
-def _finished(jobs: Iterable[FoldJob], domain: DoorDomain) -> bool:
-    """Return whether an earlier evaluation, on that split, did all of them."""
-    return all(domain.load(job) is not None for job in jobs)
 
 
 def evaluate_methods(domain: DoorDomain, options: DoorOptions, report: Report = silent) -> DoorResults:

@@ -30,7 +30,7 @@ def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
             "the shipped default stays."
         )
         return Choice(DEFAULT, why)
-    best = min(ran, key=_rank)
+    best = min(ran, key=lambda row: (-row["kept"], -row["ran"], row["felt_dB"]))
     kept, of = int(best["kept"]), int(best["ran"])
     why = (
         f"No method keeps all limits of free running on any texture; {best['title']} has the least distance of felt "
@@ -43,10 +43,6 @@ def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
     if not any(row["method"] == DEFAULT for row in rows):
         sentences.append(f"The shipped default, {DEFAULT}, was not evaluated: palpate train goes on taking that.")
     return Choice(best["method"], why, tuple(sentences))
-
-
-def _rank(row: Row) -> tuple[int, int, float]:
-    return -row["kept"], -row["ran"], row["felt_dB"]
 
 
 def _of_ours(rows: Sequence[Row], textures: Sequence[Row], best: Row) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -107,14 +106,11 @@ def _cycle(recording: Recording, test: Stretches) -> tuple[float | None, int]:
     Stretches of the test part go before those of the whole recording.
     """
     for stretches in (test, pieces_of(recording)):
-        stretch = recording.signals[0, slice(*_longest(stretches))]
+        start, stop = max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
+        stretch = recording.signals[0, start:stop]
         if (repeats := cycle(stretch)) is not None:
             return repeats, min(CYCLE, len(stretch))
     return None, CYCLE
-
-
-def _longest(stretches: Sequence[tuple[int, int]]) -> tuple[int, int]:
-    return max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
 
 
 def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:

@@ -170,7 +170,10 @@ def table_4_1(evaluation: TextureEvaluation) -> list[Row]:
     rows: list[Row] = []
     for name in evaluation.options.names:
         for metric, gain in (("mae", 1.0), ("gfc", PERCENT)):
-            cells = _cells(evaluation, name, metric, gain)
+            values = {
+                texture: evaluation.fits[Fit(texture, name)].numbers.get(metric) for texture in evaluation.textures
+            }
+            cells = {texture: None if value is None else gain * value for texture, value in values.items()}
             title = evaluation.method(name).title
             own = {"method": name, "title": title, "metric": metric, "printed": False}
             rows.append({**own, **cells, "mean": mean_of(cells.values())})
@@ -180,11 +183,6 @@ def table_4_1(evaluation: TextureEvaluation) -> list[Row]:
                 row = {"method": f"{name}, {SAID}", "title": f"{title}, {SAID}", "metric": metric, "printed": True}
                 rows.append({**row, **theirs, "mean": printed[1]})
     return rows
-
-
-def _cells(evaluation: TextureEvaluation, method: str, metric: str, gain: float) -> dict[str, float | None]:
-    values = {texture: evaluation.fits[Fit(texture, method)].numbers.get(metric) for texture in evaluation.textures}
-    return {texture: None if value is None else gain * value for texture, value in values.items()}
 
 
 def table_4_2(evaluation: TextureEvaluation) -> list[Row]:
