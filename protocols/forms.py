@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, Protocol
 
+from palpate.protocols.known_tasks import FORM_PLACES
 from palpate.protocols.registry import Registry, lazy_function
 from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale
 
@@ -298,6 +299,7 @@ class FormKind:
 
 _SIMULATED = "palpate.protocols.answering"
 FORMS: Registry[FormKind] = Registry(
+    FORM_PLACES,
     parts={
         "sliders": FormKind("rating {n} attribute(s)", lazy_function(f"{_SIMULATED}:rate"), timed=True),
         "similarity": FormKind(
@@ -341,9 +343,9 @@ FORMS: Registry[FormKind] = Registry(
         "anchor": FormKind(
             "getting to know a reference", lazy_function(f"{_SIMULATED}:feel_reference"), table="anchors"
         ),
-    }
+    },
 )
-"""The kinds of forms by their names in the ledger."""
+"""The kinds of forms by their names in the ledger; a task with a module of its own brings one (`FORM`)."""
 
 
 def table_of(name: Any) -> str | None:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
+from pkgutil import iter_modules
+
+from palpate.protocols.registry import place_in
 
 _TASKS = "palpate.protocols.tasks"
-TASK_PLACES: Mapping[str, str] = {
+_PLACES: Mapping[str, str] = {
     "slider_rating": f"{_TASKS}.rating:SLIDER_RATING",
     "matching": f"{_TASKS}.rating:MATCHING",
     "similarity": f"{_TASKS}.rating:SIMILARITY",
@@ -14,3 +18,12 @@ TASK_PLACES: Mapping[str, str] = {
     "authoring": f"{_TASKS}.rating:AUTHORING",
     "capture": f"{_TASKS}.capture:CAPTURE",
 }
+_SHARED = {"steps", "rating", "words", "capture"}
+"""Modules of the folder that are not named like a task."""
+_OF_THEIR_OWN = sorted(
+    module.name for module in iter_modules([str(Path(__file__).with_name("tasks"))]) if module.name not in _SHARED
+)
+TASK_PLACES: Mapping[str, str] = {**_PLACES, **{name: place_in(_TASKS, name, "TASK") for name in _OF_THEIR_OWN}}
+"""Where each task is: in the table above, or `TASK` of a module in `protocols/tasks/` that is named like the task."""
+FORM_PLACES: Mapping[str, str] = {name: place_in(_TASKS, name, "FORM") for name in _OF_THEIR_OWN}
+"""Where the forms of these modules are, each named like its task: such a module has both `TASK` and `FORM`."""

@@ -17,6 +17,11 @@ def load_object(place: str) -> Any:
     return getattr(import_module(module), name)
 
 
+def place_in(package: str, module: str, name: str) -> str:
+    """Return the place "package.module:name" of a part that a package has in a module of its own."""
+    return f"{package}.{module}:{name}"
+
+
 def lazy_function(place: str) -> Callable[..., Any]:
     """Return a function that calls the one named "module:NAME", which is imported at the first call."""
 

@@ -9,7 +9,7 @@ from palpate.devices.window.screen import Page, Screen
 from palpate.devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
 from palpate.devices.window.screens.reading import InstructionScreen
 from palpate.protocols.forms import FORMS, Form, Sliders
-from palpate.protocols.registry import load_object
+from palpate.protocols.registry import load_object, place_in
 from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
 
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
@@ -30,7 +30,7 @@ SCREEN_PLACES: Mapping[str, str] = {
     "interview": f"{_SCREENS}.interview:InterviewScreen",
     "anchor": f"{_SCREENS}.anchor:AnchorScreen",
 }
-"""Where the screens of forms are, by the forms' names."""
+"""Where the screens of forms are, by the forms' names. Of a form that is not listed: `SCREEN` of its own module."""
 RESTING = "resting"
 """The page of a rest that the participant asked for."""
 
@@ -77,7 +77,7 @@ def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:
     if isinstance(ask.form, Sliders) and ask.form.live:
         return _live(ask, ask.form, page, t0_ns, playing=False)
     name = ask.form.name
-    make = load_object(SCREEN_PLACES[name])
+    make = load_object(SCREEN_PLACES.get(name) or place_in(_SCREENS, name, "SCREEN"))
     return cast(Screen, make(ask, ask.form, page, *((t0_ns,) if FORMS[name].timed else ())))
 
 
