@@ -46,10 +46,10 @@ def whole_folds(methods: Mapping[str, Method], own: Own) -> Iterator[Case]:
 def _judged(material: Material, methods: Mapping[str, Method], own: Own, workers: int) -> AttributeEvaluation:
     """In a folder of its own, so that nothing is taken from what is kept."""
     with tempfile.TemporaryDirectory() as folder, _workers(workers, Path(folder, "workers")) as cluster:
-        wanted = AttributeOptions(
+        options = AttributeOptions(
             work=Path(folder), methods=(PROPOSED,), ablations=False, folds=WORKERS, workers=1, cluster=cluster
         )
-        return evaluate_methods(material, wanted, methods, own)
+        return evaluate_methods(material, options, methods, own)
 
 
 def _workers(count: int, scratch: Path) -> AbstractContextManager[str | None]:

@@ -38,7 +38,7 @@ ASKED = 50
 class Found:
     """What was judged once, and the textures that the models are asked about."""
 
-    judged: AttributeEvaluation
+    evaluation: AttributeEvaluation
     folder: Path
     asked: Material
     whole: Material
@@ -46,8 +46,8 @@ class Found:
     @property
     def given(self) -> str:
         """The data, as a row names them."""
-        textures, left_out = len(self.judged.material.textures), len(self.judged.tested)
-        epochs = "few" if self.judged.options.quick else "own"
+        textures, left_out = len(self.evaluation.material.textures), len(self.evaluation.tested)
+        epochs = "few" if self.evaluation.options.quick else "own"
         return f"{textures} made-up textures, {left_out} left out, {epochs} epochs"
 
 
@@ -60,10 +60,10 @@ def cases(
     every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
     with tempfile.TemporaryDirectory() as folder:
         material = made_up(QUICK_TEXTURES if quick else TEXTURES, SEGMENTS, PICTURES)
-        wanted = AttributeOptions(work=Path(folder), ablations=False, quick=quick, workers=workers, folds=LEFT_OUT)
-        judged = evaluate_methods(material, wanted, every, features)
+        options = AttributeOptions(work=Path(folder), ablations=False, quick=quick, workers=workers, folds=LEFT_OUT)
+        evaluation = evaluate_methods(material, options, every, features)
         whole = made_up(1, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
-        found = Found(judged, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)
+        found = Found(evaluation, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)
         yield from _trainings(found)
         yield from _answers(found)
     if not quick:
@@ -72,15 +72,15 @@ def cases(
 
 def _trainings(found: Found) -> Iterator[Case]:
     kind = "MAE of textures left out, 0 to 100; time of a fold's training"
-    for row in method_rows(found.judged):
+    for row in method_rows(found.evaluation):
         seconds = partial(_taken, row["train_s"] or 0.0)
         yield _case(found, "attributes of a texture left out", row, kind, _nothing, seconds)
 
 
 def _answers(found: Found) -> Iterator[Case]:
     """Features to attributes, each method from its file: 50 rows, and one whole texture."""
-    judged, kind = found.judged, "MAE of textures left out, 0 to 100"
-    rows = [(row, judged.main(row["method"])) for row in method_rows(judged) if row["mae"] is not None]
+    evaluation, kind = found.evaluation, "MAE of textures left out, 0 to 100"
+    rows = [(row, evaluation.main(row["method"])) for row in method_rows(evaluation) if row["mae"] is not None]
     models = [(row, _from_file(found, entry)) for row, entry in rows if entry is not None]
     whole = f"a texture of {WHOLE_SEGMENTS} segments and {WHOLE_PICTURES} pictures"
     for case, of in (("50 predictions, of a segment and a picture", found.asked), (whole, found.whole)):
@@ -98,14 +98,14 @@ def asked(model: AttributeModel, textures: Sequence[Texture], attributes: int) -
 
 def _from_file(found: Found, entry: Entry) -> AttributeModel:
     """The method fitted to all, written and read back."""
-    judged, methods = found.judged, found.judged.domain.methods
-    method, settings = judged.method(entry), judged.options.settings
+    evaluation, methods = found.evaluation, found.evaluation.domain.methods
+    method, settings = evaluation.method(entry), evaluation.options.settings
     with limited(1):
-        fold = all_of_them(judged.material)
-        fitted = method.fit(learning(judged.material, fold, method, entry, judged.options.seed, settings))
+        fold = all_of_them(evaluation.material)
+        fitted = method.fit(learning(evaluation.material, fold, method, entry, evaluation.options.seed, settings))
     card: dict[str, Any] = {
         "name": f"bench-{entry.method}", "title": features_of(entry), "method": entry.method,
-        "attributes": tuple((pair.low, pair.high) for pair in judged.material.attributes),
+        "attributes": tuple((pair.low, pair.high) for pair in evaluation.material.attributes),
     }  # fmt: skip
     return read_model(write_model(found.folder, cast(Kept, fitted), card, methods), methods)
 
@@ -116,7 +116,7 @@ def _case(
 ) -> Case:  # fmt: skip
     told = partial(_told, row["mae"])
     return Case(
-        AREA, case, named(row["method"]), found.given, len(found.judged.tested), kind, run, told, seconds=seconds
+        AREA, case, named(row["method"]), found.given, len(found.evaluation.tested), kind, run, told, seconds=seconds
     )
 
 

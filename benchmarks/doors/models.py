@@ -45,7 +45,7 @@ class Found:
     """What was trained once: all results, where the exported models lie, how long it took in all."""
 
     rated: Rated
-    judged: DoorResults
+    results: DoorResults
     folder: Path
     seconds: float
     workers: int
@@ -53,12 +53,12 @@ class Found:
     @property
     def given(self) -> str:
         """The data, as a row names them."""
-        data, folds = self.rated.data, len(self.judged.domain.splits["grouped"])
+        data, folds = self.rated.data, len(self.results.domain.splits["grouped"])
         return f"{len(data)} profiles x {len(self.rated.individual.people)} people, {folds} folds"
 
     def rows(self, way: Direction) -> list[Row]:
         """The numbers of each method of a direction."""
-        return list(method_rows(self.judged, way))
+        return list(method_rows(self.results, way))
 
     def model(self, way: Direction, method: str) -> Model | None:
         """The first fold's model, from its file; None for a method that cannot be one."""
@@ -66,7 +66,7 @@ class Found:
         return read_model(card) if card.exists() else None
 
 
-def cases(quick: bool, wanted: DoorOptions | None = None, rated: Rated | None = None) -> Iterator[Case]:
+def cases(quick: bool, options: DoorOptions | None = None, rated: Rated | None = None) -> Iterator[Case]:
     """Every figure of this area; `quick` takes fewer people and folds, and trains the networks for a few epochs.
 
     Without `wanted` every method is trained, without `rated` simulated people
@@ -74,7 +74,7 @@ def cases(quick: bool, wanted: DoorOptions | None = None, rated: Rated | None = 
     """
     with tempfile.TemporaryDirectory() as folder:
         people = QUICK_PEOPLE if quick else PEOPLE
-        found = trained(quick, Path(folder), wanted, rated or simulated_ratings(people))
+        found = trained(quick, Path(folder), options, rated or simulated_ratings(people))
         yield from _forward(found)
         yield from _inverse(found)
         yield from _floors(found)
@@ -83,15 +83,15 @@ def cases(quick: bool, wanted: DoorOptions | None = None, rated: Rated | None = 
 
 
 def trained(
-    quick: bool, folder: Path, wanted: DoorOptions | None, rated: Rated, clock: Clock = time.perf_counter
+    quick: bool, folder: Path, options: DoorOptions | None, rated: Rated, clock: Clock = time.perf_counter
 ) -> Found:
     """Train and ask every method once; the exported models stay in the folder."""
-    base = wanted or DoorOptions(quick=quick, folds=QUICK_FOLDS if quick else FOLDS)
+    base = options or DoorOptions(quick=quick, folds=QUICK_FOLDS if quick else FOLDS)
     asked = replace(base, beside=False, work=folder / "jobs", files=folder / "models")
     start = clock()
-    judged = evaluate_methods(domain_for(rated.data, asked), asked)
+    results = evaluate_methods(domain_for(rated.data, asked), asked)
     workers = asked.workers or os.cpu_count() or 1
-    return Found(rated, judged, folder / "models", clock() - start, workers)
+    return Found(rated, results, folder / "models", clock() - start, workers)
 
 
 def named(way: Direction, method: str) -> str:
@@ -113,7 +113,7 @@ def _ceiling_mae(found: Ceiling) -> float:
 
 
 def _inverse(found: Found) -> Iterator[Case]:
-    wishes = found.judged.domain.scaling.rating_up(found.rated.data.rating)
+    wishes = found.results.domain.scaling.rating_up(found.rated.data.rating)
     ends = corners(wishes.shape[1])
     for name, kind in (
         ("loop_fresh", "loop: mean off the wish, 0 to 100, by fresh simulated people"),
@@ -134,21 +134,21 @@ def _inverse(found: Found) -> Iterator[Case]:
 
 
 def _farthest(found: Found) -> list[float]:
-    methods = found.judged.methods("inverse")
+    methods = found.results.methods("inverse")
     within = attainable(methods)
     return [max(row["loop_attainable"] for row in loop_rows(each, within)) for each in methods]
 
 
 def _floors(found: Found) -> Iterator[Case]:
     kind = "waveform MAE, % of the range of forces, grouped folds"
-    for row in floors(found.judged.domain):
-        run = partial(floors, found.judged.domain)
+    for row in floors(found.results.domain):
+        run = partial(floors, found.results.domain)
         yield _case(found, "feeling to force", f"floor: {row['what']}", kind, run, row["mae"], 1)
 
 
 def _slowest(found: Found) -> Iterator[Case]:
     """The 99th percentile of single answers, which is what a person at the slider waits for."""
-    wishes = found.judged.domain.scaling.rating_up(found.rated.data.rating)
+    wishes = found.results.domain.scaling.rating_up(found.rated.data.rating)
     for way, what, given in (
         ("forward", "a prediction", found.rated.data.force_N), ("inverse", "a slider's move to its profile", wishes),
     ):  # fmt: skip

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.doors.models import AREA, Found, cases
 from palpate.analysis.measuring.rows import MEASURED, measure
-from tests.modeling.doors.small_evaluation import small_rated, wanted
+from tests.modeling.doors.small_evaluation import options, small_rated
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.needs("torch")
 @pytest.fixture(scope="module")
 def rows():
     """The rows of two cheap methods: each case is measured while the models lie there, as the bench does."""
-    asked = wanted("mean ridge", "nearest", folds=2, quick=True)
+    asked = options("mean ridge", "nearest", folds=2, quick=True)
     return [measure(case) for case in cases(True, asked, small_rated())]
 
 
@@ -55,7 +55,7 @@ def test_a_training_stands_with_its_methods_error_and_the_seconds_that_it_took(r
 
 def test_a_method_without_a_file_has_the_time_of_its_trained_model(monkeypatch):
     monkeypatch.setattr(Found, "model", lambda *_: None)
-    asked = wanted("mean", "nearest", folds=2, quick=True)
+    asked = options("mean", "nearest", folds=2, quick=True)
     of_mean = [case for case in cases(True, asked, small_rated()) if case.method == "mean (no file)"]
     row = measure(of_mean[0])
     assert row.case == "force to feeling" and row.runs == 1 and 0 < row.seconds < 0.1
@@ -64,7 +64,7 @@ def test_a_method_without_a_file_has_the_time_of_its_trained_model(monkeypatch):
 def test_nothing_stays_behind(tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
-    left = cases(True, wanted("mean", folds=2, quick=True), small_rated())
+    left = cases(True, options("mean", folds=2, quick=True), small_rated())
     next(left)
     left.close()
     assert list(Path(tmp_path).iterdir()) == []
