@@ -90,10 +90,10 @@ def train_doors(
         data, _ = read(asked)
         methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}
         work = jobs_folder(asked.lab, NAME)
-        wanted = DoorOptions(
+        options = DoorOptions(
             seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, work=work
         )
-        written = train_pair(data, Training(methods, to or asked.lab / "models", wanted), report)
+        written = train_pair(data, Training(methods, to or asked.lab / "models", options), report)
     if as_json:
         echo_json({way: each.plain() for way, each in written.items()})
         return
@@ -146,7 +146,7 @@ def evaluate_doors(
     from palpate.modeling.doors.results import DoorOptions, folds_for
     from palpate.modeling.evaluate.outputs import jobs_folder
 
-    wanted = DoorOptions(
+    options = DoorOptions(
         methods=_methods(names),
         split=split,
         seed=seed,
@@ -159,14 +159,16 @@ def evaluate_doors(
     )
     with going_on("what is left"), progress_lines() as report:
         data, individual = read(asked)
-        found = evaluated(data, individual, wanted, report)
-        paths = write_all(found, to or folder_for(asked.lab, split), report, not quick if figures is None else figures)
+        evaluation = evaluated(data, individual, options, report)
+        paths = write_all(
+            evaluation, to or folder_for(asked.lab, split), report, not quick if figures is None else figures
+        )
     if as_json:
         from palpate.modeling.doors.evaluation_results import as_json as results
 
-        echo_json({**results(found), "files": list(map(str, paths))})
+        echo_json({**results(evaluation), "files": list(map(str, paths))})
         return
-    _show(found, paths[-1])
+    _show(evaluation, paths[-1])
 
 
 def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:

@@ -135,7 +135,7 @@ def material_for(asked: Asked, report: Report) -> Material:
     return read_material(asked.lab, simulated=only, report=report, **asked_for)
 
 
-def wanted_for(
+def options_for(
     asked: Asked, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None
 ) -> AttributeOptions:
     """What the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
@@ -177,7 +177,7 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
     from palpate.modeling.attributes.training import train_attributes as trained
     from palpate.modeling.evaluate.outputs import Choice
 
-    wanted = wanted_for(asked, None if method is None else (method,), ablations=False)
+    options = options_for(asked, None if method is None else (method,), ablations=False)
     folder = to or asked.lab / "models"
     if asked.quick and not replace:
         demand_no_loss(folder)
@@ -187,7 +187,7 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
         chosen = default_of(asked.lab, material) if method is None else Choice(method, "as it was asked for.")
         click.echo(f"training {chosen.method}: {chosen.why}", err=as_json)
         with progress_lines() as report:
-            written = trained(material, chosen.method, wanted, folder, METHODS, OWN_FEATURES, report)
+            written = trained(material, chosen.method, options, folder, METHODS, OWN_FEATURES, report)
     if as_json:
         echo_json({**written.plain(), "why": chosen.why})
         return
@@ -245,17 +245,17 @@ def evaluate_attributes(
         raise click.UsageError(f"--methods names none; there are {', '.join(METHODS)}")
     if asked.quick and folds is not None:
         raise click.UsageError("--quick leaves five textures out, and --folds says how many: leave one of them out")
-    wanted = wanted_for(asked, chosen or None, ablations, folds)
+    options = options_for(asked, chosen or None, ablations, folds)
     with going_on("what is left"), progress_lines() as report:
         material = material_for(asked, report)
         report("timing features")
         times = feature_seconds({kind for each in material.textures for kind in (*each.touch, *each.sight)})
-        found = evaluate_methods(material, wanted, METHODS, OWN_FEATURES, report, times)
-        paths = write_all(found, to or evaluation_folder(asked.lab, NAME), report, figures)
+        evaluation = evaluate_methods(material, options, METHODS, OWN_FEATURES, report, times)
+        paths = write_all(evaluation, to or evaluation_folder(asked.lab, NAME), report, figures)
     if as_json:
-        echo_json({**results(found), "files": list(map(str, paths))})
+        echo_json({**results(evaluation), "files": list(map(str, paths))})
         return
-    _show(found, paths[-1])
+    _show(evaluation, paths[-1])
 
 
 def _show(evaluation: AttributeEvaluation, page: Path) -> None:

@@ -130,7 +130,7 @@ def _recorded(asked: Asked) -> tuple[Recording, ...]:
     return read_lab(asked.lab)
 
 
-def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
+def options_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
     """What the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
     from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation import TextureOptions
@@ -163,12 +163,12 @@ def train_textures(get_simulator: GetSimulator, asked: Asked, to: Path | None, a
     from palpate.modeling.textures.evaluation_outputs import default_of
     from palpate.modeling.textures.training import train_textures as trained
 
-    asked_for = wanted_for(asked, asked.methods or None)
+    asked_for = options_for(asked, asked.methods or None)
     with going_on("what is left"), progress_lines() as report:
         simulator = get_simulator()
         recordings = recordings_for(asked, simulator, report)
         methods = asked_for.methods or (default_of(asked.lab, recordings),)
-        written = trained(recordings, simulator, wanted_for(asked, methods), to or asked.lab / "models", report)
+        written = trained(recordings, simulator, options_for(asked, methods), to or asked.lab / "models", report)
     if as_json:
         echo_json([each.plain() for each in written])
         return
@@ -230,16 +230,16 @@ def evaluate_textures(
     from palpate.modeling.textures.registry import THESIS
 
     grid = VARIANTS if table_4_2 else (THESIS,) if figure_4_5 else ()
-    wanted = wanted_for(asked, asked.methods or None, grid)
+    options = options_for(asked, asked.methods or None, grid)
     with going_on("what is left"), progress_lines() as report:
         simulator = get_simulator()
         recordings = recordings_for(asked, simulator, report)
-        found = evaluate_methods(domain_for(recordings, simulator, wanted), wanted, report)
-        paths = write_all(found, to or evaluation_folder(asked.lab, NAME), report, figures)
+        evaluation = evaluate_methods(domain_for(recordings, simulator, options), options, report)
+        paths = write_all(evaluation, to or evaluation_folder(asked.lab, NAME), report, figures)
     if as_json:
-        echo_json({**results(found), "files": list(map(str, paths))})
+        echo_json({**results(evaluation), "files": list(map(str, paths))})
         return
-    _show(found, paths[-1])
+    _show(evaluation, paths[-1])
 
 
 def _show(evaluation: TextureEvaluation, page: Path) -> None:

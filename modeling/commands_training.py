@@ -97,8 +97,8 @@ def _metrics(folds: MethodResults, method: Method) -> dict[str, float]:
     row = (
         forward_row(folds, method) if folds.direction == "forward" else inverse_row(folds, method, attainable([folds]))
     )
-    told = {name: value for name, value in row.items() if isinstance(value, int | float) and math.isfinite(value)}
-    return {name: float(value) for name, value in told.items() if not name.startswith(("file_", "trained_"))}
+    finite = {name: value for name, value in row.items() if isinstance(value, int | float) and math.isfinite(value)}
+    return {name: float(value) for name, value in finite.items() if not name.startswith(("file_", "trained_"))}
 
 
 def _interval(folds: MethodResults) -> Any:
@@ -128,14 +128,14 @@ def _run_card(
 
 def _notes(results: DoorResults) -> tuple[str, ...]:
     data = results.domain.data
-    told = [f"Trained on all {len(data)} stimuli; the metrics are those of cross-validation on grouped folds."]
+    notes = [f"Trained on all {len(data)} stimuli; the metrics are those of cross-validation on grouped folds."]
     if data.simulated:
-        told.append(
+        notes.append(
             "The ratings are those of simulated people: this model says nothing about how a door feels to anybody."
         )
     if results.options.quick:
-        told.append("A quick training, to try things out: three folds, few epochs. Its numbers are nothing to go by.")
-    return tuple(told)
+        notes.append("A quick training, to try things out: three folds, few epochs. Its numbers are nothing to go by.")
+    return tuple(notes)
 
 
 def _demand_equal(card: Path, model: Fitted, way: Direction, data: DoorData) -> None:
