@@ -16,7 +16,7 @@ from palpate.studies.options import JSON, LAB, echo_json, only_simulated, sessio
 
 if TYPE_CHECKING:
     from palpate.modeling.library.answer import Asked, Opened
-    from palpate.modeling.library.asking import Wish
+    from palpate.modeling.library.wishes import Wish
 
 FILE = click.Path(dir_okay=False, path_type=Path)
 COUNT = click.option(
@@ -134,9 +134,8 @@ def find_command(
       palpate textures find "neither hard nor soft" --at Smooth=80 --class leather --lab LAB
     """
     from palpate.modeling.library.answer import Beside, opened
-    from palpate.modeling.library.excluding import none_fits
-    from palpate.modeling.library.finding import find, fitting
-    from palpate.modeling.library.shown import percent, plain_found, wish_words
+    from palpate.modeling.library.listing import percent, plain_found, wish_words
+    from palpate.modeling.library.search import find, fitting, none_fits
 
     here = opened(asked)
     wishes = _wishes(here, wish, at)
@@ -175,9 +174,8 @@ def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) 
     Example: palpate textures nearest T17 --lab LAB
     """
     from palpate.modeling.library.answer import Beside, name_of, opened
-    from palpate.modeling.library.finding import known_of, named
-    from palpate.modeling.library.nearest import near
-    from palpate.modeling.library.shown import description, far, percent, plain_near
+    from palpate.modeling.library.listing import description, far, percent, plain_near
+    from palpate.modeling.library.search import known_of, named, near
 
     here = opened(asked)
     here.demand(sheet)
@@ -207,8 +205,8 @@ def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
     Example: palpate textures show T17 --lab LAB
     """
     from palpate.modeling.library.answer import Beside, name_of, opened
-    from palpate.modeling.library.finding import known_of, named
-    from palpate.modeling.library.shown_whole import plain_library, plain_whole, whole_words
+    from palpate.modeling.library.listing import plain_library, plain_whole, whole_words
+    from palpate.modeling.library.search import known_of, named
 
     here = opened(asked)
     here.demand(sheet)
@@ -242,7 +240,7 @@ def map_command(asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count:
     Example: palpate textures map "very soft, not slippery" --lab LAB
     """
     from palpate.modeling.library.answer import opened
-    from palpate.modeling.library.finding import find, fitting
+    from palpate.modeling.library.search import find, fitting
 
     here = opened(asked)
     here.demand(None, to)
@@ -286,7 +284,7 @@ def draw_command(texture: str, lab: Path, seconds: float, out: Path, as_json: bo
 
 def _wishes(here: Opened, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[Wish, ...]:
     """What is wished for in the words and in the values."""
-    from palpate.modeling.library.finding import wishes_of
+    from palpate.modeling.library.search import wishes_of
 
     if not wish and not at:
         raise click.UsageError('what is wished for? Say it in words, as "rough, a bit sticky", or with --at Smooth=80')

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from palpate.modeling.library.asking import Wish
 from palpate.modeling.library.entries import Entry, Kind, Library
 from palpate.modeling.library.files import place_of, read_library
-from palpate.modeling.library.finding import chosen
-from palpate.modeling.library.shown import SURE, table
+from palpate.modeling.library.listing import SURE, table
+from palpate.modeling.library.search import chosen
+from palpate.modeling.library.wishes import Wish
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class Opened:
     def demand(self, sheet: Path | None, plane: Path | None = None) -> None:
         """Raise LibraryError, before anything is computed or written, for a picture that could not be written."""
         if sheet is not None:
-            from palpate.modeling.library.sheet import demand_writable as demand_sheet
+            from palpate.modeling.library.contact_sheet import demand_writable as demand_sheet
 
             demand_sheet(sheet)
         if plane is not None:
@@ -89,7 +89,7 @@ class Opened:
         """Write a contact sheet, where one is wanted."""
         if path is None or not entries:
             return []
-        from palpate.modeling.library.sheet import pictures_of, sheet, tiles_of, write_sheet
+        from palpate.modeling.library.contact_sheet import pictures_of, sheet, tiles_of, write_sheet
 
         foot = "simulated" if self.library.simulated else ""
         tiles = tiles_of(entries, self.library, beside.wishes, self.asked.kind, beside.texts)

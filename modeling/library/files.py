@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from palpate.modeling.library.entries import FORMAT, Library, LibraryError
-from palpate.modeling.library.writing import write_whole
 from palpate.protocols.canonical import digest, parse
+from palpate.protocols.files import reason, write_bytes
 from palpate.signals.models.card import complaint
 
 FOLDER, INDEX = "library", "index.json"
@@ -90,3 +91,20 @@ def _text(library: Library) -> str:
 
     told = library.model_dump(mode="json")
     return readable_json({**told, "digest": digest(told)}) + "\n"
+
+
+def demand_folder(path: Path) -> None:
+    """Raise LibraryError unless there is a folder for the file that is to be written, which can be written to."""
+    folder = path.parent
+    if not folder.is_dir():
+        raise LibraryError(f"{path}: there is no folder {folder}; make it first, or name a file in another one.")
+    if not os.access(folder, os.W_OK):
+        raise LibraryError(f"{path}: nothing can be written in {folder}; name a file in another folder.")
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file beside its place, then rename it: until then the earlier one is there. Raises LibraryError."""
+    try:
+        write_bytes(path, content)
+    except OSError as error:
+        raise LibraryError(f"{path}: it cannot be written ({reason(error)}); any earlier one is as it was.") from None

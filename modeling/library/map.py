@@ -12,7 +12,7 @@ from palpate.analysis.figures.bubbles import SPACE, draw
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData
 from palpate.analysis.figures.style import INK, PAPER, SOFT, drawing, save
 from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, felt
-from palpate.modeling.library.writing import demand_folder
+from palpate.modeling.library.files import demand_folder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,12 +11,11 @@ import numpy as np
 
 from palpate.modeling.attributes.material import Material, Texture
 from palpate.modeling.attributes.model_file import NAME, AttributeModel, Card, read_model
-from palpate.modeling.attributes.reading_folder import table_in
-from palpate.modeling.attributes.reading_ratings import STUDY, RatedTextures, read_ratings
+from palpate.modeling.attributes.reading_folder import rated_lines, table_in
+from palpate.modeling.attributes.reading_ratings import STUDY, RatedTextures, attributes_of, read_ratings
 from palpate.modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
 from palpate.modeling.library.indexing import Predictor
 from palpate.modeling.library.pictures import Pictures, pictures_in, pictures_taken
-from palpate.modeling.library.rated_folder import read_rated
 from palpate.protocols.files import file_sha256
 from palpate.protocols.progress import Report
 
@@ -155,3 +154,10 @@ def _rated_only(ratings: RatedTextures) -> Material:
 def _texture(name: str, ratings: RatedTextures) -> Texture:
     columns: Mapping[str, str] = ratings.columns.get(name, {})
     return Texture(name, columns.get("label") or name, columns.get("class") or "", rated=ratings.rated[name])
+
+
+def read_rated(folder: Path, table: Path | None = None, scale: tuple[float, float] | None = None) -> Material:
+    """The textures of the table with their ratings, read and refused as by `reading_folder.read_folder`."""
+    table, lines, columns = rated_lines(folder, table, attributes_of(None), scale)
+    textures = tuple(Texture(line.id, line.label, line.category, rated=line.rated) for line in lines)
+    return Material(textures, columns.pairs, notes=(*columns.notes, f"ratings: {table.name} {file_sha256(table)}"))

@@ -5,7 +5,7 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from benchmarks import library as bench
-from palpate.modeling.library.finding import wishes_of
+from palpate.modeling.library.search import wishes_of
 
 
 def test_the_search_finds_what_the_exhaustive_one_finds_and_sure_means_do_not():

@@ -12,7 +12,7 @@ from PIL import Image
 from palpate import command_line
 from palpate.modeling.commands_library import textures
 from palpate.modeling.library.files import place_of, write_library
-from palpate.modeling.library.thumbnails import keep
+from palpate.modeling.library.lab import keep
 from tests.modeling.library.made_library import made_library
 
 HEAVY = "torch pandas sqlalchemy sklearn scipy librosa"

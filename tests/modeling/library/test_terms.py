@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import pytest
 
-from palpate.modeling.library.asking import wishes_in
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.ranges import trapezoid
 from palpate.modeling.library.terms import FILE, Word, in_words, known_words, vocabulary
+from palpate.modeling.library.wishes import wishes_in
 from tests.modeling.library.made_library import PAIRS
 
 

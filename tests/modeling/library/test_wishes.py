@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.modeling.library.asking import combined, wishes_in
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.terms import vocabulary
+from palpate.modeling.library.wishes import combined, wishes_in
 from tests.modeling.library.made_library import PAIRS
 
 KNOWN = vocabulary(PAIRS, ("wood", "foam"))

@@ -2,12 +2,26 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.modeling.doors.shares import JND
 from palpate.modeling.library.entries import LibraryError, felt
-from palpate.modeling.library.finding import chosen, find, fitting, known_of, named, wishes_of
+from palpate.modeling.library.search import (
+    Excluded,
+    chosen,
+    excluded,
+    find,
+    fitting,
+    known_of,
+    measured,
+    named,
+    near,
+    none_fits,
+    wishes_of,
+)
 from tests.modeling.library.made_library import entry, made_library, predicted, rated
 
 LIBRARY = made_library()
@@ -122,3 +136,112 @@ def test_nothing_is_near_to_what_nothing_is_known_of():
     assert known_of(one, None) is known_of(one, "rated") is one
     with pytest.raises(LibraryError, match="T01: no model predicted it"):
         known_of(one, "predicted")
+
+
+def sure(name, *mean):
+    return entry(name, rated=rated(*mean, se=0.0))
+
+
+def asked(text, *entries):
+    library = made_library(*entries)
+    return library.textures, wishes_of(library, [text])
+
+
+ROUGH_SOFT = [sure(f"T0{k}", 5, 50, 50, 95) for k in range(1, 8)]
+"""Seven rough and soft textures."""
+
+
+def test_the_wish_that_leaves_out_most_is_named_though_a_texture_meets_it_best():
+    """Slippery is met wholly by one texture and leaves out seven; hard is met at best in part and leaves out two."""
+    half_hard = [sure(f"T1{k}", 5, 50, 20, 38.5) for k in range(5)]
+    others = [sure("T20", 5, 50, 20, 90), sure("T21", 5, 50, 90, 90)]
+    entries, wishes = asked("hard, slippery", *half_hard, *others)
+    assert excluded(entries, wishes) == [Excluded("hard", 2, 1), Excluded("slippery", 6, 5)]
+    assert none_fits(entries, wishes) == (
+        "None of 7 textures fits. Most are left out by 'slippery': 6 of 7. Without 'slippery', 5 would fit."
+    )
+
+
+def test_what_helps_need_not_be_what_leaves_out_most():
+    entries, wishes = asked("smooth, hard, flat", *ROUGH_SOFT, sure("T20", 95, 95, 50, 5))
+    assert [each.out for each in excluded(entries, wishes)] == [7, 7, 8]
+    told = none_fits(entries, wishes)
+    assert "Most are left out by 'flat': 8 of 8." in told and told.endswith("Without 'flat', 1 would fit.")
+    entries, wishes = asked(
+        "smooth, hard, flat", *ROUGH_SOFT[:3], sure("T20", 95, 95, 50, 5), sure("T21", 5, 5, 50, 95)
+    )
+    told = none_fits(entries, wishes)
+    assert "by 'smooth' and 'hard' and 'flat': 4 of 5 each." in told and "Without 'flat', 1 would fit." in told
+
+
+def test_where_no_wish_alone_is_to_blame_that_is_said():
+    """Three wishes that each fit by a tenth: together a thousandth."""
+    entries, wishes = asked("smooth, bumpy, slippery", sure("T01", 56.5, 56.5, 56.5, 50))
+    assert [each.out for each in excluded(entries, wishes)] == [0, 0, 0]
+    assert "Each wish alone leaves out none; all at once, none is left." in none_fits(entries, wishes)
+
+
+def test_two_that_both_exclude_everything_cannot_be_helped_by_giving_up_one():
+    entries, wishes = asked("smooth, hard, sticky", *ROUGH_SOFT)
+    told = none_fits(entries, wishes)
+    assert told.endswith("by 'smooth' and 'hard' and 'sticky': 7 of 7 each. Giving up one wish does not help.")
+
+
+def test_a_single_wish_needs_no_blame():
+    entries, wishes = asked("smooth", *ROUGH_SOFT)
+    assert none_fits(entries, wishes) == "None of 7 textures fits."
+
+
+def test_what_was_said_in_one_breath_is_given_up_at_once():
+    entries, wishes = asked("neither rough nor soft, flat", *ROUGH_SOFT[:2], sure("T20", 50, 95, 50, 50))
+    assert [(each.said, each.out, each.without) for each in excluded(entries, wishes)] == [
+        ("neither rough nor soft", 2, 0), ("flat", 3, 1),
+    ]  # fmt: skip
+
+
+def two(one, other, one_se=2.0, other_se=2.0):
+    return entry("A01", rated=rated(*one, se=one_se)), entry("B02", rated=rated(*other, se=other_se))
+
+
+def test_one_jnd_on_every_attribute_is_a_distance_of_one():
+    assert measured(*two((50, 50, 50, 50), (60, 40, 60, 40)), 4).distance == pytest.approx(1)
+    found = measured(*two((50, 50, 50, 50), (90, 50, 50, 50)), 4)
+    assert found.distance == pytest.approx(2)  # sqrt(4^2 / 4)
+    assert found.apart == (4, 0, 0, 0)
+
+
+@pytest.mark.parametrize("other", [(50, 50, 50, 50), (55, 45, 52, 50), (90, 20, 50, 40)])
+@pytest.mark.parametrize("spread", [1.0, 6.0, 15.0])
+def test_its_sd_and_likeness_are_those_of_drawn_textures(other, spread):
+    found = measured(*two((50, 50, 50, 50), other, spread, spread / 2), 4)
+    chance = np.random.Generator(np.random.PCG64(1))
+    drawn = chance.normal(np.subtract(other, 50), np.hypot(spread, spread / 2), (200_000, 4)) / JND
+    distances = np.sqrt((drawn**2).mean(axis=1))
+    assert found.sd == pytest.approx(distances.std(), rel=0.08)
+    assert found.alike == pytest.approx((np.abs(drawn) < 1).all(axis=1).mean(), abs=0.005)
+
+
+def test_what_is_known_for_sure_has_no_spread():
+    assert measured(*two((1, 2, 3, 4), (1, 2, 3, 4), 0, 0), 4).sd == 0
+    found = measured(*two((1, 2, 3, 4), (9, 2, 3, 4), 0, 0), 4)
+    assert found.sd == 0 and found.alike == 1
+    assert measured(*two((1, 2, 3, 4), (11, 2, 3, 4), 0, 0), 4).alike == 0
+
+
+def test_distances_are_the_same_from_either_side():
+    one, other = two((10, 20, 30, 40), (44, 33, 22, 11), 3, 9)
+    there, back = measured(one, other, 4), measured(other, one, 4)
+    assert (there.distance, there.sd, there.alike) == pytest.approx((back.distance, back.sd, back.alike))
+
+
+def test_the_nearest_come_first_and_a_texture_is_not_near_itself():
+    library = made_library()
+    found = near(library.textures[0], library.textures, 4)
+    assert [each.entry.id for each in found] == ["T02", "T06", "T05", "T03", "T04"]
+
+
+def test_an_attribute_that_is_not_known_makes_the_distance_unsure():
+    one, other = two((50, 50, 50, 50), (50, 50, 50, 50))
+    lacking = other.model_copy(update={"rated": other.rated.model_copy(update={"mean": (None, 50, 50, 50)})})
+    assert measured(one, lacking, 4).sd > 3 * measured(one, other, 4).sd
+    assert measured(one, lacking, 4).alike < 0.4 and measured(one, other, 4).alike > 0.9

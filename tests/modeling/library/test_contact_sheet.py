@@ -6,10 +6,24 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.modeling.library.drawing import DOT, FINE, GAP, PREDICTED, WIDE, WISHED, height_of
+from palpate.modeling.library.contact_sheet import (
+    DOT,
+    FINE,
+    GAP,
+    HEAD,
+    MOST,
+    NEXT,
+    PREDICTED,
+    WIDE,
+    WISHED,
+    height_of,
+    pictures_of,
+    sheet,
+    tiles_of,
+    write_sheet,
+)
 from palpate.modeling.library.entries import LibraryError
-from palpate.modeling.library.finding import wishes_of
-from palpate.modeling.library.sheet import HEAD, MOST, NEXT, pictures_of, sheet, tiles_of, write_sheet
+from palpate.modeling.library.search import wishes_of
 from tests.modeling.library.made_library import entry, made_library, rated
 
 LIBRARY = made_library()
