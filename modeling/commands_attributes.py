@@ -115,7 +115,7 @@ def material_for(asked: Asked, report: Report) -> Material:
     Features can take half an hour: a cluster that is not there, or not fit, is refused before (JobError).
     """
     if asked.cluster is not None:
-        from palpate.modeling.training.jobs_cluster import demand_cluster
+        from palpate.modeling.training.jobs import demand_cluster
 
         report("looking for the cluster")
         demand_cluster(asked.cluster)

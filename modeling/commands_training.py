@@ -27,8 +27,8 @@ from palpate.modeling.doors.results import (
     evaluate_methods,
 )
 from palpate.modeling.training.history import history_of
+from palpate.modeling.training.run_card import Written, write_trained
 from palpate.modeling.training.threads import limited
-from palpate.modeling.training.written import Written, write_trained
 from palpate.protocols.progress import Report
 from palpate.signals.doors.grid import POINTS
 
@@ -70,7 +70,7 @@ def train_pair(data: DoorData, asked: Training, report: Report) -> dict[Directio
 
 
 def _write(results: DoorResults, way: Direction, model: Fitted, seconds: float, folder: Path) -> Written:
-    from palpate.modeling.files.writing import write_model
+    from palpate.modeling.files.model_files import write_model
 
     domain = results.domain
     folds = results.methods(way)[0]

@@ -14,7 +14,7 @@ import numpy as np
 from safetensors.numpy import load_file
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.writing import write_model
+from palpate.modeling.files.model_files import write_model
 from palpate.signals.models.card import Card
 
 NOTE = "judged in single precision, shipped in half"

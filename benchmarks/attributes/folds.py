@@ -16,7 +16,7 @@ from palpate.modeling.attributes.entries import PROPOSED, Own
 from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.methods import Method
-from palpate.modeling.training.jobs_cluster import local_cluster
+from palpate.modeling.training.jobs import local_cluster
 from palpate.protocols.bench import Case
 
 AREA = "textures"

@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from palpate.modeling.attributes.material import MaterialError, Pair, Texture
 from palpate.modeling.attributes.methods import Fitted, Method, predictions
-from palpate.modeling.files.replacing import NUMBERS, replace_model
+from palpate.modeling.files.model_files import NUMBERS, replace_model
 from palpate.protocols.canonical import NotCanonical, canonical, digest, json_text, parse
 from palpate.protocols.strict import Strict
 from palpate.signals.arrays import Array

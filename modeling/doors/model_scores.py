@@ -66,7 +66,7 @@ def model_scores(
 
     The difference is in percent of the range, over `given`. The files stay in the folder, where there is one.
     """
-    from palpate.modeling.files.writing import write_model
+    from palpate.modeling.files.model_files import write_model
     from palpate.signals.models.file import read_model
 
     takes, gives = ports(data, scaling, direction)

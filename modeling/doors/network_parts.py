@@ -13,7 +13,7 @@ from palpate.modeling.columns import CONSTANT
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.preparing import Rows, rows_of
-from palpate.modeling.training.stepping import answers_of
+from palpate.modeling.training.steps import answers_of
 from palpate.signals.arrays import Array
 
 AT_ONCE = 64

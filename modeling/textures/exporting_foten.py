@@ -23,7 +23,7 @@ from palpate.modeling.textures.heads import LEAST_LOG_SD, Spread
 from palpate.modeling.textures.matching import Matched
 from palpate.modeling.textures.recording import Scale, TextureDataError
 from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
-from palpate.modeling.training.stepping import answers_of
+from palpate.modeling.training.steps import answers_of
 from palpate.signals.models.card import Activation, Affine, Conv, Dense, Reshape, Step
 from palpate.signals.models.card_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
 

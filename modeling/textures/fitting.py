@@ -25,7 +25,7 @@ from palpate.modeling.training.optimisers import cosine
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
-from palpate.modeling.training.stepping import Loss, answers_of
+from palpate.modeling.training.steps import Loss, answers_of
 from palpate.signals.arrays import Array
 
 AT_ONCE = 512

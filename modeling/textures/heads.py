@@ -11,7 +11,7 @@ from torch.nn import functional
 
 from palpate.modeling.textures.foten_layers import Dropout
 from palpate.modeling.textures.recording import TextureDataError
-from palpate.modeling.training.stepping import Loss
+from palpate.modeling.training.steps import Loss
 
 UNITS = (256, 64)
 """Thesis 4.4.5: the two dense layers before the last one."""

@@ -58,7 +58,7 @@ def write_texture(
     where a model gives spectra, a touch begins without. Raises ModelWritingError for what cannot be written,
     TextureDataError for a training part without samples.
     """
-    from palpate.modeling.files.writing import write_model
+    from palpate.modeling.files.model_files import write_model
 
     takes, gives = ports(fitted, method)
     exported = fitted.exported()

@@ -17,8 +17,7 @@ from palpate.modeling.textures.recording import Recording, TextureDataError, rec
 from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.training.history import history_in
-from palpate.modeling.training.run_card import run_card
-from palpate.modeling.training.written import Written, write_trained
+from palpate.modeling.training.run_card import Written, run_card, write_trained
 from palpate.protocols.progress import Report
 
 ONE_STEP = ("mae", "mae_m_s2", "gfc", "explained")
@@ -67,7 +66,7 @@ def _write(
     from safetensors.numpy import load_file
 
     from palpate.modeling.files.exported import Exported
-    from palpate.modeling.files.writing import write_model
+    from palpate.modeling.files.model_files import write_model
     from palpate.signals.models.card import Card
 
     if not fitted.files:

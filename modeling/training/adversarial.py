@@ -20,7 +20,7 @@ from palpate.modeling.training.refusals import TrainingError
 from palpate.modeling.training.seeding import batch_chance, order
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Source
-from palpate.modeling.training.stepping import Loss, batches, number, refuse_gradient
+from palpate.modeling.training.steps import Loss, batches, number, refuse_gradient
 
 
 class Adversaries(nn.Module):

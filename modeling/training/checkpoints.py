@@ -25,8 +25,7 @@ from palpate.modeling.training.schedule import course_of
 from palpate.modeling.training.seeding import batch_chance
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Source, answer_of, digest_of
-from palpate.modeling.training.stepping import Loss
-from palpate.modeling.training.weights import Weights, copied, restore
+from palpate.modeling.training.steps import Loss, Weights, copied, restore
 from palpate.protocols.canonical import canonical, difference, digest, parse
 from palpate.protocols.files import UNFINISHED, write_bytes
 from palpate.protocols.progress import Report

@@ -2,19 +2,26 @@
 
 The results are those of the jobs one after another, in their order, whichever way and however many workers: a job
 has its own process while it runs, a fixed number of threads, and no chance that is not its own. On cores these are
-joblib's processes (loky), which are gone when the jobs are done or stopped.
+joblib's processes (loky), which are gone when the jobs are done or stopped. The extra `cluster` is imported here only.
 """
 
 from __future__ import annotations
 
+import ctypes
+import sys
 import time
+import traceback
 import warnings
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
-from palpate.modeling.training.job import Job, attempted, done, named, opened
 from palpate.modeling.training.refusals import JobBroken, JobError
+from palpate.modeling.training.run_card import versions
+from palpate.modeling.training.threads import limited
 from palpate.protocols.progress import Clock, Pace, Report, lasting, silent
 
 Given = TypeVar("Given")
@@ -65,8 +72,6 @@ def _cores() -> int:
 
 def _way(workers: int, cluster: str | None) -> Callable[[list[Job], Callable[[Job, Result], None], Report], None]:
     if cluster is not None:
-        from palpate.modeling.training.jobs_cluster import on_cluster
-
         return lambda tasks, took, report: on_cluster(cluster, tasks, took, report)
     if workers > 1:
         return lambda tasks, took, report: on_cores(workers, tasks, took, report)
@@ -133,3 +138,178 @@ def _stop_workers() -> None:
     from joblib.externals.loky import get_reusable_executor
 
     get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
+
+
+LONGEST = 80
+
+
+@dataclass(frozen=True)
+class Job:
+    """`call(given)`, as job number `index`."""
+
+    index: int
+    name: str
+    call: Callable[[Any], Any]
+    given: Any
+    threads: int
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A failure in words: an error itself may not survive pickling. `refused` tells a mistake of input from a fault."""
+
+    words: str
+    trace: str
+    refused: bool
+
+
+def attempted(job: Job) -> Any:
+    """The job's result or `Failed`; runs in the worker."""
+    try:
+        with limited(job.threads):
+            return job.call(job.given)
+    except Exception as error:
+        words = f"{type(error).__name__}: {error}"
+        refused = isinstance(error, ValueError)
+        return Failed(str(error) if refused else words, "".join(traceback.format_exception(error)), refused)
+
+
+def opened(job: Job, outcome: Any) -> Any:
+    """The result. Raises JobError or JobBroken, with the job's name, for a failure."""
+    if not isinstance(outcome, Failed):
+        return outcome
+    if outcome.refused:
+        raise JobError(f"{job.name}: {outcome.words}")
+    raise JobBroken(f"{job.name}: {outcome.words}\n{outcome.trace}")
+
+
+def done(job: Job) -> Any:
+    """The job done in this process."""
+    return opened(job, attempted(job))
+
+
+def named(index: int, given: Any) -> str:
+    """What the job is called: its own `name`, or its beginning as text."""
+    name = getattr(given, "name", None)
+    text = name if isinstance(name, str) else repr(given)
+    return f"job {index + 1} ({text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'})"
+
+
+PATIENCE_S = 30
+LACKING = "A cluster needs the extra `cluster`: pip install 'palpate[cluster]'."
+
+
+def on_cluster(address: str, jobs: list[Job], took: Callable[[Job, Any], None], report: Report) -> None:
+    """Do the jobs by the cluster's workers. The scheduler gives the jobs of a worker that died to another one.
+
+    Raises JobError where there is no such cluster, its workers have other versions than this process, or more than one
+    thread each: trainings in one process would draw from each other's chance.
+    """
+    with _client(address) as client:
+        _refuse_unfit(client, address)
+        report(f"{len(client.nthreads())} workers at {address}")
+        futures = {client.submit(_attempted_there, job, pure=False): job for job in jobs}
+        _collect(client, futures, took)
+
+
+def demand_cluster(address: str) -> None:
+    """For long work whose jobs go there later. Raises JobError where `on_cluster` would refuse the cluster."""
+    with _client(address) as client:
+        _refuse_unfit(client, address)
+
+
+@contextmanager
+def local_cluster(workers: int, scratch: Path) -> Iterator[str]:
+    """A scheduler and so many workers of one thread on this machine, each a process; gone afterwards. Its address."""
+    try:
+        import dask
+        from distributed import LocalCluster
+    except ModuleNotFoundError:
+        raise JobError(LACKING) from None
+    once = {"distributed.worker.multiprocessing-method": "forkserver"}  # one import for all workers
+    with (
+        dask.config.set(once),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            local_directory=str(scratch),
+        ) as cluster,
+    ):
+        yield str(cluster.scheduler_address)
+
+
+def _attempted_there(job: Job) -> Any:
+    keep_freed()
+    return attempted(job)
+
+
+def _collect(client: Any, futures: dict[Any, Job], took: Callable[[Job, Any], None]) -> None:
+    from distributed import as_completed
+
+    try:
+        for future in as_completed(list(futures), loop=client.loop):
+            job = futures[future]
+            took(job, opened(job, _outcome(future, job)))
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _outcome(future: Any, job: Job) -> Any:
+    if future.status == "finished":
+        return future.result()
+    error = future.exception() if future.status == "error" else None
+    raise JobBroken(f"{job.name}: the cluster gave it up ({error or future.status}).")
+
+
+def _client(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise JobError(LACKING) from None
+    try:
+        return Client(address, set_as_default=False, timeout=PATIENCE_S)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise JobError(f"There is no Dask scheduler at {address}: {error}") from None
+
+
+def _refuse_unfit(client: Any, address: str) -> None:
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE_S)
+    except TimeoutError:
+        raise JobError(f"The cluster at {address} has no workers: start one with `dask worker {address}`.") from None
+    for worker, threads in client.nthreads().items():
+        if threads != 1:
+            raise JobError(f"Worker {worker} has {threads} threads: start it with --nthreads 1 (and --nworkers N).")
+    _refuse_versions(client.run(versions))
+
+
+def _refuse_versions(theirs: Mapping[str, Mapping[str, str | None]]) -> None:
+    """Other versions give other numbers."""
+    ours = versions()
+    for worker, found in theirs.items():
+        other = [name for name in ours if found.get(name) != ours[name]]
+        if other:
+            told = ", ".join(f"{name} {found.get(name)} (here {ours[name]})" for name in other)
+            raise JobError(f"Worker {worker} has {told}: install the same versions there.")
+
+
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc
+TRIM, MMAP = 256 << 20, 32 << 20
+"""Bytes; the second is the most that glibc takes, and where it goes by itself in time."""
+
+
+def keep_freed() -> None:
+    """Let this process keep what it frees, as it does unless its environment says otherwise; glibc only, else nothing.
+
+    Dask starts its workers with MALLOC_TRIM_THRESHOLD_=65536. With it every tensor of 128 KiB or more comes from the
+    system and goes back to it; the page faults made trainings of the thesis' network 1.7 times as long.
+    """
+    if sys.platform != "linux":
+        return
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:
+        mallopt(M_TRIM_THRESHOLD, TRIM)
+        mallopt(M_MMAP_THRESHOLD, MMAP)

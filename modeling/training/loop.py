@@ -26,8 +26,7 @@ from palpate.modeling.training.schedule import Course, course_of
 from palpate.modeling.training.seeding import training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Source
-from palpate.modeling.training.stepping import Loss, mean_loss, train_epoch
-from palpate.modeling.training.weights import copied, finite, restore, trainable
+from palpate.modeling.training.steps import Loss, copied, finite, mean_loss, restore, train_epoch, trainable
 from palpate.protocols.progress import Clock, Pace, Report, lasting, silent
 
 Optimise: TypeAlias = Callable[[list[nn.Parameter], float], Optimizer]

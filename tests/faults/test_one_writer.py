@@ -35,7 +35,7 @@ JSON_ELSEWHERE = {
     "analysis/regenerating/comparison.py": "for people to compare", "analysis/regenerating/outputs.py": "for a digest",
     "benchmarks/streams/run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",
     "benchmarks/doors/designer_window.py": "to its parent",
-    "modeling/files/writing.py": "a card that `canonical` has read",
+    "modeling/files/model_files.py": "a card that `canonical` has read",
     "modeling/attributes/model_file.py": "back to pydantic", "modeling/attributes/stored_material.py": "for a digest",
 }  # fmt: skip
 

@@ -11,7 +11,7 @@ from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.model_file import ModelFileError, read_model
 from palpate.modeling.commands import evaluate, train
 from palpate.modeling.commands_library import textures
-from palpate.modeling.training import jobs_cluster
+from palpate.modeling.training import jobs
 from palpate.modeling.training.refusals import JobError
 from tests.modeling.attributes.made_material import made_material
 from tests.modeling.attributes.made_recordings import rated, table
@@ -185,7 +185,7 @@ def test_no_method_at_all_is_refused(made, tmp_path, names):
 def test_a_cluster_that_is_not_there_is_refused_before_features_are_made(tmp_path, monkeypatch, group):
     read = []
     monkeypatch.setattr("palpate.modeling.attributes.reading.read_material", lambda *_, **__: read.append(1))
-    monkeypatch.setattr(jobs_cluster, "PATIENCE_S", 0.5)
+    monkeypatch.setattr(jobs, "PATIENCE_S", 0.5)
     with pytest.raises(JobError, match="no Dask scheduler at tcp://127.0.0.1:9"):
         done(group, "--lab", tmp_path, "--cluster", "tcp://127.0.0.1:9")
     assert read == []

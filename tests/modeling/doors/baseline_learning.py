@@ -12,7 +12,7 @@ from palpate.modeling.doors.pca_regression import PCA_REGRESSION
 from palpate.modeling.doors.pca_ridge import PCA_RIDGE
 from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.doors.training_variants import with_variants
-from palpate.modeling.files.writing import write_model
+from palpate.modeling.files.model_files import write_model
 from palpate.signals.models.card import Port
 from palpate.signals.models.file import read_model
 from tests.modeling.doors.network_learning import SEEN, UNSEEN, data_of, learning, profiles

@@ -13,7 +13,7 @@ from palpate.modeling.doors.model_scores import ports
 from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import FURTHEST_N
 from palpate.modeling.doors.ridge import RIDGE
-from palpate.modeling.files.writing import write_model
+from palpate.modeling.files.model_files import write_model
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.file import read_model
 from tests.modeling.doors.baseline_learning import asked, learn

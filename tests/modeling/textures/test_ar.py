@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.writing import write_model
+from palpate.modeling.files.model_files import write_model
 from palpate.modeling.textures.ar import AR, RADIUS, STEP, fit, segmented
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.files.writing import write_model
+from palpate.modeling.files.model_files import write_model
 from palpate.modeling.textures.exporting_foten import exported_windows, pieces
 from palpate.modeling.textures.fitting import FittedWindows
 from palpate.modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, FOTEN_THESIS, epochs_for, generative, literal

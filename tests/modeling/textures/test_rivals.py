@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.files.writing import write_model
+from palpate.modeling.files.model_files import write_model
 from palpate.modeling.textures.dstn import DSTN, Dstn
 from palpate.modeling.textures.exporting_foten import exported_windows, pieces
 from palpate.modeling.textures.fitting import for_length

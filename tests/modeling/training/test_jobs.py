@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.modeling.training import jobs as jobs_module
-from palpate.modeling.training import jobs_cluster
+from palpate.modeling.training import jobs
 from palpate.modeling.training.jobs import run_jobs
 from palpate.modeling.training.refusals import JobBroken, JobError
 from tests.modeling.training import working
@@ -54,7 +53,7 @@ def test_processes_give_what_one_gives_also_when_one_of_them_is_killed(alone, tm
 def test_every_core_that_this_process_may_use_has_a_worker(monkeypatch):
     asked = []
     monkeypatch.setattr("joblib.cpu_count", lambda: 3)
-    monkeypatch.setattr(jobs_module, "on_cores", lambda workers, *_rest: asked.append(workers))
+    monkeypatch.setattr(jobs, "on_cores", lambda workers, *_rest: asked.append(workers))
     with pytest.raises(KeyError):  # nothing was done
         run_jobs(working.root, [1.0] * 5)
     assert asked == [3]
@@ -75,7 +74,7 @@ def test_a_cluster_gives_the_same_also_when_one_of_its_workers_is_killed(alone, 
     assert [result.tobytes() for result in results] == [result.tobytes() for result in alone]
     with pytest.raises(JobError, match=r"^job 2 \(-1\): -1 is below zero"):
         run_jobs(working.root, [4.0, -1], cluster=cluster)
-    jobs_cluster.demand_cluster(cluster)  # fit, so nothing is said
+    jobs.demand_cluster(cluster)  # fit, so nothing is said
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -101,7 +100,7 @@ def test_a_lambda_and_no_jobs_will_do():
 
 
 def test_no_workers_and_no_such_cluster_are_refused(monkeypatch):
-    monkeypatch.setattr(jobs_cluster, "PATIENCE_S", 0.5)
+    monkeypatch.setattr(jobs, "PATIENCE_S", 0.5)
     with pytest.raises(JobError, match="workers is 0"):
         run_jobs(working.root, [1.0], workers=0)
     with pytest.raises(JobError, match="no Dask scheduler at tcp://127.0.0.1:9"):
@@ -109,7 +108,7 @@ def test_no_workers_and_no_such_cluster_are_refused(monkeypatch):
     with pytest.raises(JobError, match="no Dask scheduler at nowhere:at:all"):
         run_jobs(working.root, [1.0], cluster="nowhere:at:all")
     with pytest.raises(JobError, match="no Dask scheduler at tcp://127.0.0.1:9"):
-        jobs_cluster.demand_cluster("tcp://127.0.0.1:9")
+        jobs.demand_cluster("tcp://127.0.0.1:9")
 
 
 def test_without_the_extra_the_message_names_it(monkeypatch):

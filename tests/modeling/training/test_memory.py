@@ -9,7 +9,7 @@ import pytest
 FAULTS = """
 import resource, sys, threading
 import numpy as np
-from palpate.modeling.training.jobs_cluster import keep_freed
+from palpate.modeling.training.jobs import keep_freed
 
 def used():
     for _ in range(200):

@@ -11,7 +11,7 @@ from pathlib import Path
 CLUSTER = """
 import sys
 from pathlib import Path
-from palpate.modeling.training.jobs_cluster import local_cluster
+from palpate.modeling.training.jobs import local_cluster
 if __name__ == "__main__":
     with local_cluster(2, Path(sys.argv[1])) as address:
         print(address, flush=True)

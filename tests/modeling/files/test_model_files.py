@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
-from palpate.modeling.files import replacing
+from palpate.modeling.files import model_files
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.replacing import ModelWritingError
-from palpate.modeling.files.writing import write_model
+from palpate.modeling.files.model_files import ModelWritingError, write_model
 from palpate.protocols import files
 from palpate.signals.models.card import Affine, Dense, Interval, Port, Residual
 from palpate.signals.models.file import ModelFileError, read_model
@@ -101,7 +100,7 @@ def test_arrays_that_no_step_uses_or_that_are_missing_are_named(tmp_path):
 
 def cut_off(monkeypatch, at):
     """Let writing a file fail from the one with this number on."""
-    whole, done = replacing.write_bytes, []
+    whole, done = model_files.write_bytes, []
 
     def write_bytes(path, *given):
         if len(done) == at:
@@ -109,7 +108,7 @@ def cut_off(monkeypatch, at):
         done.append(path)
         whole(path, *given)
 
-    monkeypatch.setattr(replacing, "write_bytes", write_bytes)
+    monkeypatch.setattr(model_files, "write_bytes", write_bytes)
 
 
 @pytest.mark.parametrize("at", range(4))

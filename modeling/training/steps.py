@@ -1,9 +1,9 @@
-"""One epoch of steps, the loss on rows that are only looked at, and what a network answers."""
+"""The steps of an epoch: train on it, measure the loss on held rows, predict, copy and restore weights."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,13 +11,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.autograd import backward
+from torch.nn.utils import get_total_norm
 from torch.optim import Optimizer
 
 from palpate.modeling.training.refusals import TrainingError
 from palpate.modeling.training.seeding import batch_chance, order, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Source, answer_of
-from palpate.modeling.training.weights import finite
 
 Loss: TypeAlias = Callable[[Any, Any], Tensor]
 """The network's answer and the target to one number, the mean over the rows of a batch."""
@@ -96,3 +96,41 @@ def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray
         found = torch.cat([network(part) for part in torch.split(rows, at_once)])
     answers: NDArray[np.float64] = found.numpy().astype(np.float64)
     return answers
+
+
+Weights = Mapping[str, Tensor]
+
+
+def copied(network: nn.Module) -> dict[str, Tensor]:
+    """Weights and buffers (running means), each a tensor of its own."""
+    return {name: tensor.detach().clone().contiguous() for name, tensor in network.state_dict().items()}
+
+
+def restore(network: nn.Module, weights: Weights) -> None:
+    """Put copied weights back."""
+    network.load_state_dict(dict(weights))
+
+
+def finite(tensors: Iterable[Tensor]) -> bool:
+    """Whether every number is finite; a tensor of whole numbers always is.
+
+    A finite norm says so at a thirtieth of the time of looking at each number; one that overflowed does not deny it.
+    """
+    floats = [tensor for tensor in tensors if tensor.is_floating_point()]
+    if math.isfinite(float(get_total_norm(floats))):
+        return True
+    return all(bool(torch.isfinite(tensor).all()) for tensor in floats)
+
+
+def trainable(network: nn.Module) -> list[nn.Parameter]:
+    """What is to be trained. Raises TrainingError where there is nothing, or where the trainer cannot vouch for it."""
+    parameters = [parameter for parameter in network.parameters() if parameter.requires_grad]
+    if not parameters:
+        raise TrainingError(f"{type(network).__name__} has no weights to train: all are frozen, or there are none.")
+    if away := {str(tensor.device) for tensor in network.state_dict().values()} - {"cpu"}:
+        raise TrainingError(f"the network lies on {', '.join(sorted(away))}: this trainer computes on the CPU.")
+    if any(tensor.is_complex() for tensor in network.state_dict().values()):
+        raise TrainingError(f"{type(network).__name__} has complex weights: hold them as real and imaginary parts.")
+    if not finite(network.state_dict().values()):
+        raise TrainingError(f"{type(network).__name__} has weights that are not finite before training.")
+    return parameters

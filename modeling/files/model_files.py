@@ -1,11 +1,12 @@
-"""Writing a trained model: NAME.json, its card, and NAME.safetensors, its numbers; whole or not at all."""
+"""Write a trained model, NAME.json (its card) and NAME.safetensors (its numbers): both or neither."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,8 @@ from pydantic import ValidationError
 from safetensors import numpy as numbers
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.replacing import NUMBERS, ModelWritingError, replace_model
 from palpate.protocols.canonical import NotCanonical, canonical
+from palpate.protocols.files import staged_files, write_bytes
 from palpate.signals.models.card import Card, Interval, Port, Texture, Weights, complaint, tensors_named
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
@@ -120,3 +121,56 @@ def _renamed(path: Path, numbers_file: str, copy: str) -> bytes | None:
 
 def _text(card: Card) -> bytes:
     return (card.model_dump_json(indent=1) + "\n").encode()
+
+
+NUMBERS = ".safetensors"
+
+
+class ModelWritingError(ValueError):
+    """A model that is not written: the message says which, what was found and what is expected."""
+
+
+def replace_model(card: Path, text: bytes, content: bytes, renamed: Callable[[str], bytes | None]) -> Path:
+    """Put a card's text and the content of its numbers in place when both are on the disk; return the card's path.
+
+    Whenever the writing is cut off, the card that is there belongs to numbers that are there: an earlier card is first
+    made to name a copy of its numbers. `renamed(file)` returns that card with its numbers in `file`; None where there
+    is none that can be read, or it names such a copy already.
+
+    Raises ModelWritingError for files that do not read back as they were written, and OSError. Both leave the earlier
+    model whole.
+    """
+    numbers = card.with_name(f"{card.stem}{NUMBERS}")
+    copy = card.with_name(f"{card.stem}~replaced{NUMBERS}")  # no model can have this name
+    files = {numbers.name: content, card.name: text}
+
+    def check(draft: Path) -> None:
+        for name, expected in files.items():
+            _require_kept(draft / name, expected, card.with_name(name))
+        _free_numbers(card, numbers, copy, renamed(copy.name))
+
+    with staged_files(card.parent, last=[card.name], check=check) as draft:
+        for name, expected in files.items():
+            write_bytes(draft / name, expected)
+    copy.unlink(missing_ok=True)
+    return card
+
+
+def _free_numbers(card: Path, numbers: Path, copy: Path, renamed: bytes | None) -> None:
+    """Let the earlier card name a copy of its numbers, so that their own name is free."""
+    if renamed is None or not numbers.is_file():
+        return
+    earlier = numbers.read_bytes()
+    try:
+        write_bytes(copy, earlier, lambda draft: _require_kept(draft, earlier, copy))
+        write_bytes(card, renamed, lambda draft: _require_kept(draft, renamed, card))
+    except BaseException:
+        with suppress(OSError):
+            if card.read_bytes() != renamed:  # else the card is in place, and only its folder could not be synced
+                copy.unlink(missing_ok=True)
+        raise
+
+
+def _require_kept(draft: Path, content: bytes, path: Path) -> None:
+    if draft.read_bytes() != content:
+        raise ModelWritingError(f"{path}: it does not read back as it was written, and was not replaced.")
