@@ -8,9 +8,9 @@ from itertools import product
 
 import numpy as np
 
+from palpate.modeling.doors.data import TOP
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.plausibility import Plausibility, judged_all
-from palpate.modeling.doors.scaling import TOP
 from palpate.signals.arrays import Array
 
 MIDDLE = TOP / 2

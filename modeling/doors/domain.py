@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData, ModelDataError, Scaling
 from palpate.modeling.doors.folding import Fold, held_share
 from palpate.modeling.doors.methods import Fitted, Learning, Method
 from palpate.modeling.doors.model_scores import model_scores
 from palpate.modeling.doors.profile_scores import corner_scores, profile_scores
 from palpate.modeling.doors.registry import FORWARD, INVERSE, Direction
-from palpate.modeling.doors.scaling import Scaling
 from palpate.modeling.doors.training_variants import with_variants
 from palpate.modeling.evaluate.engine import Domain, Result
 from palpate.modeling.files.result_store import array_digest

@@ -19,13 +19,12 @@ from numpy.random import Generator as Chance
 from numpy.typing import NDArray
 
 from palpate.modeling.doors import generator_networks as networks
-from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.data import TOP, ModelDataError
 from palpate.modeling.doors.generator_networks import Generator, How, Layers, Size, fresh
 from palpate.modeling.doors.generator_shapes import Code, code_of, opened, plausible
 from palpate.modeling.doors.generator_teacher import Teacher, foreign_to
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import PLAYABLE, checked_wishes, on_one_thread, rows_of
-from palpate.modeling.doors.scaling import TOP
 from palpate.modeling.files.exported import Exported
 from palpate.signals.arrays import Array
 from palpate.signals.doors.limits import bounded_profiles

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from palpate.modeling.doors.scaling import TOP
+from palpate.modeling.doors.data import TOP
 from palpate.modeling.training.loop import train
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings

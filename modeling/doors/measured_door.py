@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.modeling.doors.data import TOP, near_groups
 from palpate.modeling.doors.domain import DoorDomain, FoldJob, trained
 from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import half_widths
@@ -17,8 +18,6 @@ from palpate.modeling.doors.plausibility import against
 from palpate.modeling.doors.profile_scores import perceivers_for
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.results import MethodResults
-from palpate.modeling.doors.scaling import TOP
-from palpate.modeling.doors.sources import near_groups
 from palpate.signals.arrays import Array
 
 SPLIT = "without the measured door"

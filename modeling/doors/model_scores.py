@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.data import DoorData, Scaling
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.preparing import FURTHEST_N, WISH
 from palpate.modeling.doors.registry import Direction
-from palpate.modeling.doors.scaling import Scaling
 from palpate.protocols.progress import Clock
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS

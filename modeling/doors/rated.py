@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.modeling.doors.data import DoorData, ModelDataError
-from palpate.modeling.doors.sources import near_groups
+from palpate.modeling.doors.data import DoorData, ModelDataError, near_groups
 from palpate.protocols.wording import some
 from palpate.signals.arrays import Array, Indices, Mask
 from palpate.signals.doors.grid import POINTS

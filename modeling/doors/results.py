@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.data import TOP, DoorData, scaling_of
 from palpate.modeling.doors.domain import ALL, LEAKY, WHOLE, DoorDomain, FoldJob
 from palpate.modeling.doors.folding import KINDS, Fold, Kinds, folds
 from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.registry import DEFAULT, ON_REQUEST, SLOW, Direction
-from palpate.modeling.doors.scaling import TOP, scaling_of
 from palpate.modeling.doors.training_variants import with_variants
 from palpate.modeling.evaluate.engine import EvaluateOptions, Result, Results, evaluate
 from palpate.protocols.progress import Clock, Report, silent

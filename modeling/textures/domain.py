@@ -14,8 +14,7 @@ from palpate.modeling.evaluate.engine import Domain, Result, result_of
 from palpate.modeling.textures.drive import Drive, explored, from_recording
 from palpate.modeling.textures.free_run import free_run_scores
 from palpate.modeling.textures.methods import Method
-from palpate.modeling.textures.metrics import density
-from palpate.modeling.textures.metrics_running import envelope
+from palpate.modeling.textures.metrics import density, envelope
 from palpate.modeling.textures.one_step import fit_and_score, learning_for
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError, recording_digest
 from palpate.modeling.textures.registry import METHODS

@@ -8,9 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.textures.joined import pieces_of
-from palpate.modeling.textures.metrics_running import CYCLE, cycle
-from palpate.modeling.textures.recording import RATE_HZ, Parts, Recording, TextureDataError
+from palpate.modeling.textures.metrics import CYCLE, cycle
+from palpate.modeling.textures.recording import RATE_HZ, Parts, Recording, TextureDataError, pieces_of
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.windows import Stretches, samples_of
 from palpate.signals.arrays import Array

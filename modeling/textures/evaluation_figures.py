@@ -25,8 +25,7 @@ from palpate.modeling.textures.evaluation_tables import (
     start_of,
     warm_up_rows,
 )
-from palpate.modeling.textures.metrics import SMOOTHED, density
-from palpate.modeling.textures.metrics_running import ENVELOPE_MS, envelope
+from palpate.modeling.textures.metrics import ENVELOPE_MS, SMOOTHED, density, envelope
 from palpate.modeling.textures.recording import RATE_HZ
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 from palpate.modeling.training.history import history_in

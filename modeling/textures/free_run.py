@@ -8,9 +8,19 @@ from types import MappingProxyType
 import numpy as np
 
 from palpate.modeling.textures.drive import Drive
-from palpate.modeling.textures.metrics import SMOOTHED, level_ratio, raw_gfc, smoothed_gfc
-from palpate.modeling.textures.metrics_felt import felt_distance
-from palpate.modeling.textures.metrics_running import GREATEST, correlation, cycle, envelope, greatest_ratio, slow
+from palpate.modeling.textures.metrics import (
+    GREATEST,
+    SMOOTHED,
+    correlation,
+    cycle,
+    envelope,
+    felt_distance,
+    greatest_ratio,
+    level_ratio,
+    raw_gfc,
+    slow,
+    smoothed_gfc,
+)
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.signals.arrays import Array
 

@@ -13,19 +13,22 @@ paper finds phases by iterations that need the whole signal (Griffin and Lim 198
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import torch
-from torch import Tensor
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+from torch import Tensor, nn
+from torch.nn import functional
 
 from palpate.modeling.files.exported import Exported
+from palpate.modeling.textures.exporting_foten import Pieces, pieces
+from palpate.modeling.textures.exporting_informer import attended  # noqa: F401 - convolutions are registered there
 from palpate.modeling.textures.fitting import for_length, settings_for
-from palpate.modeling.textures.gan_networks import NOISE, Critic, Generator
-from palpate.modeling.textures.gan_scale import SpectraScale, spectra_scale
 from palpate.modeling.textures.methods import Learning, Method
-from palpate.modeling.textures.recording import TextureDataError
-from palpate.modeling.textures.spectrograms import FAINTEST, Frames, Spectra, spectra
+from palpate.modeling.textures.recording import Recording, TextureDataError
+from palpate.modeling.textures.shapes import shaped
 from palpate.modeling.textures.windows import Stretches, samples_of
 from palpate.modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
 from palpate.modeling.training.loop import Trained, train
@@ -33,6 +36,8 @@ from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
 from palpate.signals.arrays import Array
+from palpate.signals.models.card import Activation, Affine, Reshape, Step, Upsample
+from palpate.signals.models.card_steps import Turn
 
 SIZE, PARTS, FRAMES = 56, 4, 4
 """Samples of a frame (thesis table 4.3), hops in a frame, frames in a block."""
@@ -78,8 +83,6 @@ class FittedGan:
 
     def exported(self) -> Exported:
         """Steps from speed, force and noise (66) to log magnitudes (bins, frames) in C order."""
-        from palpate.modeling.textures.exporting_gan import exported_generator
-
         return exported_generator(cast(Generator, self.network.generator), self.scale)
 
 
@@ -160,3 +163,194 @@ GAN = Method(
     name="gan", title="Spectrogram GAN", fit=fit, window=SIZE, kind="block", sampled=True,
     source="Ujitoko and Ban 2018",
 )  # fmt: skip
+
+
+LEAST_SD = 1e-3
+"""Of a log magnitude: a bin that hardly varies is not blown up."""
+
+
+@dataclass(frozen=True)
+class SpectraScale:
+    """Mean and SD (bins) of the training part's log magnitudes, mean and SD (2) of speed and force.
+
+    A hand that does not vary has SD 1.
+    """
+
+    mean: Array
+    sd: Array
+    hand_mean: Array
+    hand_sd: Array
+
+    def down(self, log_magnitude: Array) -> Array:
+        """(..., bins) to numbers about 0."""
+        return (log_magnitude - self.mean) / self.sd
+
+    def up(self, numbers: Array) -> Array:
+        """The way back."""
+        return numbers * self.sd + self.mean
+
+    def hand_down(self, drive: Array) -> Array:
+        """(..., 2) in mm/s and N to numbers about 0."""
+        return (drive - self.hand_mean) / self.hand_sd
+
+
+def spectra_scale(found: Spectra) -> SpectraScale:
+    """Of these blocks."""
+    logs = found.log_magnitude.reshape(-1, found.log_magnitude.shape[-1])
+    first = found.drive[:1]
+    offsets = found.drive - first  # a hand that stays the same far from zero has an SD of exactly 0 so
+    sd = offsets.std(axis=0)
+    hand_sd = np.where(sd > 1e-12 * np.abs(found.drive).max(axis=0), sd, 1.0)
+    return SpectraScale(
+        logs.mean(axis=0), np.maximum(logs.std(axis=0), LEAST_SD), first[0] + offsets.mean(axis=0), hand_sd
+    )
+
+
+FAINTEST = 1e-3
+"""Magnitudes below this share of the texture's own level count as this: the log of silence has no end."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Frames of `size` samples (even), Hann-windowed, `hop` apart, `count` a block."""
+
+    size: int
+    hop: int
+    count: int
+
+    def __post_init__(self) -> None:
+        if self.size < 8 or self.size % 2 or not 1 <= self.hop <= self.size // 2 or self.count < 1:
+            raise TextureDataError(
+                f"{self.count} frames of {self.size} samples, {self.hop} apart: an even size of at least 8, a hop of "
+                "at most half of it and at least one frame are expected."
+            )
+
+    @property
+    def bins(self) -> int:
+        """Frequencies from 0 to half the rate."""
+        return self.size // 2 + 1
+
+    @property
+    def span(self) -> int:
+        """Samples that a block's frames reach over."""
+        return self.size + (self.count - 1) * self.hop
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Blocks: natural logs of the magnitudes (n, count, bins), and the speed and force (n, 2) that each begins at."""
+
+    log_magnitude: Array
+    drive: Array
+
+
+def magnitudes(acceleration: Array, frames: Frames) -> Array:
+    """(n, span) to (n, count, bins): magnitudes of the FFT of each Hann-windowed frame, the periodic window."""
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(frames.size) / frames.size)
+    cut = sliding_window_view(acceleration, frames.size, axis=-1)[..., :: frames.hop, :]
+    found: Array = np.abs(np.fft.rfft(cut * window, axis=-1))
+    return found
+
+
+def spectra(recording: Recording, stretches: Stretches, frames: Frames, apart: int, floor: float) -> Spectra:
+    """Every block that lies within a stretch, `apart` samples after the one before it; none where all are shorter.
+
+    `floor` is the least magnitude.
+    """
+    starts = [np.arange(start, stop - frames.span + 1, apart) for start, stop in stretches]
+    at: NDArray[Any] = np.concatenate([np.empty(0, dtype=np.int64), *starts]).astype(np.int64)
+    blocks = recording.signals[0][at[:, None] + np.arange(frames.span)]
+    found = magnitudes(blocks, frames)
+    return Spectra(np.log(np.maximum(found, floor)), recording.signals[1:, at].T.copy())
+
+
+NOISE = 64
+"""Numbers drawn for each block: about as many as a block of 98 samples has degrees of freedom."""
+WIDE, CHANNELS = 128, 32
+SLOPE = 0.2
+BOUND = 4.0
+"""No log magnitude lies further from its mean than this many SDs."""
+
+
+class Generator(nn.Module):
+    """Speed and force (batch, 2), normalised, and noise (batch, 64) to log magnitudes (batch, count, bins), normalised.
+
+    Dense 66 -> 128 -> 32 x length, twice doubled in length, each time convolved; the last convolution has the frames
+    as channels and as many places as bins.
+    """
+
+    def __init__(self, frames: Frames) -> None:
+        super().__init__()
+        self.frames = frames
+        self.length = -(-(frames.bins + 2) // 4)
+        self.first, self.second = nn.Linear(2 + NOISE, WIDE), nn.Linear(WIDE, CHANNELS * self.length)
+        self.middle = nn.Conv1d(CHANNELS, CHANNELS, 3, padding=1)
+        self.last = nn.Conv1d(CHANNELS, frames.count, 4 * self.length - frames.bins + 1)
+
+    def forward(self, condition: Tensor, noise: Tensor) -> Tensor:
+        """A spectrogram for each row."""
+        given = torch.cat([shaped(condition, 2), shaped(noise, NOISE)], dim=1)
+        x = leaky(self.second(leaky(self.first(given)))).view(-1, CHANNELS, self.length)
+        x = leaky(self.middle(x.repeat_interleave(2, dim=2)))
+        x = self.last(x.repeat_interleave(2, dim=2))
+        return BOUND * torch.tanh(shaped(x, self.frames.count, self.frames.bins) / BOUND)
+
+
+class Critic(nn.Module):
+    """Speed and force (batch, 2) and a spectrogram (batch, count, bins) to one number a row: high for a real one."""
+
+    def __init__(self, frames: Frames) -> None:
+        super().__init__()
+        self.frames = frames
+        self.first = nn.Conv1d(frames.count + 2, CHANNELS, 4, stride=2, padding=1)
+        self.second = nn.Conv1d(CHANNELS, 2 * CHANNELS, 4, stride=2, padding=1)
+        places = frames.bins // 2 // 2
+        self.third, self.last = nn.Linear(2 * CHANNELS * places, WIDE), nn.Linear(WIDE, 1)
+
+    def forward(self, condition: Tensor, spectrogram: Tensor) -> Tensor:
+        """How real it looks for that hand."""
+        shaped(spectrogram, self.frames.count, self.frames.bins)
+        beside = condition[:, :, None].expand(-1, -1, self.frames.bins)
+        x = leaky(self.second(leaky(self.first(torch.cat([spectrogram, beside], dim=1)))))
+        found: Tensor = self.last(leaky(self.third(x.flatten(1))))
+        return found
+
+
+def leaky(x: Tensor) -> Tensor:
+    """x, or a fifth of it below zero."""
+    return functional.leaky_relu(x, SLOPE)
+
+
+def exported_generator(network: Generator, scale: SpectraScale) -> Exported:
+    """Speed in mm/s, force in N and 64 normal numbers to (bins, frames) in C order, natural logs of m/s^2."""
+    frames = network.frames
+    found = list(pieces(network, ""))
+    down = {"down.gain": 1 / scale.hand_sd, "down.offset": -scale.hand_mean / scale.hand_sd}
+    more = {
+        "down.gain": np.r_[down["down.gain"], np.ones(NOISE)],
+        "down.offset": np.r_[down["down.offset"], np.zeros(NOISE)],
+        "up.gain": scale.sd[:, None],
+        "up.offset": scale.mean[:, None],
+    }
+    tensors = {name: value.detach().numpy() for _, named in found for name, value in named.items()} | more
+    steps: tuple[Step, ...] = (
+        Affine(gain="down.gain", offset="down.offset"), *(step for step, _ in found), Turn(),
+        Affine(gain="up.gain", offset="up.offset"), Reshape(shape=(frames.bins * frames.count,)),
+    )  # fmt: skip
+    return Exported(steps, {name: np.array(value, dtype=np.float32, order="C") for name, value in tensors.items()})
+
+
+@pieces.register
+def _(layer: Generator, name: str) -> Pieces:
+    for part in ("first", "second"):
+        yield from pieces(getattr(layer, part), f"{name}{part}.")
+        yield Activation(function="leaky"), {}
+    yield Reshape(shape=(CHANNELS, layer.length)), {}
+    yield Upsample(times=2), {}
+    yield from pieces(layer.middle, f"{name}middle.")
+    yield Activation(function="leaky"), {}
+    yield Upsample(times=2), {}
+    yield from pieces(layer.last, f"{name}last.")
+    yield Affine(gain=1 / BOUND), {}
+    yield Activation(function="tanh"), {}
+    yield Affine(gain=BOUND), {}

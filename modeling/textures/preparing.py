@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from palpate.analysis.features.touch import Stretch
 from palpate.modeling.textures.hum import before_filter, without_hum
-from palpate.modeling.textures.joined import joined
 from palpate.modeling.textures.plausible import TOLD, clipped_share, demand_alive, demand_plausible, oddities
 from palpate.modeling.textures.rates import Sampled, along, on_grid, speed_from
-from palpate.modeling.textures.recording import RATE_HZ, Recording, TextureDataError, TooShort
+from palpate.modeling.textures.recording import RATE_HZ, Recording, TextureDataError, TooShort, joined
 from palpate.signals.arrays import Array
 from palpate.signals.filters import BAND_HZ, HAND_HZ, band_pass, has_upper_edge, low_pass
 from palpate.signals.one_axis import FRAME_S, one_axis

@@ -16,8 +16,7 @@ import numpy as np
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import Sampled
 from palpate.modeling.textures.recording import Recording, TextureDataError
-from palpate.modeling.textures.table_columns import read_columns
-from palpate.modeling.textures.units import G_M_S2
+from palpate.modeling.textures.table_columns import G_M_S2, read_columns
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import count, some

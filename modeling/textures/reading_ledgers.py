@@ -19,7 +19,7 @@ from palpate.analysis.streams.recorded_streams import (
 from palpate.modeling.textures.preparing import UP, Touched, prepared
 from palpate.modeling.textures.rates import Sampled
 from palpate.modeling.textures.recording import Recording, TextureDataError
-from palpate.modeling.textures.units import scale_of_unit
+from palpate.modeling.textures.table_columns import scale_of_unit
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import some

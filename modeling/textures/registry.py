@@ -18,9 +18,9 @@ METHODS: Mapping[str, Method] = Registry(
         "foten": "palpate.modeling.textures.foten:FOTEN",
         "foten_thesis": "palpate.modeling.textures.foten:FOTEN_THESIS",
         "foten_generative": "palpate.modeling.textures.foten:FOTEN_GENERATIVE",
-        "ten": "palpate.modeling.textures.ten:TEN",
-        "ten_mfcc": "palpate.modeling.textures.ten:TEN_MFCC",
-        "ten_wavelet": "palpate.modeling.textures.ten:TEN_WAVELET",
+        "ten": "palpate.modeling.textures.foten:TEN",
+        "ten_mfcc": "palpate.modeling.textures.foten:TEN_MFCC",
+        "ten_wavelet": "palpate.modeling.textures.foten:TEN_WAVELET",
     }
 )
 """Table 4.1's rivals first, then the thesis' network, as it is read commonly and to the letter, and ours, then the

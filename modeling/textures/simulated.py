@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from palpate.modeling.files.result_store import ResultStore, StoredResult, content_key
-from palpate.modeling.textures.joined import Joined
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import Sampled, evenly
-from palpate.modeling.textures.recording import Recording, TextureDataError
+from palpate.modeling.textures.recording import Joined, Recording, TextureDataError
 from palpate.modeling.textures.simulator import TextureSimulator, simulation_digest
 from palpate.protocols.code_digest import code_digest
 from palpate.signals.arrays import Array

@@ -13,8 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.textures.joined import pieces_of
-from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
+from palpate.modeling.textures.recording import Parts, Recording, TextureDataError, pieces_of
 from palpate.signals.arrays import Array
 
 Labels = NDArray[np.int64]

@@ -19,7 +19,7 @@ class Triangles:
     """Triangles (t, 3) over points (k, 2). One without an area stands for its edges, so lines and single points can be.
 
     `corners` may be asked about any finite place: outside all triangles, the nearest place on their rim counts. Shares
-    come from a matrix made once, for a step in real time; those of `modeling.textures.ar_places.Mesh`, which also makes
+    come from a matrix made once, for a step in real time; those of `modeling.textures.ar.Mesh`, which also makes
     the triangles, are solved for each place and differ in the last digits (1e-15), so trained models keep their own.
     """
 

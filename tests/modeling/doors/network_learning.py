@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.data import DoorData, scaling_of
 from palpate.modeling.doors.methods import Learning
-from palpate.modeling.doors.scaling import scaling_of
 from palpate.signals.models.card import Card, Port, Weights
 from palpate.signals.models.runtime import Model
 

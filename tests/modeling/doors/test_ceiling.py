@@ -9,9 +9,8 @@ import pandas as pd
 import pytest
 
 from palpate.modeling.doors.ceiling import noise_ceiling
-from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.data import ModelDataError, Scaling
 from palpate.modeling.doors.rated import Asked, Individual, Rated, Shown, rated_of
-from palpate.modeling.doors.scaling import Scaling
 from tests.modeling.doors.made_up import ANTONYMS, ATTRIBUTES, crossed
 
 PLAIN = Scaling((0.0, 1.0), (0.0, 100.0))

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.data import ModelDataError, scaling_of
 from palpate.modeling.doors.measured import measured_doors
-from palpate.modeling.doors.scaling import scaling_of
 from palpate.signals.doors.profiles import normalise
 from tests.modeling.doors.made_up import crossed
 

@@ -7,7 +7,17 @@ import torch
 from palpate.modeling.files.model_files import write_model
 from palpate.modeling.textures.exporting_foten import exported_windows, pieces
 from palpate.modeling.textures.fitting import FittedWindows
-from palpate.modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, FOTEN_THESIS, epochs_for, generative, literal
+from palpate.modeling.textures.foten import (
+    FOTEN,
+    FOTEN_GENERATIVE,
+    FOTEN_THESIS,
+    TEN,
+    TEN_MFCC,
+    TEN_WAVELET,
+    epochs_for,
+    generative,
+    literal,
+)
 from palpate.modeling.textures.foten_layers import EncoderLayer
 from palpate.modeling.textures.foten_network import Foten
 from palpate.modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll
@@ -15,7 +25,6 @@ from palpate.modeling.textures.matching import Matched
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Recording, Scale, TextureDataError
 from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
-from palpate.modeling.textures.ten import TEN, TEN_MFCC, TEN_WAVELET
 from palpate.modeling.textures.windows import windows
 from palpate.modeling.training.seeding import seeded
 from palpate.signals.models.card import Port

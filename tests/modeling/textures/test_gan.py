@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.textures.gan import GAN, watched
-from palpate.modeling.textures.gan_networks import NOISE, Critic, Generator
+from palpate.modeling.textures.gan import GAN, NOISE, Critic, Frames, Generator, magnitudes, spectra, watched
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.outputs import write_texture
 from palpate.modeling.textures.recording import Recording, TextureDataError
-from palpate.modeling.textures.spectrograms import Frames, magnitudes, spectra
 from palpate.modeling.training.adversarial import energy_distance
 from palpate.modeling.training.seeding import seeded
 from palpate.signals.models.file import read_model

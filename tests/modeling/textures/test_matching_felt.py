@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from palpate.modeling.textures.matching_felt import correction
-from palpate.modeling.textures.metrics_felt import felt_distance, felt_levels
+from palpate.modeling.textures.matching import correction
+from palpate.modeling.textures.metrics import felt_distance, felt_levels
 from palpate.modeling.textures.recording import TextureDataError
 
 pytestmark = pytest.mark.needs("torch")

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from palpate.modeling.textures.metrics_felt import BANDS_HZ, felt_distance, felt_levels, threshold_m_s2
+from palpate.modeling.textures.metrics import BANDS_HZ, felt_distance, felt_levels, threshold_m_s2
 from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_textures import vibration
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.modeling.textures.metrics_running import correlation, cycle, envelope, greatest_ratio, slow
+from palpate.modeling.textures.metrics import correlation, cycle, envelope, greatest_ratio, slow
 from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_textures import vibration
 

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.modeling.textures.joined import Joined
 from palpate.modeling.textures.plausible import clipped_share
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import evenly
-from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.recording import Joined, TextureDataError
 from tests.modeling.textures.made_textures import vibration
 
 N = 3000

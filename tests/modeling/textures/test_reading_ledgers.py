@@ -6,9 +6,8 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from palpate.modeling.textures.joined import Joined
 from palpate.modeling.textures.reading_ledgers import read_lab
-from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.recording import Joined, TextureDataError
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.modeling.textures.joined import joined
-from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.recording import TextureDataError, joined
 from palpate.modeling.textures.simulated import SIX, simulated
 from tests.modeling.textures.made_textures import MadeSimulator, recording
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.modeling.textures.joined import Joined, joined, pieces_of
-from palpate.modeling.textures.recording import Recording, TextureDataError
+from palpate.modeling.textures.recording import Joined, Recording, TextureDataError, joined, pieces_of
 from palpate.modeling.textures.splitting import NAMES, fit_of, frames_of, split, told
 from tests.modeling.textures.made_textures import recording
 
