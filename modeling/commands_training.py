@@ -27,8 +27,8 @@ from palpate.modeling.doors.results import (
     evaluate_methods,
 )
 from palpate.modeling.training.history import history_of
-from palpate.modeling.training.run_card import Written, write_trained
 from palpate.modeling.training.threads import limited
+from palpate.modeling.training.trained_files import Written, write_trained
 from palpate.protocols.progress import Report
 from palpate.signals.doors.grid import POINTS
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from palpate.analysis.features.touch import RATE_HZ, TRIM_S, Touch
 from palpate.analysis.features.touch_features import touch_features
-from palpate.modeling.attributes.tones import SENSORS_HZ, felt_at, tones
-from palpate.modeling.attributes.touching import filtering, touch_of
+from palpate.modeling.attributes.feature_times import SENSORS_HZ, felt_at, tones
+from palpate.modeling.attributes.reading_touch import filtering, touch_of
 from palpate.modeling.textures.preparing import Touched
 from palpate.modeling.training.jobs import run_jobs
 from palpate.protocols.bench import Case

@@ -5,8 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from palpate.modeling.attributes.hv_net import RowConv, neighbours
 from palpate.modeling.attributes.material import MaterialError
-from palpate.modeling.attributes.row_conv import RowConv, neighbours
 
 KERNEL = 3
 GAIN = 4.0

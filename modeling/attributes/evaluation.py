@@ -13,7 +13,7 @@ import numpy as np
 from palpate.modeling.attributes.domain import AttributeDomain, LeaveOut, textures_named
 from palpate.modeling.attributes.entries import MAIN, ON_REQUEST, Entry, Own, entries
 from palpate.modeling.attributes.folds import LEAST, leave_one_texture_out, some_of
-from palpate.modeling.attributes.lacking import has_rows, senses, why_of
+from palpate.modeling.attributes.joining import has_rows, senses, why_of
 from palpate.modeling.attributes.material import Material, MaterialError, ratings_of
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.attributes.stored_material import parts_of, save_material

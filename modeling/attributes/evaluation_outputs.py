@@ -21,7 +21,7 @@ from palpate.modeling.attributes.evaluation_tables import (
     prediction_rows,
     table_rows,
 )
-from palpate.modeling.attributes.lacking import senses
+from palpate.modeling.attributes.joining import senses
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.stored_material import digest_of
 from palpate.modeling.doors.intervals import COVERAGE

@@ -22,7 +22,7 @@ from palpate.modeling.attributes.evaluation_tables import (
     table_rows,
 )
 from palpate.modeling.attributes.evaluation_thesis import Which, number_of
-from palpate.modeling.attributes.lacking import lacking
+from palpate.modeling.attributes.joining import lacking
 from palpate.modeling.evaluate.outputs import Choice, software_table
 
 OVERALL = (

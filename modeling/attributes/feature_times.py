@@ -9,7 +9,10 @@ from collections.abc import Callable, Collection, Iterator
 import numpy as np
 
 from palpate.modeling.attributes.material import SIGHT_KINDS, TOUCH_KINDS
+from palpate.modeling.textures.preparing import Touched
+from palpate.modeling.textures.rates import evenly
 from palpate.protocols.progress import Clock
+from palpate.signals.arrays import Array
 
 SECONDS, PICTURES = 60.0, 10
 """Of a texture: a recording by sensors of 3, 8 and 0.12 kHz, and pictures of 1568 x 1568 pixels."""
@@ -46,8 +49,7 @@ def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
     """A step, what does it, and how often that is needed for one texture."""
     from palpate.analysis.features.touch import segments
     from palpate.analysis.features.touch_features import hand, mfcc, spectrum, wavelets
-    from palpate.modeling.attributes.tones import tones
-    from palpate.modeling.attributes.touching import touch_of
+    from palpate.modeling.attributes.reading_touch import touch_of
 
     touched = tones(SECONDS)
     cut = segments(touch_of("made up", [touched])[0])
@@ -83,3 +85,34 @@ def _photo() -> bytes:
     file = io.BytesIO()
     Image.fromarray(pixels).save(file, "JPEG", quality=92)
     return file.getvalue()
+
+
+TONES_HZ = (31.0, 47.0, 83.0, 127.0, 173.0, 229.0, 311.0, 389.0)
+"""Within the band; none is a multiple of mains."""
+SENSORS_HZ = {"acceleration": 3000.0, "force": 8000.0, "position": 120.0}
+GRAVITY_M_S2 = 9.81
+
+
+def tones(seconds: float) -> Touched:
+    """A capture whose vibration is known at any time (`felt_at`), with gravity and a hand that strokes slowly."""
+    at = {what: np.arange(round(seconds * rate_hz)) / rate_hz for what, rate_hz in SENSORS_HZ.items()}
+    t = at["position"]
+    place = np.stack([40 * np.sin(3 * t), 40 * np.cos(3 * t), 0 * t], axis=1)
+    force = 1.2 + 0.5 * np.cos(2 * at["force"])
+    signals = {
+        "acceleration": felt_at(at["acceleration"]) + np.array([0, 0, GRAVITY_M_S2]),
+        "force": np.stack([0 * force, 0 * force, force], axis=1), "position": place,
+    }  # fmt: skip
+    sampled = {what: evenly(what, values, SENSORS_HZ[what], "made up") for what, values in signals.items()}
+    return Touched("made up", sampled["acceleration"], sampled["force"], position=sampled["position"])
+
+
+def felt_at(times_s: Array) -> Array:
+    """Acceleration (n, 3) in m/s^2: tones that swell and fade, each with its own phase on each axis."""
+    chance = np.random.Generator(np.random.PCG64(0))
+    found = np.zeros((len(times_s), 3))
+    for hertz in TONES_HZ:
+        swells = 1 + 0.5 * np.sin(2 * np.pi * chance.uniform(0.5, 2) * times_s + chance.uniform(0, 6))
+        for axis in range(3):
+            found[:, axis] += swells * np.sin(2 * np.pi * hertz * times_s + chance.uniform(0, 6))
+    return found

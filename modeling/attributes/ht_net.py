@@ -6,8 +6,8 @@ import torch
 from torch import Tensor, nn
 
 from palpate.modeling.attributes.conv_lstm import ConvLSTM1D
+from palpate.modeling.attributes.hv_net import greater_of_two
 from palpate.modeling.attributes.material import MaterialError
-from palpate.modeling.attributes.row_conv import greater_of_two
 
 FILTERS = (128, 256, 128, 128, 256, 128)
 POOLED = (2, 4, 5)

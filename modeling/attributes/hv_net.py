@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
+from torch.nn import functional
 
 from palpate.modeling.attributes.material import MaterialError
-from palpate.modeling.attributes.row_conv import RowConv, greater_of_two
 
 FILTERS = (256, 256, 128, 64, 32)
 KERNELS = (4, 4, 3, 3, 3)
@@ -139,3 +139,47 @@ def _stretched(x: Tensor, length: int) -> Tensor:
     """Every place twice; the last one once more where an odd length was halved."""
     twice = x.repeat_interleave(2, dim=1)
     return twice if twice.shape[1] == length else torch.cat([twice, x[:, -1:]], dim=1)
+
+
+class RowConv(nn.Module):
+    """(..., places, channels) to (..., places, filters), zeros beyond the ends.
+
+    `weight` (filters, channels, kernel) and `bias` are, and begin as, those of torch's Conv1d. An even kernel sees one
+    place more before than after.
+    """
+
+    def __init__(self, channels: int, filters: int, kernel: int, bias: bool = True) -> None:
+        super().__init__()
+        self.channels, self.filters, self.kernel = channels, filters, kernel
+        plain = nn.Conv1d(channels, filters, kernel, bias=bias)
+        self.weight, self.bias = plain.weight, plain.bias
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Bring together what the kernel sees, and multiply; for one filter the other way round, which copies less."""
+        if self.filters > 1:
+            return functional.linear(neighbours(x, self.kernel), self.matrix(), self.bias)
+        parts = _around(functional.linear(x, self.weight[0].T), self.kernel).unbind(-1)
+        places = x.shape[-2]
+        found = torch.stack([part[..., tap : tap + places] for tap, part in enumerate(parts)]).sum(dim=0)[..., None]
+        return found if self.bias is None else found + self.bias
+
+    def matrix(self) -> Tensor:
+        """The weights (filters, kernel x channels), as `neighbours` arranges a row."""
+        return self.weight.transpose(1, 2).flatten(1)
+
+
+def neighbours(x: Tensor, kernel: int) -> Tensor:
+    """(..., places, channels) to (..., places, kernel x channels): what a kernel sees of each place, tap by tap."""
+    places, wide = x.shape[-2], _around(x, kernel)
+    return torch.cat([wide[..., tap : tap + places, :] for tap in range(kernel)], dim=-1)
+
+
+def greater_of_two(x: Tensor) -> Tensor:
+    """(batch, places, ...) to the greater of every two places; the last one of an odd number is left out."""
+    even = x.shape[1] // 2 * 2
+    return torch.maximum(x[:, 0:even:2], x[:, 1:even:2])
+
+
+def _around(x: Tensor, kernel: int) -> Tensor:
+    """With the zeros that a kernel sees beyond the ends."""
+    return functional.pad(x, (0, 0, kernel // 2, (kernel - 1) // 2))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from palpate.modeling.attributes.folds_groups import groups_of
+from palpate.modeling.attributes.folds import groups_of
 from palpate.modeling.attributes.material import MaterialError, Modality, Rows, Texture, ratings_of
 from palpate.modeling.attributes.methods import Learning
 from palpate.protocols.wording import count

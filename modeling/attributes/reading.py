@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from palpate.modeling.attributes.feature_cache import FOLDER
 from palpate.modeling.attributes.folds import some_of
-from palpate.modeling.attributes.joining import CATEGORY, Parts, joined
-from palpate.modeling.attributes.lacking import NOTHING
+from palpate.modeling.attributes.joining import CATEGORY, NOTHING, Parts, joined
 from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError, Texture
 from palpate.modeling.attributes.reading_pictures import STUDY as PHOTOS
 from palpate.modeling.attributes.reading_pictures import Photographed, photographed

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from palpate.modeling.attributes.reading_touch import FeltRows, felt_of, rows_from
-from palpate.modeling.attributes.touching import filtering
+from palpate.modeling.attributes.reading_touch import FeltRows, felt_of, filtering, rows_from
 from palpate.modeling.textures import reading_cluster, reading_hatt, reading_tables
 from palpate.modeling.textures.preparing import Filtering, Touched
 from palpate.modeling.textures.reading_cluster import Slide

@@ -12,8 +12,7 @@ import numpy as np
 from palpate.analysis.features.touch import CONTACT_N, RATE_HZ, SEGMENT, SEGMENT_S, Touch, contact, segments
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.reports.csv_files import csv_text
-from palpate.modeling.attributes.reading_touch import recorded
-from palpate.modeling.attributes.touching import filtering, touch_of
+from palpate.modeling.attributes.reading_touch import filtering, recorded, touch_of
 from palpate.modeling.textures.preparing import UP, Touched
 from palpate.modeling.textures.reading_ledgers import SIMULATED, touched_in
 from palpate.protocols.files import staged_files, write_text

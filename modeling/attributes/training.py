@@ -19,7 +19,8 @@ from palpate.modeling.attributes.methods import Fitted, Learning, Method
 from palpate.modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
 from palpate.modeling.training.history import history_of
-from palpate.modeling.training.run_card import Written, run_card, write_trained
+from palpate.modeling.training.run_card import run_card
+from palpate.modeling.training.trained_files import Written, write_trained
 from palpate.protocols.progress import Clock, Report
 from palpate.protocols.wording import count
 from palpate.signals.models.card import Interval

@@ -17,7 +17,8 @@ from palpate.modeling.textures.recording import Recording, TextureDataError, rec
 from palpate.modeling.textures.registry import METHODS
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.training.history import history_in
-from palpate.modeling.training.run_card import Written, run_card, write_trained
+from palpate.modeling.training.run_card import run_card
+from palpate.modeling.training.trained_files import Written, write_trained
 from palpate.protocols.progress import Report
 
 ONE_STEP = ("mae", "mae_m_s2", "gfc", "explained")

@@ -3,8 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from palpate.modeling.attributes.folds import all_of_them, leave_one_texture_out, some_of
-from palpate.modeling.attributes.folds_groups import groups_of
+from palpate.modeling.attributes.folds import all_of_them, groups_of, leave_one_texture_out, some_of
 from palpate.modeling.attributes.material import Material, MaterialError
 from tests.modeling.attributes.made_material import made_material
 from tests.modeling.attributes.small_evaluation import changed

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.modeling.attributes.folds_groups import groups_of
+from palpate.modeling.attributes.folds import groups_of
 from palpate.modeling.attributes.material import FEW_READ, MaterialError
 from palpate.modeling.attributes.reading import read_material
 from palpate.studies.participants.people import add as enter

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.modeling.attributes.material import MaterialError, Pair
-from palpate.modeling.attributes.reading_columns import columns_of, rated_in
-from palpate.modeling.attributes.reading_folder import read_folder
+from palpate.modeling.attributes.reading_folder import columns_of, rated_in, read_folder
 from tests.analysis.features.picture_specimens import write_picture
 
 HEADER = "id,label,category,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft"

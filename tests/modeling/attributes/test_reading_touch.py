@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis.features.touch_features import touch_features
-from palpate.modeling.attributes.reading_touch import felt, recorded, rows_of, touches
-from palpate.modeling.attributes.touching import filtering
+from palpate.modeling.attributes.reading_touch import felt, filtering, recorded, rows_of, touches
 from palpate.modeling.textures.reading_ledgers import NoCapture, read_lab
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.training.jobs import run_jobs

@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch.nn import functional
 
-from palpate.modeling.attributes.row_conv import RowConv
+from palpate.modeling.attributes.hv_net import RowConv
 
 pytestmark = pytest.mark.needs("torch")
 

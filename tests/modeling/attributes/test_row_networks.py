@@ -10,9 +10,8 @@ from palpate.modeling.attributes.baseline_networks import NETWORKS, Ann, CnnLstm
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.registry import METHODS
 from palpate.modeling.attributes.row_methods import ANN
-from palpate.modeling.attributes.row_networks import restored_rows
+from palpate.modeling.attributes.row_networks import drawn, everything, examples, restored_rows, stack_of
 from palpate.modeling.attributes.row_plans import Plan
-from palpate.modeling.attributes.row_stacks import drawn, everything, examples, stack_of
 from tests.modeling.attributes.learned import asked, learning
 
 pytestmark = pytest.mark.needs("torch")

@@ -7,8 +7,7 @@ import pytest
 
 from palpate.analysis.features.touch import segments
 from palpate.analysis.features.touch_features import touch_features
-from palpate.modeling.attributes.reading_touch import felt_of
-from palpate.modeling.attributes.touching import filtering, touch_of
+from palpate.modeling.attributes.reading_touch import felt_of, filtering, touch_of
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import evenly
 from palpate.modeling.textures.recording import TextureDataError
