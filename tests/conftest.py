@@ -1,7 +1,9 @@
 """What holds for all tests: which of them can run here, which are measured for coverage, and which come first."""
 
+import ast
 import json
 import os
+import re
 import sys
 from collections import Counter
 from functools import cache
@@ -19,6 +21,7 @@ ELSEWHERE = ("tests/studies/window/", "tests/studies/sessions/test_kill.py")
 LONGEST = ("tests/faults/test_commands.py", "tests/studies/sessions/test_kill.py", "tests/studies/window/")
 """Minutes each: begun first, nobody waits for them in the end."""
 LONG = "long"
+WORD = re.compile(r"\w+")
 AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/test_recorded")
 """What CI runs bare and again with everything installed: the kernel takes part in it."""
 
@@ -110,13 +113,25 @@ def pytest_collection_modifyitems(config, items):
 def runs_again(item):
     """Whether the test is a longer one in the full run, or what is installed may change what it finds."""
     longer = "full_run" in item.fixturenames or item.get_closest_marker("hypothesis") is not None
-    return longer or item.nodeid.startswith(AGAIN) or looks_at_imports(item.path)
+    return longer or item.nodeid.startswith(AGAIN) or item.originalname in look_at_imports(item.path)
 
 
 @cache
-def looks_at_imports(path):
-    """Whether the file has tests of what is imported and what is not."""
-    return "sys.modules" in path.read_text(encoding="utf-8")
+def look_at_imports(path):
+    """Return the names of the file's tests that look at what is imported, themselves or by something in their file."""
+    parts = {
+        name: ast.unparse(node) for node in ast.parse(path.read_text(encoding="utf-8")).body for name in names_of(node)
+    }
+    found = {name for name, text in parts.items() if "sys.modules" in text}
+    while more := {name for name, text in parts.items() if name not in found and found & set(WORD.findall(text))}:
+        found |= more
+    return found
+
+
+def names_of(node):
+    """Return the names that a statement at the top of a file defines."""
+    targets = getattr(node, "targets", [node])
+    return [name for target in targets if (name := getattr(target, "name", getattr(target, "id", None)))]
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
