@@ -46,7 +46,7 @@ def rows_of(evaluation):
 def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_path):
     material = read_material(lab, sight=False, workers=1)
     assert material.simulated and sorted(material.ids) == list(TEXTURES)
-    asked = AttributeOptions(tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
+    asked = AttributeOptions(work=tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
     rows = rows_of(evaluate_methods(material, asked, METHODS, FELT))
     assert rows["ridge"]["mae"] < 0.9 * rows["mean"]["mae"]
     written = train_attributes(material, "ridge", asked, tmp_path / "models", METHODS, FELT)
@@ -56,7 +56,7 @@ def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_
 def test_what_was_felt_and_seen_predicts_textures_left_out_better_than_the_mean(seen, tmp_path):
     assert seen.simulated and sorted(seen.ids) == list(TEXTURES)
     assert all(each.touch["dwt"].shape == (3, 24) and each.sight["resnet"].shape == (1, 2048) for each in seen.textures)
-    asked = AttributeOptions(tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
+    asked = AttributeOptions(work=tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
     rows = rows_of(evaluate_methods(seen, asked, METHODS, FELT_AND_SEEN))
     assert rows["ridge"]["mae"] < 0.9 * rows["mean"]["mae"]
 
@@ -64,7 +64,7 @@ def test_what_was_felt_and_seen_predicts_textures_left_out_better_than_the_mean(
 @pytest.fixture(scope="module")
 def indexed(lab, seen, tmp_path_factory):
     """The lab with a model of both senses and a library."""
-    asked = AttributeOptions(tmp_path_factory.mktemp("work"), quick=True, workers=1)
+    asked = AttributeOptions(work=tmp_path_factory.mktemp("work"), quick=True, workers=1)
     train_attributes(seen, "ridge", asked, lab / "models", METHODS, FELT_AND_SEEN)
     told = in_words("index", "--lab", str(lab), "--workers", "1")
     assert {told[count] for count in ("textures", "rated", "predicted", "pictures")} == {len(TEXTURES)}
