@@ -94,9 +94,9 @@ def kill_after(
 def main(labs: Path, seed: int, kills: int) -> None:
     """Kill `kills` sessions, each in a lab of its own at an instant drawn evenly over a usual session.
 
-    Every second one is taken up again and that is killed, too. Three in four are counted from when their ledger is
-    there: how long a busy machine takes until then decides nothing. What is usual is measured anew before every ten, as
-    a machine that was busy may be so no longer.
+    Every second one is resumed and that is killed, too, at an instant within what was left of it. Three in four are
+    counted from when their ledger is there: how long a busy machine takes until then decides nothing. What is usual is
+    measured anew before every ten, as a machine that was busy may be so no longer.
     """
     chance, plan, rig = random.Random(seed), the_plan(), the_rig()
     if has_seccomp():
@@ -115,9 +115,10 @@ def main(labs: Path, seed: int, kills: int) -> None:
         lab, path = labs / str(number), ledger(labs / str(number))
         latest, once = (1.1 * before, None) if number % 4 == 0 else (1.1 * after, path)
         full_s = chance.uniform(0, 0.05) if number % 3 == 0 and has_seccomp() else None
-        kill_after(chance.uniform(0, latest), lambda lab=lab: start(lab, plan, rig), once, full_s)
+        instant = chance.uniform(0, latest)
+        kill_after(instant, lambda lab=lab: start(lab, plan, rig), once, full_s)
         if number % 2 and path.exists():
-            kill_after(chance.uniform(0, 0.5 * (before + after)), lambda path=path: resume(path, rig))
+            kill_after(chance.uniform(0, latest - instant), lambda path=path: resume(path, rig))
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ def test_killed_at_any_instant_a_session_goes_on_to_the_uninterrupted_one(tmp_pa
     labs = [tmp_path / str(seed) / str(number) for seed in NURSERIES for number in range(kills)]
     fates = Counter(fate(lab, plan, whole) for lab in labs)
     assert sum(fates.values()) == 2 * kills
-    assert fates["in the middle"] >= (40 if full_run else 3), fates  # about half are expected, on a quiet machine
+    assert fates["in the middle"] >= (40 if full_run else 3), fates  # about two thirds are expected, on a quiet machine
     assert fates["before it began"] >= 5 or not full_run, fates
 
 
