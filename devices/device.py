@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import sys
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -40,6 +41,35 @@ class DeviceFault(Exception):
     def __init__(self, device: str, what: str, message: str) -> None:
         super().__init__(message)
         self.device, self.what = device, what
+
+    def named(self) -> DeviceFault:
+        """Return the fault with a message that begins with the device's name, as a record has it."""
+        message = str(self)
+        return (
+            self
+            if message.startswith(self.device)
+            else DeviceFault(self.device, self.what, f"{self.device}: {message}")
+        )
+
+
+@contextmanager
+def closed_on_failure(close: Callable[[], object]) -> Iterator[None]:
+    """Close what is open in part where the block fails; its exception is raised, whatever closing raises."""
+    try:
+        yield
+    except BaseException:
+        with suppress(Exception):
+            close()
+        raise
+
+
+@contextmanager
+def faults_as_errors() -> Iterator[None]:
+    """Raise a DeviceFault of the block as a DeviceError: a device that fails while it is opened cannot be had."""
+    try:
+        yield
+    except DeviceFault as fault:
+        raise DeviceError(str(fault)) from fault
 
 
 @dataclass(frozen=True)

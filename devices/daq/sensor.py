@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from palpate.devices.daq.acquire import Daq, Pace, Volts
-from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Reading, Signal
+from palpate.devices.device import (
+    Block,
+    DeviceFault,
+    Health,
+    NowNs,
+    Reading,
+    Signal,
+    closed_on_failure,
+    faults_as_errors,
+)
 from palpate.devices.health import WAIT_S, sensed
 from palpate.protocols.events import NS
 from palpate.protocols.wording import count
@@ -86,14 +95,8 @@ class DaqSensor:
         """Reserve the card's inputs, and take the zero where the rig file says so. Raises DeviceError."""
         self.daq.open()
         if self.zero_s > 0:
-            try:
+            with closed_on_failure(self.close), faults_as_errors():
                 self.tare(self.zero_s)
-            except DeviceFault as fault:
-                self.close()
-                raise DeviceError(str(fault)) from fault
-            except DeviceError:
-                self.close()
-                raise
 
     def tare(self, seconds: float) -> None:
         """Take what it gives now as nothing: the tool hangs free and still. Sampling must not be under way.

@@ -18,7 +18,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
+from palpate.devices.device import (
+    Block,
+    DeviceError,
+    DeviceFault,
+    Health,
+    NowNs,
+    Signal,
+    closed_on_failure,
+    faults_as_errors,
+    interleaved,
+)
 from palpate.devices.kinds import Date, DeviceKind, Finite, Strict
 from palpate.devices.noise import gaussians
 from palpate.devices.serial_port import open_serial
@@ -164,14 +174,8 @@ class Thermometer:
         """Open the port, see what answers, and take a reading. Raises DeviceError."""
         self.close()
         self.port = self.connect(self)
-        try:
+        with closed_on_failure(self.close), faults_as_errors():
             self._greet()
-        except DeviceFault as fault:
-            self.close()
-            raise DeviceError(str(fault)) from fault
-        except DeviceError:
-            self.close()
-            raise
 
     def safe(self) -> None:
         """A thermometer moves nothing."""
@@ -226,14 +230,11 @@ class Thermometer:
             if wait_s > 0 and timeout_s > 0:
                 self.stopped.wait(min(wait_s, timeout_s))
             blocks: list[Block] = []
-            try:
+            with closed_on_failure(self.close):
                 while self.number / self.settings.rate_hz <= self.elapsed():
                     blocks += self._sample(self.elapsed())
                     if self.elapsed_s is None:
                         break
-            except DeviceFault:
-                self.close()
-                raise
             return {"temperature": blocks}
 
     def stop(self) -> None:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.device import DeviceFault
+from palpate.devices.device import DeviceFault, closed_on_failure
 from palpate.devices.render.hands import Pushed
 from palpate.devices.render.job import Ask, End, Job, Reports, Switch, Volume
 from palpate.devices.render.loop import NEVER
@@ -58,14 +58,11 @@ class Rendering:
         self.trace.memory[:] = 0.0
         self._talk, theirs = spawn.Pipe()
         self._process = spawn.Process(target=_serve, args=(self.job, self._memory.name, theirs), daemon=True)
-        try:
+        with closed_on_failure(self.__exit__):
             with _one_thread(), uninterrupted():
                 self._process.start()
             theirs.close()
             self._answer(READY_S)
-        except BaseException:
-            self.__exit__()
-            raise
         return self
 
     def __exit__(self, *_raised: object) -> None:

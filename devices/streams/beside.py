@@ -47,8 +47,7 @@ class BesideRecorder:
                 if samples:
                     return Chunk({"streams": {}}, samples)
         failed, self._failed = self._failed, None
-        message = str(failed) if str(failed).startswith(failed.device) else f"{failed.device}: {failed}"
-        return self._mending.fault(DeviceFault(failed.device, failed.what, message))
+        return self._mending.fault(failed.named())
 
     def take(self) -> tuple[Samples, ...]:
         """Return what the sensors gave since the last call."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from math import hypot
 
 from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
-from palpate.devices.device import DeviceFault, NowNs, Sensor
+from palpate.devices.device import DeviceFault, NowNs, Sensor, closed_on_failure
 from palpate.devices.scene import Scene
 from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
 from palpate.devices.streams.stream import Stream
@@ -62,12 +61,8 @@ class Capture:
         if self._going is None or self._going.request is not request:
             self._end()
             self._going = _Going(request)
-        try:
+        with closed_on_failure(self.close):
             return self._continue(self._going, window, desk, now_ns)
-        except BaseException:
-            with suppress(Exception):  # what ends it is the error to report
-                self.close()
-            raise
 
     def close(self) -> None:
         """Stop whatever is recorded; the sensors stay open."""
@@ -155,9 +150,8 @@ class Capture:
 
     def _record_fault(self, going: _Going, fault: DeviceFault, desk: Desk) -> None:
         """Make every sensor safe at once; what was recorded is handed on before the fault is."""
-        named = str(fault) if str(fault).startswith(fault.device) else f"{fault.device}: {fault}"
-        said = "; ".join([named, *self._make_safe(desk)])
-        going.over = self._mending.fault(DeviceFault(fault.device, fault.what, said))
+        message = "; ".join([str(fault.named()), *self._make_safe(desk)])
+        going.over = self._mending.fault(DeviceFault(fault.device, fault.what, message))
 
     def _make_safe(self, desk: Desk) -> list[str]:
         """Stop the recording and make every sensor safe; return a sentence for each that could not be."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from collections import deque
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
-from palpate.devices.device import DeviceError, DeviceFault, NowNs, Sensor, Signal
+from palpate.devices.device import DeviceError, DeviceFault, NowNs, Sensor, Signal, closed_on_failure
 from palpate.devices.streams.reader import BLOCK_BYTES, Reader, Ring
 from palpate.devices.streams.stream import SILENT_S, SILENT_SAMPLES, Stream
 from palpate.devices.suspend import SuspendWatch, suspended_ns
@@ -77,13 +77,9 @@ class Recording:
         """Let every sensor sample. Raises DeviceFault, also where a sensor cannot be had now; then none samples."""
         self._turn_s = sys.getswitchinterval()
         sys.setswitchinterval(min(self._turn_s, TURN_S))
-        try:
+        with closed_on_failure(self.end):
             for reader in self._readers:
                 reader.start()
-        except BaseException:
-            with suppress(Exception):  # what did not start is the error to report
-                self.end()
-            raise
         self.begun_ns = self._taken_ns = self.now_ns()
 
     def due(self) -> bool:

@@ -20,7 +20,7 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from palpate.devices.device import DeviceError, DeviceFault
+from palpate.devices.device import DeviceError, DeviceFault, closed_on_failure
 from palpate.devices.source import Elapsed
 from palpate.devices.tablet.reports import Batch, Report
 
@@ -228,13 +228,10 @@ class EventFile:
             self.file = os.open(self.path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
         except OSError as problem:
             raise DeviceError(self._not_there(problem)) from None
-        try:
+        with closed_on_failure(self.close):
             self.special = stat.S_ISCHR(os.fstat(self.file).st_mode)
             title = name_of(self.ask, self.file)
             self.ranges = {code: self._axis(code, title) for code in NAMES}
-        except DeviceError:
-            self.close()
-            raise
         self.aligned = timed_monotonic(self.ask, self.file)
         self.assembler = self._assembler()
         x, y, pressure = (self.ranges[code] for code in NAMES)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from functools import reduce
 from typing import TYPE_CHECKING, Any, Protocol
 
+from palpate.devices.device import closed_on_failure
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import Box, WindowError
 from palpate.devices.window.inputs import Input
@@ -166,11 +167,8 @@ def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> Psych
         monitor=_monitor(monitors, calibration), color=(1, 1, 1), allowGUI=False, allowStencil=False,
         waitBlanking=True, checkTiming=False, autoLog=False, gammaErrorPolicy="ignore",
     )  # fmt: skip
-    try:
+    with closed_on_failure(window.close):
         return _furnished(window, pyglet, calibration)
-    except BaseException:
-        window.close()
-        raise
 
 
 def _furnished(window: Any, pyglet: Any, calibration: Calibration) -> PsychopyShell:

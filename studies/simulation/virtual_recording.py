@@ -41,7 +41,7 @@ class Leaping:
 
 @dataclass
 class _Tape:
-    """What one signal has given."""
+    """What one signal has given; `count` is the number of the sample that comes next."""
 
     signal: Signal
     parts: list[bytes] = field(default_factory=list)
@@ -56,10 +56,10 @@ class _Tape:
 
 def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: int) -> tuple[Samples, ...]:
     """The streams of a need over a scene, each of seconds x rate samples; the seed decides the sensors' noise."""
-    found: list[Samples] = []
+    samples: list[Samples] = []
     for kind, taken in NEEDS[need].takes.items():
-        found += _recorded(taken.stream, _twin(kind, taken.rate_hz, seed), scene, seconds, t_ns)
-    return tuple(found)
+        samples += _recorded(taken.stream, _twin(kind, taken.rate_hz, seed), scene, seconds, t_ns)
+    return tuple(samples)
 
 
 @dataclass
@@ -90,29 +90,31 @@ class VirtualRecorder:
         return recorder
 
     def take(self) -> tuple[Samples, ...]:
-        """Return what each signal gave since the last call, numbered from 0."""
-        tapes = {stream: {s.name: _Tape(s) for s in sensor.signals} for stream, sensor in self.streams.items()}
+        """Return what each signal gave since the last call. Raises RigError where a twin lost samples."""
+        tapes = {
+            (stream, signal.name): _Tape(signal, count=self.taken.get((stream, signal.name), 0))
+            for stream, sensor in self.streams.items()
+            for signal in sensor.signals
+        }
         while self.clock.ns() < self.now_ns():
             self.clock.at_s = min(self.clock.at_s + STEP_S, self.now_ns() / NS)
             for stream, sensor in self.streams.items():
                 for name, blocks in sensor.read(0.0).items():
-                    tapes[stream][name].parts += [block.data for block in blocks]
-        return tuple(
-            sample for stream in tapes for tape in tapes[stream].values() for sample in self._samples(stream, tape)
-        )
+                    for block in blocks:
+                        tapes[stream, name].take(block)
+        samples: list[Samples] = []
+        for (stream, name), tape in tapes.items():
+            signal, first = tape.signal, self.taken.get((stream, name), 0)
+            self.taken[stream, name] = tape.count
+            if data := b"".join(tape.parts):
+                t0_ns = round(first * NS / signal.rate_hz)
+                samples.append(Samples(stream, signal.channels, signal.units, signal.rate_hz, t0_ns, data))
+        return tuple(samples)
 
     def close(self) -> None:
         """Close the twins."""
         for sensor in self.streams.values():
             sensor.close()
-
-    def _samples(self, stream: str, tape: _Tape) -> Iterator[Samples]:
-        signal, data = tape.signal, b"".join(tape.parts)
-        first = self.taken.get((stream, signal.name), 0)
-        self.taken[stream, signal.name] = first + len(data) // (4 * len(signal.channels))
-        if data:
-            t0_ns = round(first * NS / signal.rate_hz)
-            yield Samples(stream, signal.channels, signal.units, signal.rate_hz, t0_ns, data)
 
 
 def _twin(kind: str, rate_hz: float, seed: int) -> Sensor:
@@ -122,6 +124,7 @@ def _twin(kind: str, rate_hz: float, seed: int) -> Sensor:
 
 
 def _recorded(stream: str, sensor: Sensor, scene: Scene, seconds: float, t_ns: int) -> Iterator[Samples]:
+    """Yield exactly the samples of so many seconds, of each signal of the sensor."""
     clock = Leaping(stride_s=STEP_S / 10)  # Opening takes a zero, which takes time.
     timed: Any = sensor
     timed.elapsed_s = clock
@@ -131,29 +134,17 @@ def _recorded(stream: str, sensor: Sensor, scene: Scene, seconds: float, t_ns: i
     try:
         sensor.expect(scene)
         sensor.start(clock.ns)
-        while any(tape.count < _wanted(tape.signal, seconds) for tape in tapes.values()):
+        while any(tape.count < round(seconds * tape.signal.rate_hz) for tape in tapes.values()):
             clock.at_s += STEP_S
-            _take(sensor.read(0.0), tapes)
+            for name, blocks in sensor.read(0.0).items():
+                for block in blocks:
+                    tapes[name].take(block)
         sensor.stop()
     except DeviceFault as fault:
         raise RigError(f"{stream}: a simulated sensor does not bear this stimulus: {fault}") from fault
     finally:
         sensor.close()
-    return (_samples(stream, tape, seconds, t_ns) for tape in tapes.values())
-
-
-def _take(came: Mapping[str, Any], tapes: Mapping[str, _Tape]) -> None:
-    for name, blocks in came.items():
-        for block in blocks:
-            tapes[name].take(block)
-
-
-def _wanted(signal: Signal, seconds: float) -> int:
-    return round(seconds * signal.rate_hz)
-
-
-def _samples(stream: str, tape: _Tape, seconds: float, t_ns: int) -> Samples:
-    """Exactly the samples of so many seconds."""
-    signal = tape.signal
-    data = b"".join(tape.parts)[: 4 * len(signal.channels) * _wanted(signal, seconds)]
-    return Samples(stream, signal.channels, signal.units, signal.rate_hz, t_ns, data)
+    for tape in tapes.values():
+        signal = tape.signal
+        data = b"".join(tape.parts)[: 4 * len(signal.channels) * round(seconds * signal.rate_hz)]
+        yield Samples(stream, signal.channels, signal.units, signal.rate_hz, t_ns, data)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.devices.device import DeviceError
+from palpate.devices.device import DeviceError, closed_on_failure
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.link import Link, Timing
 from palpate.devices.door.link.simulator import Connection
@@ -52,12 +52,9 @@ def by_twin(
 ) -> Connection:
     """A twin in a process of its own, which ends with this one. Raises DeviceError."""
     twin = TwinProcess(name)
-    try:
+    with closed_on_failure(twin.end):
         path = twin.start(speed, seed, limits, baud, log, more)
         port = SerialPort(name, path, baud)
-    except BaseException:
-        twin.end()
-        raise
     link = Link(name, port, timing=Timing(patience_s=TWIN_PATIENCE_S, silent_s=TWIN_PATIENCE_S))
     threads = Threads(link)
     threads.start()

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
-from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal
+from palpate.devices.device import (
+    Block,
+    DeviceError,
+    DeviceFault,
+    Health,
+    NowNs,
+    Signal,
+    closed_on_failure,
+    faults_as_errors,
+)
 from palpate.devices.door.link import dialogue
 from palpate.devices.door.link.codes import FOLLOWS_FROM, VERSION, fault_name, state_name
 from palpate.devices.door.link.limits import Limits, ProfileRefused, change_for_door, profile_for_door
@@ -101,14 +110,8 @@ class DoorSimulator:
         self._let_go()
         connection = self.connect()
         self._connection = connection
-        try:
+        with closed_on_failure(self._let_go), faults_as_errors():
             self._greet(connection.link)
-        except DeviceFault as fault:
-            self._let_go()
-            raise DeviceError(str(fault)) from fault
-        except BaseException:
-            self._let_go()
-            raise
 
     def safe(self) -> None:
         """Motor off, brake on; what cannot be told to the device, it does by itself for want of a heartbeat."""

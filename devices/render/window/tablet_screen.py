@@ -13,6 +13,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from palpate.devices.device import closed_on_failure
 from palpate.devices.render.priority import by_itself
 from palpate.devices.render.window.photo import Photo, at_true_size, read_photo
 from palpate.devices.window.geometry import Box, WindowError
@@ -47,14 +48,11 @@ class TabletScreen:
         spawn = multiprocessing.get_context("spawn")
         self._talk, theirs = spawn.Pipe()
         self._process = spawn.Process(target=_serve, args=(self.display, theirs), daemon=True)
-        try:
+        with closed_on_failure(self.close):
             with uninterrupted():
                 self._process.start()
             theirs.close()
             self._answer(READY_S)
-        except BaseException:
-            self.close()
-            raise
         return self
 
     def __exit__(self, *_raised: object) -> None:

@@ -75,16 +75,16 @@ def thermometer(dialogue, **settings):
         return lines[-1]
 
     given = {"kind": "thermometer", "driver": "serial", "port": "/dev/ttyUSB7", "calibrated": "2026-11-21", **settings}
-    made = Thermometer("skin", Settings(**given), connect)
-    return made, lines
+    sensor = Thermometer("skin", Settings(**given), connect)
+    return sensor, lines
 
 
-def begun(dialogue, **settings):
-    made, lines = thermometer(dialogue, **settings)
-    made.open()
+def start_thermometer(dialogue, **settings):
+    sensor, lines = thermometer(dialogue, **settings)
+    sensor.open()
     clock = Clock()
-    made.start(clock)
-    return made, lines[0], clock
+    sensor.start(clock)
+    return sensor, lines[0], clock
 
 
 def values(blocks):
@@ -102,19 +102,19 @@ def values(blocks):
     ],
 )  # fmt: skip
 def test_each_set_of_commands_is_spoken_byte_by_byte_and_read_at_the_set_pace(dialogue, settings, degC, sent):
-    made, line, clock = begun(dialogue, **settings)
+    sensor, line, clock = start_thermometer(dialogue, **settings)
     assert line.sent == sent
     blocks = []
     for clock.s in (0.0, 0.4, 1.0, 1.9, 2.1):
-        blocks += made.read(0.0)["temperature"]
+        blocks += sensor.read(0.0)["temperature"]
     assert values(blocks) == [degC] * 3 and [block.first for block in blocks] == [0, 1, 2]
     assert not any(block.lost for block in blocks)
-    [signal] = made.signals
+    [signal] = sensor.signals
     assert (signal.units, signal.rate_hz, signal.calibration) == (("degC",), 1.0, "2026-11-21")
 
 
 @pytest.mark.parametrize(
-    ("dialogue", "settings", "told"),
+    ("dialogue", "settings", "message"),
     [
         ({}, {}, "no answer within 0.5 s. Is it switched on"),
         ({b"": [b"32.41\n"]}, {}, "Is it switched on"),
@@ -131,18 +131,20 @@ def test_each_set_of_commands_is_spoken_byte_by_byte_and_read_at_the_set_pace(di
         (LAKE_SHORE | {b"RDGST? 3\r\n": [b"032\r\n"]}, {"commands": "lakeshore", "input": "3"}, "status 032"),
     ],
 )
-def test_a_thermometer_in_a_wrong_mode_is_refused_when_it_is_opened_and_its_port_let_go_of(dialogue, settings, told):
-    made, lines = thermometer(dialogue, **settings)
-    with pytest.raises(DeviceError, match=told):
-        made.open()
-    assert lines[0].closed and made.port is None
+def test_a_thermometer_in_a_wrong_mode_is_refused_when_it_is_opened_and_its_port_let_go_of(dialogue, settings, message):
+    sensor, lines = thermometer(dialogue, **settings)
+    with pytest.raises(DeviceError, match=message):
+        sensor.open()
+    assert lines[0].closed and sensor.port is None
 
 
 def test_one_line_of_garbage_one_cut_and_one_missing_are_lost_samples_with_their_reason():
-    made, _, clock = begun(SCPI | {READ: [b"33\n", b"33.1\n", b"3#.2\n", b"33.3\n", b"33.", b"33.5\n", b"", b"33.7\n"]})
+    sensor, _, clock = start_thermometer(
+        SCPI | {READ: [b"33\n", b"33.1\n", b"3#.2\n", b"33.3\n", b"33.", b"33.5\n", b"", b"33.7\n"]}
+    )
     blocks = []
     for clock.s in range(7):
-        blocks += made.read(0.0)["temperature"]
+        blocks += sensor.read(0.0)["temperature"]
     assert values(blocks) == pytest.approx([33.1, 33.3, 33.5, 33.7], abs=1e-4)
     assert [(block.first, block.lost) for block in blocks] == [(0, 0), (2, 1), (4, 1), (6, 1)]
     whys = [block.why for block in blocks[1:]]
@@ -151,15 +153,15 @@ def test_one_line_of_garbage_one_cut_and_one_missing_are_lost_samples_with_their
 
 
 def test_readings_that_came_too_late_are_lost_and_never_numbered_on():
-    made, _, clock = begun(SCPI)
-    made.read(0.0)
+    sensor, _, clock = start_thermometer(SCPI)
+    sensor.read(0.0)
     clock.s = 4.2
-    [block] = made.read(0.0)["temperature"]
+    [block] = sensor.read(0.0)["temperature"]
     assert (block.first, block.lost, block.why) == (4, 3, "it answered too late")
 
 
 @pytest.mark.parametrize(
-    ("answers", "reads", "what", "told"),
+    ("answers", "reads", "what", "message"),
     [
         ([b""], 3, "silent", "skin: 3 readings in a row were missed, the last: no answer within 0.5 s"),
         ([b"Err\n"], 3, "not_a_number", "'Err' is no temperature"),
@@ -170,19 +172,19 @@ def test_readings_that_came_too_late_are_lost_and_never_numbered_on():
         ([OSError(5, "Input/output error")], 1, "link_lost", "the line is gone"),
     ],
 )
-def test_what_fails_for_good_is_a_fault_by_its_kind_and_the_next_start_opens_it_anew(answers, reads, what, told):
-    made, lines = thermometer(SCPI | {READ: [b"33\n", b"33\n", *answers]})
-    made.open()
+def test_what_fails_for_good_is_a_fault_by_its_kind_and_the_next_start_opens_it_anew(answers, reads, what, message):
+    sensor, lines = thermometer(SCPI | {READ: [b"33\n", b"33\n", *answers]})
+    sensor.open()
     clock = Clock()
-    made.start(clock)
-    assert values(made.read(0.0)["temperature"]) == [33.0]
-    with pytest.raises(DeviceFault, match=told) as caught:
+    sensor.start(clock)
+    assert values(sensor.read(0.0)["temperature"]) == [33.0]
+    with pytest.raises(DeviceFault, match=message) as caught:
         for clock.s in range(1, reads + 1):
-            made.read(0.0)
+            sensor.read(0.0)
     assert caught.value.what == what and clock.s == reads
     assert lines[0].closed
-    made.start(clock)
-    assert len(lines) == 2 and values(made.read(0.0)["temperature"]) == [33.0]
+    sensor.start(clock)
+    assert len(lines) == 2 and values(sensor.read(0.0)["temperature"]) == [33.0]
 
 
 @pytest.mark.parametrize(
@@ -213,10 +215,10 @@ def test_settings_that_do_not_go_together_are_refused():
 
 @pytest.mark.needs("serial")
 def test_a_port_that_is_not_there_is_named():
-    made = make("skin", Settings(kind="thermometer", driver="serial", port="/dev/there-is-none"), None)
-    assert made.connect is connect_serial
+    sensor = make("skin", Settings(kind="thermometer", driver="serial", port="/dev/there-is-none"), None)
+    assert sensor.connect is connect_serial
     with pytest.raises(DeviceError, match="skin: the port /dev/there-is-none cannot be opened"):
-        made.open()
+        sensor.open()
 
 
 def test_its_health_says_what_it_measures():
@@ -237,7 +239,7 @@ def wait_until(done):
 
 
 class Desk:
-    """An experimenter who confirms once told to."""
+    """An experimenter who confirms once asked to."""
 
     def __init__(self):
         self.prompts, self.confirms = [], True
@@ -266,17 +268,17 @@ class Inner:
 
 
 def test_it_is_recorded_beside_trials_and_an_unplugged_one_costs_no_answer():
-    made, lines = thermometer(SCPI, rate_hz=20, timeout_s=0.02)
-    made.open()
-    recorder, desk = BesideRecorder({"skin": made}, {("skin", "temperature"): "skin_temperature"}), Desk()
-    inner = Inner(clock_from(0), lambda: wait_until(lambda: made.number > 3))
+    sensor, lines = thermometer(SCPI, rate_hz=20, timeout_s=0.02)
+    sensor.open()
+    recorder, desk = BesideRecorder({"skin": sensor}, {("skin", "temperature"): "skin_temperature"}), Desk()
+    inner = Inner(clock_from(0), lambda: wait_until(lambda: sensor.number > 3))
     world = RecordedBeside(inner, lambda: recorder.ready(Window(), desk, inner.now), recorder.take)
     request = Present(Trial(1, "B", False, Stimulus(id="A"), None, False, False))
     [first] = world.perform(request).samples
     assert first.stream == "skin_temperature" and first.units == ("degC",) and first.first == 0 and first.count >= 3
     assert values([first]) == [32.791] * first.count
     lines[0].dialogue[READ] = [OSError("unplugged")]
-    inner.meanwhile = lambda: wait_until(lambda: made.port is None)
+    inner.meanwhile = lambda: wait_until(lambda: sensor.port is None)
     assert isinstance(world.perform(request), Reply)  # the answer is kept
     came = world.perform(request)
     came = world.perform(request) if isinstance(came, Chunk) else came
@@ -284,7 +286,7 @@ def test_it_is_recorded_beside_trials_and_an_unplugged_one_costs_no_answer():
     desk.confirms = False
     assert isinstance(world.perform(request), Aside)
     desk.confirms = True
-    inner.meanwhile = lambda: wait_until(lambda: made.number > 2)
+    inner.meanwhile = lambda: wait_until(lambda: sensor.number > 2)
     [again] = world.perform(request).samples
     assert again.first == 0 and again.count >= 2 and len(lines) == 2
     assert desk.prompts[0].endswith("Put it right, then confirm.")
