@@ -18,6 +18,7 @@ from palpate.studies.catalogue import find, names
 from palpate.studies.collecting.collect import open_database
 from palpate.studies.sessions.record import read_header
 from palpate.studies.sessions.session_files import ledgers_in
+from palpate.studies.sessions.tables import session_name_of
 
 COLLECTED = "lab.sqlite"
 """Where `palpate collect` gathers a lab's sessions."""
@@ -91,11 +92,7 @@ def answer_files(lab: Path, study: str, simulated: bool | None) -> list[Path]:
     table = answers.ratings.table if answers.ratings is not None else None
     counting = set() if table is None else set(table[table["value"].notna()]["session"])
     headers = {path: read_header(path) for path in sessions}
-    return [
-        path
-        for path, header in headers.items()
-        if f"{header['study']['study']}/{header['participant']}/{header['session']}" in counting
-    ]
+    return [path for path, header in headers.items() if session_name_of(header) in counting]
 
 
 def left_out_lines(answers: Material) -> tuple[str, ...]:

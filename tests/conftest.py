@@ -122,10 +122,10 @@ def look_at_imports(path):
     parts = {
         name: ast.unparse(node) for node in ast.parse(path.read_text(encoding="utf-8")).body for name in names_of(node)
     }
-    found = {name for name, text in parts.items() if "sys.modules" in text}
-    while more := {name for name, text in parts.items() if name not in found and found & set(WORD.findall(text))}:
-        found |= more
-    return found
+    looking = {name for name, text in parts.items() if "sys.modules" in text}
+    while more := {name for name, text in parts.items() if name not in looking and looking & set(WORD.findall(text))}:
+        looking |= more
+    return looking
 
 
 def names_of(node):

@@ -13,6 +13,7 @@ from palpate.analysis.exporting.tabular import NOT_AVAILABLE, ExportRefused
 from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.study import Study
 from palpate.protocols.tables import read_table
+from palpate.studies.sessions.tables import session_name
 
 Cells = dict[str, str]
 
@@ -70,7 +71,7 @@ def _tsv_rows(path: Path) -> Iterator[Cells]:
 def _table(study: Study, rows: list[Cells]) -> pd.DataFrame:
     place = {attribute.name: n for n, attribute in enumerate(study.attributes)}
     stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
-    names = [f"{study.study}/{row['participant']}/{int(row['session'])}" for row in rows]
+    names = [session_name(study.study, row["participant"], int(row["session"])) for row in rows]
     order = sorted(
         range(len(rows)),
         key=lambda n: (rows[n]["participant"], names[n], int(rows[n]["trial"]), place[rows[n]["attribute"]]),

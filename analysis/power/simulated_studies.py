@@ -19,7 +19,7 @@ from palpate.protocols.study import Study
 from palpate.protocols.worlds import Done, Simulated, VirtualClock
 from palpate.studies.participants.lab_forms import lab_forms
 from palpate.studies.participants.row_assignment import allocate
-from palpate.studies.sessions.tables import Answers, answers_of
+from palpate.studies.sessions.tables import Answers, answers_of, session_name
 
 INTERCEPT = "intercept"
 IN_MEMORY = "kept in memory only"
@@ -72,7 +72,7 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
 
 
 def _session(plan: Plan) -> str:
-    return f"{plan.study.study}/{plan.who.participant}/{plan.session}"
+    return session_name(plan.study.study, plan.who.participant, plan.session)
 
 
 def _events(plan: Plan) -> list[Event]:

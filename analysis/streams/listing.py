@@ -14,7 +14,7 @@ from palpate.analysis.streams.recorded_streams import (
     streams_in,
 )
 from palpate.studies.sessions.record import Record
-from palpate.studies.sessions.tables import session_name
+from palpate.studies.sessions.tables import session_name_of
 
 Row = dict[str, Any]
 TEXTS = ("stimulus", "stream", "unit", "clock", "calibration")
@@ -32,7 +32,7 @@ def list_streams(record: Record, trial: int | None = None) -> Row:
     used = counting_attempts(attempts)
     return {
         "ledger": str(record.path),
-        "session": session_name(record),
+        "session": session_name_of(record.header),
         "streams": [row for attempt in used.values() for row in _rows(record, attempt)],
         "not_used": list(_not_used(attempts, used.values())),
     }

@@ -1,4 +1,4 @@
-"""What a session needs of its rig, live or simulated: a world, how it is made safe, and how it is opened."""
+"""What a session needs of its rig, live or simulated: a world, how to make it safe, and how to open it."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from palpate.protocols.plan import Plan
 
 
 class RigError(ValueError):
-    """The rig that a study needs cannot be had."""
+    """The rig that a study needs is not available."""
 
 
 def _do_nothing() -> None:
-    """Nothing moves, as in a simulated rig, and nothing is held."""
+    """Do nothing: in a simulated rig nothing moves, and nothing is held open."""
 
 
 def _watch_nothing(_event: Event) -> None:
-    """Nobody looks on."""
+    """Ignore the event."""
 
 
 @dataclass(frozen=True)
 class Rig:
     """An open rig: its world, and how to make it safe.
 
-    `watch` is told of every event once it is kept, those of a session that is gone on with first; `finish` is called
-    once the session has come to its end.
+    `watch` is called with every event after it was recorded, when a session is resumed first with those recorded
+    before; `finish` is called once the session has come to its end.
     """
 
     world: World
@@ -38,7 +38,7 @@ class Rig:
 
 @dataclass(frozen=True)
 class RigPlan:
-    """How a session gets its rig: what it will be made of, whether it can be had, and the opening of it.
+    """How a session gets its rig: a description for the record, a check of what is there, and the opening.
 
     `check` raises RigError before anything is recorded; `open` takes the plan and the session time, in ns, that the
     rig's clock starts at. `calibration` is the window's, confirmed at the session's start; None without a window.
@@ -49,4 +49,4 @@ class RigPlan:
     open: Callable[[Plan, int], Rig]
     calibration: dict[str, Any] | None = None
     drop: Callable[[], None] = _do_nothing
-    """Lets go of what `check` opened, where it comes to no `open`."""
+    """Close what `check` opened, where `open` is not called after it."""

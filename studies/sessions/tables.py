@@ -53,7 +53,7 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
     Without events, of these only the replies that name models stay, and no streams: what was answered is in the others.
     """
     plan = recompiled(record)
-    session = session_name(record)
+    session = session_name_of(record.header)
     answers = _answers(plan, session, record.state, record.events)
     if unknown := {row["attribute"] for row in answers.responses} - {each.name for each in plan.study.attributes}:
         raise LedgerError(f"{record.path}: {min(unknown)!r} was rated, which is no attribute of the recorded study")
@@ -191,10 +191,14 @@ def _switch_rows(session: str, answer: Answer, switches: Sequence[Mapping[str, A
         }
 
 
-def session_name(record: Record) -> str:
-    """STUDY/PARTICIPANT/NUMBER: the session's name among all sessions of a lab."""
-    header = record.header
-    return f"{header['study']['study']}/{header['participant']}/{header['session']}"
+def session_name(study: str, participant: str, number: int) -> str:
+    """Return STUDY/PARTICIPANT/NUMBER, which names the session among all sessions of a lab."""
+    return f"{study}/{participant}/{number}"
+
+
+def session_name_of(header: Mapping[str, Any]) -> str:
+    """Return the name of the session with this header."""
+    return session_name(header["study"]["study"], header["participant"], header["session"])
 
 
 def session_number(name: str) -> str:
@@ -210,7 +214,7 @@ def _study_row(study: Study) -> Row:
 def _session_row(record: Record) -> Row:
     header = record.header
     return {
-        "session": session_name(record),
+        "session": session_name_of(header),
         "study": header["study"]["study"],
         "study_digest": digest(conditions_of(header["study"])),
         "participant": header["participant"],

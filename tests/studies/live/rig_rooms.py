@@ -36,6 +36,15 @@ needs:
   masking_noise: [noise]
   samples: [stage]
 """
+TEXTURE_TWINS = """rig: twins
+devices:
+  stylus: {kind: tablet, driver: twin}
+  actuator: {kind: voice_coil, driver: twin}
+  noise: {kind: masking_noise, driver: twin, db_spl_at_0_dbfs: 100}
+needs:
+  texture_renderer: [stylus, actuator]
+  masking_noise: [noise]
+"""
 
 
 @dataclass

@@ -19,19 +19,11 @@ from palpate.studies.sessions.rig import RigError
 from palpate.studies.simulation.virtual_textures import VirtualTextures
 from tests.devices.window.shells_for_tests import FakeDesk
 from tests.protocols.every_task import LAB
+from tests.studies.live.rig_rooms import TEXTURE_TWINS
 from tests.studies.shipped import plan_for
 from tests.studies.simulation.small_textures import write
 from tests.studies.simulation.test_virtual_textures import FOLDER, of_two
 
-RIG = """rig: twins
-devices:
-  stylus: {kind: tablet, driver: twin}
-  actuator: {kind: voice_coil, driver: twin}
-  noise: {kind: masking_noise, driver: twin, db_spl_at_0_dbfs: 100}
-needs:
-  texture_renderer: [stylus, actuator]
-  masking_noise: [noise]
-"""
 PLAN = compile_plan(of_two(), plan_for("texture_similarity").who, 1, LAB)
 TRIAL = PLAN.trials[0]
 
@@ -175,7 +167,7 @@ def test_a_tablet_that_goes_dark_marks_the_trial(lab):
 
 
 def test_a_tablet_s_screen_is_its_own_and_every_texture_has_a_picture(lab):
-    screened = RIG.replace("tablet, driver: twin", "tablet, driver: twin, screen: {number: 1, px_per_mm: 5}")
+    screened = TEXTURE_TWINS.replace("tablet, driver: twin", "tablet, driver: twin, screen: {number: 1, px_per_mm: 5}")
     hardware = Hardware(Found(PLAN.study, FOLDER), lab, file=rig_file(lab, screened))
     hardware.demand_other_screen(0)
     with pytest.raises(RigError, match="screen 1 is the participant's"):
@@ -232,7 +224,7 @@ def test_a_renderer_is_part_of_the_station_and_ends_with_it(lab):
     assert plays.ended == 1
 
 
-def rig_file(lab, text=RIG):
+def rig_file(lab, text=TEXTURE_TWINS):
     path = lab / "rig.yaml"
     path.write_text(text, encoding="utf-8")
     return read_rig(path)
@@ -254,8 +246,8 @@ def test_the_twins_of_stylus_and_actuator_render_in_a_process_of_their_own(lab):
 
 
 def test_what_cannot_render_is_refused_while_the_session_is_planned(lab):
-    real = RIG.replace("voice_coil, driver: twin", "voice_coil, driver: sound")
-    file = rig_file(lab, RIG.replace("tablet, driver: twin", "tablet, driver: pyglet, px_per_mm: 5"))
+    real = TEXTURE_TWINS.replace("voice_coil, driver: twin", "voice_coil, driver: sound")
+    file = rig_file(lab, TEXTURE_TWINS.replace("tablet, driver: twin", "tablet, driver: pyglet, px_per_mm: 5"))
     with pytest.raises(DeviceError, match="evdev"):
         demand_usable(closed(file))
     with pytest.raises(DeviceError, match="palpate rig calibrate actuator"):

@@ -34,7 +34,19 @@ from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session import resume, start
 from tests.devices.door.link.twin_processes import children
-from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, doors, ends, kinds, lasting, live_doors, plan_of
+from tests.studies.live.rig_rooms import (
+    TEXTURE_TWINS,
+    TWINS,
+    Room,
+    begun,
+    captures,
+    doors,
+    ends,
+    kinds,
+    lasting,
+    live_doors,
+    plan_of,
+)
 
 
 @pytest.fixture
@@ -399,17 +411,6 @@ def test_a_live_session_begun_with_a_door_that_follows_is_not_resumed_with_one_t
     assert read(path).events == events and not read(path).ended and not list(children())
 
 
-TEXTURES = """rig: twins
-devices:
-  stylus: {kind: tablet, driver: twin}
-  actuator: {kind: voice_coil, driver: twin}
-  noise: {kind: masking_noise, driver: twin, db_spl_at_0_dbfs: 100}
-needs:
-  texture_renderer: [stylus, actuator]
-  masking_noise: [noise]
-"""
-
-
 def textures(count=1) -> Found:
     found = read_study(SHIPPED / "texture_similarity" / "study.yaml")
     some = tuple(each for each in found.study.stimuli if each.columns["method"] == "AR")[:count]
@@ -426,7 +427,7 @@ def test_a_texture_session_taken_up_while_an_answer_is_asked_for_is_answered_wit
             raise Interrupted("QUIT")
         return asked(room, request, desk, now_ns)
 
-    rig_path(lab).write_text(TEXTURES, encoding="utf-8")
+    rig_path(lab).write_text(TEXTURE_TWINS, encoding="utf-8")
     found, asked = textures(), Room.perform
     experimenter(4)
     with monkeypatch.context() as first:
