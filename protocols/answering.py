@@ -1,15 +1,15 @@
-"""How a simulated participant answers each form: plausible, keyed, and the same whenever it is asked again."""
+"""How a perceiver answers each form: plausible, keyed, and the same whenever it is asked again."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any, cast
+from typing import Any
 
-from palpate.protocols.forms import FORMS, Demographics, Form, Lexicon, Likert, Question, Sliders, Words
+from palpate.protocols.forms import Demographics, Form, Lexicon, Likert, Question, Sliders, Words
 from palpate.protocols.keyed import normal, shuffled, uniform
-from palpate.protocols.perceiver import Perceiver
-from palpate.protocols.requests import Ask, Present, Reply
+from palpate.protocols.requests import Ask, Reply
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 
 TICKED_WITHOUT_LATENT = -2.2
 """Logit of ticking a word that the study's simulation says nothing about: one in ten."""
@@ -29,13 +29,6 @@ VOCABULARY = (
 )
 LONGEST_TRY = 5
 AGES = (19, 64)
-
-
-def answer(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
-    """The simulated reply to any form, and the seconds it took; on second thoughts the participant goes back."""
-    if ask.may_go_back and person.has_second_thoughts(ask):
-        return Reply({"go": "back", "seconds": 1.0}), 1.0
-    return cast(tuple[Reply, float], FORMS[ask.form.name].simulate(person, ask, ask.form))
 
 
 def rate(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
@@ -97,12 +90,6 @@ def feel_reference(person: Perceiver, ask: Ask, _form: Form) -> tuple[Reply, flo
     seconds = round(person.seconds(ask, f"felt {felt}"), 3)
     go = {"go": "try"} if felt < wanted else {}
     return Reply({**go, "answers": {"felt": felt}, "seconds": seconds}), seconds
-
-
-def moved_while_felt(person: Perceiver, request: Present, form: Sliders) -> dict[str, float]:
-    """Where a simulated participant leaves the sliders that are moved while the door is felt."""
-    ask = Ask(form, request.trial, request.wish)
-    return _wish(person, ask, form, _tries_behind(person, ask, form))
 
 
 def _tries(person: Perceiver, ask: Ask) -> int:

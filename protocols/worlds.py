@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from palpate.protocols.answering import answer
 from palpate.protocols.canonical import difference
 from palpate.protocols.events import NS, Event, Log, World
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Aside, Ask, Came, Chunk, Confirm, Fault, Present, Reply, Request, Rest, Sense
+from palpate.protocols.simulated_participants import SimulatedParticipant
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class VirtualClock:
 class Simulated:
     """A simulated participant at simulated devices under a virtual clock."""
 
-    person: Perceiver
+    person: SimulatedParticipant
     device: Twin
     clock: VirtualClock
 
@@ -58,7 +57,7 @@ class Simulated:
             case Present() | Sense():
                 return self.device(request, self.clock.t_ns)
             case Ask():
-                return Done(*answer(self.person, request))
+                return Done(*self.person.answer(request))
             case Rest():
                 seconds = self.person.rest_s(request)
                 return Done(Reply({"seconds": seconds}), seconds)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Ask
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import recompiled, replay
 from palpate.studies.stimuli.renderings import MET, SEED

@@ -11,10 +11,10 @@ from palpate.analysis.ratings.collected_sessions import Choice, SessionRow
 from palpate.analysis.ratings.reading import Rating, assembled
 from palpate.protocols.canonical import digest
 from palpate.protocols.events import Event
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.requests import Present, Reply, Request
 from palpate.protocols.runner import run
+from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.study import Study
 from palpate.protocols.worlds import Done, Simulated, VirtualClock
 from palpate.studies.participants.lab_forms import lab_forms
@@ -77,7 +77,7 @@ def _session(plan: Plan) -> str:
 
 def _events(plan: Plan) -> list[Event]:
     log = _Events()
-    run(plan, Simulated(Perceiver(plan), _presented, VirtualClock()), log, {})
+    run(plan, Simulated(simulated_participant(plan), _presented, VirtualClock()), log, {})
     return log.events
 
 

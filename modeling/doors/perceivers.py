@@ -11,8 +11,8 @@ import numpy as np
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import as_rows
 from palpate.protocols.keyed import Key
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Scale, Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.signals.arrays import Array

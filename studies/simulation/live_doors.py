@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 from palpate.devices.device import interleaved
@@ -11,12 +11,11 @@ from palpate.devices.door.live import PERIOD_NS, LiveDoor
 from palpate.devices.door.making import Doors
 from palpate.devices.door.plant.parameters import DEFAULT
 from palpate.devices.door.plant.rendering import STEP_RAD, Passage, Rendered
-from palpate.protocols.answering import moved_while_felt
 from palpate.protocols.events import NS
 from palpate.protocols.forms import Sliders
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Samples
+from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.worlds import Done
 from palpate.signals.doors.grid import POINTS_PER_DEG
 from palpate.signals.doors.limits import HANDLE_RADIUS_M
@@ -39,7 +38,7 @@ def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) 
     live: LiveDoor[Setting] = LiveDoor(lambda: dict(setting), doors.force_N, begun_with, count_ns=lambda: 0)
     force_N = doors.force_N(begun_with)
     record = LiveRecord(form.items(), begun_with, force_N, live, t_ns)
-    to = _moves(form, begun_with, moved_while_felt(Perceiver(plan), request, form))
+    to = _moves(form, begun_with, simulated_participant(plan).leave_sliders(request))
     for tick_ns in range(t_ns, t_ns + round(done.seconds * NS), PERIOD_NS):
         setting.update(to((tick_ns - t_ns) / NS))
         if live.newer(tick_ns) is not None:
@@ -49,7 +48,7 @@ def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) 
     return replace(done, reply=replace(reply, samples=(*reply.samples, *record.take())))
 
 
-def _moves(form: Sliders, begun_with: Setting, end: Setting) -> Callable[[float], Setting]:
+def _moves(form: Sliders, begun_with: Setting, end: Mapping[str, float]) -> Callable[[float], Setting]:
     """The setting at a time: every slider that is moved goes there evenly."""
 
     def at(t_s: float) -> Setting:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from palpate.protocols.needs import recorded_beside
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import Plan
+from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.study import Study
 from palpate.protocols.worlds import Simulated, VirtualClock
 from palpate.studies.sessions.rig import Rig, RigPlan
@@ -29,7 +29,7 @@ def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int
 
     def opened(plan: Plan, t_ns: int) -> Rig:
         device = twin_for(study, plan, folder, profiles, lab, renderings, pictures)
-        world = Simulated(Perceiver(plan, feels=device.feels), device, VirtualClock(t_ns))
+        world = Simulated(simulated_participant(plan, device.feels), device, VirtualClock(t_ns))
         if not (needs := recorded_beside(study.needs)):
             return Rig(world)
         from palpate.studies.sessions.beside import RecordedBeside

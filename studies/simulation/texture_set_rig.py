@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from palpate.protocols.events import Event
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Request, Sense
+from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done, Simulated, VirtualClock
 from palpate.studies.catalogue import Found
@@ -73,7 +73,7 @@ def rig_for(found: Found, lab: Path, pictures: int, workers: int, watch: Watch) 
     def opened(plan: Plan, t_ns: int) -> Rig:
         device = twin_for(found.study, plan, found.folder, Profiles(found.folder), lab, pictures=kept)
         records, close = _ahead(plan, lab, pictures, workers, device.records)
-        world = Simulated(Perceiver(plan), replace(device, records=records), VirtualClock(t_ns))
+        world = Simulated(simulated_participant(plan), replace(device, records=records), VirtualClock(t_ns))
         return Rig(world, close, watch)
 
     return RigPlan(plain.description, plain.check, opened)

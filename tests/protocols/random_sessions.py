@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import random
 
-from palpate.protocols.answering import answer
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Aside, Ask, Chunk, Fault, Present, Reply, Samples, Sense
 from palpate.protocols.runner import run
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.worlds import Recorded
 from tests.protocols.every_task import plan_of
 from tests.protocols.worlds_for_tests import Kept
@@ -47,7 +46,7 @@ class Chance:
     def plain(self, request):
         """Do what is asked and nothing else."""
         if isinstance(request, Ask):
-            return answer(self.person, request)[0]
+            return self.person.answer(request)[0]
         return Reply({}, self.samples()) if isinstance(request, Present | Sense) else Reply({})
 
     def rough_turn(self, request):

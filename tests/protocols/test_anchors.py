@@ -6,10 +6,10 @@ import pytest
 
 from palpate.protocols.consistency import inconsistencies
 from palpate.protocols.forms import AnchorForm
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask, Fault, Present, Reply, ReplyError
 from palpate.protocols.runner import run
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Recorded, Simulated, VirtualClock

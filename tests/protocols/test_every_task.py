@@ -2,14 +2,13 @@
 
 import pytest
 
-from palpate.protocols.answering import answer
 from palpate.protocols.consistency import inconsistencies
 from palpate.protocols.forms import Demographics, LabForms, Question
 from palpate.protocols.needs import NEEDS
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import PlanError, compile_plan
 from palpate.protocols.requests import Ask, Reply, ReplyError, Samples
 from palpate.protocols.runner import run
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done, Recorded, Simulated, VirtualClock
@@ -180,7 +179,7 @@ def test_a_number_asked_for_is_one_that_the_question_allows(low, high):
     lab = LabForms("Do you agree?", (question,))
     for seed in range(5):
         person = Perceiver(compile_plan(plan.study, plan.who, seed, lab))
-        answers = answer(person, Ask(Demographics((question,))))[0].value["answers"]
+        answers = person.answer(Ask(Demographics((question,))))[0].value["answers"]
         assert question.problem(answers["number"]) is None
 
 
@@ -188,7 +187,7 @@ def test_simulated_people_are_adults_who_have_not_driven_since_before_they_were(
     age = Question("age", "How old are you?", "number", low=0, high=120)
     driving = Question("driving_experience", "How many years?", "number", low=0, high=100)
     form = Demographics((age, driving))
-    people = [answer(Perceiver(plan_of("matching", f"P{n}")), Ask(form))[0].value["answers"] for n in range(100)]
+    people = [Perceiver(plan_of("matching", f"P{n}")).answer(Ask(form))[0].value["answers"] for n in range(100)]
     ages = [each["age"] for each in people]
     assert 19 <= min(ages) < 25 and 58 < max(ages) <= 64
     assert all(0 <= each["driving_experience"] <= each["age"] - 18 for each in people)

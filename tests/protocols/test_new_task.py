@@ -47,7 +47,7 @@ import palpate
 changed, screens = sys.argv[1:]
 palpate.__path__.insert(0, changed)
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.requests import Ask, Reply
 from palpate.protocols.runner import run
 from palpate.protocols.study import Study

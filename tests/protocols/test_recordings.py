@@ -2,11 +2,10 @@
 
 import pytest
 
-from palpate.protocols.answering import answer
 from palpate.protocols.events import Event
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Ask, Chunk, Fault, Present, Reply, ReplyError, Samples
 from palpate.protocols.runner import run
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.every_task import plan_of
 from tests.protocols.studies_for_tests import toy_plan
@@ -125,7 +124,7 @@ class Author(Interrupting):
             tried = request.former is not None
             return Reply({"answers": answers, "seconds": 1.0, **({} if tried else {"go": "try"})})
         if isinstance(request, Ask):
-            return Reply(answer(Perceiver(self.plan), request)[0].value)
+            return Reply(Perceiver(self.plan).answer(request)[0].value)
         if isinstance(request, Present) and not self.failed:
             self.failed = True
             return GONE

@@ -1,8 +1,8 @@
 import pytest
 
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.requests import Ask, Present, Reply, ReplyError, Samples, Sense
 from palpate.protocols.runner import run
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 from palpate.protocols.worlds import Divergence, Done, EndOfRecord, Recorded, Simulated, VirtualClock

@@ -4,12 +4,11 @@ import statistics
 
 import pytest
 
-from palpate.protocols.answering import answer
 from palpate.protocols.balance import certificates
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask
 from palpate.protocols.sample import describe_sample, sample_of
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
 from tests.protocols.studies_for_tests import toy
 
@@ -67,7 +66,7 @@ def test_two_people_over_two_sessions_fill_what_one_session_leaves_open():
 
 def answers(study, session):
     person = Perceiver(compile_plan(study, ParticipantRow("P001"), 0, None, session))
-    replies = {t.stimulus.id: answer(person, Ask(t.form, t))[0].value["answers"]["Soft"] for t in person.plan.trials}
+    replies = {t.stimulus.id: person.answer(Ask(t.form, t))[0].value["answers"]["Soft"] for t in person.plan.trials}
     return person, replies
 
 

@@ -12,8 +12,8 @@ from statistics import correlation, mean, pstdev
 import pytest
 
 from palpate.protocols.forms import Consent, Demographics, Eligibility, Likert, Sliders, Words
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.runner import run
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import LARGEST_STUDY
 from palpate.studies.catalogue import SHIPPED, names
 from palpate.studies.sessions.record import read

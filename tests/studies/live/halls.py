@@ -13,11 +13,10 @@ from typing import Any
 
 from palpate.devices.samples import HandMounted
 from palpate.devices.suspend import SuspendWatch
-from palpate.protocols.answering import answer
 from palpate.protocols.events import NS
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.requests import Ask, Confirm, Reply
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.console.listening import Heard
@@ -128,7 +127,7 @@ class Stage:
         self.request = None
         if isinstance(request, Confirm):
             return Reply({"measured_mm": 127.0, "nominal_mm": 127.0})
-        value = answer(self.person, request)[0].value if isinstance(request, Ask) else {}
+        value = self.person.answer(request)[0].value if isinstance(request, Ask) else {}
         return Reply({**value, "seconds": self.seen_ns / NS})
 
     def wait_for(self, key, desk, ready):

@@ -7,10 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from palpate.protocols.answering import answer
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask, Present, Reply
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, Found, read_study
@@ -66,7 +65,7 @@ class Room:
     def perform(self, request, desk, now_ns):
         if (aside := desk.poll()) is not None:
             return aside
-        return Reply(answer(self.person, request)[0].value if isinstance(request, Ask) else {})
+        return Reply(self.person.answer(request)[0].value if isinstance(request, Ask) else {})
 
     def wait_for(self, key, desk, ready):
         until = time.monotonic() + 60

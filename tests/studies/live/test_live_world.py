@@ -5,9 +5,9 @@ import itertools
 import pytest
 
 from palpate.devices.samples import HandMounted
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Aside, Present, Reply
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done
 from palpate.studies.live.opening import last_page

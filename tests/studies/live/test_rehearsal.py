@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from palpate.protocols.events import NS
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Simulated, VirtualClock
 from palpate.studies.catalogue import SHIPPED, Found, read_study

@@ -7,8 +7,8 @@ study.yaml holds them, per SD of a column over the fourteen profiles, and the fi
 
 from statistics import mean, pstdev
 
-from palpate.protocols.perceiver import Perceiver
 from palpate.protocols.plan import compile_plan
+from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 

@@ -6,17 +6,17 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import cast
 
-from palpate.protocols.forms import Sliders
+from palpate.protocols.forms import FORMS, Sliders
 from palpate.protocols.keyed import Key, normal, uniform
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Ask, Reply, Rest
+from palpate.protocols.requests import Ask, Present, Reply, Rest
+from palpate.protocols.simulated_participants import Feels, ParticipantKind
 from palpate.protocols.study import Attribute, Scale, Simulation, Stimulus
 
 GAIN_FLOOR = 0.1
 INTERCEPT = "intercept"
-Feels = Callable[[Stimulus], Mapping[str, float]]
-"""What of a stimulus is only known once it is presented, by the columns of the table that it takes the place of."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,25 @@ class Perceiver:
         known = {anchor.attribute for anchor in anchors.stimuli} if anchors is not None else set()
         return 1.0 - self.simulation.anchored if attribute.name in known else 1.0
 
+    def answer(self, ask: Ask) -> tuple[Reply, float]:
+        """Return the reply to any form and the seconds it took; on second thoughts the participant goes back."""
+        if ask.may_go_back and self.has_second_thoughts(ask):
+            return Reply({"go": "back", "seconds": 1.0}), 1.0
+        return self._fill_in(ask)
+
+    def leave_sliders(self, request: Present) -> Mapping[str, float]:
+        """Return where the sliders are left that are moved while the door is felt: as at the next wish.
+
+        Raises ValueError for a request without such sliders.
+        """
+        if (form := request.live_form) is None:
+            raise ValueError(f"{request.trial.stimulus.id}: no sliders are moved while it is felt")
+        answers: Mapping[str, float] = self._fill_in(Ask(form, request.trial, request.wish))[0].value["answers"]
+        return answers
+
+    def _fill_in(self, ask: Ask) -> tuple[Reply, float]:
+        return cast(tuple[Reply, float], FORMS[ask.form.name].simulate(self, ask, ask.form))
+
     def rate(self, ask: Ask, form: Sliders) -> tuple[Reply, float]:
         """The reply to a rating form and the seconds it took."""
         if ask.trial is None:
@@ -142,6 +161,9 @@ class Perceiver:
 
     def _lapses(self, attribute: Attribute, at: tuple[Key, ...]) -> bool:
         return uniform(*self.keyed("lapse", at, attribute.name)) < self.simulation.lapse_rate
+
+
+KIND = ParticipantKind(lambda plan, feels: Perceiver(plan, feels=feels))
 
 
 def place(ask: Ask) -> tuple[Key, ...]:

@@ -4,10 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.protocols.answering import answer
-from palpate.protocols.perceiver import Perceiver, z_scores
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask
+from palpate.protocols.simulated_participants.perceiver import Perceiver, z_scores
 from palpate.protocols.study import Scale
 from palpate.protocols.trial import ParticipantRow
 from tests.examples import examples
@@ -22,7 +21,7 @@ def perceiver(participant="P001", seed=0, scale=None, **simulation):
 
 
 def answers(person):
-    replies = [answer(person, Ask(trial.form, trial))[0].value for trial in person.plan.trials]
+    replies = [person.answer(Ask(trial.form, trial))[0].value for trial in person.plan.trials]
     return {t.stimulus.id: r["answers"] for t, r in zip(person.plan.trials, replies, strict=True)}
 
 
@@ -37,9 +36,9 @@ def test_without_noise_the_answer_is_the_latent_on_the_scale():
 def test_answers_do_not_depend_on_what_was_answered_before():
     person = perceiver(noise_sd=3.0, lapse_rate=0.3)
     last = Ask(person.plan.trials[-1].form, person.plan.trials[-1])
-    alone = answer(person, last)
+    alone = person.answer(last)
     answers(person)
-    assert answer(person, last) == alone == answer(perceiver(noise_sd=3.0, lapse_rate=0.3), last)
+    assert person.answer(last) == alone == perceiver(noise_sd=3.0, lapse_rate=0.3).answer(last)
 
 
 def test_people_and_seeds_differ():
@@ -71,7 +70,7 @@ def test_lapses_come_at_their_rate_and_fill_the_scale():
         person = perceiver(f"P{number}", lapse_rate=0.25)
         ask = Ask(person.plan.trials[0].form, person.plan.trials[0])
         lapsed += person.lapses(ask, person.plan.study.attributes[1])
-        values.append(answer(person, ask)[0].value["answers"]["Cold"])
+        values.append(person.answer(ask)[0].value["answers"]["Cold"])
     assert lapsed == pytest.approx(100, abs=30)
     assert sum(value != 0 for value in values) <= lapsed
     assert min(values) < -8 and max(values) > 8 and set(values) <= set(range(-10, 11))
@@ -79,7 +78,7 @@ def test_lapses_come_at_their_rate_and_fill_the_scale():
 
 def test_second_thoughts_only_where_they_are_allowed():
     person = perceiver(revise_rate=1.0)
-    first, second = (answer(person, Ask(trial.form, trial))[0].value for trial in person.plan.trials[:2])
+    first, second = (person.answer(Ask(trial.form, trial))[0].value for trial in person.plan.trials[:2])
     assert "answers" in first and second["go"] == "back"
 
 

@@ -1,0 +1,51 @@
+"""The kinds of simulated participants: each a module of this folder, found by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.protocols.plan import Plan
+from palpate.protocols.registry import Registry
+from palpate.protocols.requests import Ask, Present, Reply, Rest
+from palpate.protocols.study import Stimulus
+
+Feels = Callable[[Stimulus], Mapping[str, float]]
+"""Returns what is known of a stimulus only once it is presented, by the columns of the table that it replaces."""
+
+
+class SimulatedParticipant(Protocol):
+    """One person in one session. The same request is answered the same whenever it comes: a session is repeatable."""
+
+    @property
+    def reading_s(self) -> float:
+        """How long the person reads a page, in seconds."""
+
+    def answer(self, ask: Ask) -> tuple[Reply, float]:
+        """Return the reply to a form and the seconds it took; a reply may go back where the trial allows it."""
+
+    def leave_sliders(self, request: Present) -> Mapping[str, float]:
+        """Return where the person leaves the sliders of `request.live_form`, moved while the stimulus is felt."""
+
+    def rest_s(self, rest: Rest) -> float:
+        """Return how long the person rests, in seconds."""
+
+
+@dataclass(frozen=True)
+class ParticipantKind:
+    """A kind of simulated participants: `make(plan, feels)` returns the person of a session's plan.
+
+    `feels` is None where all that is known of a stimulus stands in the study's table.
+    """
+
+    make: Callable[[Plan, Feels | None], SimulatedParticipant]
+
+
+KINDS: Registry[ParticipantKind] = Registry(folder="palpate.protocols.simulated_participants.*")
+SHIPPED_KIND = "perceiver"
+
+
+def simulated_participant(plan: Plan, feels: Feels | None = None, kind: str = SHIPPED_KIND) -> SimulatedParticipant:
+    """Return the simulated participant of a session's plan. Raises KeyError where there is no such kind."""
+    return KINDS[kind].make(plan, feels)
