@@ -43,7 +43,7 @@ def list_command(lab: Path, as_json: bool) -> None:
     Where a lab has a model of a shipped one's name, the lab's is used.
     """
     from palpate.devices.models.finding import FOLDER, listed
-    from palpate.devices.models.tables import aligned, list_row
+    from palpate.devices.models.words import aligned, list_row
 
     rows = [list_row(model) for model in listed(lab)]
     if as_json:
@@ -99,7 +99,7 @@ def compare_command(names: tuple[str, ...], files: tuple[Path, ...], lab: Path, 
       palpate models compare texture-cloth-foten_generative texture-cloth-ar --lab LAB
     """
     from palpate.devices.models.comparing import apart, milliseconds, require_alike
-    from palpate.devices.models.tables import apart_words, metrics_words
+    from palpate.devices.models.words import apart_words, metrics_words
 
     if len(names) < 2:
         raise click.UsageError("two models or more are compared; `palpate models list` shows those there are")

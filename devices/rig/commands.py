@@ -50,8 +50,8 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
     Example:
       palpate rig check force --seconds 5 --lab LAB
     """
-    from palpate.devices.rig.checking import check_device
     from palpate.devices.rig.file import read_rig, rig_path
+    from palpate.devices.rig.opened import check_device
 
     file = read_rig(rig_file or rig_path(lab))
     _demand_known(file, device)
@@ -102,7 +102,7 @@ def _echo_json(data: Any) -> None:
 
 
 def _table(file: RigFile, found: dict[str, Health]) -> None:
-    from palpate.devices.rig.checking import describe_health
+    from palpate.devices.rig.opened import describe_health
 
     click.echo(f"{file.path}: {file.name}")
     for name, health in found.items():

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.signals.aligning.interpolating import SAME_S
-from palpate.signals.aligning.methods import Method
+from palpate.signals.aligning.methods import SAME_S, Method
 from palpate.signals.aligning.refusals import AlignError, demand_grid, demand_samples, demand_times
 from palpate.signals.arrays import Array, Mask
 

@@ -1,13 +1,14 @@
 """The fourteen variants g1 to g14 of a door profile (thesis 5.3.4.1).
 
 The thesis gives each strategy in a sentence; where it is silent, the reading is in the function's docstring and in
-docs/reference/doors.md.
+docs/reference/doors.md. The operations that variants are made of come last: bend the angle axis, rescale flanks, add
+small cycles.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -16,7 +17,6 @@ import numpy as np
 from palpate.signals.arrays import Array
 from palpate.signals.doors.features import as_profile, landmarks, plateau_after_second_peak, require_cycles
 from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS_PER_DEG, STUDY_SEED, DoorDataError
-from palpate.signals.doors.shaping import add_cycles, ease, move_knots, raise_span, set_peak, straighten
 
 AMPLITUDES_N = {"g1": 20.0, "g2": 30.0, "g3": 40.0}
 COMPLETE_AT_DEG = {"g4": (1, 14.5), "g5": (2, 29.5), "g6": (3, 29.5)}
@@ -197,3 +197,60 @@ VARIANTS: dict[str, Variant] = {
     "g13": Variant("bump", partial(bumps_before_peak, "g2")),
     "g14": Variant("bump", partial(bumps_before_peak, "g3")),
 }
+
+
+def move_knots(force_N: Array, knots: Sequence[tuple[float, float]], end: int) -> Array:
+    """Move features along the angle: each knot (from, to) is a pair of grid indices, linear between knots.
+
+    The start and the end of the motion stay, and so does the padding behind it. Both members of the knots must
+    rise strictly.
+    """
+    sources = [0.0, *(source for source, _ in knots), float(end)]
+    targets = [0.0, *(target for _, target in knots), float(end)]
+    places = np.interp(np.arange(end + 1), targets, sources)
+    moved = np.interp(places, np.arange(len(force_N)), force_N)
+    return np.asarray(np.r_[moved, force_N[end + 1 :]])
+
+
+def raise_span(force_N: Array, outer: tuple[int, int], inner: tuple[int, int], by_N: float) -> Array:
+    """Raise the points of `inner` by `by_N` and stretch both flanks towards `outer` to follow.
+
+    On a flank each force keeps its relative height between the outer point's and the inner point's force, so a
+    flank that rises or falls steadily still does, and no peak appears.
+    """
+    raised = force_N.copy()
+    raised[inner[0] : inner[1] + 1] += by_N
+    for foot, edge in ((outer[0], inner[0]), (outer[1], inner[1])):
+        span = slice(min(foot, edge), max(foot, edge) + 1)
+        height = force_N[edge] - force_N[foot]
+        if height:
+            raised[span] = force_N[foot] + (force_N[span] - force_N[foot]) * (height + by_N) / height
+    return raised
+
+
+def set_peak(force_N: Array, start: int, peak: int, valley: int, to_N: float) -> Array:
+    """Set a peak's force, its two flanks stretched between the start, the new peak and the valley."""
+    changed = raise_span(force_N, (start, valley), (peak, peak), to_N - force_N[peak])
+    changed[peak] = to_N
+    return changed
+
+
+def add_cycles(force_N: Array, first: float, last: float, cycles: int, height_N: float) -> Array:
+    """Add small cycles between two grid indices: a sine under a smooth envelope, zero outside with its slope."""
+    share = (np.arange(len(force_N)) - first) / (last - first)
+    inside = (share > 0) & (share < 1)
+    bump = height_N * np.sin(2 * np.pi * cycles * share) * np.sin(np.pi * share) ** 2
+    return np.where(inside, force_N + bump, force_N)
+
+
+def straighten(force_N: Array, first: int, last: int) -> Array:
+    """Replace the points between two grid indices by the straight line between them."""
+    changed = force_N.copy()
+    changed[first : last + 1] = np.linspace(force_N[first], force_N[last], last - first + 1)
+    return changed
+
+
+def ease(share: Array) -> Array:
+    """Return a smooth step from 0 to 1 without a slope at either end."""
+    share = np.clip(share, 0, 1)
+    return share * share * (3 - 2 * share)

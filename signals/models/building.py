@@ -8,21 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from palpate.signals.models import (
-    activations,
-    autoregression,
-    kept_values,
-    layers,
-    look_ups,
-    profile_steps,
-    recurrence,
-    sequence_layers,
-)
+from palpate.signals.doors.grid import POINTS, DoorDataError
+from palpate.signals.models import activations, kept_values, layers, sequence_layers
 from palpate.signals.models import card as steps_of
 from palpate.signals.models import card_steps as signal_steps
-from palpate.signals.models.card import Conv, Dense, Mean, Residual, Step, Upsample
+from palpate.signals.models.card import Conv, Dense, DoorFeatures, Mean, Playable, Residual, Step, Upsample
 from palpate.signals.models.card_steps import Attention, Norm
-from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.errors import ModelFileError, ModelInputError
 from palpate.signals.models.form import LARGEST, At, Built, Form, Kept, Run, Values
 
 __all__ = ["Form", "Run", "built"]
@@ -122,6 +114,44 @@ def _mean(step: Mean, form: Form, at: At) -> Built:
     return mean, Form(shapes.pop(), owned=True)
 
 
+def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
+    """Return the engineered features that the card names. A name that is unknown here is refused."""
+    from palpate.protocols.did_you_mean import nearest
+    from palpate.signals.doors.model_features import FEATURES, features
+
+    _require_profile(form, at)
+    if unknown := [name for name in step.names if name not in FEATURES]:
+        raise at.refuse(f"there is no feature {unknown[0]!r} here; {nearest(unknown[0], FEATURES)}")
+    if not step.names:
+        raise at.refuse("it names no features; at least one is expected")
+
+    def run(x: Values, _kept: Kept) -> Values:
+        try:
+            return features(x, step.names)
+        except DoorDataError as error:
+            raise ModelInputError(str(error)) from None
+
+    return run, Form((len(step.names),), owned=True)
+
+
+def playable(step: Playable, form: Form, at: At) -> Built:
+    """Return every profile within the limits."""
+    from palpate.signals.doors.limits import bounded
+
+    _require_profile(form, at)
+
+    def run(x: Values, _kept: Kept) -> Values:
+        rows = [bounded(row, step.force_N, step.slope_N_deg) for row in x.astype(np.float64, copy=False)]
+        return np.where(np.isfinite(x), np.stack(rows), np.nan)
+
+    return run, Form(form.shape, owned=True)
+
+
+def _require_profile(form: Form, at: At) -> None:
+    if form.shape != (POINTS,):
+        raise at.refuse(f"shape {form.shape} comes to it; the {POINTS} forces of a profile are expected")
+
+
 _BUILDERS: Mapping[type, Callable[[Any, Form, At], Built]] = {
     steps_of.Affine: layers.affine,
     steps_of.Dense: layers.dense,
@@ -131,11 +161,11 @@ _BUILDERS: Mapping[type, Callable[[Any, Form, At], Built]] = {
     steps_of.Upsample: layers.upsample,
     steps_of.Reshape: layers.reshape,
     steps_of.Clip: layers.clip,
-    steps_of.Kernel: look_ups.kernel,
-    steps_of.Forest: look_ups.forest,
-    steps_of.Nearest: look_ups.nearest,
-    steps_of.DoorFeatures: profile_steps.door_features,
-    steps_of.Playable: profile_steps.playable,
+    steps_of.Kernel: layers.kernel,
+    steps_of.Forest: layers.forest,
+    steps_of.Nearest: layers.nearest,
+    steps_of.DoorFeatures: door_features,
+    steps_of.Playable: playable,
     steps_of.Residual: _residual,
     steps_of.Mean: _mean,
     signal_steps.Keep: kept_values.keep,
@@ -148,6 +178,6 @@ _BUILDERS: Mapping[type, Callable[[Any, Form, At], Built]] = {
     signal_steps.Cartesian: kept_values.cartesian,
     signal_steps.Norm: sequence_layers.norm,
     signal_steps.Attention: sequence_layers.attention,
-    signal_steps.Lstm: recurrence.lstm,
-    signal_steps.Autoregression: autoregression.autoregression,
+    signal_steps.Lstm: sequence_layers.lstm,
+    signal_steps.Autoregression: sequence_layers.autoregression,
 }

@@ -1,4 +1,4 @@
-"""Layer normalisation and attention over the places of a value."""
+"""Steps over the places of a value: layer normalisation, attention, a long short-term memory, linear prediction."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from palpate.signals.linear_prediction import predictor_of
 from palpate.signals.models.activations import soft
 from palpate.signals.models.card import Conv
-from palpate.signals.models.card_steps import Attention, Norm
+from palpate.signals.models.card_steps import Attention, Autoregression, Lstm, Norm
 from palpate.signals.models.form import LARGEST, At, Built, Form, Kept, Run, Values
 from palpate.signals.models.layers import rows_of, sides
+from palpate.signals.models.triangles import Triangles
 
 
 def norm(step: Norm, form: Form, at: At) -> Built:
@@ -180,3 +182,105 @@ def _answer_plainly(answers: Values, values: Values, lazy: Values, causal: bool)
     """Places that do not ask answer the mean of the values, or where causal their sum up to there."""
     plain = np.cumsum(values, axis=2) if causal else np.broadcast_to(values.mean(axis=2, keepdims=True), answers.shape)
     answers[lazy] = plain[lazy]
+
+
+def lstm(step: Lstm, form: Form, at: At) -> Built:
+    """Return all gates are one tanh: sigmoid(x) = (1 + tanh(x / 2)) / 2, its halves being in the weights."""
+    channels, length = sides(form, at)
+    weight = at.reals(step.weight, None, channels)
+    if len(weight) % 4:
+        raise at.refuse(f"{step.weight!r} has {len(weight)} rows; four gates share them evenly")
+    hidden = len(weight) // 4
+    if len(weight) * length > LARGEST:
+        raise at.refuse(f"{len(weight)} gates at {length} places; at most {LARGEST} numbers are run")
+    matrix, state, bias = _turned(step, weight, hidden, at)
+    order = range(length - 1, -1, -1) if step.reverse else range(length)
+
+    def run(x: Values, _kept: Kept) -> Values:
+        drive = rows_of(x, form).astype(matrix.dtype, copy=False) @ matrix
+        drive += bias
+        # (length, n, gates), so that each place is one block
+        places = np.ascontiguousarray(drive.reshape(-1, length, 4 * hidden).swapaxes(0, 1))
+        return _through(places, state, order, hidden).swapaxes(0, 1)
+
+    return run, Form((hidden, length), length_first=True, owned=True)
+
+
+def _turned(step: Lstm, weight: Values, hidden: int, at: At) -> tuple[Values, Values, Values]:
+    """Return the weights for rows, gates in the order input, forget, output, cell; the first three halved."""
+    state = at.reals(step.state, 4 * hidden, hidden).astype(weight.dtype)
+    bias = at.reals(step.bias, 4 * hidden).astype(weight.dtype)
+    place = np.arange(hidden)
+    order = np.concatenate([place, place + hidden, place + 3 * hidden, place + 2 * hidden])
+    half = np.ones(4 * hidden, dtype=weight.dtype)
+    half[: 3 * hidden] = 0.5
+    turned = [np.ascontiguousarray(matrix[order].T * half) for matrix in (weight, state, bias)]
+    return turned[0], turned[1], turned[2]
+
+
+def _through(places: Values, state: Values, order: range, hidden: int) -> Values:
+    """(length, n, hidden): what is given at each place."""
+    given = np.empty((*places.shape[:2], hidden), dtype=places.dtype)
+    cell = np.zeros(given.shape[1:], dtype=places.dtype)
+    before = cell
+    passed = np.empty_like(cell)
+    for place in order:
+        gates = places[place]
+        gates += before @ state
+        np.tanh(gates, out=gates)
+        three = gates[:, : 3 * hidden]
+        three *= 0.5
+        three += 0.5
+        cell *= three[:, hidden : 2 * hidden]
+        np.multiply(three[:, :hidden], gates[:, 3 * hidden :], out=passed)
+        cell += passed
+        before = given[place]
+        np.tanh(cell, out=before)
+        before *= three[:, 2 * hidden :]
+    return given
+
+
+def autoregression(step: Autoregression, form: Form, at: At) -> Built:
+    """Return the mean and log SD of the next acceleration; computed in double precision whatever the numbers are stored
+    in.
+    """
+    if len(form.shape) != 2 or form.shape[0] != 3:
+        raise at.refuse(f"shape {form.shape} comes to it; (3, length) is expected: acceleration, speed, force")
+    _, length = sides(form, at)
+    points = at.reals(step.points, None, 2).astype(np.float64)
+    log_sd = at.reals(step.log_sd, len(points)).astype(np.float64)
+    frequencies = _rising(step, len(points), length, at)
+    order = frequencies.shape[1]
+    among = Triangles(points, _rows(step, len(points), at))
+    per, predictor = np.array(step.per), predictor_of(order)
+
+    def run(x: Values, _kept: Kept) -> Values:
+        signals = (x.swapaxes(1, 2) if form.length_first else x).astype(np.float64, copy=False)
+        corners, shares = among.corners(signals[:, 1:, -1] / per)
+        mixed = np.matmul(shares[:, None], frequencies[corners])[:, 0]
+        past = signals[:, 0, : -order - 1 : -1]
+        answers = np.empty((len(x), 2))
+        answers[:, 0] = (predictor(mixed) * past).sum(axis=1)
+        answers[:, 1] = (log_sd[corners] * shares).sum(axis=1)
+        return answers
+
+    return run, Form((2,), owned=True)
+
+
+def _rising(step: Autoregression, count: int, length: int, at: At) -> Values:
+    """Return the frequencies, if they make stable predictors: those between them do so too."""
+    frequencies = at.reals(step.frequencies, count, None).astype(np.float64)
+    order = frequencies.shape[1]
+    if order > length or order * count > LARGEST:
+        raise at.refuse(f"{step.frequencies!r} looks {order} samples back at {count} points; {length} samples come")
+    ends = np.zeros((count, 1)), np.full((count, 1), np.pi)
+    if not (np.diff(np.concatenate([ends[0], frequencies, ends[1]], axis=1)) > 0).all():
+        raise at.refuse(f"{step.frequencies!r} does not rise from above 0 to below pi at every point: not stable")
+    return frequencies
+
+
+def _rows(step: Autoregression, count: int, at: At) -> Values:
+    rows = at.wholes(step.triangles, None, 3)
+    if rows.min() < 0 or rows.max() >= count:
+        raise at.refuse(f"{step.triangles!r} names a point that is not there; there are {count}")
+    return rows.astype(np.int64)

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 from palpate.signals.textures.gate import GAINS, RAMP
 from palpate.signals.textures.range import Range
-from palpate.signals.textures.sounding import Sounding
+
+
+class Sounding(Protocol):
+    """A model that runs on its own output, from a beginning."""
+
+    def begin(self) -> None:
+        """Forget what was: the next step is the first of a touch."""
+
+    def step(self, speed_mm_s: float, force_N: float) -> float:
+        """Return the next sample in m/s^2; NaN where the model has no answer."""
+
 
 MEMORY_MS = 16
 """Time constant of the level and of the mean."""

@@ -14,15 +14,12 @@ from palpate.signals.models.fastest import Runs, fastest
 from palpate.signals.models.file import read_model
 from palpate.signals.models.runtime import Model
 from palpate.signals.textures.block_voice import Blocks
-from palpate.signals.textures.gate import GAINS, RAMP, Gate
-from palpate.signals.textures.guard import Guard
-from palpate.signals.textures.next_voice import Next
+from palpate.signals.textures.gate import GAINS, RAMP, Gate, Sense
+from palpate.signals.textures.guard import Guard, Sounding
+from palpate.signals.textures.next_voice import Next, start_of
 from palpate.signals.textures.normals import Normals
 from palpate.signals.textures.range import Range
-from palpate.signals.textures.sense import Sense
-from palpate.signals.textures.sounding import Sounding
 from palpate.signals.textures.sounds import RenderError, Sounds
-from palpate.signals.textures.start import start_of
 
 RATE_HZ = 1000.0
 

@@ -80,7 +80,7 @@ def scene_again(texture: str, seconds: float, seed: int) -> Array:
 
 
 def _thinned(felt: Array) -> Array:
-    """At 1 kHz, by the band that recordings keep on their way there (palpate.signals.aligning.bandlimited)."""
+    """At 1 kHz, by the band that recordings keep on their way there (palpate.signals.aligning.methods)."""
     from scipy.signal import firwin, kaiserord, oaconvolve
 
     taps, beta = kaiserord(STOP_DB, 2 * (STOPS_HZ - PASSES_HZ) / (FINER * RATE_HZ))

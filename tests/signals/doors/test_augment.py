@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.devices.door.stimuli import originals
-from palpate.signals.doors.augment import VARIANTS, augment
+from palpate.signals.doors.augment import VARIANTS, add_cycles, augment, move_knots, raise_span, set_peak
 from palpate.signals.doors.features import describe, landmarks, peaks_of, plateau_after_second_peak
 from palpate.signals.doors.grid import POINTS, DoorDataError
-from palpate.signals.doors.shaping import add_cycles, move_knots, raise_span, set_peak
 from tests.examples import examples
 
 MOST_EXTRA_STEP_N = 4.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.signals.models.autoregression import predictor_of
 from palpate.signals.models.card import Reshape
 from palpate.signals.models.card_steps import Autoregression
 from palpate.signals.models.errors import ModelFileError, ModelInputError
+from palpate.signals.models.sequence_layers import predictor_of
 from tests.signals.models.cards import port
 from tests.signals.models.test_signal_steps import made
 

@@ -10,7 +10,7 @@ import pytest
 
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import read_model
-from palpate.signals.models.hatt_file import read_hatt_file
+from palpate.signals.models.hatt import read_hatt_file
 from tests.signals.models.make_hatt import AR, FILE, GAIN, MA, POINTS, VARIANCE, polynomial, text
 
 BAND = slice(20, 500)

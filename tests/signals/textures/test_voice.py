@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from palpate.signals.models.errors import ModelFileError
-from palpate.signals.textures.gate import RAMP
+from palpate.signals.textures.gate import HELD_STEPS, RAMP
 from palpate.signals.textures.guard import MOST
-from palpate.signals.textures.sense import HELD_STEPS
 from palpate.signals.textures.sounds import RenderError
 from palpate.signals.textures.voice import open_voice, play
 from tests.devices.render.made import M, innovation, model, resonance, spectra, write

@@ -13,9 +13,9 @@ from benchmarks.synthesis import specimens
 from palpate.signals.models.card import Activation, Affine, Conv, Dense, Reshape
 from palpate.signals.models.card_steps import Attention, Autoregression, Part
 from palpate.signals.models.fastest import fastest
+from palpate.signals.models.native.draft import halves, packed
 from palpate.signals.models.native.library import InstructionSet, Library
 from palpate.signals.models.native.opened import Native
-from palpate.signals.models.native.packing import halves, packed
 from palpate.signals.models.runtime import Model
 from tests.signals.models.native.random_cards import card_of, random_model
 
