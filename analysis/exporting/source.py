@@ -13,8 +13,8 @@ from sqlalchemy import Connection, Engine, select
 from sqlalchemy.exc import SQLAlchemyError
 
 from palpate.analysis.exporting.tabular import ExportRefused
-from palpate.analysis.ratings.collected_sessions import SessionRow, choose_sessions
 from palpate.analysis.ratings.dataset import natural_key
+from palpate.analysis.ratings.reading import SessionRow, choose_sessions
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.protocols.canonical import parse
 from palpate.protocols.did_you_mean import nearest

@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from palpate.analysis.ratings.column_names import RESERVED, taken_names
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import RESERVED, DataRefused, taken_names
 from palpate.analysis.ratings.dataset import Scale as RatingScale
 from palpate.protocols.complaints import expectation
 from palpate.protocols.did_you_mean import nearest

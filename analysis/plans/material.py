@@ -13,9 +13,17 @@ import pandas as pd
 from sqlalchemy import Connection, Engine, text
 
 from palpate.analysis.plans.people import People, people_of
-from palpate.analysis.ratings.collected_sessions import Choice, SessionRow
 from palpate.analysis.ratings.dataset import Exclusion, Input, Ratings
-from palpate.analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, query, read_ratings
+from palpate.analysis.ratings.reading import (
+    Choice,
+    SessionRow,
+    chosen,
+    column_name,
+    inputs_of,
+    left_out_sessions,
+    query,
+    read_ratings,
+)
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.study import Study
 from palpate.studies.sessions.model_versions import models_in

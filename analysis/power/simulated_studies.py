@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from palpate.analysis.plans.material import Material, Rows, material_of
-from palpate.analysis.ratings.collected_sessions import Choice, SessionRow
-from palpate.analysis.ratings.reading import Rating, assembled
+from palpate.analysis.ratings.reading import Choice, Rating, SessionRow, assembled
 from palpate.protocols.canonical import digest
 from palpate.protocols.events import Event
 from palpate.protocols.plan import Plan, compile_plan

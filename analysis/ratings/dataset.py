@@ -1,18 +1,37 @@
-"""A data set of ratings: the long table, what its columns mean, where it came from, and what was left out."""
+"""A data set of ratings: the long table, what its columns mean, its cells, where it came from and what was left out."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
+from math import prod
 from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
 
-from palpate.analysis.ratings.column_names import RESERVED, taken_names
 from palpate.protocols.wording import some
+
+OF_THE_TABLE = (
+    "participant", "attribute", "value", "group", "study", "session", "trial", "block", "stimulus",
+    "response_time_s", "revised",
+)  # fmt: skip
+"""The columns that a table of ratings has, or may have, beside its factors."""
+OF_THE_MEANS = ("kind", "n", "mean", "sd", "sd_reason", "ratings", "ratings_min", "ratings_max", "category")
+"""The columns that a table of means has beside its factors."""
+RESERVED = frozenset((*OF_THE_TABLE, *OF_THE_MEANS))
+
+
+def taken_names(roles: Mapping[str, Iterable[str]]) -> Iterator[tuple[str, str]]:
+    """Yield each (role, name) whose name is reserved, but 'group' may be a between factor: it means just that."""
+    for role, names in roles.items():
+        for name in names:
+            if name in RESERVED and (role, name) != ("between", "group"):
+                yield role, name
+
 
 _NONE: Mapping[str, str] = MappingProxyType({})
 _NO_COUNTS: Mapping[str, int] = MappingProxyType({})
@@ -204,10 +223,39 @@ def natural(texts: Iterable[str]) -> tuple[str, ...]:
 
 def natural_key(text: str) -> tuple[tuple[tuple[int, int, str], ...], str]:
     """Return a sort key that reads runs of digits as numbers, however long; equal only for equal texts."""
-    parts = re.findall(r"[0-9]+|[^0-9]+", text)
-    return tuple(_number_key(part) if part[0] in "0123456789" else (1, 0, part) for part in parts), text
+    parts: list[tuple[int, int, str]] = []
+    for part in re.findall(r"[0-9]+|[^0-9]+", text):
+        digits = part.lstrip("0")
+        parts.append((0, len(digits), digits) if part[0] in "0123456789" else (1, 0, part))
+    return tuple(parts), text
 
 
-def _number_key(digits: str) -> tuple[int, int, str]:
-    significant = digits.lstrip("0")
-    return 0, len(significant), significant
+def crossed_columns(groups: Sequence[Sequence[Mapping[str, str]]], only: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the largest set of columns that names every stimulus of every group by a full crossing, each cell once.
+
+    `groups` holds, for each group of participants, the columns of the stimuli that it is given. A column with
+    one level is no factor; `only`, where given, are the columns to choose from. Of two sets of one size the one
+    with the earlier columns wins. Returns () where only the stimulus itself names a stimulus.
+    """
+    stimuli = [stimulus for group in groups for stimulus in group]
+    shared = [name for name in stimuli[0] if all(name in stimulus for stimulus in stimuli)] if stimuli else []
+    columns = []
+    for name in only or shared:
+        levels_and_stimuli = [(len({stimulus[name] for stimulus in group}), len(group)) for group in groups]
+        if all(levels > 1 and number % levels == 0 for levels, number in levels_and_stimuli):
+            columns.append(name)
+
+    def is_full_crossing(chosen: tuple[str, ...], group: Sequence[Mapping[str, str]]) -> bool:
+        cells = {tuple(stimulus[name] for name in chosen) for stimulus in group}
+        return len(cells) == len(group) == prod(map(len, levels_of(chosen, group).values()))
+
+    for size in range(len(columns), 0, -1):
+        for chosen in combinations(columns, size):
+            if all(is_full_crossing(chosen, group) for group in groups):
+                return chosen
+    return ()
+
+
+def levels_of(columns: Sequence[str], stimuli: Sequence[Mapping[str, str]]) -> dict[str, tuple[str, ...]]:
+    """Return the levels of each column in the order in which the study lists them."""
+    return {name: tuple(dict.fromkeys(stimulus[name] for stimulus in stimuli)) for name in columns}

@@ -1,33 +1,42 @@
-"""The ratings of a study, read from a collected database: one path for one session file and for a whole lab."""
+"""The ratings of a study, read from a collected database: which of its sessions are analysed, and their answers.
+
+One session file and a whole lab take the same path.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from itertools import combinations
-from math import prod
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pandas as pd
 from sqlalchemy import Connection, Engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
-from palpate.analysis.ratings.collected_sessions import Choice, SessionRow, choose_sessions
-from palpate.analysis.ratings.column_names import RESERVED
-from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
-from palpate.analysis.ratings.sample import collected_sample
+from palpate.analysis.ratings.dataset import (
+    RESERVED,
+    Crossing,
+    DataRefused,
+    Exclusion,
+    Input,
+    Ratings,
+    Scale,
+    crossed_columns,
+    levels_of,
+)
+from palpate.analysis.ratings.sample import DoneSession, achieved_sample
 from palpate.protocols.canonical import parse
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.study import Study
+from palpate.protocols.wording import count, some
 from palpate.studies.messages import database_reason, describe_url
 
 __all__ = ["Crossing", "DataRefused", "Exclusion", "Input", "Ratings", "Scale", "read_ratings"]
 
 SOURCE = "source"
 """The column of a stimulus table that says whether a stimulus was measured or simulated."""
-Columns = Mapping[str, str]
 
 _SESSIONS = text(
     "SELECT session, study_digest, participant, group_name, seed, simulated, status, trials_planned, trials_answered,"
@@ -37,6 +46,40 @@ _RATINGS = text(
     "SELECT session, participant, group_name, trial, block, practice, stimulus, attribute, value,"
     " response_time_s, revised FROM ratings WHERE study = :study ORDER BY participant, session, trial"
 )
+STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
+NEVER = {"withdrawn": "withdrew", "declined": "declined to take part", "ineligible": "was not eligible"}
+"""States of sessions that never count, and what is said of their participants."""
+OTHER_KIND = {True: "a simulated session", False: "a real session, only simulated ones were asked for"}
+"""Sessions that no analysis may hold, whatever was asked for."""
+
+
+@dataclass(frozen=True)
+class SessionRow:
+    """A row of the table `sessions`, as far as the analysis needs it."""
+
+    session: str
+    study_digest: str
+    participant: str
+    group_name: str | None
+    seed: int
+    simulated: bool
+    status: str
+    trials_planned: int
+    trials_answered: int
+    head_hash: str
+    file: str
+    file_sha256: str
+    number: int = 1
+    duration_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The version of the study that is analysed, the sessions kept, and each one left out with the reason."""
+
+    digest: str
+    kept: tuple[SessionRow, ...]
+    left_out: tuple[tuple[SessionRow, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +108,7 @@ def read_ratings(
     simulated: bool | None = None,
     withdrawn: Collection[str] = (),
 ) -> Ratings:
-    """Return the ratings of `study`, without practice trials and, unless told, without interrupted sessions.
+    """Return the ratings of `study` without practice trials; without interrupted sessions, too, by default.
 
     Every session and practice trial left out has a line in `exclusions`. `digest` (or its beginning) chooses one
     version of a study that was changed between participants; `simulated` keeps only simulated or only real
@@ -73,7 +116,7 @@ def read_ratings(
     Raises DataRefused where either is needed and not given, where the database is
     not a collected one, holds no such study or no session to analyse, and where an answer is no number.
     """
-    with _connected(source) as connection:
+    with nullcontext(source) if isinstance(source, Connection) else source.connect() as connection:
         definition, choice = chosen(
             connection, study, digest=digest, include_incomplete=include_incomplete, simulated=simulated,
             withdrawn=withdrawn,
@@ -89,26 +132,76 @@ def chosen(
     """Return the version of the study that is analysed, and which of its sessions are. Raises DataRefused as above."""
     rows = [SessionRow(**row) for row in query(connection, _SESSIONS, study)]
     if not rows:
-        raise DataRefused(_no_sessions(connection, study))
+        known = [row["study"] for row in query(connection, text("SELECT DISTINCT study FROM sessions"), study)]
+        raise DataRefused(
+            f"no session of study {study!r} is collected; {nearest(study, sorted(known))}"
+            if known
+            else "the collected database holds no session; collect the session files first"
+        )
     choice = choose_sessions(rows, study, digest, include_incomplete, simulated, withdrawn)
     return _definition(connection, study, choice.digest), choice
 
 
-def left_out_sessions(choice: Choice) -> tuple[Exclusion, ...]:
-    """Return a line for every session that is not analysed, where the study rates nothing."""
-    return tuple(
-        Exclusion("session", f"{session.participant}, session {session.session}", why, 0)
-        for session, why in choice.left_out
+def choose_sessions(
+    rows: Sequence[SessionRow], study: str, digest: str | None, include_incomplete: bool, simulated: bool | None,
+    withdrawn: Collection[str] = (),
+) -> Choice:  # fmt: skip
+    """Return the sessions of one version of the study, all real or all simulated, only complete ones by default.
+
+    Nobody in `withdrawn` is among them, whatever the rows say of their sessions.
+    Raises DataRefused where the choice is not the program's to make, and where nothing is left.
+    """
+    rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
+    chosen = _one_version(rows, study, digest)
+    left_out: list[tuple[SessionRow, str]] = []
+
+    def keep(
+        sessions: Sequence[SessionRow], counts: Callable[[SessionRow], bool], why: Callable[[SessionRow], str]
+    ) -> list[SessionRow]:
+        left_out.extend((session, why(session)) for session in sessions if not counts(session))
+        return [session for session in sessions if counts(session)]
+
+    other = "made with another version of the study"
+    sessions = keep(rows, lambda s: s.study_digest == chosen, lambda s: f"{other} ({s.study_digest[:12]})")
+    made_up = sum(bool(session.simulated) for session in sessions)
+    if simulated is None and 0 < made_up < len(sessions):
+        raise DataRefused(
+            f"study {study!r}: {made_up} simulated and {len(sessions) - made_up} real sessions;"
+            " they are not analysed together: choose with --real or --simulated (evaluate, train, textures: --sessions"
+            " real or --sessions simulated)"
+        )
+    kind = made_up > 0 if simulated is None else simulated
+    sessions = keep(sessions, lambda s: bool(s.simulated) == kind, lambda s: OTHER_KIND[bool(s.simulated)])
+    for session in sessions:
+        if session.status not in STATUSES:
+            known = nearest(session.status, STATUSES)
+            raise DataRefused(f"session {session.session}: status {session.status!r}; {known}")
+    sessions = keep(sessions, lambda s: s.status not in NEVER, lambda s: f"the participant {NEVER[s.status]}")
+    sessions = keep(
+        sessions,
+        lambda s: include_incomplete or s.status == "complete",
+        lambda s: f"{s.status} after {s.trials_answered} of {s.trials_planned} trials",
     )
+    if not sessions:
+        reasons = some((f"{session.participant}: {why}" for session, why in left_out), 5, "; ")
+        raise DataRefused(f"study {study!r}: no session is left to analyse ({reasons})")
+    return Choice(chosen, tuple(sessions), tuple(left_out))
 
 
-@contextmanager
-def _connected(source: Engine | Connection) -> Iterator[Connection]:
-    if isinstance(source, Connection):
-        yield source
-        return
-    with source.connect() as connection:
-        yield connection
+def _one_version(rows: Sequence[SessionRow], study: str, digest: str | None) -> str:
+    versions = Counter(session.study_digest for session in rows)
+    if digest is None and len(versions) == 1:
+        return rows[0].study_digest
+    listed = ", ".join(f"{version[:12]} ({count(number, 'session')})" for version, number in sorted(versions.items()))
+    if digest is None:
+        raise DataRefused(
+            f"study {study!r} was changed between participants: {listed}; sessions of different versions"
+            " are not analysed together: choose one with --digest"
+        )
+    matching = [version for version in versions if version.startswith(digest)] if digest else []
+    if len(matching) != 1:
+        raise DataRefused(f"study {study!r}: {len(matching)} versions begin with {digest!r}; found: {listed}")
+    return matching[0]
 
 
 def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[str, Any]]:
@@ -130,23 +223,13 @@ def _rows(connection: Connection, statement: Any, study: str) -> Iterator[tuple[
         raise DataRefused(f"{where}: not a collected database ({why}); make one with: palpate collect") from None
 
 
-def _no_sessions(connection: Connection, study: str) -> str:
-    known = [row["study"] for row in query(connection, text("SELECT DISTINCT study FROM sessions"), study)]
-    if not known:
-        return "the collected database holds no session; collect the session files first"
-    return f"no session of study {study!r} is collected; {nearest(study, sorted(known))}"
-
-
 def _definition(connection: Connection, study: str, digest: str) -> Study:
+    """Return one version of the study as it is stored. Raises DataRefused where it is missing or cannot be read."""
     rows = query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
-    for row in rows:
-        if row["study_digest"] == digest:
-            stored = row["definition"]
-            return _study(parse(stored.encode()) if isinstance(stored, str) else stored, study)
-    raise DataRefused(f"study {study!r}: its definition {digest[:12]} is not in the database; collect again")
-
-
-def _study(definition: Any, study: str) -> Study:
+    stored = next((row["definition"] for row in rows if row["study_digest"] == digest), None)
+    if stored is None:
+        raise DataRefused(f"study {study!r}: its definition {digest[:12]} is not in the database; collect again")
+    definition = parse(stored.encode()) if isinstance(stored, str) else stored
     try:
         return Study.model_validate(definition)
     except ValueError as error:
@@ -164,6 +247,9 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
     sessions = {session.session for session in choice.kept}
     counted = [rating for rating in ratings if rating.session in sessions and not rating.practice]
     within, crossings = _factors(study)
+    stimuli = {rating.stimulus for rating in counted}
+    columns = [stimulus.columns for stimulus in study.stimuli if stimulus.id in stimuli]
+    has_sources = all(SOURCE in own for own in columns)
     return Ratings(
         name=study.study,
         table=_table(study, counted, [rating for rating in ratings if rating.session in sessions]),
@@ -172,7 +258,7 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
         attributes=tuple(attribute.name for attribute in study.attributes),
         scale=None if study.scale is None else Scale(study.scale.low, study.scale.high, study.scale.step),
         inputs=inputs_of(study, choice),
-        exclusions=(*_left_out(choice, ratings), *_without_ratings(choice, counted), *_practice(sessions, ratings)),
+        exclusions=(*left_out_sessions(choice, ratings), *_other_exclusions(choice, ratings)),
         antonyms={a.name: a.high for a in study.attributes if a.outcome is None},
         categories={a.name: a.category for a in study.attributes if a.category is not None},
         crossings=crossings,
@@ -181,22 +267,16 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
         pooled=column_name((study.analysis and study.analysis.pooled) or ""),
         families=column_name((study.analysis and study.analysis.families) or ""),
         simulated=any(session.simulated for session in choice.kept),
-        interrupted=tuple(_describe(session) for session in choice.kept if session.status != "complete"),
+        interrupted=tuple(
+            f"{session.participant}, session {session.session}: {session.trials_answered} of"
+            f" {session.trials_planned} trials"
+            for session in choice.kept
+            if session.status != "complete"
+        ),
         seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
-        stimulus_sources=_sources(study, {rating.stimulus for rating in counted}),
+        stimulus_sources=dict(Counter(own[SOURCE] for own in columns)) if has_sources else {},
         sample=collected_sample(study, choice.kept),
     )
-
-
-def _describe(session: SessionRow) -> str:
-    answered = f"{session.trials_answered} of {session.trials_planned} trials"
-    return f"{session.participant}, session {session.session}: {answered}"
-
-
-def _sources(study: Study, stimuli: set[str]) -> dict[str, int]:
-    """Return how many of the stimuli that were met have each value in the column `source`, where the study has one."""
-    columns = [stimulus.columns for stimulus in study.stimuli if stimulus.id in stimuli]
-    return dict(Counter(column[SOURCE] for column in columns)) if all(SOURCE in column for column in columns) else {}
 
 
 def column_name(stimulus_column: str) -> str:
@@ -223,10 +303,16 @@ def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:
 
 
 def _table(study: Study, counted: Sequence[Rating], ratings: Sequence[Rating]) -> pd.DataFrame:
+    """Return the long table of the ratings that count. Raises DataRefused where one of `ratings` is foreign to it."""
     order = {attribute.name: place for place, attribute in enumerate(study.attributes)}
     stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
     for rating in ratings:
-        _check(rating, order, stimuli)
+        for what, name, known in (("attribute", rating.attribute, order), ("stimulus", rating.stimulus, stimuli)):
+            if name not in known:
+                raise DataRefused(
+                    f"session {rating.session}, trial {rating.trial}: {what} {name!r} is not in the study;"
+                    f" {nearest(name, known)}"
+                )
     rows = sorted(counted, key=lambda r: (r.participant, r.session, r.trial, order[r.attribute]))
     shared = [name for name in study.stimuli[0].columns if all(name in columns for columns in stimuli.values())]
     return pd.DataFrame(
@@ -245,18 +331,6 @@ def _table(study: Study, counted: Sequence[Rating], ratings: Sequence[Rating]) -
             "revised": pd.Series([bool(r.revised) for r in rows], dtype="bool"),
         }
     )
-
-
-def _check(rating: Rating, attributes: dict[str, int], stimuli: dict[str, dict[str, str]]) -> None:
-    where = f"session {rating.session}, trial {rating.trial}"
-    if rating.attribute not in attributes:
-        raise DataRefused(
-            f"{where}: attribute {rating.attribute!r} is not in the study; {nearest(rating.attribute, attributes)}"
-        )
-    if rating.stimulus not in stimuli:
-        raise DataRefused(
-            f"{where}: stimulus {rating.stimulus!r} is not in the study; {nearest(rating.stimulus, stimuli)}"
-        )
 
 
 def _number(rating: Rating) -> float:
@@ -279,62 +353,32 @@ def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:
     )
 
 
-def _left_out(choice: Choice, ratings: Sequence[Rating]) -> Iterator[Exclusion]:
+def left_out_sessions(choice: Choice, ratings: Sequence[Rating] = ()) -> tuple[Exclusion, ...]:
+    """Return a line for every session that is not analysed, with how many of these ratings it has."""
     rows = Counter(rating.session for rating in ratings if not rating.practice)
-    for session, why in choice.left_out:
-        yield Exclusion("session", f"{session.participant}, session {session.session}", why, rows[session.session])
+    return tuple(
+        Exclusion("session", f"{session.participant}, session {session.session}", why, rows[session.session])
+        for session, why in choice.left_out
+    )
 
 
-def _without_ratings(choice: Choice, counted: Sequence[Rating]) -> Iterator[Exclusion]:
-    """Yield a session kept but empty has no row in the table, so only this line tells of it."""
-    rated = {rating.session for rating in counted}
+def _other_exclusions(choice: Choice, ratings: Sequence[Rating]) -> Iterator[Exclusion]:
+    """Yield a line for each analysed session without a rating, which no row of the table shows, and for practice."""
+    rated = {rating.session for rating in ratings if not rating.practice}
+    sessions = {session.session for session in choice.kept}
     for session in choice.kept:
         if session.session not in rated:
             yield Exclusion("session", f"{session.participant}, session {session.session}", "holds no rating", 0)
-
-
-def _practice(sessions: set[str], ratings: Sequence[Rating]) -> Iterator[Exclusion]:
     practised = Counter(
         (rating.participant, rating.session) for rating in ratings if rating.practice and rating.session in sessions
     )
-    for (participant, session), rows in practised.items():
-        yield Exclusion("practice", f"{participant}, session {session}", "practice trials do not count", rows)
+    for (participant, name), rows in practised.items():
+        yield Exclusion("practice", f"{participant}, session {name}", "practice trials do not count", rows)
 
 
-def crossed_columns(groups: Sequence[Sequence[Columns]], only: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the largest set of columns that names every stimulus of every group by a full crossing, each cell once.
-
-    `groups` holds, for each group of participants, the columns of the stimuli that it is given. A column with
-    one level is no factor; `only`, where given, are the columns to choose from. Of two sets of one size the one
-    with the earlier columns wins. Returns () where only the stimulus itself names a stimulus.
-    """
-    columns = [name for name in only or _shared(groups) if _may_cross(name, groups)]
-    for size in range(len(columns), 0, -1):
-        for chosen in combinations(columns, size):
-            if all(_is_full_crossing(chosen, stimuli) for stimuli in groups):
-                return chosen
-    return ()
-
-
-def levels_of(columns: Sequence[str], stimuli: Sequence[Columns]) -> dict[str, tuple[str, ...]]:
-    """Return the levels of each column in the order in which the study lists them."""
-    return {name: tuple(dict.fromkeys(stimulus[name] for stimulus in stimuli)) for name in columns}
-
-
-def _shared(groups: Sequence[Sequence[Columns]]) -> list[str]:
-    stimuli = [stimulus for group in groups for stimulus in group]
-    if not stimuli:
-        return []
-    return [name for name in stimuli[0] if all(name in stimulus for stimulus in stimuli)]
-
-
-def _may_cross(name: str, groups: Sequence[Sequence[Columns]]) -> bool:
-    """Return whether the column has several levels in each group, and their number divides that of the stimuli."""
-    counts = [(len({stimulus[name] for stimulus in group}), len(group)) for group in groups]
-    return all(levels > 1 and stimuli % levels == 0 for levels, stimuli in counts)
-
-
-def _is_full_crossing(columns: tuple[str, ...], stimuli: Sequence[Columns]) -> bool:
-    cells = {tuple(stimulus[name] for name in columns) for stimulus in stimuli}
-    full = prod(len(levels) for levels in levels_of(columns, stimuli).values())
-    return len(cells) == len(stimuli) == full
+def collected_sample(study: Study, sessions: Iterable[SessionRow]) -> dict[str, Any]:
+    """Return what was planned and what came of it in collected sessions; only complete ones are done."""
+    complete = [session for session in sessions if session.status == "complete"]
+    return achieved_sample(
+        study, [DoneSession(s.participant, s.group_name, s.number, s.duration_s / 60) for s in complete]
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from palpate.protocols.sample import planned_people, sample_of
 from palpate.protocols.study import Study
 
 if TYPE_CHECKING:
-    from palpate.analysis.ratings.collected_sessions import SessionRow
+    pass
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,6 @@ def achieved_sample(study: Study, sessions: Sequence[DoneSession]) -> dict[str, 
         if minutes := [session.minutes for session in sessions]:
             achieved["minutes"] = {"median": median(minutes), "least": min(minutes), "most": max(minutes)}
     return achieved
-
-
-def collected_sample(study: Study, sessions: Iterable[SessionRow]) -> dict[str, Any]:
-    """Return what was planned and what came of it in collected sessions; only complete ones are done."""
-    complete = [session for session in sessions if session.status == "complete"]
-    return achieved_sample(
-        study, [DoneSession(s.participant, s.group_name, s.number, s.duration_s / 60) for s in complete]
-    )
 
 
 def sample_facts(achieved: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -19,7 +19,7 @@ from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.notes import data_notes
 from palpate.analysis.ratings.rating_files import load_ratings
-from palpate.analysis.ratings.sample import collected_sample
+from palpate.analysis.ratings.reading import collected_sample
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest, both_of, gathered, nothing_of
 from palpate.analysis.regenerating.plan_figures import PlannedFigure, figure_data
 from palpate.analysis.regenerating.plan_tests import QuestionResult, by_name, run_tests

@@ -10,8 +10,7 @@ import pytest
 from palpate.analysis.first_look.analysis import analyse_ratings
 from palpate.analysis.first_look.page import report_html
 from palpate.analysis.importing.map_file import MapRefused, read_map
-from palpate.analysis.ratings.column_names import RESERVED
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import RESERVED, DataRefused
 from palpate.analysis.ratings.describe import describe, participant_means
 from palpate.analysis.ratings.reading import read_ratings
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings
