@@ -199,7 +199,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     from palpate.analysis.importing.map_file import find_map
     from palpate.analysis.importing.tables import import_table
     from palpate.analysis.ratings.design import check_ratings
-    from palpate.analysis.ratings.notes import data_notes, exclusion_lines
+    from palpate.analysis.ratings.design_report import data_notes, exclusion_lines
     from palpate.analysis.ratings.rating_files import save_ratings
     from palpate.analysis.ratings.sources import IMPORTED
     from palpate.protocols.wording import count
@@ -265,7 +265,7 @@ def _show_data(console: Console, analysis: Analysis) -> None:
     from rich.markup import escape
 
     from palpate.analysis.first_look.page_data import inclusions
-    from palpate.analysis.ratings.notes import data_notes
+    from palpate.analysis.ratings.design_report import data_notes
     from palpate.protocols.wording import count
 
     ratings, design = analysis.ratings, analysis.design
@@ -302,7 +302,7 @@ def _show_headlines(console: Console, analysis: Analysis) -> None:
 
 def _summary(analysis: Analysis, files: list[Path]) -> dict[str, Any]:
     from palpate.analysis.first_look.page_tests import headlines, refusals
-    from palpate.analysis.ratings.notes import data_notes
+    from palpate.analysis.ratings.design_report import data_notes
 
     return {
         "name": analysis.ratings.name,

@@ -20,7 +20,7 @@ import pytest
 
 from palpate.analysis.ratings.sources import DataRequest
 from palpate.analysis.regenerating.comparison import differences
-from palpate.analysis.regenerating.files import STATISTICS, file_texts
+from palpate.analysis.regenerating.outputs import STATISTICS, file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.command_line import _status
 from palpate.devices.rig.file import read_rig

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.analysis.ratings.sources import DataRequest
 from palpate.analysis.regenerating.comparison import differences
-from palpate.analysis.regenerating.files import file_texts
+from palpate.analysis.regenerating.outputs import file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.sessions.record import read

@@ -21,7 +21,7 @@ from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.importing import map_file
 from palpate.analysis.plans.answers import StatisticSettings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
-from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.analysis.plans.reading import AnalysisPlan
 from palpate.devices.actuator.calibration import Calibration
 from palpate.devices.author.designs import Design, Kept
 from palpate.devices.device import FAULTS

@@ -20,7 +20,7 @@ from palpate.analysis.first_look.page_tests import (
     variance_tables,
 )
 from palpate.analysis.ratings.dataset import Ratings
-from palpate.analysis.ratings.notes import data_notes
+from palpate.analysis.ratings.design_report import data_notes
 from palpate.analysis.reports.blocks import (
     Block,
     Caption,

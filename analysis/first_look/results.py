@@ -11,7 +11,7 @@ from typing import Any
 from palpate.analysis.first_look.analysis import Analysis, correction, reported_p, software
 from palpate.analysis.first_look.figures import shown_factors
 from palpate.analysis.first_look.study_statistics import Row, Test
-from palpate.analysis.ratings.notes import data_notes
+from palpate.analysis.ratings.design_report import data_notes
 from palpate.analysis.reports.csv_files import csv_text, records
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import write_texts

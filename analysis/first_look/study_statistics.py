@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from palpate.analysis.ratings.completeness import Faults, cell_faults
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural
+from palpate.analysis.ratings.design import Faults, cell_faults
 from palpate.analysis.statistics.anova import anova, rm_anova
 from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
 from palpate.analysis.statistics.pvalues import adjusted

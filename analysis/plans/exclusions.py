@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.analysis.plans.material import OF_A_RATING, Material
-from palpate.analysis.plans.schema import AnalysisPlan, Outlying, Rule
+from palpate.analysis.plans.reading import AnalysisPlan, Outlying, Rule
 from palpate.analysis.plans.where import Range, Where, first_word, kept_rows, levels_of
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
 from palpate.analysis.ratings.diagnostics import diagnose

@@ -12,12 +12,11 @@ import pandas as pd
 from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import FACTORS, Normalise, Selected, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.exclusions import matching
-from palpate.analysis.plans.material import OF_A_RATING, Material
-from palpate.analysis.plans.people import SESSION, refuse_small_groups
+from palpate.analysis.plans.material import OF_A_RATING, SESSION, Material, refuse_small_groups
 from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.where import Range, Where
-from palpate.analysis.ratings.completeness import Faults, cell_faults
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural
+from palpate.analysis.ratings.design import Faults, cell_faults
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import some
 

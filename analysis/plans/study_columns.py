@@ -8,7 +8,7 @@ from itertools import product
 from typing import Any
 
 from palpate.analysis.plans.answers import StatisticSettings
-from palpate.analysis.plans.people import ANSWER, CLOSED
+from palpate.analysis.plans.material import ANSWER, CLOSED
 from palpate.analysis.plans.where import Where, keeps, levels_of
 from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.forms import Question

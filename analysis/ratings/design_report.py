@@ -1,20 +1,25 @@
-"""What a design check found: typed problems with their places, all counted, the first ones listed."""
+"""Results of a design check: typed problems with their places, and the notes that qualify all numbers of a data set."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import groupby
 from typing import Literal
 
+from palpate.analysis.ratings.dataset import Exclusion
 from palpate.protocols.wording import count
 
-Kind = Literal[
+ProblemKind = Literal[
     "no_rows", "unlabelled", "two_groups", "undeclared", "missing", "duplicate", "non_finite", "out_of_scale",
     "off_step", "constant_rater", "constant_attribute", "lookalike",
 ]  # fmt: skip
-NOTES: frozenset[Kind] = frozenset({"constant_rater", "constant_attribute", "lookalike"})
+MOST_PLACES = 20
+MOST_ALIKE = 3
+"""More exclusions of one kind with the same reason are one counted line."""
+NOTES: frozenset[ProblemKind] = frozenset({"constant_rater", "constant_attribute", "lookalike"})
 
-_TITLES: Mapping[Kind, tuple[str, str]] = {
+_TITLES: Mapping[ProblemKind, tuple[str, str]] = {
     "no_rows": ("table", "without a row"),
     "unlabelled": ("row", "without a participant or a level"),
     "two_groups": ("participant", "in more than one group"),
@@ -28,7 +33,7 @@ _TITLES: Mapping[Kind, tuple[str, str]] = {
     "constant_attribute": ("attribute", "on which a participant gave one value throughout"),
     "lookalike": ("set", "of labels that look alike and count as different"),
 }
-_MANY: Mapping[Kind, str] = {"non_finite": "that are no finite numbers"}
+_MANY: Mapping[ProblemKind, str] = {"non_finite": "that are no finite numbers"}
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ class Place:
 class Problem:
     """All places with one kind of problem: `count` of them, the first ones listed."""
 
-    kind: Kind
+    kind: ProblemKind
     count: int
     listed: tuple[Place, ...]
 
@@ -85,7 +90,7 @@ class DesignReport:
         """Whether every owed cell holds exactly its finite, allowed value."""
         return not self.problems
 
-    def of(self, kind: Kind) -> Problem | None:
+    def of(self, kind: ProblemKind) -> Problem | None:
         """Return the problem or note of one kind, or None."""
         return next((problem for problem in (*self.problems, *self.notes) if problem.kind == kind), None)
 
@@ -97,6 +102,40 @@ class DesignReport:
         return "\n".join([head, *(problem.text() for problem in (*self.problems, *self.notes))])
 
 
-def gathered(kind: Kind, places: Sequence[Place], limit: int) -> list[Problem]:
+def gathered(kind: ProblemKind, places: Sequence[Place], limit: int) -> list[Problem]:
     """Return the places as one problem, or none where there are none."""
     return [Problem(kind, len(places), tuple(places[:limit]))] if places else []
+
+
+def data_notes(
+    notes: Sequence[Problem], exclusions: Sequence[Exclusion], sessions: int | None = None
+) -> tuple[str, ...]:
+    """Return the notes of the design check (look-alike labels, constant raters), and what was averaged or no rating.
+
+    `sessions`: how many sessions of each participant the study declares (None: the rows know no sessions).
+    """
+    merged = [line for line in exclusions if line.what == "averaged"]
+    rows = sum(line.rows for line in exclusions if line.what == "rows")
+    lines = [replace(note, listed=tuple(sorted(note.listed, key=Place.text)[:MOST_PLACES])).text() for note in notes]
+    if merged:
+        ratings, means = sum(line.rows for line in merged), sum(line.into for line in merged)
+        lines.append(f"{count(ratings, 'repeated rating')} averaged into {means:,} (the exclusion ledger says whose)")
+    if sessions is not None and sessions > 1:
+        lines.append(
+            f"The answers of each participant's {sessions} sessions are averaged, except where a plan's test names"
+            " `session` (as a factor, or as `where: {session: 1}`)"
+        )
+    if rows:
+        lines.append(f"{count(rows, 'row')} of the table left out as no rating (the exclusion ledger says why)")
+    return tuple(lines)
+
+
+def exclusion_lines(exclusions: Iterable[Exclusion]) -> Iterator[str]:
+    """Yield each exclusion as a line; many that are alike are one counted line, so that others are seen."""
+    ordered = sorted(exclusions, key=lambda line: (line.what, line.why, line.rows))
+    for (what, why, rows), own in groupby(ordered, key=lambda line: (line.what, line.why, line.rows)):
+        whose = [line.who for line in own]
+        if len(whose) > MOST_ALIKE:
+            yield f"{what} of {whose[0]} and {len(whose) - 1:,} more ({rows:,} each): {why}"
+        else:
+            yield from (f"{what} of {who} ({rows:,}): {why}" for who in whose)

@@ -9,8 +9,8 @@ from typing import Literal
 
 from sqlalchemy import Engine, text
 
-from palpate.analysis.ratings.completeness import without_incomplete
 from palpate.analysis.ratings.dataset import DataRefused, Ratings
+from palpate.analysis.ratings.design import without_incomplete
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import read_ratings
 from palpate.protocols.did_you_mean import nearest

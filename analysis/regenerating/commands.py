@@ -105,7 +105,7 @@ def _write(
 
 def _compare(study: RegeneratedStudy, folder: Path, as_json: bool) -> bool:
     from palpate.analysis.regenerating.comparison import difference_lines, differences
-    from palpate.analysis.regenerating.files import file_texts
+    from palpate.analysis.regenerating.outputs import file_texts
 
     different = differences(file_texts(study, {}), folder)
     if as_json:
@@ -121,10 +121,10 @@ def _compare(study: RegeneratedStudy, folder: Path, as_json: bool) -> bool:
 
 
 def _check_exactly(study: RegeneratedStudy, as_json: bool) -> bool:
-    from palpate.analysis.regenerating.exact_check import RELATIVE, exact_checks
+    from palpate.analysis.regenerating.comparison import EXACT_RELATIVE, exact_checks
 
     checks = exact_checks(study.answered)
-    wrong = [check for check in checks if check.difference is not None and check.difference > RELATIVE]
+    wrong = [check for check in checks if check.difference is not None and check.difference > EXACT_RELATIVE]
     for check in checks:
         click.echo(check.text(), err=as_json)
     return bool(wrong)

@@ -1,20 +1,29 @@
-"""Whether a study gives again what was committed: statistics to 1e-9 of their value, tables to the letter."""
+"""Comparisons of a regenerated study: with the files of an earlier run, and with exact arithmetic.
+
+Statistics may differ by 1e-9 of their value from what was committed, tables by no letter. Every analysis of variance
+can be computed again in exact fractions.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.regenerating.files import OUTCOMES, STATISTICS
-from palpate.analysis.regenerating.output_folder import listed
+from palpate.analysis.plans.idle import effective
+from palpate.analysis.plans.kinds import TESTS
+from palpate.analysis.regenerating.outputs import OUTCOMES, STATISTICS, listed
+from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.reports.headings import is_p
+from palpate.analysis.statistics.exact import self_check
 from palpate.analysis.statistics.refusals import SHOWN
 from palpate.protocols.tables import split_line
+from palpate.protocols.undefined import nan_to_none
 
 RELATIVE, ROUNDING = 1e-9, 1e-12
+EXACT_RELATIVE = 1e-12
 ABSENT = "(absent)"
 OWN = ("tables/", "tests/", "figures/")
 """Where the CSV files of a folder lie that does not list its files."""
@@ -118,6 +127,10 @@ def _near(name: str, a: float, b: float) -> bool:
     return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), 0.0 if is_p(name) else ROUNDING)
 
 
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def _compare_values(file: str, where: str, before: Any, now: Any) -> Iterator[Difference]:
     """Yield the values that differ, each with its path; entries of lists have their name and outcome in it."""
     if isinstance(before, dict) and isinstance(now, dict):
@@ -129,19 +142,57 @@ def _compare_values(file: str, where: str, before: Any, now: Any) -> Iterator[Di
             words = [str(old[key]) for key in ("name", "outcome") if old.get(key)] if isinstance(old, dict) else []
             label = " ".join(words) if isinstance(old, dict) and old.get("name") else place
             yield from _compare_values(file, f"{where}[{label}]", old, new)
-    elif not _same(where.rpartition(".")[2], before, now):
+    elif before != now and not (
+        _is_number(before) and _is_number(now) and _near(where.rpartition(".")[2], float(before), float(now))
+    ):
         committed, found = (json.dumps(value, ensure_ascii=False) for value in (before, now))
         yield Difference(file, where, *(text if len(text) <= 80 else f"{text[:77]}..." for text in (committed, found)))
-
-
-def _same(name: str, before: Any, now: Any) -> bool:
-    numbers = isinstance(before, int | float) and isinstance(now, int | float)
-    if numbers and not isinstance(before, bool) and not isinstance(now, bool):
-        return before == now or _near(name, float(before), float(now))
-    return bool(before == now)
 
 
 def difference_lines(differences: list[Difference]) -> list[str]:
     """Return the first differences as lines, and how many more there are."""
     lines = [difference.text() for difference in differences[: 4 * SHOWN]]
     return lines + [f"... and {len(differences) - len(lines)} more"] * (len(differences) > len(lines))
+
+
+@dataclass(frozen=True)
+class ExactCheck:
+    """One effect held against exact arithmetic: the largest relative difference, or None and why there is none."""
+
+    test: str
+    effect: str
+    difference: float | None
+    note: str
+
+    def text(self) -> str:
+        """Return one line: the test, the effect, how far it is off."""
+        distance = self.note if self.difference is None else f"{self.difference:.1e} from exact arithmetic"
+        return f"exact: {self.test}: {self.effect}: {distance}"
+
+
+def exact_checks(results: Sequence[QuestionResult]) -> list[ExactCheck]:
+    """Return a line for every effect of every analysis of variance that was answered from complete data."""
+    lines: list[ExactCheck] = []
+    for result in results:
+        if result.settings.test != "anova" or result.rows is None or result.answer is None:
+            continue
+        name = " ".join(filter(None, (result.settings.name, result.outcome)))
+        if result.missing.cells and not result.missing.left_out:
+            lines.append(ExactCheck(name, "all", None, "not checked: answered by a mixed model"))
+            continue
+        settings = effective(result.settings, TESTS[result.settings.test]).model_dump()
+        checks = self_check(
+            result.rows,
+            "value",
+            within=list(settings["within"]) or None,
+            between=list(settings["between"]) or None,
+            subject="participant",
+            sum_of_squares=settings["sum_of_squares"],
+            missing="listwise" if result.missing.policy == "listwise" else "raise",
+            aggregate="mean",
+        )
+        lines += [
+            ExactCheck(name, str(row["Source"]), nan_to_none(row["difference"]), row["note"])
+            for row in checks.to_dict("records")
+        ]
+    return lines

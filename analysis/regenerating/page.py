@@ -1,25 +1,23 @@
-"""The report of a regenerated study: one HTML file that needs nothing else, its figures to be looked at closer."""
+"""The report of a regenerated study: each test as one table with its method in words, and the page that shows all.
+
+The page is one HTML file that needs nothing else, with figures to be looked at closer.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import groupby
 
 from palpate.analysis.crosschecking.checks import difference_text, disagreements, line_of, sentence
 from palpate.analysis.figures.interactive import figure_markup
 from palpate.analysis.figures.style import inline_svg
-from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.analysis.plans.answers import Row
+from palpate.analysis.plans.kinds import TESTS
+from palpate.analysis.plans.reading import AnalysisPlan
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.sample import sample_facts
-from palpate.analysis.regenerating.descriptions import (
-    by_test,
-    method_of,
-    notes_of,
-    rests_on,
-    test_kind,
-    test_name,
-    test_table,
-)
 from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.blocks import (
@@ -40,7 +38,7 @@ from palpate.analysis.reports.blocks import (
 )
 from palpate.analysis.reports.figures import DrawnFigure
 from palpate.analysis.reports.page import REGENERATED, SIMULATED, Page, page_html
-from palpate.analysis.reports.tables import Head, Table, text_table, value_table
+from palpate.analysis.reports.tables import Head, NumberedTable, Table, text_table, value_table
 from palpate.protocols.wording import count
 
 BRIEF = 50
@@ -53,8 +51,108 @@ HOW_TO_USE = (
     "choose."
 )
 NOTHING = "nothing"
-"""What a rule of the plan left out that met nothing."""
+"""What a rule of the plan left out that applied to nobody."""
 Point = tuple[str, tuple[str, ...]]
+MOST_ROWS = 2000
+"""A page that holds more rows of one test than this is no longer read; the CSV has them all."""
+OUTCOME = "outcome"
+
+
+def test_table(results: Sequence[QuestionResult], known: Collection[str] = ()) -> Table:
+    """Return one test's rows, its outcomes below each other; notes as footnotes, a refused outcome with its reason.
+
+    An outcome of one row stands in a column, outcomes of several rows each have a heading.
+    """
+    kinds = {
+        name: meaning
+        for result in results
+        if result.answer is not None
+        for name, meaning in result.answer.kinds.items()
+    }
+    table = partial(value_table, meanings=kinds, known=known, headings=TESTS[results[0].settings.test].headings)
+    rows_of = [
+        ({"note": f"Not answered: {result.refused}"},) if result.answer is None else result.answer.rows
+        for result in results
+    ]
+    if any(result.outcome for result in results) and all(len(own) == 1 for own in rows_of):
+        return table([{OUTCOME: result.outcome, **row} for result, (row,) in zip(results, rows_of, strict=True)])
+    rows: list[Row] = []
+    groups: dict[int, str] = {}
+    for result, own in zip(results, rows_of, strict=True):
+        if result.outcome:
+            groups[len(rows)] = result.outcome
+        rows += own[:MOST_ROWS]
+    whole = table(rows)
+    most = max(map(len, rows_of))
+    cut = [f"The first {MOST_ROWS:,} of {most:,} rows; all of them are in the test's CSV."] * (most > MOST_ROWS)
+    return replace(whole, notes=(*whole.notes, *cut), groups=groups)
+
+
+def by_test(results: Sequence[QuestionResult]) -> list[tuple[QuestionResult, ...]]:
+    """Return the answers of each test, in the plan's order."""
+    return [tuple(own) for _, own in groupby(results, key=lambda result: result.settings.name)]
+
+
+def test_name(results: Sequence[QuestionResult]) -> str:
+    """Return a test's name in words."""
+    name = results[0].settings.name.replace("_", " ").replace("-", " ")
+    return name[:1].upper() + name[1:]
+
+
+def test_kind(results: Sequence[QuestionResult]) -> str:
+    """Return the kind of a test in words, "" where its name already says so."""
+    title = TESTS[results[0].settings.test].title
+    return "" if title.lower() == test_name(results).lower() else title
+
+
+def test_title(results: Sequence[QuestionResult]) -> str:
+    """Return a test's name in words, and its kind where the name does not say it."""
+    name, kind = test_name(results), test_kind(results)
+    return f"{name}: {kind}" if kind else name
+
+
+def method_of(results: Sequence[QuestionResult]) -> str:
+    """Return the method of the first outcome that has an answer, "" where none has."""
+    method = next((result.answer.method for result in results if result.answer is not None), "")
+    return method if not method or method.endswith(".") else f"{method}."
+
+
+def notes_of(results: Sequence[QuestionResult]) -> tuple[str, ...]:
+    """Return what the answers say beside their numbers, each once; what holds for some outcomes only names them."""
+    outcomes_of: dict[str, list[str]] = {}
+    answers = [(result.outcome, result.answer) for result in results if result.answer is not None]
+    for outcome, answer in answers:
+        for note in dict.fromkeys(answer.notes):
+            outcomes_of.setdefault(note, []).append(outcome)
+    return tuple(
+        note if len(own) == len(answers) or not all(own) else f"{', '.join(own)}: {note}"
+        for note, own in outcomes_of.items()
+    )
+
+
+def rests_on(results: Sequence[QuestionResult]) -> str:
+    """Return how many participants and values the answers rest on, in words, and what was missing."""
+    answers = [result.answer for result in results if result.answer is not None]
+    if not answers:
+        return ""
+    people, values = (
+        f"{least:,}" if least == most else f"{least:,} to {most:,}"
+        for numbers in ([answer.participants for answer in answers], [answer.values for answer in answers])
+        for least, most in [(min(numbers), max(numbers))]
+    )
+    gaps = dict.fromkeys(result.missing.text() for result in results if result.missing.text())
+    first = f"{people} participants, {values} values{' for each outcome' * (len(answers) > 1)}."
+    return " ".join([first, *(f"Missing: {text}." for text in gaps)])
+
+
+def numbered_tables(study: RegeneratedStudy) -> Iterator[NumberedTable]:
+    """Yield each test as a table of a manuscript, in the plan's order, with what qualifies its numbers below."""
+    qualified = tuple(" ".join(note.split()) for note in study.notes)
+    for number, answered in enumerate(by_test(study.answered), start=1):
+        table = test_table(answered)
+        about = " ".join(filter(None, (method_of(answered), rests_on(answered))))
+        notes = (*table.notes, *([about] if about else []), *qualified)
+        yield NumberedTable(number, answered[0].settings.name, test_title(answered), table, notes)
 
 
 def report_html(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], seconds: float) -> str:
@@ -166,16 +264,15 @@ def _tests(study: RegeneratedStudy, known: Collection[str]) -> Iterator[Block]:
     yield Heading("A second opinion", "second-opinion")
     yield Words(sentence(study.checks))
     if study.checks:
-        yield Folded("Every answer: what it was checked with", (TableBlock(_checks(study)),))
-
-
-def _checks(study: RegeneratedStudy) -> Table:
-    heads = ("test", "outcome", Head("checked with", "words"), Head("numbers", "number"), "largest relative difference")
-    rows = [
-        (check.test, check.outcome, check.checked_with(), str(check.numbers or ""), difference_text(check))
-        for check in study.checks or ()
-    ]
-    return text_table(heads, rows)
+        heads = (
+            *("test", "outcome", Head("checked with", "words"), Head("numbers", "number")),
+            "largest relative difference",
+        )
+        rows = [
+            (check.test, check.outcome, check.checked_with(), str(check.numbers or ""), difference_text(check))
+            for check in study.checks
+        ]
+        yield Folded("Every answer: what it was checked with", (TableBlock(text_table(heads, rows)),))
 
 
 def _data(study: RegeneratedStudy) -> Iterator[Block]:
@@ -194,7 +291,7 @@ def _data(study: RegeneratedStudy) -> Iterator[Block]:
 def _provenance(study: RegeneratedStudy, seconds: float) -> Iterator[Block]:
     yield Words(
         "Every number on this page comes from these inputs. The same inputs give the same page, byte for byte. "
-        f"The answers took {seconds_told(seconds)} when they were first computed here."
+        f"The answers took {seconds_text(seconds)} when they were first computed here."
     )
     inputs = _inputs(study.inputs)
     yield from long_table(inputs, f"All {len(inputs.rows):,} inputs and their SHA-256", "statistics.json")
@@ -237,7 +334,7 @@ def declared(study: RegeneratedStudy) -> list[str]:
     return [f"Significance level α = {plan.alpha:g}. {sessions} {policies[plan.missing]}{scale}{drawn}"]
 
 
-def seconds_told(seconds: float) -> str:
+def seconds_text(seconds: float) -> str:
     """Return a time with the digits that mean something."""
     return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s" if seconds >= 0.1 else "less than 0.1 s"
 
@@ -256,14 +353,13 @@ def left_out(exclusions: Sequence[Exclusion]) -> LeftOut:
     together: dict[tuple[str, str], list[Exclusion]] = {}
     for line in exclusions:
         together.setdefault((line.why, line.what), []).append(line)
-    reasons = [_reason(why, what, own) for (why, what), own in together.items()]
+    reasons = [
+        (why, "met nothing", "0", "0")
+        if what == NOTHING
+        else (why, what, f"{len(own):,}", f"{sum(line.rows for line in own):,}")
+        for (why, what), own in together.items()
+    ]
     return LeftOut(
         text_table((Head("why", "words"), "what", Head("lines", "number"), Head("rows", "number")), reasons),
         text_table(("what", "whose", Head("why", "words"), Head("rows", "number")), lines),
     )
-
-
-def _reason(why: str, what: str, own: Sequence[Exclusion]) -> tuple[str, str, str, str]:
-    if what == NOTHING:
-        return why, "met nothing", "0", "0"
-    return why, what, f"{len(own):,}", f"{sum(line.rows for line in own):,}"

@@ -9,8 +9,7 @@ from palpate.analysis.figures.figure_kind import FigureKind, FigureSettings
 from palpate.analysis.plans.answers import COLUMNS, Kind, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
-from palpate.analysis.plans.reading import Plan
-from palpate.analysis.plans.schema import Rule
+from palpate.analysis.plans.reading import Plan, Rule
 from palpate.analysis.plans.study_columns import StudyColumns, study_columns
 from palpate.analysis.plans.where import Condition, Range, first_word, levels_of
 from palpate.analysis.ratings.rating_files import load_ratings

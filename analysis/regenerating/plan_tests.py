@@ -1,21 +1,27 @@
-"""Ask every question of a plan: each answer with its inputs' hash, what was missing, and the seconds it took."""
+"""Answer every question of a plan: each answer with its inputs' hash, what was missing, and the seconds it took.
+
+Missing cells of a question are counted, and handled as the plan declares, never averaged away.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
-from palpate.analysis.plans.answers import COLUMNS, Answer, Kind, Selected, StatisticSettings, columns_named
+from palpate.analysis.plans.answers import COLUMNS, Answer, Kind, Missing, Selected, StatisticSettings, columns_named
 from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.missing import MissingSummary, handled
 from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.where import Where, keeps, kept_rows
+from palpate.analysis.ratings.design import CellsRefused, Faults
+from palpate.analysis.ratings.design_report import Place, ProblemKind
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.protocols.progress import Clock, Progress
+from palpate.protocols.wording import count
 
 OUTCOME = "attribute"
 IDENTITY = ("participant", "session", "trial", "stimulus", "attribute", "value", "text", "form", "kind", "word")
@@ -73,16 +79,13 @@ def _questions(selecting: Selecting, settings: StatisticSettings) -> Iterator[Qu
     except ValueError as refusal:
         yield Question(settings, kind, ALL, None, str(refusal))
         return
-    if kind.each == "all" or settings.table is not None or _compares_outcomes(settings):
+    # The outcomes themselves may be a factor of the test, as the items of a questionnaire are.
+    compares_outcomes = OUTCOME in columns_named(settings, COLUMNS)
+    if kind.each == "all" or settings.table is not None or compares_outcomes:
         yield Question(settings, kind, ALL, selected)
         return
     for selection in selecting.by_outcome(selected):
         yield Question(settings, kind, selection.outcome, selection)
-
-
-def _compares_outcomes(settings: StatisticSettings) -> bool:
-    """Return whether the outcomes themselves are a factor of the test, as the items of a questionnaire may be."""
-    return OUTCOME in columns_named(settings, COLUMNS)
 
 
 @dataclass
@@ -109,14 +112,14 @@ def _answer(selecting: Selecting, question: Question, clock: Clock, digests: _Di
     try:
         if kind.complete is not None and not own and (settings.source or kind.takes) == "ratings":
             trials, faults = selecting.trials(settings.where), selecting.faults(settings)
-            selected, gaps = handled(selected, faults, settings.where, policy, trials)
+            selected, gaps = handle_missing(selected, faults, settings.where, policy, trials)
             missing = replace(gaps, unanswered=missing.unanswered)
         start = clock()
         answer_of = kind.answer
         if missing.cells and policy == "mixed_model":
             if kind.with_gaps is None:
                 raise NoModel(
-                    f"{missing.found()}, and {settings.test!r} has no form that takes gaps; give this test"
+                    f"{missing.describe_cells()}, and {settings.test!r} has no form that takes gaps; give this test"
                     " `missing: listwise`, or ask a test of kind mixed_model instead"
                 )
             answer_of = kind.with_gaps
@@ -153,3 +156,110 @@ def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answ
         if result.answer is not None:
             answers.setdefault(result.settings.name, {})[result.outcome] = result.answer
     return answers
+
+
+ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
+WHOLE_CELLS = "name columns of the stimulus or of the participant, which keep or leave a cell for everyone"
+FORBIDDEN: tuple[ProblemKind, ...] = ("duplicate", "undeclared")
+"""What no policy allows: a cell filled more often than planned, or one that the design does not have."""
+
+
+@dataclass(frozen=True)
+class MissingSummary:
+    """What was missing for one question and what was done: participants with gaps, cells missing in all, who left."""
+
+    policy: Missing
+    participants: int = 0
+    cells: int = 0
+    left_out: tuple[str, ...] = ()
+    unanswered: tuple[str, ...] = ()
+
+    def text(self) -> str:
+        """Return one sentence, "" where nothing was missing."""
+        silent = f"left out without an answer about themselves: {', '.join(self.unanswered)}" if self.unanswered else ""
+        if not self.cells:
+            return silent
+        cells = f"{self.describe_cells()}; answered from what is there"
+        if self.policy == "listwise":
+            cells = f"{self.describe_cells()}; left out listwise: {', '.join(self.left_out)}"
+        return "; ".join(filter(None, (cells, silent)))
+
+    def describe_cells(self) -> str:
+        """Return how much is missing, in words."""
+        return f"{count(self.cells, 'cell')} of {count(self.participants, 'participant')} missing"
+
+
+def handle_missing(
+    selected: Selected, faults: Faults, where: Where, policy: Missing, trials: pd.DataFrame
+) -> tuple[Selected, MissingSummary]:
+    """Return the selection without incomplete participants (listwise) or as it is (mixed model), and what was missing.
+
+    A cell counts where it lies in the test's `where`, also for somebody who has none of them; `trials` are those of
+    the whole study, so that nobody is overlooked. Raises CellsRefused under `refuse`, on cells that are filled
+    more often than planned or are not of the design, and where nobody is left.
+    """
+    # The test is about those whom `where` keeps by what is the same in all of their trials.
+    kept = pd.Series(True, index=trials.index)
+    for column, condition in where.items():
+        if column in trials.columns and trials.groupby("participant")[column].nunique().max() == 1:
+            kept &= kept_rows(trials[column], condition)
+    people = set(trials.loc[kept, "participant"])
+    gaps: dict[str, int] = {}
+    for outcome in selected.outcomes:
+        own = _places(outcome, people, faults, where, "missing")
+        bad = {who for kind in FORBIDDEN for who in _places(outcome, people, faults, where, kind)}
+        if bad or (own and policy == "refuse"):
+            faults.demand_none(outcome, sorted(bad or own), ADVICE)
+        for who, places in own.items():
+            gaps[who] = gaps.get(who, 0) + len(places)
+    for who, lost in cells_cut(selected.table, where, trials, people).items():
+        if policy == "refuse":
+            raise CellsRefused(f"`where` leaves {who} without {count(lost, 'cell')} that others keep; {WHOLE_CELLS}")
+        gaps[who] = max(gaps.get(who, 0), lost)
+    cells = sum(gaps.values())
+    if not gaps or policy == "mixed_model":
+        return selected, MissingSummary(policy, len(gaps), cells)
+    complete = selected.table[~selected.table["participant"].isin(list(gaps))]
+    if not len(complete):
+        raise CellsRefused(f"each of {count(len(gaps), 'participant')} lacks a cell; nobody is left listwise")
+    rest = replace(selected, table=complete.reset_index(drop=True))
+    return rest, MissingSummary(policy, len(gaps), cells, tuple(sorted(gaps)))
+
+
+def cells_cut(table: pd.DataFrame, where: Where, trials: pd.DataFrame, people: Iterable[str]) -> dict[str, int]:
+    """Return the cells that `where` takes from somebody and leaves to others of the same group, as a range of trials.
+
+    Columns of the stimulus and of the participant cut nothing: they keep or leave a cell for everyone.
+    """
+
+    def is_of_a_trial(column: str) -> bool:
+        """Return whether it varies within a participant and within a stimulus, as trial, block and revised do."""
+        if column not in trials.columns:
+            return column != "attribute"
+        return all(trials.groupby(by)[column].nunique().max() > 1 for by in ("participant", "stimulus"))
+
+    if "stimulus" not in trials.columns or not any(is_of_a_trial(column) for column in where):
+        return {}
+    named = trials.assign(group="") if "group" not in trials.columns else trials
+    group = named.drop_duplicates("participant").set_index("participant")["group"]
+    cells = table.groupby(["participant", "attribute", "stimulus"]).size().unstack([1, 2], fill_value=0)
+    cells = cells.reindex(sorted(people), fill_value=0)
+    most = cells.groupby(group.reindex(cells.index)).transform("max")
+    lacking = (most - cells).sum(axis=1)
+    return {str(who): int(number) for who, number in lacking.items() if number}
+
+
+def _places(
+    outcome: str, people: Iterable[str], faults: Faults, where: Where, kind: ProblemKind
+) -> dict[str, list[Place]]:
+    """Return the cells at fault in one way for this outcome, by participant, that lie in the test's `where`."""
+
+    def is_inside(place: Place) -> bool:
+        levels = {column: place.cell.get(column) for column in where} | {"participant": place.participant}
+        return all(
+            levels[column] is None or keeps(condition, str(levels[column])) for column, condition in where.items()
+        )
+
+    places = {who: faults.places.get((outcome, who), {}).get(kind, ()) for who in people}
+    inside = {who: [place for place in own if is_inside(place)] for who, own in places.items()}
+    return {who: own for who, own in inside.items() if own}

@@ -17,7 +17,7 @@ from palpate.analysis.plans.material import Material, imported_material, read_ma
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.ratings.dataset import Exclusion, Input
-from palpate.analysis.ratings.notes import data_notes
+from palpate.analysis.ratings.design_report import data_notes
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import collected_sample
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest, both_of, gathered, nothing_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.analysis.regenerating.files import readable_json
+from palpate.analysis.regenerating.outputs import readable_json
 from palpate.analysis.reports.blocks import Column, Points, Section, TableBlock, table
 from palpate.analysis.reports.csv_files import csv_text, json_row
 from palpate.analysis.reports.figures import DrawnFigure

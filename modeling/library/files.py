@@ -87,7 +87,7 @@ def _other_format(path: Path, found: str) -> LibraryError:
 
 def _text(library: Library) -> str:
     """JSON in which the plain values of a texture stand on one line."""
-    from palpate.analysis.regenerating.files import readable_json
+    from palpate.analysis.regenerating.outputs import readable_json
 
     told = library.model_dump(mode="json")
     return readable_json({**told, "digest": digest(told)}) + "\n"

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from palpate.analysis.commands import analyse
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Scale
-from palpate.analysis.ratings.notes import data_notes, exclusion_lines
+from palpate.analysis.ratings.design_report import data_notes, exclusion_lines
 from palpate.analysis.regenerating.commands import regenerate
 from palpate.analysis.reports.csv_files import csv_text, without_formula
 from tests.analysis.ratings_for_tests import small_ratings

@@ -31,8 +31,9 @@ EXCEPTIONS = {
 
 JSON_ELSEWHERE = {
     "protocols/canonical.py": "the two functions themselves",
-    "analysis/monitoring/finished.py": "lines of a cache", "analysis/regenerating/files.py": "refuses NaN itself",
-    "analysis/regenerating/comparison.py": "for people to compare", "analysis/regenerating/outputs.py": "for a digest",
+    "analysis/monitoring/finished.py": "lines of a cache",
+    "analysis/regenerating/outputs.py": "refuses NaN itself, and for a digest",
+    "analysis/regenerating/comparison.py": "for people to compare",
     "benchmarks/streams/run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",
     "benchmarks/doors/designer_window.py": "to its parent",
     "modeling/files/model_files.py": "a card that `canonical` has read",

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from palpate.analysis.ratings.sources import DataRequest
-from palpate.analysis.regenerating.files import file_texts
+from palpate.analysis.regenerating.outputs import file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.protocols.files import write_texts
 from palpate.protocols.plan import compile_plan

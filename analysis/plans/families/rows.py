@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import pandas as pd
 
 from palpate.analysis.plans.answers import Answer, Row, Selected, Value
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.ratings.expected_cells import without_gaps
 from palpate.analysis.statistics.apa import number
+from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.undefined import finite_or_none, nan_to_none
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from palpate.analysis.plans.answers import StatisticSettings
     from palpate.analysis.statistics.cells import Missing
 
+ITEMS = ("attribute", "stimulus")
 CORRECTED = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
 
 
@@ -32,27 +36,61 @@ def require_columns(table: pd.DataFrame, names: Iterable[str]) -> None:
 
 
 def with_numbers(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
-    """The table with these columns, which may hold numbers as text, as numbers; refuse what is no number."""
-    import pandas as pd
-
+    """Return the table with these columns, which may hold numbers as text, as numbers; refuse what is no number."""
     numbers = {name: pd.to_numeric(table[name], errors="coerce").astype("float64") for name in names}
-    for name, found in numbers.items():
-        wrong = table.loc[found.isna(), name].unique().tolist()
-        if wrong:
-            told = f"column {name!r} holds {wrong[0]!r}, no number"
-            raise DataRefused(f"{told}; name it in `fixed` to take it as a factor")
+    for name, column in numbers.items():
+        if wrong := table.loc[column.isna(), name].unique().tolist():
+            raise DataRefused(
+                f"column {name!r} holds {wrong[0]!r}, no number; name it in `fixed` to take it as a factor"
+            )
     return table.assign(**numbers)
 
 
 def complete_rows(selected: Selected, settings: StatisticSettings) -> tuple[pd.DataFrame, list[str]]:
-    """The rows without incomplete participants, as the test's `missing` says, and what there is to say of it."""
+    """Return the rows without incomplete participants, as the test's `missing` says, and notes on who was left out."""
     if settings.missing == "mixed_model":
         raise DataRefused("this test has no form that takes gaps; choose `missing: listwise`, or a mixed_model test")
     table, lacking = without_gaps(selected.table, "listwise" if settings.missing == "listwise" else "raise")
     if not lacking:
         return table, []
-    told = ", ".join(f"{who} ({count(number, 'rating')} missing)" for who, number in lacking.items())
-    return table, [f"Left out listwise: {told}."]
+    people = ", ".join(f"{who} ({count(number, 'rating')} missing)" for who, number in lacking.items())
+    return table, [f"Left out listwise: {people}."]
+
+
+def without_gaps(
+    table: pd.DataFrame, missing: Literal["raise", "listwise"] = "raise", items: tuple[str, ...] = ITEMS
+) -> tuple[pd.DataFrame, dict[str, int]]:
+    """Return the rows of who rated all that others of their `group` rated, and how much each other person lacks.
+
+    What is expected in each group is every combination of `items` as often as the participant with most of it rated it;
+    a value of NaN is no rating. Raises DataRefused where someone lacks ratings (unless `missing="listwise"`) and where
+    nobody is left.
+    """
+    known = table[~np.isnan(numbers_of(table["value"], "value"))].reset_index(drop=True)
+    names = [name for name in items if name in table.columns]
+    people = [str(label) for label in coded(table["participant"], "participant").labels]
+    groups = table["group"].astype(str).tolist() if "group" in table.columns else [""] * len(table)
+    group = dict(zip(map(str, table["participant"]), groups, strict=True))
+    labels = list(zip(*(known[name].tolist() for name in names), strict=True)) if names else [()] * len(known)
+    rated: dict[str, Counter[tuple[object, ...]]] = {who: Counter() for who in people}
+    for who, label in zip(known["participant"].astype(str).tolist(), labels, strict=True):
+        rated[who][label] += 1
+    expected: dict[str, Counter[tuple[object, ...]]] = {}
+    for who in people:
+        expected[group[who]] = expected.get(group[who], Counter()) | rated[who]
+    missing_ratings = {who: (expected[group[who]] - rated[who]).total() for who in people}
+    gaps = {who: number for who, number in missing_ratings.items() if number}
+    if not gaps:
+        return known, {}
+    if missing == "raise":
+        lines = (f"{who} lacks {count(number, 'rating')}" for who, number in gaps.items())
+        raise DataRefused(
+            f"{listed(lines, len(gaps))}; find the ratings, or leave such participants out with `missing: listwise`"
+        )
+    complete = known[~known["participant"].astype(str).isin(list(gaps))].reset_index(drop=True)
+    if not len(complete):
+        raise DataRefused(f"each of {count(len(gaps), 'participant')} lacks a rating; nobody is left listwise")
+    return complete, gaps
 
 
 def answer_of(
@@ -66,7 +104,7 @@ def answer_of(
     notes: Iterable[str] = (),
     more: Mapping[str, tuple[Row, ...]] | None = None,
 ) -> Answer:
-    """An answer that counts its participants and values itself; `table` is what was used, where not all was."""
+    """Return an answer that counts its participants and values itself; `table` is what was used, where not all was."""
     used = selected.table if table is None else table
     return Answer(
         rows=tuple(rows),
@@ -102,7 +140,7 @@ def plain_value(value: Any, finite: bool = False) -> Value:
 
 
 def sample_kinds(confidence: float, correction: str) -> dict[str, str]:
-    """What each column of a one-sample t test is."""
+    """Return what each column of a one-sample t test is."""
     return {
         "n": "participants",
         "sd": "SD over participants",
@@ -118,12 +156,12 @@ def sample_kinds(confidence: float, correction: str) -> dict[str, str]:
 
 
 def share(confidence: float, words: str) -> str:
-    """`95% interval ...`, as the APA writes it."""
+    """Return `95% interval ...`, as the APA writes it."""
     return f"{100 * confidence:g}% {words}"
 
 
 def averaged_note(least: int, most: int) -> str:
-    """What a participant's mean rests on, "" where it is one rating each."""
+    """Return a note on what a participant's mean rests on, "" where it is one rating each."""
     if most <= 1:
         return ""
     many = f"{most}" if least == most else f"{least} to {most}"
@@ -131,7 +169,7 @@ def averaged_note(least: int, most: int) -> str:
 
 
 def turned_note(names: Sequence[str], selected: Selected) -> list[str]:
-    """Which attributes were turned round, and about what."""
+    """Return a note on the attributes that were turned round, and about what; none where none were."""
     if not names:
         return []
     about = "0" if selected.scale is None else f"{(selected.scale[0] + selected.scale[1]) / 2:g}"
@@ -154,7 +192,7 @@ def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
 
 
 def left_out(settings: StatisticSettings) -> Missing:
-    """How the statistics treat a missing value under what the test declares."""
+    """Return how the statistics treat a missing value under what the test declares."""
     return "listwise" if settings.missing == "listwise" else "raise"
 
 

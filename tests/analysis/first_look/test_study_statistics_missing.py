@@ -19,9 +19,8 @@ from palpate.analysis.first_look.page import report_html
 from palpate.analysis.first_look.page_tests import comparisons, refusals
 from palpate.analysis.first_look.results import statistics_json
 from palpate.analysis.first_look.study_statistics import questions_of, study_statistics
-from palpate.analysis.ratings.completeness import cell_faults, without_incomplete
 from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Ratings
-from palpate.analysis.ratings.design import check_ratings
+from palpate.analysis.ratings.design import cell_faults, check_ratings, without_incomplete
 from palpate.analysis.ratings.reading import read_ratings
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
 from tests.analysis.synthetic_ratings import door_ratings, reasoning

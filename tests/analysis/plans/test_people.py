@@ -6,9 +6,8 @@ import pytest
 
 from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.people import people_of
-from palpate.analysis.plans.reading import Plan
-from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.analysis.plans.material import people_of
+from palpate.analysis.plans.reading import AnalysisPlan, Plan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.plans.study_columns import study_columns
 from palpate.analysis.power.simulated_studies import people, simulated_material

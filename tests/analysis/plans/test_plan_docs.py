@@ -8,7 +8,7 @@ import pytest
 from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import StatisticSettings
-from palpate.analysis.plans.schema import AnalysisPlan, Rule
+from palpate.analysis.plans.reading import AnalysisPlan, Rule
 
 DOCS = Path(__file__).resolve().parents[3] / "docs" / "reference"
 PLAN = (DOCS / "analysis-plan.md").read_text(encoding="utf-8")

@@ -22,9 +22,8 @@ from pydantic import ValidationError
 
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
-from palpate.analysis.plans.people import People
-from palpate.analysis.plans.reading import Plan
-from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.analysis.plans.material import People
+from palpate.analysis.plans.reading import AnalysisPlan, Plan
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.regenerating.plan_figures import figure_data

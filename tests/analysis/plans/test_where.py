@@ -5,8 +5,8 @@ import pytest
 
 from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.people import people_of
-from palpate.analysis.plans.schema import Rule
+from palpate.analysis.plans.material import people_of
+from palpate.analysis.plans.reading import Rule
 from palpate.analysis.plans.study_columns import study_columns
 from palpate.analysis.plans.where import Range, keeps, kept_rows
 from palpate.analysis.power.simulated_studies import people, simulated_material

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from palpate.analysis.plans.families.rows import without_gaps
 from palpate.analysis.ratings.categories import category_cells, turned
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.disagreement import disagreement
-from palpate.analysis.ratings.expected_cells import without_gaps
 from palpate.analysis.ratings.one_sample import one_sample
 from palpate.analysis.ratings.order_effects import order_effect
 from palpate.analysis.ratings.target_errors import target_errors

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from palpate.analysis.regenerating.comparison import NothingCommitted, difference_lines, differences
-from palpate.analysis.regenerating.output_folder import MARK
+from palpate.analysis.regenerating.outputs import MARK
 
 STATISTICS = {"tests": [{"name": "a", "outcome": "Hard", "seconds": 1.0, "results": [{"F": 3.25, "p": 0.01, "n": 4}]}]}
 TEXTS = {"tables/ratings.csv": "who,value\nP001,3.0\n", "tests/a.csv": "F,p\n3.25,0.01\n"}

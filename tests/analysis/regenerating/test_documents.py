@@ -10,8 +10,8 @@ from docx import Document
 from docx.enum.section import WD_ORIENT
 from docx.oxml.ns import qn
 
-from palpate.analysis.regenerating.descriptions import numbered_tables
 from palpate.analysis.regenerating.outputs import write_documents
+from palpate.analysis.regenerating.page import numbered_tables
 from palpate.analysis.reports.latex import LETTERS, escaped, latex_text
 from palpate.analysis.reports.tables import Head, NumberedTable, table_letters, text_table
 from palpate.analysis.reports.word import UPRIGHT, allowed, word_bytes

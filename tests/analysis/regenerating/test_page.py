@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import pytest
 
 from palpate.analysis.ratings.dataset import Exclusion
-from palpate.analysis.regenerating.page import left_out, parts_of, seconds_told
+from palpate.analysis.regenerating.page import left_out, parts_of, seconds_text
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE, page_of, small_study
 
 UNCLOSED = {"meta", "link", "br", "path", "use", "rect", "image", "circle"}
@@ -139,4 +139,4 @@ def test_results_stand_below_each_other_but_brackets_stay_whole():
 
 @pytest.mark.parametrize(("seconds", "told"), [(0.01, "less than 0.1 s"), (1.26, "1.3 s"), (134.2, "134 s")])
 def test_seconds_are_told_with_the_digits_that_mean_something(seconds, told):
-    assert seconds_told(seconds) == told
+    assert seconds_text(seconds) == told

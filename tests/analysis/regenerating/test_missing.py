@@ -7,11 +7,10 @@ import yaml
 
 from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.material import read_material
-from palpate.analysis.plans.missing import cells_cut
 from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selecting
-from palpate.analysis.regenerating.exact_check import exact_checks
-from palpate.analysis.regenerating.plan_tests import run_tests
+from palpate.analysis.regenerating.comparison import exact_checks
+from palpate.analysis.regenerating.plan_tests import cells_cut, run_tests
 from palpate.studies.collecting.collect import collect, open_database
 from tests.test_recorded import LEDGERS
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.analysis.regenerating.output_folder import MARK, PlaceRefused, listed, written_whole
+from palpate.analysis.regenerating.outputs import MARK, PlaceRefused, listed, written_whole
 
 
 def write(folder, **files):

@@ -2,9 +2,8 @@
 
 from palpate.analysis.plans.answers import Answer, StatisticSettings
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.missing import MissingSummary
-from palpate.analysis.regenerating import descriptions as shown
-from palpate.analysis.regenerating.plan_tests import QuestionResult
+from palpate.analysis.regenerating import page as shown
+from palpate.analysis.regenerating.plan_tests import MissingSummary, QuestionResult
 from palpate.analysis.reports.headings import HEADINGS, heading
 
 
