@@ -65,10 +65,10 @@ def data(inputs: FigureInput, settings: BubblesSettings) -> FigureData:
     demand_attributes(settings.name, selected)
     require_columns(settings, selected.table, (settings.by, *([settings.label] if settings.label else [])))
     roles = _roles(selected, settings)
-    scale, ends = _ends(selected)
+    low, high = scale_ends(selected)
+    scale, ends = (low, high), SPACE if selected.scale is not None else (low, high)
     rows = _rows(selected, settings, list(roles.values()), scale, ends)
     known = {words["name"]: words for words in attribute_words(selected)}
-    attributes = {role: _role_words(known[name], name in settings.reversed) for role, name in roles.items()}
     incomplete = sum(any(row[name] is None for name in roles.values()) for row in rows)
     rescaled = (
         f"brought to {format_signed(ends[0], ends)} to {format_signed(ends[1], ends)}" if selected.scale else "as given"
@@ -77,11 +77,22 @@ def data(inputs: FigureInput, settings: BubblesSettings) -> FigureData:
     caption += " Names stand where there is room; pointing at a bubble and the table name all."
     if incomplete:
         caption += f" {count(incomplete, settings.by)} without a rating on one of these attributes not drawn."
+    attributes: dict[str, dict[str, Any]] = {}
     for role, name in roles.items():
-        values = [_value(row, name) for row in rows if row[name] is not None]
-        attributes[role] |= {"ends": list(_around(ends, values) if settings.span == "data" else ends)}
-    words = {"by": settings.by, "roles": attributes}
-    return FigureData(rows, settings.title or "The perceptual space.", caption, words)
+        words = known[name]
+        poles = (words["low"], words["high"]) if words["high"] else (f"less {name}", f"more {name}")
+        first, second = reversed(poles) if name in settings.reversed else poles
+        span = ends
+        if settings.span == "data":
+            # As much of the scale around its middle as the means reach, in tenths of its half; never nothing.
+            middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
+            reach = max((abs(_value(row, name) - middle) for row in rows if row[name] is not None), default=half)
+            tenths = min(10, max(1, math.ceil(10 * reach / half)))
+            span = middle - half * tenths / 10, middle + half * tenths / 10
+        attributes[role] = {"name": name, "low": first, "high": second, "ends": list(span)}
+    return FigureData(
+        rows, settings.title or "The perceptual space.", caption, {"by": settings.by, "roles": attributes}
+    )
 
 
 def _roles(selected: Selected, settings: BubblesSettings) -> dict[str, str]:
@@ -102,27 +113,6 @@ def _roles(selected: Selected, settings: BubblesSettings) -> dict[str, str]:
             f"figure {settings.name!r}: a plane needs two attributes, {', '.join(selected.outcomes)} is one"
         )
     return roles
-
-
-def _ends(selected: Selected) -> tuple[Ends, Ends]:
-    """Return the ends of the values' own scale, and those of the plane."""
-    low, high = scale_ends(selected)
-    return (low, high), SPACE if selected.scale is not None else (low, high)
-
-
-def _around(ends: Ends, values: Sequence[float]) -> Ends:
-    """Return as much of the scale around its middle as the values reach, in tenths of its half; never nothing."""
-    middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
-    reach = max((abs(value - middle) for value in values), default=half)
-    tenths = min(10, max(1, math.ceil(10 * reach / half)))
-    return middle - half * tenths / 10, middle + half * tenths / 10
-
-
-def _role_words(words: Mapping[str, str], is_reversed: bool) -> dict[str, Any]:
-    low, high = words["low"], words["high"] or f"not {words['low']}"
-    if not words["high"]:
-        low, high = f"less {words['name']}", f"more {words['name']}"
-    return {"name": words["name"], "low": high if is_reversed else low, "high": low if is_reversed else high}
 
 
 def _rows(
@@ -164,14 +154,26 @@ def draw(data: FigureData) -> DrawnFigure:
     _set_axes(axes, roles)
     rows = [row for row in data.rows if all(row[role["name"]] is not None for role in roles.values())]
     shade = ScalarMappable(Normalize(*roles.get("colour", roles["x"])["ends"]), colormaps["viridis"])
-    bubbles = [_bubble(row, roles) for row in rows]
+    bubbles = []
+    for row in rows:
+        radius = _radius(_value(row, roles["size"]["name"]), roles["size"]["ends"]) if "size" in roles else 6.0
+        x, y = (_place(_value(row, roles[axis]["name"]), roles[axis]["ends"]) for axis in ("x", "y"))
+        bubbles.append(Bubble(x, y, radius, elide(str(row["label"]), 24)))
     for k in sorted(range(len(rows)), key=lambda k: (-bubbles[k].radius, k)):
         row, bubble = rows[k], bubbles[k]
-        colour = _colour(shade, row, roles)
+        colour: Any = "#8dbbdc"
+        if "colour" in roles:
+            colour = shade.to_rgba(np.array([_value(row, roles["colour"]["name"])]))[0]
         circle = Circle((bubble.x, bubble.y), bubble.radius, facecolor=colour, edgecolor=INK, linewidth=0.7)
         circle.set(alpha=0.88, zorder=3)
         axes.add_patch(circle)
-        marks.add(circle, _details(row, words), str(row[words["by"]]))
+        name = [] if row["label"] == row[words["by"]] else [("name", str(row["label"]))]
+        ratings = [
+            (f"{role['low']} → {role['high']}", format_number(_value(row, role["name"]), 1))
+            for role in words["roles"].values()
+        ]
+        details = ((words["by"], str(row[words["by"]])), *name, *ratings, ("participants", str(row["n"])))
+        marks.add(circle, details, str(row[words["by"]]))
     for spot in place_beside_bubbles(bubbles, 72 * SIDE, 7.0):
         axes.annotate(
             spot.text,
@@ -192,12 +194,6 @@ def _value(row: Row, name: str) -> float:
     return float(value) if isinstance(value, int | float) else math.nan
 
 
-def _colour(shade: ScalarMappable, row: Row, roles: Mapping[str, Any]) -> Any:
-    if "colour" not in roles:
-        return "#8dbbdc"
-    return shade.to_rgba(np.array([_value(row, roles["colour"]["name"])]))[0]
-
-
 def _share(value: float, ends: Ends) -> float:
     return (value - ends[0]) / (ends[1] - ends[0])
 
@@ -211,21 +207,6 @@ def _radius(value: float, ends: Ends) -> float:
 def _place(value: float, ends: Ends) -> float:
     """Return where a rating lies along an axis, in points; a margin is left at both ends."""
     return 72 * SIDE * (0.04 + _share(value, ends)) / 1.08
-
-
-def _bubble(row: Row, roles: Mapping[str, Any]) -> Bubble:
-    radius = _radius(_value(row, roles["size"]["name"]), roles["size"]["ends"]) if "size" in roles else 6.0
-    x, y = (_place(_value(row, roles[axis]["name"]), roles[axis]["ends"]) for axis in ("x", "y"))
-    return Bubble(x, y, radius, elide(str(row["label"]), 24))
-
-
-def _details(row: Row, words: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
-    name = [] if row["label"] == row[words["by"]] else [("name", str(row["label"]))]
-    values = [
-        (f"{role['low']} → {role['high']}", format_number(_value(row, role["name"]), 1))
-        for role in words["roles"].values()
-    ]
-    return ((words["by"], str(row[words["by"]])), *name, *values, ("participants", str(row["n"])))
 
 
 def _set_axes(axes: Axes, roles: Mapping[str, Any]) -> None:

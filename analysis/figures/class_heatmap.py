@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, Normalize
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
@@ -64,7 +65,12 @@ def data(inputs: FigureInput, settings: ClassHeatmapSettings) -> FigureData:
         classes = sorted(classes, key=lambda level: -errors[level])
     cells: list[tuple[str | None, str | None]] = [(level, attribute) for level in classes for attribute in attributes]
     margins = [*((level, None) for level in classes), *((None, attribute) for attribute in attributes), (None, None)]
-    rows = [_cell_row(settings, predictions.points, *place) for place in (*cells, *margins)]
+    rows: list[dict[str, Any]] = []
+    for level, attribute in (*cells, *margins):
+        chosen = _predictions_in(settings, predictions.points, level, attribute)
+        value = _error(settings, chosen) if chosen else None
+        place = {"class": level, "attribute": attribute}
+        rows.append({**place, "measure": settings.measure, "value": value, "n": len(chosen)})
     filled = tuple(row for row in rows if row["n"])
     words: dict[str, Any] = {
         "classes": classes,
@@ -76,7 +82,14 @@ def data(inputs: FigureInput, settings: ClassHeatmapSettings) -> FigureData:
     name = NAMES[settings.measure]
     title = settings.title or f"{name[0].upper()}{name[1:]} by {settings.by}"
     empty = len(rows) - len(filled)
-    return FigureData(filled, title, f"{_caption(settings, empty)}{predictions.note()}", words)
+    unit = f" ({settings.unit})" if settings.unit else ""
+    hatched = f" Hatched: {count(empty, 'cell')} without a prediction." if empty else ""
+    caption = (
+        f"{settings.measure}, the {NAMES[settings.measure]} of the predictions{unit}, by {settings.by} and"
+        f" {settings.attribute}; darker is larger. Apart: over all of a line or column, each prediction counting the"
+        f" same.{hatched}"
+    )
+    return FigureData(filled, title, f"{caption}{predictions.note()}", words)
 
 
 def _predictions_in(
@@ -91,14 +104,6 @@ def _predictions_in(
     ]
 
 
-def _cell_row(
-    settings: ClassHeatmapSettings, predictions: tuple[Prediction, ...], level: str | None, attribute: str | None
-) -> dict[str, Any]:
-    chosen = _predictions_in(settings, predictions, level, attribute)
-    value = _error(settings, chosen) if chosen else None
-    return {"class": level, "attribute": attribute, "measure": settings.measure, "value": value, "n": len(chosen)}
-
-
 def _error(settings: ClassHeatmapSettings, predictions: list[Prediction]) -> float:
     """Return MAE or RMSE; errors are divided by the largest first, so that no square overflows or vanishes."""
     sizes = np.sort(np.abs([prediction.error for prediction in predictions]))
@@ -107,16 +112,6 @@ def _error(settings: ClassHeatmapSettings, predictions: list[Prediction]) -> flo
         return 0.0
     shares = sizes / largest
     return largest * float(np.mean(shares) if settings.measure == "MAE" else np.sqrt(np.mean(shares**2)))
-
-
-def _caption(settings: ClassHeatmapSettings, empty: int) -> str:
-    unit = f" ({settings.unit})" if settings.unit else ""
-    hatched = f" Hatched: {count(empty, 'cell')} without a prediction." if empty else ""
-    return (
-        f"{settings.measure}, the {NAMES[settings.measure]} of the predictions{unit}, by {settings.by} and"
-        f" {settings.attribute}; darker is larger. Apart: over all of a line or column, each prediction counting the"
-        f" same.{hatched}"
-    )
 
 
 def draw(data: FigureData) -> DrawnFigure:
@@ -135,20 +130,6 @@ def draw(data: FigureData) -> DrawnFigure:
     axes, marks = figure.add_subplot(), Marks()
     largest = max((to_float(row["value"]) for row in data.rows if not _is_margin(row)), default=0.0)
     scale, colours = Normalize(0.0, largest or 1.0, clip=True), shade_scale()
-    _set_axes(axes, data.words, heads)
-    for row in data.rows:
-        _draw_cell(axes, marks, data.words, row, digits, colours(0.9 * scale(to_float(row["value"]))))
-    _hatch_empty_cells(axes, data)
-    _draw_key(figure, axes, data.words, scale, colours)
-    return DrawnFigure(figure, marks.all())
-
-
-def _is_margin(row: Row) -> bool:
-    return row["class"] is None or row["attribute"] is None
-
-
-def _set_axes(axes: Axes, words: Mapping[str, Any], heads: Sequence[str]) -> None:
-    classes, attributes = words["classes"], words["attributes"]
     axes.set(xlim=(-0.5, len(attributes) + 0.5 + GAP), ylim=(len(classes) + 0.5 + GAP, -0.5))
     axes.set_xticks([*range(len(attributes)), len(attributes) + GAP], [*heads, MARGIN], fontsize=FONT)
     axes.set_yticks(
@@ -159,56 +140,44 @@ def _set_axes(axes: Axes, words: Mapping[str, Any], heads: Sequence[str]) -> Non
         label.set(fontweight="bold")
     for spine in axes.spines.values():
         spine.set_visible(False)
-
-
-def _place(words: Mapping[str, Any], row: Row) -> tuple[float, float]:
-    """Return the middle of a cell."""
-    attributes, classes = words["attributes"], words["classes"]
-    x = len(attributes) + GAP if row["attribute"] is None else attributes.index(row["attribute"])
-    y = len(classes) + GAP if row["class"] is None else classes.index(row["class"])
-    return float(x), float(y)
-
-
-def _draw_cell(axes: Axes, marks: Marks, words: Mapping[str, Any], row: Row, digits: int, fill: Any) -> None:
-    x, y = _place(words, row)
-    patch = Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=fill, edgecolor=PAPER, linewidth=1.2)
-    axes.add_patch(patch)
-    marks.add(patch, _details(row, digits), str(row["class"] or ""))
-    text = format_number(to_float(row["value"]), digits)
-    weight = "bold" if _is_margin(row) else "normal"
-    axes.text(x, y, text, ha="center", va="center", fontsize=FONT, color=readable_ink(fill), fontweight=weight)
-
-
-def _details(row: Row, digits: int) -> tuple[tuple[str, str], ...]:
-    value = format_number(to_float(row["value"]), digits + 1)
-    places = (("class", row["class"] or "all classes"), ("attribute", row["attribute"] or "all attributes"))
-    return (
-        *((name, str(level)) for name, level in places),
-        (str(row["measure"]), value),
-        ("predictions", str(row["n"])),
-    )
-
-
-def _hatch_empty_cells(axes: Axes, data: FigureData) -> None:
-    """Hatch the cells without a prediction."""
+    for row in data.rows:
+        _draw_cell(axes, marks, data.words, row, digits, colours(0.9 * scale(to_float(row["value"]))))
+    # Cells without a prediction are hatched.
     filled = {(row["class"], row["attribute"]) for row in data.rows}
-    for y, level in enumerate(data.words["classes"]):
-        for x, attribute in enumerate(data.words["attributes"]):
+    for y, level in enumerate(classes):
+        for x, attribute in enumerate(attributes):
             if (level, attribute) not in filled:
                 look: dict[str, Any] = {"facecolor": PAPER, "edgecolor": FAINT, "hatch": "////", "linewidth": 0}
                 axes.add_patch(Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, **look))
-
-
-def _draw_key(figure: Figure, axes: Axes, words: Mapping[str, Any], scale: Normalize, colours: Colormap) -> None:
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LinearSegmentedColormap
-
     colormap = LinearSegmentedColormap.from_list("shown", [colours(0.9 * i / 20) for i in range(21)])
     bar = figure.colorbar(ScalarMappable(scale, colormap), ax=axes, fraction=0.05, pad=0.03, aspect=22, shrink=0.9)
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=7.5, colors=SOFT)
-    unit = f" ({words['unit']})" if words["unit"] else ""
-    bar.set_label(f"{words['measure']}{unit}", fontsize=8, color=INK)
+    unit = f" ({data.words['unit']})" if data.words["unit"] else ""
+    bar.set_label(f"{data.words['measure']}{unit}", fontsize=8, color=INK)
+    return DrawnFigure(figure, marks.all())
+
+
+def _is_margin(row: Row) -> bool:
+    return row["class"] is None or row["attribute"] is None
+
+
+def _draw_cell(axes: Axes, marks: Marks, words: Mapping[str, Any], row: Row, digits: int, fill: Any) -> None:
+    attributes, classes = words["attributes"], words["classes"]
+    x = float(len(attributes) + GAP if row["attribute"] is None else attributes.index(row["attribute"]))
+    y = float(len(classes) + GAP if row["class"] is None else classes.index(row["class"]))
+    patch = Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=fill, edgecolor=PAPER, linewidth=1.2)
+    axes.add_patch(patch)
+    details = (
+        ("class", str(row["class"] or "all classes")),
+        ("attribute", str(row["attribute"] or "all attributes")),
+        (str(row["measure"]), format_number(to_float(row["value"]), digits + 1)),
+        ("predictions", str(row["n"])),
+    )
+    marks.add(patch, details, str(row["class"] or ""))
+    text = format_number(to_float(row["value"]), digits)
+    weight = "bold" if _is_margin(row) else "normal"
+    axes.text(x, y, text, ha="center", va="center", fontsize=FONT, color=readable_ink(fill), fontweight=weight)
 
 
 CLASS_HEATMAP = FigureKind(ClassHeatmapSettings, data, draw, takes="table")

@@ -26,7 +26,12 @@ def swarm(values: Sequence[float], diameter: float, reach: float, *, one_sided: 
     aside = [0.0] * len(values)
     for i in sorted(range(len(values)), key=lambda i: (values[i], i)):
         near = [(v, a) for v, a in placed if values[i] - v < diameter]
-        aside[i] = _free(values[i], near, diameter, one_sided)
+        # The free place nearest to the middle, at which the point touches none of those near it.
+        taken = [(a, float(np.sqrt(max(diameter**2 - (values[i] - v) ** 2, 0.0)))) for v, a in near]
+        places = [0.0, *(a + sign * gap for a, gap in taken for sign in (1, -1))]
+        slack = 1e-9 * diameter
+        free = [p for p in places if all(abs(p - a) >= gap - slack for a, gap in taken) and not (one_sided and p < 0)]
+        aside[i] = min(free, key=lambda p: (round(abs(p) / diameter, 6), p < 0))
         placed = [*near, (values[i], aside[i])]
     widest = max((abs(a) for a in aside), default=0.0)
     return [a * reach / widest for a in aside] if widest > reach else aside
@@ -44,15 +49,6 @@ def _scattered(values: Sequence[float], reach: float, one_sided: bool) -> list[f
         share = int(f"{rank + 1:020b}"[::-1], 2) / 2**20
         aside[i] = reach * wide * (share if one_sided else 2 * share - 1)
     return aside
-
-
-def _free(value: float, near: Sequence[tuple[float, float]], diameter: float, one_sided: bool) -> float:
-    """Return the place nearest to the middle at which a point touches none of those near it."""
-    taken = [(a, float(np.sqrt(max(diameter**2 - (value - v) ** 2, 0.0)))) for v, a in near]
-    places = [0.0, *(a + sign * gap for a, gap in taken for sign in (1, -1))]
-    slack = 1e-9 * diameter
-    free = [p for p in places if all(abs(p - a) >= gap - slack for a, gap in taken) and not (one_sided and p < 0)]
-    return min(free, key=lambda p: (round(abs(p) / diameter, 6), p < 0))
 
 
 def density(values: Sequence[float], least: float | None = None, most: float | None = None) -> tuple[Floats, Floats]:

@@ -40,26 +40,19 @@ def figure_markup(svg: str, marks: Sequence[Mark], prefix: str, label: str = "")
 
     def add_attributes(match: re.Match[str]) -> str:
         mark = known.get(match[1])
-        return match[0] if mark is None else f"<g{match[2]}{_mark_attributes(mark)}>"
+        if mark is None:
+            return match[0]
+        # From these the script makes the rest: label, role and the place among the Tab key's stops.
+        details = "\n".join(BETWEEN.join(map(one_line, pair)) for pair in mark.details)
+        key = f' data-key="{escape(key_text(mark.key))}"' if mark.key else ""
+        return f'<g{match[2]} class="mark" data-told="{escape(details)}"{key}>'
 
     drawing = _GROUP.sub(add_attributes, compact_svg(svg, prefix, known))
     labelled = f' aria-label="{escape(label)}"' if label else ""
-    return Markup(
-        f'<div class="drawing" role="group"{labelled}{_least_width(drawing)}>{drawing}</div>'
-    )  # names are escaped
-
-
-def _least_width(svg: str) -> str:
-    """Return the width below which a drawing's letters could not be read: a narrow screen moves it sideways instead."""
-    width = _WIDTH.search(svg)
-    return f' style="--least:{float(width[1]):.0f}px"' if width else ""
-
-
-def _mark_attributes(mark: Mark) -> str:
-    """Return what the script makes the rest from: label, role and the place among the Tab key's stops."""
-    details = "\n".join(BETWEEN.join(map(one_line, pair)) for pair in mark.details)
-    key = f' data-key="{escape(key_text(mark.key))}"' if mark.key else ""
-    return f' class="mark" data-told="{escape(details)}"{key}'
+    # The width below which the letters could not be read: a narrow screen moves the drawing sideways instead.
+    width = _WIDTH.search(drawing)
+    least_width = f' style="--least:{float(width[1]):.0f}px"' if width else ""
+    return Markup(f'<div class="drawing" role="group"{labelled}{least_width}>{drawing}</div>')  # names are escaped
 
 
 def key_text(*keys: str) -> str:
@@ -83,7 +76,15 @@ def compact_svg(svg: str, prefix: str, keep: Collection[str]) -> str:
     svg = re.sub(r">\s+<", "><", svg)
     while (shorter := _EMPTY.sub("", svg)) != svg:
         svg = shorter
-    return _share_styles(svg, prefix)
+    # Each style becomes a rule of the drawing's own, in the order of first use.
+    names: dict[str, str] = {}
+
+    def add_class(match: re.Match[str]) -> str:
+        return f'{match[1]} class="{names.setdefault(match[2], f"{prefix}s{len(names)}")}"'
+
+    svg = _STYLE.sub(add_class, svg)
+    rules = "".join(f".{name}{{{style.replace('; ', ';').replace(': ', ':')}}}" for style, name in names.items())
+    return re.sub(r"(<svg[^>]*>)", lambda match: f"{match[1]}<style>{rules}</style>", svg, count=1) if names else svg
 
 
 def _round_lengths(match: re.Match[str]) -> str:
@@ -93,15 +94,3 @@ def _round_lengths(match: re.Match[str]) -> str:
 def _round(value: float) -> str:
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
-
-
-def _share_styles(svg: str, prefix: str) -> str:
-    """Write each style as a rule of the drawing's own, in the order of first use."""
-    names: dict[str, str] = {}
-
-    def add_class(match: re.Match[str]) -> str:
-        return f'{match[1]} class="{names.setdefault(match[2], f"{prefix}s{len(names)}")}"'
-
-    svg = _STYLE.sub(add_class, svg)
-    rules = "".join(f".{name}{{{style.replace('; ', ';').replace(': ', ':')}}}" for style, name in names.items())
-    return re.sub(r"(<svg[^>]*>)", lambda match: f"{match[1]}<style>{rules}</style>", svg, count=1) if names else svg

@@ -49,25 +49,21 @@ def place_beside_bubbles(bubbles: Sequence[Bubble], side: float, size: float) ->
     spots: list[LabelSpot] = []
     crowd = [sum(math.hypot(a.x - b.x, a.y - b.y) < 45 for b in bubbles) for a in bubbles]
     for k in sorted(range(len(bubbles)), key=lambda k: (crowd[k], k)):
-        for box in _candidates(bubbles[k], size):
+        bubble = bubbles[k]
+        wide, high = width_pt(bubble.name, size), 1.15 * size
+        boxes = []
+        for dx, dy in DIRECTIONS:
+            reach = (bubble.radius + GAP) / math.hypot(dx, dy)
+            x, y = bubble.x + dx * reach, bubble.y + dy * reach
+            left = x if dx > 0 else x - wide if dx < 0 else x - wide / 2
+            bottom = y if dy > 0 else y - high if dy < 0 else y - high / 2
+            boxes.append(_Box(left, bottom, left + wide, bottom + high))
+        for box in boxes:
             if _is_free(box, bubbles, names, side):
                 names.append(box)
                 spots.append(LabelSpot(box.left, (box.bottom + box.top) / 2, bubbles[k].name))
                 break
     return spots
-
-
-def _candidates(bubble: Bubble, size: float) -> list[_Box]:
-    """Return the places for a name around its bubble, nearest to reading order first."""
-    wide, high = width_pt(bubble.name, size), 1.15 * size
-    boxes = []
-    for dx, dy in DIRECTIONS:
-        reach = (bubble.radius + GAP) / math.hypot(dx, dy)
-        x, y = bubble.x + dx * reach, bubble.y + dy * reach
-        left = x if dx > 0 else x - wide if dx < 0 else x - wide / 2
-        bottom = y if dy > 0 else y - high if dy < 0 else y - high / 2
-        boxes.append(_Box(left, bottom, left + wide, bottom + high))
-    return boxes
 
 
 def _is_free(box: _Box, bubbles: Sequence[Bubble], taken: Sequence[_Box], side: float) -> bool:

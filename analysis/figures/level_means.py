@@ -66,7 +66,23 @@ def level_rows(selected: Selected, settings: LevelSettings) -> tuple[Row, ...]:
     for attribute in selected.outcomes:
         part = selected.table[selected.table["attribute"] == attribute].reset_index(drop=True)
         if len(part):
-            rows += _rows(part, attribute, settings, selected, groups)
+            for mean in _intervals(part, attribute, settings, selected, groups).to_dict("records"):
+                half = mean["sd"] if settings.whiskers == "sd" else mean["half"]
+                known = not math.isnan(half + mean["mean"])
+                rows.append(
+                    {
+                        "attribute": attribute,
+                        **{name: str(mean[name]) for name in settings.by},
+                        "n": int(mean["n"]),
+                        "mean": nan_to_none(float(mean["mean"])),
+                        "sd": nan_to_none(float(mean["sd"])),
+                        "low": float(mean["mean"] - half) if known else None,
+                        "high": float(mean["mean"] + half) if known else None,
+                        "ratings_min": int(mean["ratings_min"]),
+                        "ratings_max": int(mean["ratings_max"]),
+                        "note": str(mean["note"]) if settings.whiskers != "none" else "",
+                    }
+                )
     return with_families(rows, selected.table, settings)
 
 
@@ -74,31 +90,6 @@ def with_families(rows: Sequence[Row], table: pd.DataFrame, settings: LevelSetti
     """Return the rows with the family of their level: its column, the first of several factors, or none."""
     families = _families(table, settings, list(dict.fromkeys(_key(row, settings.by) for row in rows)))
     return tuple({**row, "family": families[_key(row, settings.by)]} for row in rows)
-
-
-def _rows(
-    part: pd.DataFrame, attribute: str, settings: LevelSettings, selected: Selected, groups: Sequence[str]
-) -> list[Row]:
-    means = _intervals(part, attribute, settings, selected, groups)
-    rows: list[Row] = []
-    for mean in means.to_dict("records"):
-        half = mean["sd"] if settings.whiskers == "sd" else mean["half"]
-        known = not math.isnan(half + mean["mean"])
-        rows.append(
-            {
-                "attribute": attribute,
-                **{name: str(mean[name]) for name in settings.by},
-                "n": int(mean["n"]),
-                "mean": nan_to_none(float(mean["mean"])),
-                "sd": nan_to_none(float(mean["sd"])),
-                "low": float(mean["mean"] - half) if known else None,
-                "high": float(mean["mean"] + half) if known else None,
-                "ratings_min": int(mean["ratings_min"]),
-                "ratings_max": int(mean["ratings_max"]),
-                "note": str(mean["note"]) if settings.whiskers != "none" else "",
-            }
-        )
-    return rows
 
 
 def _intervals(

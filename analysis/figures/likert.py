@@ -62,7 +62,16 @@ def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
     Raises DataRefused where the scale is not known, an answer lies beyond it, or bars meet an answer between points.
     """
     low, high = _scale_ends(settings, inputs.selected)
-    cells = _cells(settings, inputs.selected)
+    frame = inputs.selected.table
+    require_columns(settings, frame, ["participant", "attribute", "value"])
+    if settings.form is not None and "form" in frame.columns:
+        forms = texts_of(frame, "form")
+        if settings.form not in forms:
+            raise DataRefused(
+                f"figure {settings.name!r}: no form {settings.form!r}; {nearest(settings.form, sorted(set(forms)))}"
+            )
+        frame = frame.loc[[form == settings.form for form in forms]]
+    cells = person_cells(frame, ["attribute"], levels=inputs.selected.levels)
     items = {item[0]: _answers(settings, cells, j, (low, high)) for j, item in enumerate(cells.cells)}
     known = {item: answers for item, answers in items.items() if answers}
     if not known:
@@ -84,7 +93,19 @@ def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
     words = {"items": order, "low": low, "high": high, "ends": settings.ends, "style": settings.style}
     words["letters"] = settings.letters
     title = settings.title or "Answers to the questionnaire"
-    return FigureData(fill_columns(rows), title, _caption(settings, cells, items, words), words)
+    people = count(len(cells.participants), "participant")
+    ends = f" ({low} = {settings.ends[0]}, {high} = {settings.ends[1]})" if any(settings.ends) else ""
+    silent = [item for item, answers in items.items() if not answers]
+    lost = f" Without an answer in numbers: {', '.join(silent)}." if silent else ""
+    several = " The mean of a participant's answers counts." if cells.counts.max(initial=0) > 1 else ""
+    reading = {
+        "boxes": "Boxes: quartiles, the heavy line the median; whiskers: the furthest answers within 1.5 interquartile"
+        " ranges; dots: participants, equal answers side by side; diamonds: means.",
+        "bars": "Bars: the share of participants that chose each point, to the left and right of the scale's middle; at"
+        " the sides the shares below and above it.",
+    }[settings.style]
+    caption = f"Answers of {people} on a scale from {low} to {high}{ends}. {reading}{several}{lost}"
+    return FigureData(fill_columns(rows), title, caption, words)
 
 
 def _scale_ends(settings: LikertSettings, selected: Selected) -> tuple[int, int]:
@@ -99,20 +120,6 @@ def _scale_ends(settings: LikertSettings, selected: Selected) -> tuple[int, int]
             f" at most {MOST_POINTS} points, are expected"
         )
     return int(low), int(high)
-
-
-def _cells(settings: LikertSettings, selected: Selected) -> PersonCells:
-    """Return the answers, participants x items of the form. Raises DataRefused where there is no such form."""
-    frame = selected.table
-    require_columns(settings, frame, ["participant", "attribute", "value"])
-    if settings.form is not None and "form" in frame.columns:
-        forms = texts_of(frame, "form")
-        if settings.form not in forms:
-            raise DataRefused(
-                f"figure {settings.name!r}: no form {settings.form!r}; {nearest(settings.form, sorted(set(forms)))}"
-            )
-        frame = frame.loc[[form == settings.form for form in forms]]
-    return person_cells(frame, ["attribute"], levels=selected.levels)
 
 
 def _answers(settings: LikertSettings, cells: PersonCells, j: int, ends: tuple[int, int]) -> dict[str, float]:
@@ -148,23 +155,6 @@ def _point_rows(item: str, values: Sequence[float], low: int, high: int) -> list
     ]
 
 
-def _caption(
-    settings: LikertSettings, cells: PersonCells, items: dict[str, dict[str, float]], words: dict[str, Any]
-) -> str:
-    people = count(len(cells.participants), "participant")
-    ends = f" ({words['low']} = {settings.ends[0]}, {words['high']} = {settings.ends[1]})" if any(settings.ends) else ""
-    silent = [item for item, answers in items.items() if not answers]
-    lost = f" Without an answer in numbers: {', '.join(silent)}." if silent else ""
-    several = " The mean of a participant's answers counts." if cells.counts.max(initial=0) > 1 else ""
-    reading = {
-        "boxes": "Boxes: quartiles, the heavy line the median; whiskers: the furthest answers within 1.5 interquartile"
-        " ranges; dots: participants, equal answers side by side; diamonds: means.",
-        "bars": "Bars: the share of participants that chose each point, to the left and right of the scale's middle; at"
-        " the sides the shares below and above it.",
-    }[settings.style]
-    return f"Answers of {people} on a scale from {words['low']} to {words['high']}{ends}. {reading}{several}{lost}"
-
-
 def draw(data: FigureData) -> DrawnFigure:
     """Draw boxes or diverging bars, as the settings say."""
     return _draw_bars(data) if data.words["style"] == "bars" else _draw_boxes(data)
@@ -180,31 +170,41 @@ def _draw_boxes(data: FigureData) -> DrawnFigure:
     axes.set(xlim=(low - 0.4, high + 0.4), ylim=(len(items) - 0.45, -0.6))
     few = sum(row["shows"] == "answer" for row in data.rows) <= MOST_MARKS
     for place, item in enumerate(items):
-        summary_row = next(row for row in data.rows if row["shows"] == "item" and row["item"] == item)
+        row = next(row for row in data.rows if row["shows"] == "item" and row["item"] == item)
         answers = [row for row in data.rows if row["shows"] == "answer" and row["item"] == item]
-        _draw_box(axes, summary_row, place)
+        # The box stands above the middle of the row, so that the dots have the room below.
+        q1, middle, q3 = (to_float(row[name]) for name in ("q1", "median", "q3"))
+        y, half = place - 0.12, 0.17
+        reach = [to_float(row["whisker_low"]), to_float(row["whisker_high"])]
+        axes.plot(reach, [y, y], color=SOFT, linewidth=1.0, zorder=2)
+        for at in reach:
+            axes.plot([at, at], [y - half / 2, y + half / 2], color=SOFT, linewidth=1.0, zorder=2)
+        box = Rectangle((q1, y - half), q3 - q1, 2 * half, facecolor=BOX, edgecolor=SOFT, linewidth=1.0, zorder=3)
+        axes.add_patch(box)
+        axes.plot([middle, middle], [y - half, y + half], color=INK, linewidth=2.4, zorder=4, solid_capstyle="butt")
         _draw_dots(axes, marks, answers, place, few)
-        _draw_mean(axes, marks, summary_row, place)
-    _set_box_axes(axes, data, items)
+        _draw_mean(axes, marks, row, place)
+    axes.set_yticks([i - 0.05 for i in range(len(items))], [item_name(data, item) for item in items], fontsize=9)
+    axes.set_xticks(range(low, high + 1))
+    axes.grid(visible=True, axis="x", color=FAINT)
+    axes.axvline((low + high) / 2, color=SOFT, linewidth=0.8, zorder=0.6)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+    axes.text(1.01, -0.62, "mean ± SD", transform=axes.get_yaxis_transform(), va="bottom", fontsize=7.5, color=SOFT)
+    for at, word, ha in ((low, data.words["ends"][0], "left"), (high, data.words["ends"][1], "right")):
+        look: dict[str, Any] = {
+            "xycoords": ("data", "axes fraction"),
+            "textcoords": "offset points",
+            "ha": ha,
+            "va": "top",
+        }
+        outside = at - 0.1 if ha == "left" else at + 0.1
+        axes.annotate(fold(word, 30), (outside, 0), (0, -20), fontsize=8.5, color=SOFT, **look)
     return DrawnFigure(figure, marks.all())
 
 
-def _draw_box(axes: Axes, row: Row, place: int) -> None:
-    """Draw the box above the row's middle, so that the dots have the room below."""
-    q1, middle, q3 = (to_float(row[name]) for name in ("q1", "median", "q3"))
-    y, half = place - 0.12, 0.17
-    axes.plot(
-        [to_float(row["whisker_low"]), to_float(row["whisker_high"])], [y, y], color=SOFT, linewidth=1.0, zorder=2
-    )
-    for end in ("whisker_low", "whisker_high"):
-        at = to_float(row[end])
-        axes.plot([at, at], [y - half / 2, y + half / 2], color=SOFT, linewidth=1.0, zorder=2)
-    axes.add_patch(Rectangle((q1, y - half), q3 - q1, 2 * half, facecolor=BOX, edgecolor=SOFT, linewidth=1.0, zorder=3))
-    axes.plot([middle, middle], [y - half, y + half], color=INK, linewidth=2.4, zorder=4, solid_capstyle="butt")
-
-
 def _draw_dots(axes: Axes, marks: Marks, rows: Sequence[Row], place: int, few: bool) -> None:
-    """Draw equal answers side by side along the axis, in lines under the box."""
+    """Draw equal answers side by side, centred on the answer, in lines of up to nine under the box."""
     values = [to_float(row["value"]) for row in rows]
     look: dict[str, Any] = {
         "linestyle": "",
@@ -213,19 +213,6 @@ def _draw_dots(axes: Axes, marks: Marks, rows: Sequence[Row], place: int, few: b
         "markeredgewidth": 0.4,
         "markeredgecolor": PAPER,
     }
-    for row, (x, down) in zip(rows, _dot_places(values), strict=True):
-        (dot,) = axes.plot([x], [place + 0.15 + down], color=OKABE_ITO[0], zorder=5, **look)
-        if few:
-            value = format_number(to_float(row["value"]), 1).removesuffix(".0")
-            marks.add(
-                dot, (("participant", str(row["participant"])), (str(row["item"]), value)), str(row["participant"])
-            )
-
-
-def _dot_places(values: Sequence[float]) -> list[tuple[float, float]]:
-    """Return places of equal answers: in rows of up to nine, centred on the answer, pressed together where they are
-    many.
-    """
     most = max(map(list(values).count, values), default=1)
     abreast, lines = 9, -(-most // 9)
     step, down = 0.078, min(0.1, 0.22 / max(lines - 1, 1))
@@ -235,7 +222,11 @@ def _dot_places(values: Sequence[float]) -> list[tuple[float, float]]:
         i = seen[value] = seen.get(value, -1) + 1
         count = min(abreast, list(values).count(value) - i // abreast * abreast)
         places.append((value + step * (i % abreast - (count - 1) / 2), i // abreast * down))
-    return places
+    for row, (x, down) in zip(rows, places, strict=True):
+        (dot,) = axes.plot([x], [place + 0.15 + down], color=OKABE_ITO[0], zorder=5, **look)
+        if few:
+            person, answer = str(row["participant"]), format_number(to_float(row["value"]), 1).removesuffix(".0")
+            marks.add(dot, (("participant", person), (str(row["item"]), answer)), person)
 
 
 def _draw_mean(axes: Axes, marks: Marks, row: Row, place: int) -> None:
@@ -256,30 +247,6 @@ def _draw_mean(axes: Axes, marks: Marks, row: Row, place: int) -> None:
     axes.text(1.075, place - 0.1, spread, transform=place_of, va="center", fontsize=8, color=SOFT)
 
 
-def _set_box_axes(axes: Axes, data: FigureData, items: Sequence[str]) -> None:
-    low, high = data.words["low"], data.words["high"]
-    axes.set_yticks([i - 0.05 for i in range(len(items))], [item_name(data, item) for item in items], fontsize=9)
-    axes.set_xticks(range(low, high + 1))
-    axes.grid(visible=True, axis="x", color=FAINT)
-    axes.axvline((low + high) / 2, color=SOFT, linewidth=0.8, zorder=0.6)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_visible(False)
-    axes.text(1.01, -0.62, "mean ± SD", transform=axes.get_yaxis_transform(), va="bottom", fontsize=7.5, color=SOFT)
-    for at, word, ha in ((low, data.words["ends"][0], "left"), (high, data.words["ends"][1], "right")):
-        place = (at - 0.1 if ha == "left" else at + 0.1, 0)
-        axes.annotate(
-            fold(word, 30),
-            place,
-            (0, -20),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha=ha,
-            va="top",
-            fontsize=8.5,
-            color=SOFT,
-        )
-
-
 def item_name(data: FigureData, item: str) -> str:
     """Return an item's name as the drawing writes it."""
     return fold(item.replace("_", " "), int(data.words["letters"]))
@@ -297,57 +264,6 @@ def _draw_bars(data: FigureData) -> DrawnFigure:
     for place, item in enumerate(items):
         rows = [row for row in data.rows if row["shows"] == "point" and row["item"] == item]
         _draw_bar(axes, marks, rows, place, points)
-    _set_bar_axes(axes, data, items, points)
-    return DrawnFigure(figure, marks.all())
-
-
-def point_colours(points: int) -> list[str]:
-    """Return colours from the low to the high end, the middle grey where the scale has one."""
-    half = points // 2
-    low = LinearSegmentedColormap.from_list("low", LOW)
-    high = LinearSegmentedColormap.from_list("high", HIGH)
-    steps = [i / max(half - 1, 1) for i in range(half)]
-    return [*(to_hex(low(s)) for s in steps), *([MIDDLE] if points % 2 else []), *(to_hex(high(s)) for s in steps)]
-
-
-def _draw_bar(axes: Axes, marks: Marks, rows: Sequence[Row], place: int, points: Sequence[int]) -> None:
-    half, odd = len(points) // 2, len(points) % 2
-    below = sum(to_float(row["share"]) for row in rows[:half])
-    above = sum(to_float(row["share"]) for row in rows[half + odd :])
-    at = -below - (to_float(rows[half]["share"]) / 2 if odd else 0.0)
-    for i, (row, fill) in enumerate(zip(rows, point_colours(len(points)), strict=True)):
-        share = to_float(row["share"])
-        if share > 0:
-            _draw_segment(axes, marks, row, (at, share, float(place)), fill, "////" if i < half else "")
-        at += share
-    for x, share, side in ((-0.01, below, "right"), (1.01, above, "left")):
-        axes.text(
-            x,
-            place,
-            format_percent(share),
-            transform=axes.get_yaxis_transform(),
-            ha=side,
-            va="center",
-            fontsize=8.5,
-            color=INK,
-        )
-
-
-def _draw_segment(axes: Axes, marks: Marks, row: Row, at: tuple[float, float, float], fill: str, hatch: str) -> None:
-    """Draw one point's share of a bar; how many chose it stands there where there is room."""
-    left, share, place = at
-    look: dict[str, Any] = {"color": fill, "edgecolor": PAPER, "linewidth": 0.8, "hatch": hatch}
-    bar = axes.barh([place], [share], 0.72, left=[left], **look)[0]
-    chosen = f"{row['count']} ({format_percent(share)})"
-    details = (("item", str(row["item"])), ("point", f"{to_float(row['value']):g}"), ("chosen by", chosen))
-    marks.add(bar, details, str(row["item"]))
-    if share >= 0.06:
-        boxed = {"facecolor": fill, "edgecolor": "none", "pad": 0.8} if hatch else None
-        look = {"ha": "center", "va": "center", "fontsize": 8, "color": readable_ink(fill), "bbox": boxed}
-        axes.text(left + share / 2, place, str(row["count"]), **look)
-
-
-def _set_bar_axes(axes: Axes, data: FigureData, items: Sequence[str], points: Sequence[int]) -> None:
     bars: list[Any] = list(axes.patches)
     ends = [x for bar in bars for x in (bar.get_x(), bar.get_x() + bar.get_width())]
     left, right = min(-0.15, *ends), max(0.15, *ends)
@@ -371,6 +287,40 @@ def _set_bar_axes(axes: Axes, data: FigureData, items: Sequence[str], points: Se
         handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(points), frameon=False, fontsize=8,
         labelcolor=SOFT, handlelength=1.1, handleheight=1.1, columnspacing=0.9, handletextpad=0.4,
     )  # fmt: skip
+    return DrawnFigure(figure, marks.all())
+
+
+def point_colours(points: int) -> list[str]:
+    """Return colours from the low to the high end, the middle grey where the scale has one."""
+    half = points // 2
+    low = LinearSegmentedColormap.from_list("low", LOW)
+    high = LinearSegmentedColormap.from_list("high", HIGH)
+    steps = [i / max(half - 1, 1) for i in range(half)]
+    return [*(to_hex(low(s)) for s in steps), *([MIDDLE] if points % 2 else []), *(to_hex(high(s)) for s in steps)]
+
+
+def _draw_bar(axes: Axes, marks: Marks, rows: Sequence[Row], place: int, points: Sequence[int]) -> None:
+    half, odd = len(points) // 2, len(points) % 2
+    below = sum(to_float(row["share"]) for row in rows[:half])
+    above = sum(to_float(row["share"]) for row in rows[half + odd :])
+    at = -below - (to_float(rows[half]["share"]) / 2 if odd else 0.0)
+    for i, (row, fill) in enumerate(zip(rows, point_colours(len(points)), strict=True)):
+        share = to_float(row["share"])
+        if share > 0:
+            hatch = "////" if i < half else ""
+            look: dict[str, Any] = {"color": fill, "edgecolor": PAPER, "linewidth": 0.8, "hatch": hatch}
+            bar = axes.barh([float(place)], [share], 0.72, left=[at], **look)[0]
+            chosen = f"{row['count']} ({format_percent(share)})"
+            details = (("item", str(row["item"])), ("point", f"{to_float(row['value']):g}"), ("chosen by", chosen))
+            marks.add(bar, details, str(row["item"]))
+            if share >= 0.06:  # room for the number who chose it
+                boxed = {"facecolor": fill, "edgecolor": "none", "pad": 0.8} if hatch else None
+                look = {"ha": "center", "va": "center", "fontsize": 8, "color": readable_ink(fill), "bbox": boxed}
+                axes.text(at + share / 2, float(place), str(row["count"]), **look)
+        at += share
+    for x, share, side in ((-0.01, below, "right"), (1.01, above, "left")):
+        look = {"transform": axes.get_yaxis_transform(), "ha": side, "va": "center", "fontsize": 8.5, "color": INK}
+        axes.text(x, place, format_percent(share), **look)
 
 
 LIKERT = FigureKind(LikertSettings, data, draw, takes="forms")

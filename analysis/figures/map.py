@@ -91,7 +91,24 @@ def data(inputs: FigureInput, settings: MapSettings) -> FigureData:
         )
     points = _point_rows(settings, inputs.selected, answer)
     if vectors is not None:
-        _demand_same_map(settings, points, vectors)
+        # Vectors that were fitted to another configuration would point nowhere in this one.
+        fitted = {
+            str(row[settings.over]): _coordinates(settings, row, PLACES)
+            for row in vectors.more.get("configuration", ())
+        }
+        reach = max(math.hypot(point["x"], point["y"]) for point in points)
+        apart = [
+            str(point["stimulus"])
+            for point in points
+            if fitted
+            and math.dist(fitted.get(point["stimulus"], (math.inf, 0.0)), (point["x"], point["y"])) > NEAR * reach
+        ]
+        if apart:
+            raise DataRefused(
+                f"figure {settings.name!r}: its vectors were fitted to another map than it shows"
+                f" ({phrase(apart[:3])} lie elsewhere); give the test of vectors the `on` and the other settings of"
+                " the map's test"
+            )
     rows = [
         *points,
         *_ellipse_rows(settings, answer),
@@ -159,24 +176,6 @@ def _point_rows(settings: MapSettings, selected: Selected, answer: Answer) -> li
             }
         )
     return rows
-
-
-def _demand_same_map(settings: MapSettings, points: list[dict[str, Any]], vectors: Answer) -> None:
-    """Refuse vectors that were fitted to another configuration: they would point nowhere in this one."""
-    fitted = {
-        str(row[settings.over]): _coordinates(settings, row, PLACES) for row in vectors.more.get("configuration", ())
-    }
-    reach = max(math.hypot(point["x"], point["y"]) for point in points)
-    apart = [
-        str(point["stimulus"])
-        for point in points
-        if fitted and math.dist(fitted.get(point["stimulus"], (math.inf, 0.0)), (point["x"], point["y"])) > NEAR * reach
-    ]
-    if apart:
-        raise DataRefused(
-            f"figure {settings.name!r}: its vectors were fitted to another map than it shows ({phrase(apart[:3])} lie"
-            " elsewhere); give the test of vectors the `on` and the other settings of the map's test"
-        )
 
 
 def _column_by_stimulus(
@@ -262,18 +261,52 @@ def draw(data: FigureData) -> DrawnFigure:
     figure = Figure(figsize=(spans[0] * per_unit + 0.75 + legend_in, spans[1] * per_unit + 0.65), layout="constrained")
     axes, marks = figure.add_subplot(), Marks()
     axes.set(xlim=limits[0], ylim=limits[1], aspect="equal")
-    _set_axes(axes, data)
+    axes.grid(visible=True, color=FAINT, linewidth=0.4)
+    for spine in axes.spines.values():
+        spine.set(visible=True, color=FAINT)
+    axes.tick_params(labelsize=7.5, labelcolor=SOFT)
+    axes.locator_params(nbins=7)
+    first, second = data.words["dimensions"]
+    axes.set_xlabel(f"dimension {first}", color=SOFT)
+    axes.set_ylabel(f"dimension {second}", color=SOFT)
     look = dict(zip(classes, colours_and_shapes(len(classes)), strict=True))
     points = _rows_of(data, "point")
     colours = {str(row["stimulus"]): _look_of(look, row)[0] for row in points}
     for row in _rows_of(data, "ellipse"):
-        _draw_ellipse(axes, row, colours.get(str(row["stimulus"]), SOFT))
+        colour, place = colours.get(str(row["stimulus"]), SOFT), (to_float(row["x"]), to_float(row["y"]))
+        sides, angle = [2 * to_float(row[name]) for name in ("semi_major", "semi_minor")], to_float(row["angle_deg"])
+        fill: dict[str, Any] = {"facecolor": colour, "alpha": 0.10, "linewidth": 0, "zorder": 1}
+        edge: dict[str, Any] = {"fill": False, "edgecolor": tint(colour, 0.6), "linewidth": 0.6, "zorder": 1.1}
+        for style in (fill, edge):
+            axes.add_patch(Ellipse(place, *sides, angle=angle, **style))
     taken = _draw_arrows(axes, marks, data, limits, per_unit * 72)
     for row in points:
-        _draw_point(axes, marks, row, *_look_of(look, row))
-    _draw_names(axes, points, limits, per_unit * 72, taken)
+        x, y, (colour, shape) = to_float(row["x"]), to_float(row["y"]), _look_of(look, row)
+        style = {"markerfacecolor": colour, "markeredgecolor": PAPER, "markeredgewidth": 0.7}
+        (point,) = axes.plot([x], [y], linestyle="", marker=shape, markersize=6.2, zorder=4, **style)
+        details = [("stimulus", str(row["stimulus"]))]
+        details += [("label", str(row["label"]))] if row["label"] != row["stimulus"] else []
+        details += [("class", str(row["class"]))] if row["class"] is not None else []
+        details.append(("place", f"{format_number(x)}, {format_number(y)}"))
+        marks.add(point, tuple(details), str(row["stimulus"]))
+    # The points' names; in a crowded map those without a free place are read on pointing only.
+    size = 7.0 if len(points) <= 60 else 5.6
+    names = [shorten(str(row["label"]), 22) for row in points]
+    corner, per_unit_pt = (limits[0][0], limits[1][0]), per_unit * 72
+    places = [
+        ((to_float(r["x"]) - corner[0]) * per_unit_pt, (to_float(r["y"]) - corner[1]) * per_unit_pt) for r in points
+    ]
+    for row, name, spot in zip(points, names, place_beside_points(places, names, size, taken), strict=True):
+        if spot.free or len(points) <= 12:
+            _written(axes, name, (to_float(row["x"]), to_float(row["y"])), (spot.x, spot.y), size, INK, "normal")
     if classes:
-        _legend(figure, look, str(data.words["class_name"]))
+        dot: dict[str, Any] = {"linestyle": "", "markersize": 6.2, "markeredgecolor": PAPER, "markeredgewidth": 0.5}
+        handles = [Line2D([], [], marker=shape, color=colour, **dot) for colour, shape in look.values()]
+        figure.legend(
+            handles, [fold(level, 26) for level in look], title=str(data.words["class_name"]),
+            loc="outside right upper", frameon=False, fontsize=8 if len(look) <= 24 else 6, labelcolor=INK,
+            handletextpad=0.2, alignment="left",
+        )  # fmt: skip
     return DrawnFigure(figure, marks.all())
 
 
@@ -289,7 +322,17 @@ def _limits(data: FigureData) -> list[tuple[float, float]]:
     """Return the ends of both axes with room for ellipses, arrows and names; the shorter one at least 0.55 of the
     longer.
     """
-    boxes = [_reach(row) for row in data.rows if row["shows"] != "vector"]
+    boxes = []
+    for row in data.rows:
+        if row["shows"] == "vector":
+            continue
+        x, y, wide, tall = to_float(row["x"]), to_float(row["y"]), 0.0, 0.0
+        if row["shows"] == "ellipse":
+            major, minor, angle = (to_float(row[name]) for name in ("semi_major", "semi_minor", "angle_deg"))
+            turn = math.radians(angle)
+            wide = math.hypot(major * math.cos(turn), minor * math.sin(turn))
+            tall = math.hypot(major * math.sin(turn), minor * math.cos(turn))
+        boxes.append((x - wide, x + wide, y - tall, y + tall))
     if _rows_of(data, "vector"):
         (x, y), radius = _ring(data)
         boxes.append((x - 1.12 * radius, x + 1.12 * radius, y - 1.12 * radius, y + 1.12 * radius))
@@ -302,52 +345,12 @@ def _limits(data: FigureData) -> list[tuple[float, float]]:
     return limits
 
 
-def _reach(row: Row) -> tuple[float, float, float, float]:
-    """Return how far a point or an ellipse reaches along both axes."""
-    x, y = to_float(row["x"]), to_float(row["y"])
-    if row["shows"] == "point":
-        return x, x, y, y
-    major, minor, angle = (to_float(row[name]) for name in ("semi_major", "semi_minor", "angle_deg"))
-    turn = math.radians(angle)
-    wide = math.hypot(major * math.cos(turn), minor * math.sin(turn))
-    tall = math.hypot(major * math.sin(turn), minor * math.cos(turn))
-    return x - wide, x + wide, y - tall, y + tall
-
-
 def _ring(data: FigureData) -> tuple[tuple[float, float], float]:
     """Return middle and radius of the ring of R = 1: about the points' mean, as far as most of them."""
     places = np.array([(to_float(row["x"]), to_float(row["y"])) for row in _rows_of(data, "point")])
     middle = places[0] + (places - places[0]).mean(axis=0)
     radius = float(np.quantile(np.hypot(*(places - middle).T), 0.9)) or 1.0
     return (float(middle[0]), float(middle[1])), radius
-
-
-def _set_axes(axes: Axes, data: FigureData) -> None:
-    axes.grid(visible=True, color=FAINT, linewidth=0.4)
-    for spine in axes.spines.values():
-        spine.set(visible=True, color=FAINT)
-    axes.tick_params(labelsize=7.5, labelcolor=SOFT)
-    axes.locator_params(nbins=7)
-    first, second = data.words["dimensions"]
-    axes.set_xlabel(f"dimension {first}", color=SOFT)
-    axes.set_ylabel(f"dimension {second}", color=SOFT)
-
-
-def _draw_ellipse(axes: Axes, row: Row, colour: str) -> None:
-    sides = 2 * to_float(row["semi_major"]), 2 * to_float(row["semi_minor"])
-    place = (to_float(row["x"]), to_float(row["y"]))
-    fill = Ellipse(place, *sides, angle=to_float(row["angle_deg"]), facecolor=colour, alpha=0.10, linewidth=0, zorder=1)
-    edge = Ellipse(
-        place,
-        *sides,
-        angle=to_float(row["angle_deg"]),
-        fill=False,
-        edgecolor=tint(colour, 0.6),
-        linewidth=0.6,
-        zorder=1.1,
-    )
-    axes.add_patch(fill)
-    axes.add_patch(edge)
 
 
 def _draw_arrows(
@@ -368,27 +371,20 @@ def _draw_arrows(
         way = np.array([to_float(row["x"]), to_float(row["y"])])
         tip, tail = np.array(middle) + reach * way, np.array(middle) - reach * way
         sure = row["p"] is not None and to_float(row["p"]) < data.words["alpha"]
-        style: dict[str, Any] = {"color": INK if sure else SOFT, "linewidth": 1.3 if sure else 0.9}
+        colour = INK if sure else SOFT
         arrow: dict[str, Any] = {
-            "arrowstyle": "-|>,head_length=0.5,head_width=0.22",
-            "shrinkA": 0,
-            "shrinkB": 0,
-            **style,
+            **{"arrowstyle": "-|>,head_length=0.5,head_width=0.22", "shrinkA": 0, "shrinkB": 0, "color": colour},
+            **{"linewidth": 1.3 if sure else 0.9, "linestyle": "-" if sure else (0, (4, 2))},
         }
-        drawn: Any = axes.annotate(
-            "",
-            (float(tip[0]), float(tip[1])),
-            middle,
-            arrowprops={**arrow, "linestyle": "-" if sure else (0, (4, 2))},
-            zorder=2,
-        )
-        marks.add(drawn.arrow_patch, _vector_details(row), str(row["attribute"]))
-        axes.plot(
-            [middle[0], tail[0]], [middle[1], tail[1]], color=style["color"], linewidth=0.6, alpha=0.6, zorder=1.9
-        )
+        drawn: Any = axes.annotate("", (float(tip[0]), float(tip[1])), middle, arrowprops=arrow, zorder=2)
+        name = f"{row['attribute']} – {row['antonym']}" if row["antonym"] else str(row["attribute"])
+        p = [] if row["p"] is None else [("p", format_p(to_float(row["p"])).removeprefix("p = ").removeprefix("p "))]
+        details = (("attribute", name), ("R²", format_number(to_float(row["r2"]))), *p)
+        marks.add(drawn.arrow_patch, details, str(row["attribute"]))
+        axes.plot([middle[0], tail[0]], [middle[1], tail[1]], color=colour, linewidth=0.6, alpha=0.6, zorder=1.9)
         high, low = row["antonym"] or row["attribute"], row["attribute"] if row["antonym"] else ""
         for word, at, sign, weight in ((high, tip, 1, "bold"), (low, tail, -1, "normal")):
-            taken += _draw_word(axes, str(word), at, sign * way, weight, style["color"], (limits, per_unit), taken)
+            taken += _draw_word(axes, str(word), at, sign * way, weight, colour, (limits, per_unit), taken)
     return taken[points:]
 
 
@@ -425,54 +421,6 @@ def _written(
     axes.annotate(
         text, at, by, textcoords="offset points", ha="center", va="center_baseline", fontsize=size, color=colour,
         fontweight=weight, zorder=5, path_effects=halo,
-    )  # fmt: skip
-
-
-def _draw_point(axes: Axes, marks: Marks, row: Row, colour: str, shape: str) -> None:
-    look: dict[str, Any] = {
-        "markersize": 6.2,
-        "markerfacecolor": colour,
-        "markeredgecolor": PAPER,
-        "markeredgewidth": 0.7,
-    }
-    (point,) = axes.plot([to_float(row["x"])], [to_float(row["y"])], linestyle="", marker=shape, zorder=4, **look)
-    names = [("stimulus", str(row["stimulus"]))]
-    names += [("label", str(row["label"]))] if row["label"] != row["stimulus"] else []
-    names += [("class", str(row["class"]))] if row["class"] is not None else []
-    places = [("place", f"{format_number(to_float(row['x']))}, {format_number(to_float(row['y']))}")]
-    marks.add(point, (*names, *places), str(row["stimulus"]))
-
-
-def _vector_details(row: Row) -> tuple[tuple[str, str], ...]:
-    name = f"{row['attribute']} – {row['antonym']}" if row["antonym"] else str(row["attribute"])
-    p = [] if row["p"] is None else [("p", format_p(to_float(row["p"])).removeprefix("p = ").removeprefix("p "))]
-    return (("attribute", name), ("R²", format_number(to_float(row["r2"]))), *p)
-
-
-def _draw_names(
-    axes: Axes, points: Sequence[Row], limits: Sequence[tuple[float, float]], per_unit: float, taken: Sequence[Area]
-) -> None:
-    """Write the points' names; in a crowded map those without a free place are read on pointing only."""
-    size = 7.0 if len(points) <= 60 else 5.6
-    names = [shorten(str(row["label"]), 22) for row in points]
-    places = [
-        ((to_float(r["x"]) - limits[0][0]) * per_unit, (to_float(r["y"]) - limits[1][0]) * per_unit) for r in points
-    ]
-    for row, name, spot in zip(points, names, place_beside_points(places, names, size, taken), strict=True):
-        if spot.free or len(points) <= 12:
-            _written(axes, name, (to_float(row["x"]), to_float(row["y"])), (spot.x, spot.y), size, INK, "normal")
-
-
-def _legend(figure: Figure, look: dict[str, tuple[str, str]], name: str) -> None:
-    handles = [
-        Line2D(
-            [], [], linestyle="", marker=shape, markersize=6.2, color=colour, markeredgecolor=PAPER, markeredgewidth=0.5
-        )
-        for colour, shape in look.values()
-    ]
-    figure.legend(
-        handles, [fold(level, 26) for level in look], title=name, loc="outside right upper", frameon=False,
-        fontsize=8 if len(look) <= 24 else 6, labelcolor=INK, handletextpad=0.2, alignment="left",
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -28,7 +28,7 @@ from palpate.analysis.figures.lettering import decimals_for, fold, format_number
 from palpate.analysis.figures.style import INK, PAPER, SOFT, colours_and_shapes, quiet_axes, tint
 from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.ratings.person_cells import PersonCells, person_cells, texts_of
+from palpate.analysis.ratings.person_cells import person_cells, texts_of
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
 
@@ -60,16 +60,33 @@ def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
     ratings = _manipulated(settings, selected)
     by_size = tuple(sorted(set(ratings["target"].tolist()), key=float))
     cells = person_cells(ratings, ["attribute", "target"], levels={**selected.levels, "target": by_size})
-    rows = [row for j in range(len(cells.cells)) for row in _rows(cells, j)]
-    if not rows:
+    summaries: list[dict[str, Any]] = []
+    values: list[dict[str, Any]] = []
+    for j, (attribute, text) in enumerate(cells.cells):
+        answers = [(person, float(cells.values[i, j])) for i, person in enumerate(cells.participants)]
+        given = [(person, value) for person, value in answers if not np.isnan(value)]
+        if given:
+            head, numbers = {"attribute": attribute, "target": float(text)}, [value for _, value in given]
+            errors = np.sort(np.abs(np.array(numbers) - float(text)))
+            summaries.append({"shows": "target", **head, **summary(numbers), "mae": float(np.mean(errors))})
+            values += [{"shows": "value", **head, "participant": person, "value": value} for person, value in given]
+    if not summaries:
         raise DataRefused(f"figure {settings.name!r}: every rating of a manipulated attribute is missing")
-    attributes = list(dict.fromkeys(str(row["attribute"]) for row in rows))
-    targets = sorted({float(row["target"]) for row in rows})
+    attributes = list(dict.fromkeys(str(row["attribute"]) for row in summaries))
+    targets = sorted({float(row["target"]) for row in summaries})
     antonyms = {name: selected.antonyms.get(name, "") for name in attributes}
     words = {"attributes": attributes, "targets": targets, "antonyms": antonyms, "scale": selected.scale}
     title = settings.title or "Ratings of the manipulated attribute"
-    ordered = sorted(rows, key=lambda row: row["shows"] == "value")
-    return FigureData(fill_columns(ordered), title, _caption(cells, targets), words)
+    written = ", ".join(f"{target:g}" for target in targets)
+    most = int(cells.counts.max(initial=0))
+    repeats = f" (the mean of up to {most} repeats)" if most > 1 else ""
+    caption = (
+        f"For each attribute the ratings of the stimuli that were made to feel {written} on it, the other attributes'"
+        f" ratings not shown. Dots: {count(len(cells.participants), 'participant')}{repeats}; half violins: Gaussian"
+        " kernel densities (Silverman's bandwidth), mirrored at the ends of the scale; large marks: means with ± 1 SD;"
+        " dashed lines: the targets; below: the mean absolute error (MAE)."
+    )
+    return FigureData(fill_columns([*summaries, *values]), title, caption, words)
 
 
 def _manipulated(settings: MatchingSettings, selected: Selected) -> pd.DataFrame:
@@ -94,32 +111,6 @@ def _manipulated(settings: MatchingSettings, selected: Selected) -> pd.DataFrame
     return selection.assign(target=[repr(value) for value in targets])
 
 
-def _rows(cells: PersonCells, j: int) -> list[dict[str, Any]]:
-    """Return the rows of one attribute's one target: its summary, then each participant's value."""
-    attribute, target = cells.cells[j][0], float(cells.cells[j][1])
-    answers = [(person, float(cells.values[i, j])) for i, person in enumerate(cells.participants)]
-    given = [(person, value) for person, value in answers if not np.isnan(value)]
-    if not given:
-        return []
-    head = {"attribute": attribute, "target": target}
-    errors = np.sort(np.abs(np.array([value for _, value in given]) - target))
-    numbers = {**summary([value for _, value in given]), "mae": float(np.mean(errors))}
-    values = [{"shows": "value", **head, "participant": person, "value": value} for person, value in given]
-    return [{"shows": "target", **head, **numbers}, *values]
-
-
-def _caption(cells: PersonCells, targets: Sequence[float]) -> str:
-    written = ", ".join(f"{target:g}" for target in targets)
-    most = int(cells.counts.max(initial=0))
-    repeats = f" (the mean of up to {most} repeats)" if most > 1 else ""
-    return (
-        f"For each attribute the ratings of the stimuli that were made to feel {written} on it, the other attributes'"
-        f" ratings not shown. Dots: {count(len(cells.participants), 'participant')}{repeats}; half violins: Gaussian"
-        " kernel densities (Silverman's bandwidth), mirrored at the ends of the scale; large marks: means with ± 1 SD;"
-        " dashed lines: the targets; below: the mean absolute error (MAE)."
-    )
-
-
 @dataclass(frozen=True)
 class _Slot:
     """Where one target's ratings stand: beside `x`, towards `side`, at most `reach` wide."""
@@ -133,21 +124,43 @@ class _Slot:
 
 def draw(data: FigureData) -> DrawnFigure:
     """Draw a slot for each attribute: the lower target's ratings left of its middle, the higher one's right of it."""
-    attributes = data.words["attributes"]
+    attributes, targets, scale = data.words["attributes"], data.words["targets"], data.words["scale"]
     lines = math.ceil(len(attributes) / ABREAST)
     abreast = math.ceil(len(attributes) / lines)
-    slot_in = SLOT_IN * max(1.0, 0.5 * len(data.words["targets"]))
+    slot_in = SLOT_IN * max(1.0, 0.5 * len(targets))
     size = (max(slot_in * abreast + 0.9, 4.4), HIGH_IN * lines + 0.35)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(lines, 1, squeeze=False, sharey=True)[:, 0]
-    marks, limits = Marks(), _limits(data)
+    values = [to_float(row["value"]) for row in data.rows if row["shows"] == "value"]
+    ends = [*values, *targets, *(scale or ())]
+    low, high = min(ends), max(ends)
+    margin = 0.03 * (high - low) or 0.5
+    marks, limits = Marks(), (low - margin, high + margin)
     for line, axes in enumerate(grid):
         here = attributes[line * abreast : (line + 1) * abreast]
-        _set_axes(axes, data, limits, here, abreast)
+        axes.set(xlim=(-0.55, abreast - 0.45), ylim=limits, ylabel="rating")
+        if scale is not None:
+            axes.set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
+        quiet_axes(axes)
+        axes.tick_params(axis="x", pad=17)
+        _write_below(axes, "MAE", (0, 0), -6, "axes fraction", {"ha": "right", "color": SOFT})
+        axes.set_xticks(range(len(here)), [fold(name, 15) for name in here], fontsize=8.5, fontweight="bold")
         for place, attribute in enumerate(here):
-            for target, slot in zip(data.words["targets"], _slots(data.words["targets"], place), strict=True):
+            antonym = fold(data.words["antonyms"][attribute], 15)
+            look: dict[str, Any] = {"fontsize": 8.5, "fontweight": "bold", "color": INK, "ha": "center", "va": "bottom"}
+            axes.text(place, 1.02, antonym, transform=axes.get_xaxis_transform(), **look)
+            if place:
+                axes.axvline(place - 0.5, color="#e7ebef", linewidth=0.8, zorder=0)
+        for place, attribute in enumerate(here):
+            for target, slot in zip(targets, _slots(targets, place), strict=True):
                 _draw_target(axes, marks, data, (attribute, target), slot)
-    _draw_legend(figure, data.words["targets"])
+    handles = [
+        Line2D([], [], color=colour, marker=shape, linestyle=(0, (3, 1.6)), markersize=5, markeredgecolor=PAPER)
+        for colour, shape in colours_and_shapes(len(targets))
+    ]
+    names = [f"made to feel {target:g}" for target in targets]
+    columns = max(1, int(figure.get_figwidth() / 1.5))
+    figure.legend(handles, names, loc="outside upper left", ncols=columns, frameon=False, fontsize=8.5, labelcolor=SOFT)
     return DrawnFigure(figure, marks.all())
 
 
@@ -159,34 +172,6 @@ def _slots(targets: Sequence[float], place: int) -> list[_Slot]:
         return [_Slot(place + s * gap, s, 0.40, *looks[j]) for j, s in enumerate((-1, 1)[: len(targets)])]
     wide = 0.86 / len(targets)
     return [_Slot(place - 0.43 + wide * (j + 0.12), 1, 0.84 * wide, *looks[j]) for j in range(len(targets))]
-
-
-def _limits(data: FigureData) -> tuple[float, float]:
-    values = [to_float(row["value"]) for row in data.rows if row["shows"] == "value"]
-    ends = [*values, *data.words["targets"], *(data.words["scale"] or ())]
-    low, high = min(ends), max(ends)
-    margin = 0.03 * (high - low) or 0.5
-    return low - margin, high + margin
-
-
-def _set_axes(
-    axes: Axes, data: FigureData, limits: tuple[float, float], attributes: Sequence[str], abreast: int
-) -> None:
-    axes.set(xlim=(-0.55, abreast - 0.45), ylim=limits, ylabel="rating")
-    scale = data.words["scale"]
-    if scale is not None:
-        axes.set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
-    quiet_axes(axes)
-    antonyms = data.words["antonyms"]
-    axes.tick_params(axis="x", pad=17)
-    _write_below(axes, "MAE", (0, 0), -6, "axes fraction", {"ha": "right", "color": SOFT})
-    axes.set_xticks(range(len(attributes)), [fold(name, 15) for name in attributes], fontsize=8.5, fontweight="bold")
-    for place, attribute in enumerate(attributes):
-        high = fold(antonyms[attribute], 15)
-        look: dict[str, Any] = {"fontsize": 8.5, "fontweight": "bold", "color": INK, "ha": "center", "va": "bottom"}
-        axes.text(place, 1.02, high, transform=axes.get_xaxis_transform(), **look)
-        if place:
-            axes.axvline(place - 0.5, color="#e7ebef", linewidth=0.8, zorder=0)
 
 
 def _write_below(
@@ -201,25 +186,28 @@ def _draw_target(axes: Axes, marks: Marks, data: FigureData, place: tuple[str, f
     rows = [row for row in data.rows if (row["attribute"], row["target"]) == place]
     if not rows:
         return
-    summary_row, values = rows[0], [row for row in rows if row["shows"] == "value"]
+    row, values = rows[0], [row for row in rows if row["shows"] == "value"]
     ends = (slot.x, slot.x + slot.side * slot.reach)
     axes.plot(ends, [place[1]] * 2, color=slot.colour, linewidth=1.5, linestyle=(0, (3, 1.6)), zorder=2.5)
-    _draw_half_violin(axes, [to_float(row["value"]) for row in values], slot, data.words["scale"])
-    _draw_dots(
-        axes, marks, values, slot, axes.get_ylim(), sum(row["shows"] == "value" for row in data.rows) <= MOST_MARKS
-    )
-    _draw_mean(axes, marks, summary_row, slot)
-    at = slot.x + slot.side * slot.reach / 2
-    mae = format_number(to_float(summary_row["mae"]), decimals_for([to_float(summary_row["mae"])]))
-    _write_below(axes, mae, (at, 0), 0, axes.get_xaxis_transform(), {"ha": "center", "color": slot.colour})
-
-
-def _draw_half_violin(axes: Axes, values: Sequence[float], slot: _Slot, scale: Sequence[float] | None) -> None:
-    at, heights = density(values, *(scale or (None, None)))
+    at, heights = density([to_float(value["value"]) for value in values], *(data.words["scale"] or (None, None)))
     if len(at):
         edge = slot.x + slot.side * 0.9 * slot.reach * heights
         axes.fill_betweenx(at, slot.x, edge, color=tint(slot.colour, 0.25), linewidth=0, zorder=1)
         axes.plot(edge, at, color=tint(slot.colour, 0.7), linewidth=0.7, zorder=1.1)
+    few = sum(row["shows"] == "value" for row in data.rows) <= MOST_MARKS
+    _draw_dots(axes, marks, values, slot, axes.get_ylim(), few)
+    x, mean = slot.x + slot.side * 0.045, to_float(row["mean"])
+    if row["sd"] is not None:
+        axes.errorbar([x], [mean], [to_float(row["sd"])], fmt="none", ecolor=INK, elinewidth=1.1, zorder=4)
+    look: dict[str, Any] = {"markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.2, "markersize": 6.5}
+    (mark,) = axes.plot([x], [mean], marker=slot.shape, linestyle="", zorder=5, **look)
+    names = {"mean": "mean", "sd": "SD", "mae": "MAE"}
+    parts = [(name, format_number(to_float(row[of]), 1)) for of, name in names.items() if row[of] is not None]
+    where = (("attribute", str(row["attribute"])), ("target", f"{to_float(row['target']):g}"))
+    marks.add(mark, (*where, *parts, ("n", str(row["n"]))), str(row["attribute"]))
+    middle = slot.x + slot.side * slot.reach / 2
+    mae = format_number(to_float(row["mae"]), decimals_for([to_float(row["mae"])]))
+    _write_below(axes, mae, (middle, 0), 0, axes.get_xaxis_transform(), {"ha": "center", "color": slot.colour})
 
 
 def _draw_dots(
@@ -247,28 +235,6 @@ def _draw_dots(
                 for name, of in (("target", "target"), ("rating", "value"))
             ]
             marks.add(dot, (*parts, *numbers), str(row["participant"]))
-
-
-def _draw_mean(axes: Axes, marks: Marks, row: Row, slot: _Slot) -> None:
-    x, mean = slot.x + slot.side * 0.045, to_float(row["mean"])
-    if row["sd"] is not None:
-        axes.errorbar([x], [mean], [to_float(row["sd"])], fmt="none", ecolor=INK, elinewidth=1.1, zorder=4)
-    look: dict[str, Any] = {"markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.2, "markersize": 6.5}
-    (mark,) = axes.plot([x], [mean], marker=slot.shape, linestyle="", zorder=5, **look)
-    names: Mapping[str, Any] = {"mean": "mean", "sd": "SD", "mae": "MAE"}
-    parts = [(name, format_number(to_float(row[of]), 1)) for of, name in names.items() if row[of] is not None]
-    where = (("attribute", str(row["attribute"])), ("target", f"{to_float(row['target']):g}"))
-    marks.add(mark, (*where, *parts, ("n", str(row["n"]))), str(row["attribute"]))
-
-
-def _draw_legend(figure: Figure, targets: Sequence[float]) -> None:
-    handles = [
-        Line2D([], [], color=colour, marker=shape, linestyle=(0, (3, 1.6)), markersize=5, markeredgecolor=PAPER)
-        for colour, shape in colours_and_shapes(len(targets))
-    ]
-    names = [f"made to feel {target:g}" for target in targets]
-    abreast = max(1, int(figure.get_figwidth() / 1.5))
-    figure.legend(handles, names, loc="outside upper left", ncols=abreast, frameon=False, fontsize=8.5, labelcolor=SOFT)
 
 
 MATCHING = FigureKind(MatchingSettings, data, draw)

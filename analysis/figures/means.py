@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 
+from palpate.analysis.figures.columns import to_float
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, Marks
 from palpate.analysis.figures.lettering import elide, widest_pt
 from palpate.analysis.figures.level_means import (
-    Key,
     LevelPlaces,
     LevelSettings,
     level_name,
@@ -139,21 +139,17 @@ def _draw_panel(
     )
     for bar, (key, row) in zip(bars.patches, rows_at.items(), strict=True):
         marks.add(bar, places.details(row, words), level_name(key))
-    _draw_whiskers(axes, rows_at, places)
-    set_level_axis(axes, list(places.at.values()), [places.written[key] for key in places.at], width)
-    write_poles(axes, attribute, scale)
-
-
-def _draw_whiskers(axes: Axes, rows_at: Mapping[Key, Mapping[str, Any]], places: LevelPlaces) -> None:
-    """Draw every whisker of a panel with its two ends, all together."""
+    # Every whisker of the panel with its two ends, all together.
     known = [
         (places.at[key], row) for key, row in rows_at.items() if row["low"] is not None and row["high"] is not None
     ]
     if known:
         x = [at for at, _ in known]
-        low, high = ([float(row[end]) for _, row in known] for end in ("low", "high"))
+        low, high = ([to_float(row[end]) for _, row in known] for end in ("low", "high"))
         axes.vlines(x, low, high, color=INK, linewidth=0.9, zorder=3)
         axes.plot([*x, *x], [*low, *high], "_", color=INK, markersize=3.6, zorder=3)
+    set_level_axis(axes, list(places.at.values()), [places.written[key] for key in places.at], width)
+    write_poles(axes, attribute, scale)
 
 
 def _draw_legend(axes: Axes, places: LevelPlaces, words: Mapping[str, Any]) -> None:
@@ -161,7 +157,14 @@ def _draw_legend(axes: Axes, places: LevelPlaces, words: Mapping[str, Any]) -> N
     looks = _looks(places)
     families = [name for name in places.members if name]
     handles = [Patch(facecolor=looks[name][0], hatch=looks[name][1], edgecolor=PAPER, alpha=0.88) for name in families]
-    labels = [_family_name(places, name) for name in families]
+    labels = []
+    for family in families:
+        # With the first and last level, where levels are named at the axis by themselves.
+        keys = places.members[family]
+        ends = [places.written[keys[0]], places.written[keys[-1]]]
+        span = " – ".join(elide(end, 20) for end in ends[: min(2, len(keys))])
+        alone = len(places.by) > 1 or ends == [family, family]
+        labels.append(elide(family, 40) if alone else f"{elide(family, 32)}  ({span})")
     if handles:
         key = axes.legend(handles, labels, loc="upper left", frameon=False, handlelength=1.6, borderaxespad=0)
         key.set_in_layout(False)
@@ -169,16 +172,6 @@ def _draw_legend(axes: Axes, places: LevelPlaces, words: Mapping[str, Any]) -> N
     note += f"\nWhiskers: {words['whiskers']}." if words["whiskers"] else ""
     text = axes.text(0.0, 0.0, note, transform=axes.transAxes, ha="left", va="bottom", fontsize=8.0, color=SOFT)
     text.set_in_layout(False)
-
-
-def _family_name(places: LevelPlaces, family: str) -> str:
-    """Return a family's name with its first and last level, where levels are named at the axis by themselves."""
-    keys = places.members[family]
-    ends = [places.written[keys[0]], places.written[keys[-1]]]
-    if len(places.by) > 1 or ends == [family, family]:
-        return elide(family, 40)
-    span = " – ".join(elide(end, 20) for end in ends[: min(2, len(keys))])
-    return f"{elide(family, 32)}  ({span})"
 
 
 MEANS = FigureKind(MeansSettings, data, draw)

@@ -68,7 +68,9 @@ def data(inputs: FigureInput, settings: OrderEffectSettings) -> FigureData:
     selected, table = inputs.selected, inputs.selected.table
     demand_attributes(settings.name, selected)
     require_columns(settings, table, (settings.position, settings.stimulus))
-    adjust, why = _adjust(settings, table)
+    adjust, why = settings.adjust, ""
+    if adjust == "stimulus" and table["participant"].nunique() == 1:
+        adjust, why = "none", " (with one participant, position and stimulus are the same thing)"
     effects = {
         name: _effect(table[table["attribute"] == name], "value", settings, adjust)
         for name in selected.outcomes
@@ -94,26 +96,13 @@ def data(inputs: FigureInput, settings: OrderEffectSettings) -> FigureData:
         caption += " Carry-over: how much of the effect of the stimulus before a rating takes on (+) or turns from (−)."
     scale = scale_ends(selected)
     words = {"attributes": attribute_words(selected), "scale": scale, "step": STEP}
-    caption += _cut_note(rows, scale)
-    return FigureData(tuple(rows), settings.title or "Ratings along the session.", caption, words)
-
-
-def _cut_note(rows: Sequence[Row], scale: Sequence[float]) -> str:
-    """Return what a caption says of whiskers that the panels cut: these never span more than 0.6 of the scale."""
+    # Whiskers that the panels cut: these never span more than 0.6 of the scale.
     bins = [row for row in rows if row["kind"] == "bin" and row["measure"] != TIME]
     wide = sum(
         len(b := numbers_in([row], "low", "high")) == 2 and b[1] - b[0] > 0.6 * (scale[1] - scale[0]) for row in bins
     )
-    return f" {count(wide, 'whisker')} cut at the edge of a panel; the table has the ends." if wide else ""
-
-
-def _adjust(settings: OrderEffectSettings, table: pd.DataFrame) -> tuple[Literal["stimulus", "none"], str]:
-    """Return what is taken out, and why not what the settings say: one participant cannot tell position from
-    stimulus.
-    """
-    if settings.adjust == "stimulus" and table["participant"].nunique() == 1:
-        return "none", " (with one participant, position and stimulus are the same thing)"
-    return settings.adjust, ""
+    caption += f" {count(wide, 'whisker')} cut at the edge of a panel; the table has the ends." if wide else ""
+    return FigureData(tuple(rows), settings.title or "Ratings along the session.", caption, words)
 
 
 def _effect(
@@ -218,7 +207,14 @@ def draw(data: FigureData) -> DrawnFigure:
     )
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
     attributes = {attribute["name"]: attribute for attribute in data.words["attributes"]}
-    marks, span = Marks(), _span(data)
+    # One span for all attributes: as wide as the widest course, at least an eighth of the scale.
+    low, high = data.words["scale"]
+    widest = float(high - low) / 8
+    for measure in dict.fromkeys(row["measure"] for row in data.rows if row["measure"] != TIME):
+        own = [row for row in data.rows if row["measure"] == measure and row["kind"] == "bin"]
+        reach = numbers_in(own, "low", "high", "value")
+        widest = max(widest, 1.15 * (max(reach) - min(reach)))
+    marks, span = Marks(), min(widest, 0.6 * float(high - low))
     for place, (panel, measure) in enumerate(zip(axes, measures, strict=False)):
         own = [row for row in data.rows if row["measure"] == measure]
         _draw_course(panel, own, data.words, None if measure == TIME else span, marks)
@@ -232,17 +228,6 @@ def draw(data: FigureData) -> DrawnFigure:
     for empty in axes[panels:]:
         empty.set_axis_off()
     return DrawnFigure(figure, marks.all())
-
-
-def _span(data: FigureData) -> float:
-    """Return one span for all attributes: as wide as the widest course, at least an eighth of the scale."""
-    low, high = data.words["scale"]
-    widest = float(high - low) / 8
-    for measure in dict.fromkeys(row["measure"] for row in data.rows if row["measure"] != TIME):
-        own = [row for row in data.rows if row["measure"] == measure and row["kind"] == "bin"]
-        reach = numbers_in(own, "low", "high", "value")
-        widest = max(widest, 1.15 * (max(reach) - min(reach)))
-    return min(widest, 0.6 * float(high - low))
 
 
 def _draw_course(axes: Axes, own: Sequence[Row], words: Mapping[str, Any], span: float | None, marks: Marks) -> None:

@@ -17,7 +17,7 @@ from palpate.analysis.figures.figure_kind import MOST_MARKS, DrawnFigure, Figure
 from palpate.analysis.figures.lettering import decimals_for, fold, format_number, format_percent, shorten
 from palpate.analysis.figures.predictions import Prediction, PredictionSettings, chosen_column, read_predictions
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, colours_and_shapes
-from palpate.analysis.plans.answers import Row, Selected
+from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.undefined import nan_to_none
@@ -70,29 +70,31 @@ def data(inputs: FigureInput, settings: PredictedSettings) -> FigureData:
     ]
     column = chosen_column(settings, "sd", selected) if isinstance(settings.sd, str) else None
     predictions = read_predictions(settings, selected, labels, [*intervals, *([column] if column else [])])
-    sds = _sds(settings, predictions.points, column)
+    panels = sorted({_panel_name(settings, point) for point in predictions.points})
+    sds = dict.fromkeys(panels, math.nan)  # of each panel, NaN where it is undefined or 0
+    for panel in panels:
+        shared = settings.band == "global" or isinstance(settings.sd, float | int)
+        own = (point for point in predictions.points if shared or _panel_name(settings, point) == panel)
+        sds[panel] = _sd(settings, tuple(own), column)
     rows = tuple(
         _row(settings, point, sds[_panel_name(settings, point)], attribute, intervals) for point in predictions.points
     )
     caption = f"{_caption(settings, column, rows)}{predictions.note()}"
-    return FigureData(
-        rows, settings.title or "Predicted against actual values", caption, _words(settings, selected, rows)
-    )
+    colours = [str(row["colour"]) for row in rows] if settings.colour else []
+    levels = ordered_levels(selected, settings.colour, colours) if settings.colour else ()
+    names = bipolar_names(selected, {str(row["attribute"]) for row in rows if row.get("attribute")})
+    words = {
+        "names": names,
+        "scale": selected.scale,
+        "unit": settings.unit,
+        "colour": settings.colour or "",
+        "colours": levels,
+    }
+    return FigureData(rows, settings.title or "Predicted against actual values", caption, words)
 
 
 def _panel_name(settings: PredictedSettings, point: Prediction) -> str:
     return point.labels[settings.panels] if settings.panels else ""
-
-
-def _sds(settings: PredictedSettings, predictions: tuple[Prediction, ...], column: str | None) -> dict[str, float]:
-    """Return the SD of each panel, NaN where it is undefined or 0."""
-    panels = sorted({_panel_name(settings, prediction) for prediction in predictions})
-    by_panel = {
-        name: [prediction for prediction in predictions if _panel_name(settings, prediction) == name] for name in panels
-    }
-    if settings.band == "global" or isinstance(settings.sd, float | int):
-        return dict.fromkeys(panels, _sd(settings, predictions, column))
-    return {name: _sd(settings, tuple(own), column) for name, own in by_panel.items()}
 
 
 def _sd(settings: PredictedSettings, predictions: tuple[Prediction, ...], column: str | None) -> float:
@@ -140,19 +142,6 @@ def _within(point: Prediction, reach: float) -> bool:
     return abs(point.error) <= reach + slack
 
 
-def _words(settings: PredictedSettings, selected: Selected, rows: tuple[Row, ...]) -> dict[str, Any]:
-    colours = [str(row["colour"]) for row in rows] if settings.colour else []
-    levels = ordered_levels(selected, settings.colour, colours) if settings.colour else ()
-    names = bipolar_names(selected, {str(row["attribute"]) for row in rows if row.get("attribute")})
-    return {
-        "names": names,
-        "scale": selected.scale,
-        "unit": settings.unit,
-        "colour": settings.colour or "",
-        "colours": levels,
-    }
-
-
 def _caption(settings: PredictedSettings, column: str | None, rows: tuple[Row, ...]) -> str:
     if isinstance(settings.sd, float | int):
         source = f"an SD of {settings.sd:g}, as given"
@@ -179,17 +168,31 @@ def draw(data: FigureData) -> DrawnFigure:
     limits, levels = _limits(data), data.words["colours"]
     look = dict(zip(levels, colours_and_shapes(len(levels)), strict=True)) or {"": (OKABE_ITO[1], "o")}
     sheet = _sheet(data, panels, limits)
-    figure, grid = _panels(sheet)
-    marks = Marks()
-    for place, (panel, axes) in enumerate(zip(panels, grid, strict=True)):
+    wide, tall = sheet.size
+    figure, marks = Figure(figsize=(wide, tall)), Marks()
+    for place, panel in enumerate(panels):
+        line, column = divmod(place, sheet.columns)
+        top = sheet.key_high + line * (sheet.side + sheet.head) + sheet.head
+        corner = (sheet.left + column * (sheet.side + GAP)) / wide, 1 - (top + sheet.side) / tall
+        axes = figure.add_axes((*corner, sheet.side / wide, sheet.side / tall))
         rows = [row for row in data.rows if row["panel"] == panel]
         _draw_panel(axes, rows, limits, sheet.side)
         axes.tick_params(labelleft=place % sheet.columns == 0, labelbottom=place + sheet.columns >= len(panels))
         _draw_points(axes, marks, rows, look, len(data.rows) <= MOST_MARKS)
         axes.set_title(sheet.titles[place], fontsize=sheet.title_pt)
-    _name_axes(figure, sheet, str(data.words["unit"]))
+    written = f" ({data.words['unit']})" if data.words["unit"] else ""
+    middle = (sheet.left + (wide - GAP)) / 2 / wide, 1 - (sheet.key_high + (tall - FOOT)) / 2 / tall
+    figure.text(middle[0], 0.12 / tall, f"actual{written}", ha="center", va="center", fontsize=9.5)
+    figure.text(0.14 / wide, middle[1], f"predicted{written}", ha="center", va="center", rotation=90, fontsize=9.5)
     if sheet.keys:
-        _draw_legend(figure, sheet, look)
+        handles = [
+            Line2D([], [], linestyle="", marker=shape, markersize=5.5, markerfacecolor=colour, markeredgecolor=PAPER)
+            for colour, shape in look.values()
+        ]
+        figure.legend(
+            handles, sheet.keys, loc="upper left", bbox_to_anchor=(sheet.left / wide, 1 - 0.02 / tall), borderaxespad=0,
+            ncols=sheet.key_columns, frameon=False, fontsize=8, labelcolor=SOFT, handletextpad=0.2, columnspacing=1.2,
+        )  # fmt: skip
     return DrawnFigure(figure, marks.all())
 
 
@@ -232,19 +235,6 @@ def _sheet(data: FigureData, panels: Sequence[str], limits: tuple[float, float])
     across = max(1, int((columns * (side + GAP)) / (0.42 + 0.072 * max(map(len, keys), default=1))))
     title_pt = 10.0 if side > 1.8 else 7.0
     return _Sheet(columns, math.ceil(len(panels) / columns), side, left, titles, title_pt, keys, across)
-
-
-def _panels(sheet: _Sheet) -> tuple[Figure, list[Axes]]:
-    """Return the figure and its panels, line by line."""
-    wide, tall = sheet.size
-    figure = Figure(figsize=(wide, tall))
-    panels = []
-    for place in range(len(sheet.titles)):
-        line, column = divmod(place, sheet.columns)
-        top = sheet.key_high + line * (sheet.side + sheet.head) + sheet.head
-        corner = (sheet.left + column * (sheet.side + GAP)) / wide, 1 - (top + sheet.side) / tall
-        panels.append(figure.add_axes((*corner, sheet.side / wide, sheet.side / tall)))
-    return figure, panels
 
 
 def _level_name(data: FigureData, level: str) -> str:
@@ -290,28 +280,19 @@ def _draw_panel(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], si
     size = 7.5 if side > 1.8 else 4.8
     boxed: dict[str, Any] = {"facecolor": PAPER, "alpha": 0.75, "edgecolor": "none", "pad": 1.0}
     place: dict[str, Any] = {"transform": axes.transAxes, "fontsize": size, "color": INK, "zorder": 5, "bbox": boxed}
-    axes.text(0.03, 0.97, _band_shares(rows, side > 1.8), va="top", **place)
-    axes.text(0.97, 0.03, _error_text(rows, side > 1.8), va="bottom", ha="right", **place)
-
-
-def _band_shares(rows: Sequence[Row], wide: bool) -> str:
-    """Return how many points lie within each band."""
-    if rows[0]["sd"] is None:
-        return ""
-    inner, outer = (sum(bool(row[name]) for row in rows) / len(rows) for name in ("within_half_sd", "within_one_sd"))
-    if not wide:
-        return f"{format_percent(inner)}\n{format_percent(outer)}"
-    return f"± 0.5 SD: {format_percent(inner)}\n± 1 SD: {format_percent(outer)}"
-
-
-def _error_text(rows: Sequence[Row], wide: bool) -> str:
-    errors = np.array([to_float(row["error"]) for row in rows])
-    largest = float(np.max(np.abs(errors))) or 1.0
-    mae, rmse = float(np.mean(np.abs(errors))), largest * float(np.sqrt(np.mean((errors / largest) ** 2)))
-    digits = decimals_for([rmse])
-    if not wide:
-        return f"n {len(rows)}"
-    return f"n = {len(rows)}\nMAE {format_number(mae, digits)}\nRMSE {format_number(rmse, digits)}"
+    shares, counts = "", f"n {len(rows)}"
+    if sd is not None:
+        within = (sum(bool(row[name]) for row in rows) / len(rows) for name in ("within_half_sd", "within_one_sd"))
+        inner, outer = map(format_percent, within)
+        shares = f"± 0.5 SD: {inner}\n± 1 SD: {outer}" if side > 1.8 else f"{inner}\n{outer}"
+    if side > 1.8:
+        errors = np.array([to_float(row["error"]) for row in rows])
+        largest = float(np.max(np.abs(errors))) or 1.0
+        mae, rmse = float(np.mean(np.abs(errors))), largest * float(np.sqrt(np.mean((errors / largest) ** 2)))
+        digits = decimals_for([rmse])
+        counts = f"n = {len(rows)}\nMAE {format_number(mae, digits)}\nRMSE {format_number(rmse, digits)}"
+    axes.text(0.03, 0.97, shares, va="top", **place)
+    axes.text(0.97, 0.03, counts, va="bottom", ha="right", **place)
 
 
 def _draw_points(axes: Axes, marks: Marks, rows: Sequence[Row], look: Mapping[str, tuple[str, str]], few: bool) -> None:
@@ -352,26 +333,6 @@ def details(row: Row) -> tuple[tuple[str, str], ...]:
     sd = row["sd"]
     in_sd = [("error in SD", format_number(to_float(error) / to_float(sd), 2))] if sd is not None else []
     return (*different, *values, ("error", format_number(to_float(error), digits)), *in_sd)
-
-
-def _name_axes(figure: Figure, sheet: _Sheet, unit: str) -> None:
-    written = f" ({unit})" if unit else ""
-    wide, tall = sheet.size
-    middle = (sheet.left + (wide - GAP)) / 2 / wide, 1 - (sheet.key_high + (tall - FOOT)) / 2 / tall
-    figure.text(middle[0], 0.12 / tall, f"actual{written}", ha="center", va="center", fontsize=9.5)
-    figure.text(0.14 / wide, middle[1], f"predicted{written}", ha="center", va="center", rotation=90, fontsize=9.5)
-
-
-def _draw_legend(figure: Figure, sheet: _Sheet, look: Mapping[str, tuple[str, str]]) -> None:
-    handles = [
-        Line2D([], [], linestyle="", marker=shape, markersize=5.5, markerfacecolor=colour, markeredgecolor=PAPER)
-        for colour, shape in look.values()
-    ]
-    wide, tall = sheet.size
-    figure.legend(
-        handles, sheet.keys, loc="upper left", bbox_to_anchor=(sheet.left / wide, 1 - 0.02 / tall), borderaxespad=0,
-        ncols=sheet.key_columns, frameon=False, fontsize=8, labelcolor=SOFT, handletextpad=0.2, columnspacing=1.2,
-    )  # fmt: skip
 
 
 PREDICTED = FigureKind(PredictedSettings, data, draw, takes="table")

@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-import pandas as pd
-
 from palpate.analysis.figures.columns import ordered_levels, read_numbers, require_columns
 from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import Selected
@@ -69,7 +67,21 @@ def read_predictions(
     stimulus = chosen_column(settings, "stimulus", selected)
     columns = (settings.actual, settings.predicted, *([stimulus] if stimulus else []), *labels, *more)
     require_columns(settings, frame, columns)
-    predictions = _every_prediction(settings, frame, labels, more)
+    names = texts_of(frame, settings.stimulus) if settings.stimulus in frame.columns else [""] * len(frame)
+    read = {name: texts_of(frame, name) for name in labels}
+    numeric = {name: read_numbers(frame, name) for name in more}
+    predictions = [
+        Prediction(
+            names[i],
+            actual,
+            predicted,
+            {name: column[i] for name, column in read.items()},
+            {name: column[i] for name, column in numeric.items()},
+        )
+        for i, (actual, predicted) in enumerate(
+            zip(read_numbers(frame, settings.actual), read_numbers(frame, settings.predicted), strict=True)
+        )
+    ]
     known = [prediction for prediction in predictions if not math.isnan(prediction.error)]
     if not known:
         raise DataRefused(f"figure {settings.name!r}: no row has both an actual and a predicted value")
@@ -83,26 +95,6 @@ def read_predictions(
         return (*levels, natural_key(prediction.stimulus), prediction.actual, prediction.predicted)
 
     return Predictions(tuple(sorted(known, key=place)), len(predictions) - len(known))
-
-
-def _every_prediction(
-    settings: PredictionSettings, frame: pd.DataFrame, labels: tuple[str, ...], more: tuple[str, ...]
-) -> list[Prediction]:
-    names = texts_of(frame, settings.stimulus) if settings.stimulus in frame.columns else [""] * len(frame)
-    read = {name: texts_of(frame, name) for name in labels}
-    numeric = {name: read_numbers(frame, name) for name in more}
-    return [
-        Prediction(
-            names[i],
-            actual,
-            predicted,
-            {name: column[i] for name, column in read.items()},
-            {name: column[i] for name, column in numeric.items()},
-        )
-        for i, (actual, predicted) in enumerate(
-            zip(read_numbers(frame, settings.actual), read_numbers(frame, settings.predicted), strict=True)
-        )
-    ]
 
 
 def chosen_column(settings: FigureSettings, field_name: str, selected: Selected) -> str | None:

@@ -23,7 +23,7 @@ from palpate.protocols.wording import count, phrase
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.answers import Row
     from palpate.analysis.statistics.doubles import Floats
 
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -41,21 +41,6 @@ class RaincloudSettings(LevelSettings):
 def data(inputs: FigureInput, settings: RaincloudSettings) -> FigureData:
     """Return a row for each attribute, level and participant: the mean of their ratings there."""
     selected = inputs.selected
-    rows = with_families(_rows(selected, settings), selected.table, settings)
-    words = level_words(selected, settings, rows)
-    order = list(dict.fromkeys(str(row["participant"]) for row in rows))
-    caption = (
-        f"A dot is one participant's mean rating ({count(len(order), 'participant')}), {scale_note(selected)}. Boxes"
-        " are quartiles with the median, whiskers reach the last dot within 1.5 box lengths, the diamond is the mean."
-        " Curves are Gaussian kernel densities (Silverman's bandwidth), on one scale within a panel."
-    )
-    return FigureData(
-        rows, settings.title or f"Ratings of every participant by {phrase(list(settings.by))}.", caption, words
-    )
-
-
-def _rows(selected: Selected, settings: RaincloudSettings) -> list[Row]:
-    """Return one row for each attribute, level and participant who rated there."""
     demand_attributes(settings.name, selected)
     extra = () if settings.families is None else (settings.families,)
     require_columns(settings, selected.table, (*settings.by, *extra))
@@ -68,7 +53,16 @@ def _rows(selected: Selected, settings: RaincloudSettings) -> list[Row]:
                 labels = dict(zip(settings.by, levels, strict=True))
                 value, ratings = float(cells.values[i, j]), int(cells.counts[i, j])
                 rows.append({"attribute": attribute, **labels, "participant": who, "mean": value, "ratings": ratings})
-    return rows
+    with_family = with_families(rows, selected.table, settings)
+    words = level_words(selected, settings, with_family)
+    order = list(dict.fromkeys(str(row["participant"]) for row in rows))
+    caption = (
+        f"A dot is one participant's mean rating ({count(len(order), 'participant')}), {scale_note(selected)}. Boxes"
+        " are quartiles with the median, whiskers reach the last dot within 1.5 box lengths, the diamond is the mean."
+        " Curves are Gaussian kernel densities (Silverman's bandwidth), on one scale within a panel."
+    )
+    title = settings.title or f"Ratings of every participant by {phrase(list(settings.by))}."
+    return FigureData(with_family, title, caption, words)
 
 
 def draw(data: FigureData) -> DrawnFigure:
@@ -95,7 +89,12 @@ def draw(data: FigureData) -> DrawnFigure:
         empty.set_axis_off()
     axes[0].set_yticks([-height for height in places.at.values()], names, fontsize=8.0 if line_height > 0.3 else 6.5)
     axes[0].set_ylim(-max(places.at.values()) - 0.55, 0.75)
-    _draw_legend(figure, places)
+    if any(places.members):
+        colours = places.colours()
+        handles = [Patch(facecolor=colours[name], alpha=0.6) for name in places.members]
+        families = [elide(name, 24) for name in places.members]
+        columns = min(len(families), 6)
+        figure.legend(handles, families, loc="outside lower center", ncols=columns, frameon=False, fontsize=8.5)
     return DrawnFigure(figure, marks.all())
 
 
@@ -109,7 +108,20 @@ def _draw_panel(
     room: int,
 ) -> None:
     scale = (data.words["scale"][0], data.words["scale"][1])
-    _set_axes(axes, scale, attribute, [float(row["mean"] or 0.0) for row in data.rows], room)
+    means = [float(row["mean"] or 0.0) for row in data.rows]
+    margin = 0.02 * (scale[1] - scale[0])
+    axes.set_xlim(min([scale[0], *means]) - margin, max([scale[1], *means]) + margin)
+    axes.set_xticks(quarters(scale))
+    axes.xaxis.set_major_formatter(lambda value, _: format_signed(value, scale))
+    axes.grid(visible=True, axis="x")
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+    axes.tick_params(labelsize=8)
+    if attribute["high"]:
+        axes.set_title(elide(attribute["low"], room // 2 - 1), loc="left", fontsize=9)
+        axes.set_title(elide(attribute["high"], room // 2 - 1), loc="right", fontsize=9)
+    else:
+        axes.set_title(attribute_title(attribute, room))
     rows_at: dict[tuple[str, ...], list[Row]] = {}
     for row in data.rows:
         if row["attribute"] == attribute["name"]:
@@ -125,22 +137,6 @@ def _draw_panel(
         axes.fill_between(x, y + 0.14, y + 0.14 + 0.52 * height / top, color=colour, alpha=0.45, linewidth=0.6)
         _draw_box(axes, values[key], y, colour, marks, (attribute["name"], key, places))
         _draw_dots(axes, rows, y, colour, people, marks if dots else None)
-
-
-def _set_axes(axes: Axes, scale: Ends, attribute: Mapping[str, Any], values: Sequence[float], room: int) -> None:
-    margin = 0.02 * (scale[1] - scale[0])
-    axes.set_xlim(min([scale[0], *values]) - margin, max([scale[1], *values]) + margin)
-    axes.set_xticks(quarters(scale))
-    axes.xaxis.set_major_formatter(lambda value, _: format_signed(value, scale))
-    axes.grid(visible=True, axis="x")
-    for side in ("left", "bottom"):
-        axes.spines[side].set_visible(False)
-    axes.tick_params(labelsize=8)
-    if attribute["high"]:
-        axes.set_title(elide(attribute["low"], room // 2 - 1), loc="left", fontsize=9)
-        axes.set_title(elide(attribute["high"], room // 2 - 1), loc="right", fontsize=9)
-    else:
-        axes.set_title(attribute_title(attribute, room))
 
 
 def _density(values: Floats, scale: Ends) -> tuple[Floats, Floats]:
@@ -207,16 +203,6 @@ def _draw_dots(
         levels = [(name, str(row[name])) for name in row if name not in ("participant", "mean", "ratings", "family")]
         who = str(row["participant"])
         marks.add(dot, (("participant", who), *levels, ("mean", format_number(x))), who)
-
-
-def _draw_legend(figure: Figure, places: LevelPlaces) -> None:
-    """Write the families' names beside their colours, where there are several."""
-    if not any(places.members):
-        return
-    colours = places.colours()
-    handles = [Patch(facecolor=colours[name], alpha=0.6) for name in places.members]
-    names = [elide(name, 24) for name in places.members]
-    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 6), frameon=False, fontsize=8.5)
 
 
 RAINCLOUD = FigureKind(RaincloudSettings, data, draw)

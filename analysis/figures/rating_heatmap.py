@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -73,7 +74,13 @@ def data(inputs: FigureInput, settings: RatingHeatmapSettings) -> FigureData:
         people, numbers = (selected.table[name].astype(str) for name in ("participant", "group"))
         groups = dict(zip(people, numbers, strict=True))
     order = _order(cells, groups, settings.order)
-    rows = _rows(cells, selected.outcomes, order, levels, settings.by)
+    place = {cell: j for j, cell in enumerate(cells.cells)}
+    rows: list[Row] = []
+    for attribute, i, level in product(selected.outcomes, order, levels):
+        j = place.get((attribute, level))
+        value = math.nan if j is None else float(cells.values[i, j])
+        head = {"attribute": attribute, "participant": cells.participants[i], settings.by: level}
+        rows.append({**head, "mean": nan_to_none(value)})
     missing = sum(row["mean"] is None for row in rows)
     way = "as their ratings resemble each other" if settings.order == "similarity" else "by their numbers"
     way += ", groups apart" if len(set(groups.values())) > 1 and settings.order == "similarity" else ""
@@ -91,7 +98,7 @@ def data(inputs: FigureInput, settings: RatingHeatmapSettings) -> FigureData:
         "attributes": attribute_words(selected),
         "scale": scale_ends(selected),
     }
-    return FigureData(rows, settings.title or f"Every rating, by participant and {settings.by}.", caption, words)
+    return FigureData(tuple(rows), settings.title or f"Every rating, by participant and {settings.by}.", caption, words)
 
 
 def _order(cells: PersonCells, groups: Mapping[str, str], how: str) -> list[int]:
@@ -107,21 +114,6 @@ def _order(cells: PersonCells, groups: Mapping[str, str], how: str) -> list[int]
         members = members_of[name]
         ordered += [members[k] for k in similar_order(cells.values[members])]
     return ordered
-
-
-def _rows(
-    cells: PersonCells, attributes: Sequence[str], order: Sequence[int], levels: Sequence[str], by: str
-) -> tuple[Row, ...]:
-    place = {cell: j for j, cell in enumerate(cells.cells)}
-    rows: list[Row] = []
-    for attribute in attributes:
-        for i in order:
-            for level in levels:
-                j = place.get((attribute, level))
-                value = math.nan if j is None else float(cells.values[i, j])
-                head = {"attribute": attribute, "participant": cells.participants[i], by: level}
-                rows.append({**head, "mean": nan_to_none(value)})
-    return tuple(rows)
 
 
 def draw(data: FigureData) -> DrawnFigure:
@@ -142,7 +134,16 @@ def draw(data: FigureData) -> DrawnFigure:
         _write_names(
             panel, "y", words["participants"] if not column else [], 72 * room.panel[1] / len(words["participants"])
         )
-    _draw_key(figure, room, shade, words)
+    # What the shades mean, at the right of the first line of panels.
+    height = min(2.6, room.panel[1])
+    box = figure.add_axes(_share(room, room.width - BAR + 0.05, room.height - TOP - height, 0.13, height))
+    bar = figure.colorbar(shade, cax=box)
+    ticks = quarters(scale)[:: 1 if height > 1.2 else 2]
+    bar.set_ticks(ticks, labels=[format_signed(value, scale) for value in ticks], fontsize=8)
+    bar.outline.set_visible(False)
+    if any(attribute["high"] for attribute in words["attributes"]):
+        box.set_title("second\nword", fontsize=7.5, fontweight="normal", color=SOFT, loc="left", pad=4)
+        box.text(0, -0.12 / height, "first\nword", transform=box.transAxes, fontsize=7.5, color=SOFT, va="top")
     return DrawnFigure(figure, marks.all())
 
 
@@ -178,20 +179,6 @@ def _share(room: _Sheet, left: float, bottom: float, width: float, height: float
     return left / room.width, bottom / room.height, width / room.width, height / room.height
 
 
-def _draw_key(figure: Figure, room: _Sheet, shade: ScalarMappable, words: Mapping[str, Any]) -> None:
-    """Draw what the shades mean, at the right of the first line of panels."""
-    scale = (words["scale"][0], words["scale"][1])
-    height = min(2.6, room.panel[1])
-    box = figure.add_axes(_share(room, room.width - BAR + 0.05, room.height - TOP - height, 0.13, height))
-    bar = figure.colorbar(shade, cax=box)
-    ticks = quarters(scale)[:: 1 if height > 1.2 else 2]
-    bar.set_ticks(ticks, labels=[format_signed(value, scale) for value in ticks], fontsize=8)
-    bar.outline.set_visible(False)
-    if any(attribute["high"] for attribute in words["attributes"]):
-        box.set_title("second\nword", fontsize=7.5, fontweight="normal", color=SOFT, loc="left", pad=4)
-        box.text(0, -0.12 / height, "first\nword", transform=box.transAxes, fontsize=7.5, color=SOFT, va="top")
-
-
 def _draw_panel(
     axes: Axes,
     data: FigureData,
@@ -208,12 +195,31 @@ def _draw_panel(
     axes.add_patch(Rectangle((-0.5, -0.5), len(levels), len(people), facecolor=PAPER, edgecolor=HATCHED, hatch="/////",
                              linewidth=0, zorder=0))  # fmt: skip
     if len(data.rows) <= MOST_CELLS:
-        _draw_cells(axes, own, grid, words, shade, marks)
+        # Few cells: a mark for each.
+        for k, row in enumerate(own):
+            i, j = divmod(k, grid.shape[1])
+            known = not math.isnan(grid[i, j])
+            fill = {"facecolor": shade.to_rgba(grid[i, j])} if known else {"facecolor": "none"}
+            cell = Rectangle(
+                (j - 0.5, i - 0.5), 1, 1, edgecolor=PAPER, linewidth=0.4, in_layout=False, zorder=1, **fill
+            )
+            axes.add_patch(cell)
+            names = [(name, str(row[name])) for name in ("attribute", "participant", words["by"])]
+            value = format_number(grid[i, j]) if known else "missing"
+            marks.add(cell, (*names, ("rating", value)), str(row[words["by"]]))
     else:
         colours = np.asarray(shade.to_rgba(np.nan_to_num(grid), bytes=True))
         colours[np.isnan(grid)] = (255, 255, 255, 0)
         axes.imshow(colours, aspect="auto", interpolation="none", zorder=1)
-        _mark_columns(axes, grid, attribute["name"], words, marks)
+        # Many cells: an unseen mark for each column over the picture.
+        for j, level in enumerate(levels):
+            values = grid[:, j][~np.isnan(grid[:, j])].tolist()
+            strip = Rectangle((j - 0.5, -0.5), 1, len(grid), facecolor=PAPER, alpha=0.0, linewidth=0, zorder=2)
+            strip.set_in_layout(False)
+            axes.add_patch(strip)
+            mean = format_number(math.fsum(values) / len(values)) if values else "no rating"
+            place = (("attribute", attribute["name"]), (words["by"], level))
+            marks.add(strip, (*place, ("mean", mean), ("participants", str(len(values)))), level)
     axes.set(xlim=(-0.5, len(levels) - 0.5), ylim=(len(people) - 0.5, -0.5))
     axes.set_title(attribute_title(attribute, room), fontsize=9)
     for spine in axes.spines.values():
@@ -231,33 +237,6 @@ def _write_names(axes: Axes, side: Literal["x", "y"], names: Sequence[str], room
         axes.set_xticks(ticks, written, rotation=90 if upright else 0, fontsize=size)
     else:
         axes.set_yticks(ticks, written, fontsize=size)
-
-
-def _draw_cells(
-    axes: Axes, own: Sequence[Row], grid: Any, words: Mapping[str, Any], shade: ScalarMappable, marks: Marks
-) -> None:
-    """Draw few cells: each is a mark."""
-    for k, row in enumerate(own):
-        i, j = divmod(k, grid.shape[1])
-        known = not math.isnan(grid[i, j])
-        fill = {"facecolor": shade.to_rgba(grid[i, j])} if known else {"facecolor": "none"}
-        cell = Rectangle((j - 0.5, i - 0.5), 1, 1, edgecolor=PAPER, linewidth=0.4, in_layout=False, zorder=1, **fill)
-        axes.add_patch(cell)
-        names = [(name, str(row[name])) for name in ("attribute", "participant", words["by"])]
-        value = format_number(grid[i, j]) if known else "missing"
-        marks.add(cell, (*names, ("rating", value)), str(row[words["by"]]))
-
-
-def _mark_columns(axes: Axes, grid: Any, attribute: str, words: Mapping[str, Any], marks: Marks) -> None:
-    """Draw a mark for each column over the picture, unseen, where there are many cells."""
-    for j, level in enumerate(words["levels"]):
-        known = grid[:, j][~np.isnan(grid[:, j])].tolist()
-        strip = Rectangle((j - 0.5, -0.5), 1, len(grid), facecolor=PAPER, alpha=0.0, linewidth=0, zorder=2)
-        strip.set_in_layout(False)
-        axes.add_patch(strip)
-        mean = format_number(math.fsum(known) / len(known)) if known else "no rating"
-        details = (("attribute", attribute), (words["by"], level), ("mean", mean), ("participants", str(len(known))))
-        marks.add(strip, details, level)
 
 
 RATING_HEATMAP = FigureKind(RatingHeatmapSettings, data, draw)

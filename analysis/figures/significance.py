@@ -71,20 +71,18 @@ def stars_note(thresholds: Sequence[float]) -> str:
 
 def not_drawn_note(pairs: Sequence[Row]) -> str:
     """Return the pairs without a bracket, as a caption says it; their p with the names where they are few."""
-    kinds = (("Not significant", ""), ("Undefined", None))
-    return "".join(_pairs_note(pairs, why, [row for row in pairs if row["stars"] == stars]) for why, stars in kinds)
-
-
-def _pairs_note(pairs: Sequence[Row], why: str, rows: Sequence[Row]) -> str:
-    if not rows:
-        return ""
-    if len(rows) > 6:
-        return f" {why}: {len(rows)} of {len(pairs)} pairs."
-    names = [
-        f"{row['a']} and {row['b']}" + ("" if row["p"] is None else f" ({format_p(to_float(row['p']))})")
-        for row in rows
-    ]
-    return f" {why}: {'; '.join(names)}."
+    note = ""
+    for why, without in (("Not significant", ""), ("Undefined", None)):
+        rows = [row for row in pairs if row["stars"] == without]
+        names = [
+            f"{row['a']} and {row['b']}" + ("" if row["p"] is None else f" ({format_p(to_float(row['p']))})")
+            for row in rows
+        ]
+        if len(rows) > 6:
+            note += f" {why}: {len(rows)} of {len(pairs)} pairs."
+        elif rows:
+            note += f" {why}: {'; '.join(names)}."
+    return note
 
 
 def stack_brackets(spans: Sequence[tuple[int, int]]) -> list[int]:

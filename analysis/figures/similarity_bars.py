@@ -72,7 +72,10 @@ def data(inputs: FigureInput, settings: SimilarityBarsSettings) -> FigureData:
     with a value in every cell. Raises DataRefused where a column or a test is missing, or ratings of several
     attributes would be mixed; a StatisticsError where a value is no number.
     """
-    selected = _one_attribute(settings, inputs.selected)
+    selected = inputs.selected
+    if "attribute" in selected.table.columns and selected.table["attribute"].nunique() > 1:
+        names = ", ".join(map(str, selected.table["attribute"].unique()))
+        raise DataRefused(f"figure {settings.name!r}: ratings of {names}; name the one to show in `outcomes`")
     by = [name for name in (settings.clusters, settings.bars) if name is not None]
     require_columns(settings, selected.table, ["participant", "value", *by])
     cells = person_cells(selected.table, by, levels=selected.levels)
@@ -80,9 +83,9 @@ def data(inputs: FigureInput, settings: SimilarityBarsSettings) -> FigureData:
     known = [level for level in selected.levels.get(settings.bars, ()) if level in occurring]
     bars = [*known, *(level for level in occurring if level not in known)]
     clusters = list(dict.fromkeys(cells.level(settings.clusters))) if settings.clusters else []
-    rows = _bar_rows(settings, selected, cells) if clusters else []
+    rows = _bar_rows(settings, selected, selected.table, by) if clusters else []
     overall = _over_clusters(cells, settings.bars) if clusters else selected.table
-    rows += _overall_rows(settings, selected, overall)
+    rows += [] if overall.empty else _bar_rows(settings, selected, overall, [settings.bars])
     rows += _pairs(inputs, settings, selected, bars, clusters)
     words: dict[str, Any] = {"clusters": clusters, "bars": bars, "scale": selected.scale, "dots": settings.dots}
     words["cluster_factor"] = settings.clusters or ""
@@ -95,51 +98,44 @@ def data(inputs: FigureInput, settings: SimilarityBarsSettings) -> FigureData:
     return FigureData(fill_columns(rows), title, _caption(settings, selected, cells, rows) + tested, words)
 
 
-def _one_attribute(settings: SimilarityBarsSettings, selected: Selected) -> Selected:
-    if "attribute" in selected.table.columns and selected.table["attribute"].nunique() > 1:
-        names = ", ".join(map(str, selected.table["attribute"].unique()))
-        raise DataRefused(f"figure {settings.name!r}: ratings of {names}; name the one to show in `outcomes`")
-    return selected
-
-
-def _bar_rows(settings: SimilarityBarsSettings, selected: Selected, cells: PersonCells) -> list[dict[str, Any]]:
-    """Return the mean and the values of every cell."""
-    clusters, bars = cells.level(cells.by[0]), cells.level(cells.by[1])
-    stimuli = _stimuli(settings, selected)
-    means = _intervals(settings, selected, selected.table, list(cells.by))
-    rows = [
-        {
-            "shows": "mean",
-            "cluster": row[cells.by[0]],
-            "bar": row[cells.by[1]],
-            "stimulus": stimuli.get((row[cells.by[0]], row[cells.by[1]])),
-            **_mean_columns(settings, row),
-        }
-        for row in means
-    ]
-    return rows + [
-        {
-            "shows": "value",
-            "cluster": clusters[j],
-            "bar": bars[j],
-            "participant": person,
-            "value": float(cells.values[i, j]),
-        }
-        for j in range(len(cells.cells))
-        for i, person in enumerate(cells.participants)
-        if not np.isnan(cells.values[i, j])
-    ]
-
-
-def _stimuli(settings: SimilarityBarsSettings, selected: Selected) -> dict[tuple[str, str], str]:
-    """Return the stimulus of a cell, where it is only one."""
-    if "stimulus" not in selected.table.columns:
-        return {}
-    columns = [texts_of(selected.table, name) for name in (str(settings.clusters), settings.bars, "stimulus")]
+def _bar_rows(
+    settings: SimilarityBarsSettings, selected: Selected, table: pd.DataFrame, by: list[str]
+) -> list[dict[str, Any]]:
+    """Return the mean of every bar, then every participant's value in it; `by` without clusters gives bars over all."""
+    clustered, method = len(by) == 2, "none" if settings.whiskers == "sd" else settings.whiskers
     stimuli: dict[tuple[str, str], set[str]] = {}
-    for cluster, bar, stimulus in zip(*columns, strict=True):
-        stimuli.setdefault((cluster, bar), set()).add(stimulus)
-    return {place: names.pop() for place, names in stimuli.items() if len(names) == 1}
+    if clustered and "stimulus" in table.columns:
+        for cluster, bar, stimulus in zip(*(texts_of(table, name) for name in (*by, "stimulus")), strict=True):
+            stimuli.setdefault((cluster, bar), set()).add(stimulus)
+    means = mean_intervals(
+        table,
+        by=by,
+        method=method,
+        confidence=settings.confidence,
+        missing="listwise" if method in WITHIN else "raise",
+        levels=levels_of(selected.levels, by),
+    )
+    rows: list[dict[str, Any]] = []
+    for mean in means.to_dict("records"):
+        place = {"cluster": mean[by[0]] if clustered else None, "bar": mean[by[-1]]}
+        if clustered:  # the stimulus of a cell, where it is only one
+            names = stimuli.get((mean[by[0]], mean[by[1]]), set())
+            place["stimulus"] = next(iter(names)) if len(names) == 1 else None
+        low, high = (
+            (mean["ci_low"], mean["ci_high"])
+            if settings.whiskers != "sd"
+            else (mean["mean"] - mean["sd"], mean["mean"] + mean["sd"])
+        )
+        numbers = {"mean": mean["mean"], "sd": mean["sd"], "low": low, "high": high}
+        known = {name: nan_to_none(float(value)) for name, value in numbers.items()}
+        rows.append({"shows": "mean", **place, "n": int(mean["n"]), **known, "note": mean["note"]})
+    cells = person_cells(table, by, levels=selected.levels)
+    for j, cell in enumerate(cells.cells):
+        place = {"cluster": cell[0] if clustered else None, "bar": cell[-1]}
+        for i, person in enumerate(cells.participants):
+            if not np.isnan(cells.values[i, j]):
+                rows.append({"shows": "value", **place, "participant": person, "value": float(cells.values[i, j])})
+    return rows
 
 
 def _over_clusters(cells: PersonCells, bars: str) -> pd.DataFrame:
@@ -156,67 +152,12 @@ def _over_clusters(cells: PersonCells, bars: str) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["participant", bars, "value"])
 
 
-def _overall_rows(settings: SimilarityBarsSettings, selected: Selected, table: pd.DataFrame) -> list[dict[str, Any]]:
-    if table.empty:
-        return []
-    means = _intervals(settings, selected, table, [settings.bars])
-    rows = [
-        {"shows": "mean", "cluster": None, "bar": row[settings.bars], **_mean_columns(settings, row)} for row in means
-    ]
-    cells = person_cells(table, [settings.bars], levels=selected.levels)
-    return rows + [
-        {"shows": "value", "cluster": None, "bar": cell[0], "participant": person, "value": float(cells.values[i, j])}
-        for j, cell in enumerate(cells.cells)
-        for i, person in enumerate(cells.participants)
-        if not np.isnan(cells.values[i, j])
-    ]
-
-
-def _intervals(
-    settings: SimilarityBarsSettings, selected: Selected, table: pd.DataFrame, by: list[str]
-) -> list[dict[str, Any]]:
-    method = "none" if settings.whiskers == "sd" else settings.whiskers
-    means = mean_intervals(
-        table,
-        by=by,
-        method=method,
-        confidence=settings.confidence,
-        missing="listwise" if method in WITHIN else "raise",
-        levels=levels_of(selected.levels, by),
-    )
-    return [{str(name): value for name, value in row.items()} for row in means.to_dict("records")]
-
-
-def _mean_columns(settings: SimilarityBarsSettings, row: Mapping[str, Any]) -> dict[str, Any]:
-    low, high = (
-        (row["ci_low"], row["ci_high"])
-        if settings.whiskers != "sd"
-        else (row["mean"] - row["sd"], row["mean"] + row["sd"])
-    )
-    numbers = {"mean": row["mean"], "sd": row["sd"], "low": low, "high": high}
-    return {
-        "n": int(row["n"]),
-        **{name: nan_to_none(float(value)) for name, value in numbers.items()},
-        "note": row["note"],
-    }
-
-
 def _pairs(
     inputs: FigureInput, settings: SimilarityBarsSettings, selected: Selected, bars: list[str], clusters: list[str]
 ) -> list[dict[str, Any]]:
-    """Return the pairs of the overall test, then of each cluster's own."""
-    over = _overall_test(settings, clusters)
-    thresholds = [t for t in sorted(settings.stars, reverse=True) if t <= selected.alpha]
-    places: list[tuple[str | None, str]] = [*((None, name) for name in over), *settings.each.items()]
-    return [
-        {"shows": "pair", "cluster": cluster, **row}
-        for cluster, name in places
-        for row in pair_rows(settings, answer_of_test(settings, inputs, name), settings.p, bars, thresholds)
-    ]
-
-
-def _overall_test(settings: SimilarityBarsSettings, clusters: list[str]) -> list[str]:
-    """Return the test over all clusters, if there is one; `each` and `tests` must fit one another."""
+    """Return the pairs of the overall test, then of each cluster's own. Raises DataRefused where `each` and `tests` do
+    not fit one another.
+    """
     where = f"figure {settings.name!r}"
     for level, test in settings.each.items():
         if level not in clusters:
@@ -230,7 +171,13 @@ def _overall_test(settings: SimilarityBarsSettings, clusters: list[str]) -> list
         raise DataRefused(
             f"{where}: {phrase(over)} cannot both stand over all clusters; name a cluster's own in `each`"
         )
-    return over
+    thresholds = [t for t in sorted(settings.stars, reverse=True) if t <= selected.alpha]
+    places: list[tuple[str | None, str]] = [*((None, name) for name in over), *settings.each.items()]
+    return [
+        {"shows": "pair", "cluster": cluster, **row}
+        for cluster, name in places
+        for row in pair_rows(settings, answer_of_test(settings, inputs, name), settings.p, bars, thresholds)
+    ]
 
 
 def _caption(
@@ -253,17 +200,15 @@ def _caption(
         parts.append(f"With a value in every cell: {complete}; only they count where all is averaged{within}.")
     pairs = [row for row in rows if row["shows"] == "pair"]
     if pairs:
-        parts.append(_significance_note(settings, selected, pairs))
+        thresholds = [t for t in sorted(settings.stars, reverse=True) if t <= selected.alpha]
+        different = [row for row in pairs if row["stars"]]
+        note = f"Brackets: pairs that differ ({stars_note(thresholds)})."
+        if not different:
+            note = "No pair differs significantly."
+        elif len(different) > MOST_BRACKETS:
+            note = f"{len(different)} of {len(pairs)} pairs differ, too many for brackets; their p stand in the table."
+        parts.append(note + not_drawn_note(pairs))
     return " ".join(parts)
-
-
-def _significance_note(settings: SimilarityBarsSettings, selected: Selected, pairs: list[dict[str, Any]]) -> str:
-    thresholds = [t for t in sorted(settings.stars, reverse=True) if t <= selected.alpha]
-    different = [row for row in pairs if row["stars"]]
-    note = f"Brackets: pairs that differ ({stars_note(thresholds)})." if different else "No pair differs significantly."
-    if len(different) > MOST_BRACKETS:
-        note = f"{len(different)} of {len(pairs)} pairs differ, too many for brackets; their p stand in the table."
-    return note + not_drawn_note(pairs)
 
 
 @dataclass(frozen=True)
@@ -293,17 +238,37 @@ def draw(data: FigureData) -> DrawnFigure:
     clusters, bars = data.words["clusters"], data.words["bars"]
     overall = any(row["shows"] == "mean" and row["cluster"] is None for row in data.rows)
     panels: list[list[str | None]] = ([list(clusters)] if clusters else []) + ([[None]] if overall else [])
-    storeys = max((_storeys(data, cluster) for panel in panels for cluster in panel), default=0)
+    spans = [_spans(data, _brackets(data, cluster)) for panel in panels for cluster in panel]
+    storeys = max((max(stack_brackets(places), default=-1) + 1 for places in spans), default=0)
     wide = [_panel_in(panel, bars) for panel in panels]
-    size = (max(4.6, sum(wide) + 1.0), 3.3 + 0.17 * storeys + _names_in(data, wide[0]))
+    names = [shorten(str(cluster), 26) for cluster in clusters]
+    upright = bool(names) and _letters(wide[0] / len(names), len(names))[1]
+    size = (max(4.6, sum(wide) + 1.0), 3.3 + 0.17 * storeys + (widest_pt(names, 6) / 72 if upright else 0.0))
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(1, len(panels), squeeze=False, sharey=True, width_ratios=wide)[0]
-    tools = _Bars(data, Marks(), *_base_and_span(data), decimals_for(_every_value(data)))
+    values, scale = _every_value(data), data.words["scale"]
+    low, high = scale or (min(0.0, *values), max(0.0, *values))
+    # Bars start at zero where the scale has it, else at its nearest end.
+    tools = _Bars(data, Marks(), min(max(0.0, low), high), (high - low) or 1.0, decimals_for(values))
     for axes, panel in zip(grid, panels, strict=True):
         _draw_panel(axes, tools, panel, wide[0] / len(panel))
-    _set_scale(grid[0], tools, storeys, size[1])
+    # Ticks stand on the study's scale only; above it there is room for brackets.
+    tops = max(_top(tools, cluster) for cluster in (None, *clusters))
+    low = min([scale[0] if scale else tools.base, *values])
+    high = max([scale[1] if scale else tops, tops + (storeys + 0.8) * STOREY * tools.span if storeys else tops])
+    grid[0].set_ylim(low - 0.01 * tools.span * (low < tools.base), high + 0.01 * tools.span)
+    if scale:
+        grid[0].set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
+    letters = int(14 * (size[1] - 0.7))
+    grid[0].set_ylabel(fold(elide(str(data.words["what"]), 2 * letters - 12), letters))
     if clusters:
-        _draw_legend(figure, tools)
+        handles = [Patch(**tools.look(bar)) for bar in bars]
+        bar_names = [fold(bar, 24) for bar in bars]
+        columns = max(1, min(len(bars), int(figure.get_figwidth() / (0.55 + 0.075 * max(map(len, bar_names))))))
+        figure.legend(
+            handles, bar_names, loc="outside upper left", ncols=columns, frameon=False, fontsize=8.5,
+            labelcolor=SOFT, handlelength=1.6, handleheight=1.1, columnspacing=1.3,
+        )  # fmt: skip
     return DrawnFigure(figure, tools.marks.all())
 
 
@@ -321,13 +286,6 @@ def _letters(cluster_in: float, clusters: int) -> tuple[int, bool]:
     return letters, letters < 8 and clusters > 12
 
 
-def _names_in(data: FigureData, panel_in: float) -> float:
-    """Return how many inches names that stand upright need in height."""
-    clusters = [shorten(str(c), 26) for c in data.words["clusters"]]
-    upright = bool(clusters) and _letters(panel_in / len(clusters), len(clusters))[1]
-    return widest_pt(clusters, 6) / 72 if upright else 0.0
-
-
 def _every_value(data: FigureData) -> list[float]:
     return [
         to_float(row[name])
@@ -335,13 +293,6 @@ def _every_value(data: FigureData) -> list[float]:
         for name in ("mean", "value", "low", "high")
         if row.get(name) is not None
     ]
-
-
-def _base_and_span(data: FigureData) -> tuple[float, float]:
-    """Return where bars start (zero where the scale has it, else its nearest end), and how long the scale is."""
-    values = _every_value(data)
-    low, high = data.words["scale"] or (min(0.0, *values), max(0.0, *values))
-    return min(max(0.0, low), high), (high - low) or 1.0
 
 
 def _rows_of(data: FigureData, shows: str, cluster: str | None) -> list[Row]:
@@ -358,10 +309,6 @@ def _spans(data: FigureData, rows: Sequence[Row]) -> list[tuple[int, int]]:
     return [(bars.index(row["a"]), bars.index(row["b"])) for row in rows]
 
 
-def _storeys(data: FigureData, cluster: str | None) -> int:
-    return max(stack_brackets(_spans(data, _brackets(data, cluster))), default=-1) + 1
-
-
 def _draw_panel(axes: Axes, tools: _Bars, panel: Sequence[str | None], cluster_in: float) -> None:
     """Draw each cluster's bars about its place."""
     bars = tools.data.words["bars"]
@@ -373,7 +320,14 @@ def _draw_panel(axes: Axes, tools: _Bars, panel: Sequence[str | None], cluster_i
             _draw_bar(axes, tools, row, x, WIDE / len(bars))
         bars_at += cluster_bars
         _draw_brackets(axes, tools, cluster, at)
-    _draw_whiskers(axes, bars_at)
+    # All whiskers at once, on a thin halo that keeps them apart from dots and hatches.
+    known = [(x, row) for x, row in bars_at if row["low"] is not None and row["high"] is not None]
+    if known:
+        mean, low, high = ([to_float(row[name]) for _, row in known] for name in ("mean", "low", "high"))
+        reach = [[m - e for m, e in zip(mean, low, strict=True)], [e - m for m, e in zip(mean, high, strict=True)]]
+        places = [x for x, _ in known]
+        axes.errorbar(places, mean, reach, fmt="none", ecolor=PAPER, elinewidth=1.9, alpha=0.7, zorder=3.4)
+        axes.errorbar(places, mean, reach, fmt="none", ecolor=INK, elinewidth=1.1, capsize=2.4, zorder=3.5)
     axes.set_xlim(-0.5, len(panel) - 0.5)
     quiet_axes(axes)
     if list(panel) == [None]:
@@ -394,23 +348,6 @@ def _draw_bar(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> Non
     mean, look = to_float(row["mean"]), tools.look(str(row["bar"]))
     with_hatch = {**look, "hatch": look["hatch"] if wide > 0.05 else ""}
     bar = axes.bar([at], [mean - tools.base], 0.9 * wide, bottom=tools.base, zorder=2, **with_hatch)[0]
-    tools.marks.add(bar, _details(tools, row), str(row.get("stimulus") or row["bar"]))
-    if tools.data.words["dots"]:
-        _draw_dots(axes, tools, row, at, wide)
-
-
-def _draw_whiskers(axes: Axes, rows: Sequence[tuple[float, Row]]) -> None:
-    """Draw all whiskers of a panel at once, on a thin halo that keeps them apart from dots and hatches."""
-    known = [(x, row) for x, row in rows if row["low"] is not None and row["high"] is not None]
-    if known:
-        mean, low, high = ([to_float(row[name]) for _, row in known] for name in ("mean", "low", "high"))
-        reach = [[m - e for m, e in zip(mean, low, strict=True)], [e - m for m, e in zip(mean, high, strict=True)]]
-        at = [x for x, _ in known]
-        axes.errorbar(at, mean, reach, fmt="none", ecolor=PAPER, elinewidth=1.9, alpha=0.7, zorder=3.4)
-        axes.errorbar(at, mean, reach, fmt="none", ecolor=INK, elinewidth=1.1, capsize=2.4, zorder=3.5)
-
-
-def _details(tools: _Bars, row: Row) -> tuple[tuple[str, str], ...]:
     place = "all together" if row["cluster"] is None else str(row["cluster"])
     numbers = [
         (name, format_number(to_float(row[name]), tools.digits)) for name in ("mean", "sd") if row[name] is not None
@@ -419,23 +356,16 @@ def _details(tools: _Bars, row: Row) -> tuple[tuple[str, str], ...]:
     if row["low"] is not None:
         low, high = (format_number(to_float(row[end]), tools.digits) for end in ("low", "high"))
         ends = [("whisker", f"{low} to {high}")]
-    return (("bar", f"{row['bar']}, {place}"), *numbers, *ends, ("n", str(row["n"])))
-
-
-def _draw_dots(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> None:
-    cluster = None if row["cluster"] is None else str(row["cluster"])
-    values = [to_float(r["value"]) for r in _rows_of(tools.data, "value", cluster) if r["bar"] == row["bar"]]
-    size = 0.022 * tools.span
-    aside = swarm(values, size, size * 4)
-    places = [at + a / size / 4 * 0.36 * wide for a in aside]
-    look: dict[str, Any] = {
-        "marker": "o",
-        "linestyle": "",
-        "markersize": 2.2,
-        "markeredgewidth": 0.3,
-        "markeredgecolor": PAPER,
-    }
-    axes.plot(places, values, color=INK, alpha=0.7, zorder=3, **look)
+    details = (("bar", f"{row['bar']}, {place}"), *numbers, *ends, ("n", str(row["n"])))
+    tools.marks.add(bar, details, str(row.get("stimulus") or row["bar"]))
+    if tools.data.words["dots"]:
+        cluster = None if row["cluster"] is None else str(row["cluster"])
+        values = [to_float(r["value"]) for r in _rows_of(tools.data, "value", cluster) if r["bar"] == row["bar"]]
+        size = 0.022 * tools.span
+        aside = swarm(values, size, size * 4)
+        places = [at + a / size / 4 * 0.36 * wide for a in aside]
+        dot: dict[str, Any] = {"marker": "o", "markersize": 2.2, "markeredgewidth": 0.3, "markeredgecolor": PAPER}
+        axes.plot(places, values, linestyle="", color=INK, alpha=0.7, zorder=3, **dot)
 
 
 def _top(tools: _Bars, cluster: str | None) -> float:
@@ -470,30 +400,6 @@ def _draw_brackets(axes: Axes, tools: _Bars, cluster: str | None, at: dict[str, 
             ("p", format_p(to_float(row["p"])).removeprefix("p = ").removeprefix("p ")),
         )
         tools.marks.add(text, details)
-
-
-def _set_scale(axes: Axes, tools: _Bars, storeys: int, high_in: float) -> None:
-    """Set ticks on the study's scale only; above it there is room for brackets."""
-    values, scale = _every_value(tools.data), tools.data.words["scale"]
-    tops = max(_top(tools, cluster) for cluster in (None, *tools.data.words["clusters"]))
-    low = min([scale[0] if scale else tools.base, *values])
-    high = max([scale[1] if scale else tops, tops + (storeys + 0.8) * STOREY * tools.span if storeys else tops])
-    axes.set_ylim(low - 0.01 * tools.span * (low < tools.base), high + 0.01 * tools.span)
-    if scale:
-        axes.set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
-    letters = int(14 * (high_in - 0.7))
-    axes.set_ylabel(fold(elide(str(tools.data.words["what"]), 2 * letters - 12), letters))
-
-
-def _draw_legend(figure: Figure, tools: _Bars) -> None:
-    bars = tools.data.words["bars"]
-    handles = [Patch(**tools.look(bar)) for bar in bars]
-    names = [fold(bar, 24) for bar in bars]
-    columns = max(1, min(len(bars), int(figure.get_figwidth() / (0.55 + 0.075 * max(map(len, names))))))
-    figure.legend(
-        handles, names, loc="outside upper left", ncols=columns, frameon=False, fontsize=8.5, labelcolor=SOFT,
-        handlelength=1.6, handleheight=1.1, columnspacing=1.3,
-    )  # fmt: skip
 
 
 SIMILARITY_BARS = FigureKind(SimilarityBarsSettings, data, draw)

@@ -58,9 +58,23 @@ def data(inputs: FigureInput, settings: TreemapSettings) -> FigureData:
     if not any(_size(row) > 0 for row in ranked):
         raise DataRefused(f"figure {settings.name!r}: no word has a relevance above 0; there is no box to draw")
     numbered: list[Row] = [{"rank": i, **row} for i, row in enumerate(ranked, 1)]
-    words = {"width_in": settings.width_in, "height_in": settings.height_in, "foot": _foot_text(settings, ranked)}
+    least = ""
+    if settings.threshold is not None:
+        least = f"at least {format_percent(settings.threshold, 1).replace('.0', '')}"
+    kept, outlined = sum(bool(row["kept"]) for row in ranked), least or "kept"
+    outlined = outlined if kept else f"none ({outlined})"
+    boxless = sum(_size(row) == 0 for row in ranked)
+    foot = f"Outlined: {outlined}." + (f"  No box: {count(boxless, 'word')} at 0 %." if boxless else "")
+    words = {"width_in": settings.width_in, "height_in": settings.height_in, "foot": foot}
     title = settings.title or "Relevance of the words"
-    return FigureData(tuple(numbered), title, _caption(settings, ranked, answer.method), words)
+    reading = "Boxes are as large as a word's relevance and stand in its order; outlined are the words that are kept"
+    reading += f" ({least})" if least else ""
+    irrelevant = [str(row["word"]) for row in ranked if row["relevance"] == 0]
+    undefined = [str(row["word"]) for row in ranked if row["relevance"] is None]
+    reasons = [(irrelevant, "relevance 0"), (undefined, "undefined relevance")]
+    without = "".join(f" Without a box, at {why}: {phrase(names)}." for names, why in reasons if names)
+    caption = f"{reading}, {kept} of {len(ranked)}. {answer.method}{without}"
+    return FigureData(tuple(numbered), title, caption, words)
 
 
 def _row(settings: TreemapSettings, row: Row) -> dict[str, Any]:
@@ -84,29 +98,6 @@ def _size(row: Row) -> float:
     return float(row["relevance"] or 0.0)
 
 
-def _caption(settings: TreemapSettings, rows: list[dict[str, Any]], method: str) -> str:
-    kept = sum(bool(row["kept"]) for row in rows)
-    threshold = (
-        "" if settings.threshold is None else f" (at least {format_percent(settings.threshold, 1).replace('.0', '')})"
-    )
-    reading = "Boxes are as large as a word's relevance and stand in its order; outlined are the words that are kept"
-    irrelevant = [str(row["word"]) for row in rows if row["relevance"] == 0]
-    undefined = [str(row["word"]) for row in rows if row["relevance"] is None]
-    reasons = [(irrelevant, "relevance 0"), (undefined, "undefined relevance")]
-    without = "".join(f" Without a box, at {why}: {phrase(words)}." for words, why in reasons if words)
-    return f"{reading}{threshold}, {kept} of {len(rows)}. {method}{without}"
-
-
-def _foot_text(settings: TreemapSettings, rows: list[dict[str, Any]]) -> str:
-    threshold = (
-        "kept" if settings.threshold is None else f"at least {format_percent(settings.threshold, 1).replace('.0', '')}"
-    )
-    if not any(row["kept"] for row in rows):
-        threshold = f"none ({threshold})"
-    irrelevant = sum(_size(row) == 0 for row in rows)
-    return f"Outlined: {threshold}." + (f"  No box: {count(irrelevant, 'word')} at 0 %." if irrelevant else "")
-
-
 def draw(data: FigureData) -> DrawnFigure:
     """Draw the boxes, largest first from the left upper corner; pointing at a box tells a word that is too long for
     it.
@@ -120,25 +111,22 @@ def draw(data: FigureData) -> DrawnFigure:
     rows = [row for row in data.rows if _size(row) > 0]
     boxes = squarify([_size(row) for row in rows], width - 8, height - FOOT - 4)
     colour, top = shade_scale(), _size(rows[0])
-    for row, box in zip(rows, boxes, strict=True):
+    for row, place in zip(rows, boxes, strict=True):
         fill = colour(0.06 + 0.46 * _size(row) / top) if row["kept"] else "#eceff2"
-        _draw_box(axes, marks, row, Box(box.left + 4, box.top + 4, box.width, box.height), fill)
+        box = Box(place.left + 4, place.top + 4, place.width, place.height)
+        corner, sides = (box.left + 0.8, box.top + 0.8), (max(box.width - 1.6, 0.3), max(box.height - 1.6, 0.3))
+        patch = Rectangle(corner, *sides, facecolor=fill, edgecolor=PAPER, linewidth=0)
+        axes.add_patch(patch)
+        marks.add(patch, details(row), str(row["word"]))
+        if row["kept"]:
+            edge = min(1.8, box.width / 4, box.height / 4)
+            inset = (corner[0] + edge / 2, corner[1] + edge / 2)
+            sides = (sides[0] - edge, sides[1] - edge)
+            axes.add_patch(Rectangle(inset, *sides, fill=False, edgecolor=OKABE_ITO[1], linewidth=edge))
+        ink = readable_ink(fill) if row["kept"] else INK
+        _write_word(axes, str(row["word"]), format_percent(_size(row)), box, ink)
     axes.text(6, height - FOOT / 2 + 1, str(words["foot"]), fontsize=8, color=SOFT, va="center")
     return DrawnFigure(figure, marks.all())
-
-
-def _draw_box(axes: Axes, marks: Marks, row: Row, box: Box, fill: Any) -> None:
-    corner, sides = (box.left + 0.8, box.top + 0.8), (max(box.width - 1.6, 0.3), max(box.height - 1.6, 0.3))
-    patch = Rectangle(corner, *sides, facecolor=fill, edgecolor=PAPER, linewidth=0)
-    axes.add_patch(patch)
-    marks.add(patch, details(row), str(row["word"]))
-    if row["kept"]:
-        edge = min(1.8, box.width / 4, box.height / 4)
-        inset = (corner[0] + edge / 2, corner[1] + edge / 2)
-        sides = (sides[0] - edge, sides[1] - edge)
-        axes.add_patch(Rectangle(inset, *sides, fill=False, edgecolor=OKABE_ITO[1], linewidth=edge))
-    ink = readable_ink(fill) if row["kept"] else INK
-    _write_word(axes, str(row["word"]), format_percent(_size(row)), box, ink)
 
 
 def details(row: Row) -> tuple[tuple[str, str], ...]:
@@ -207,19 +195,26 @@ def squarify(sizes: Sequence[float], width: float, height: float) -> tuple[Box, 
     boxes: list[Box] = []
     free, start = Box(0.0, 0.0, width, height), 0
     while start < len(areas):
-        end = _row_end(areas, start, min(free.width, free.height))
-        row, free = _lay_row(areas[start:end], free)
-        boxes += row
+        # A row along the shorter side of what is free: as many boxes as bring its worst one nearest to a square.
+        side = min(free.width, free.height)
+        end, worst = start + 1, _worst_ratio(areas[start : start + 1], side)
+        while end < len(areas) and (longer := _worst_ratio(areas[start : end + 1], side)) <= worst:
+            end, worst = end + 1, longer
+        upright = free.width >= free.height
+        depth, along = sum(areas[start:end]) / side if side > 0 else 0.0, 0.0
+        for area in areas[start:end]:
+            length = area / depth if depth > 0 else 0.0
+            if upright:
+                boxes.append(Box(free.left, free.top + along, depth, length))
+            else:
+                boxes.append(Box(free.left + along, free.top, length, depth))
+            along += length
+        if upright:
+            free = Box(free.left + depth, free.top, max(free.width - depth, 0.0), free.height)
+        else:
+            free = Box(free.left, free.top + depth, free.width, max(free.height - depth, 0.0))
         start = end
     return tuple(boxes)
-
-
-def _row_end(areas: Sequence[float], start: int, side: float) -> int:
-    """Return how many boxes make the row along `side` whose worst box is nearest to a square."""
-    end, worst = start + 1, _worst_ratio(areas[start : start + 1], side)
-    while end < len(areas) and (longer := _worst_ratio(areas[start : end + 1], side)) <= worst:
-        end, worst = end + 1, longer
-    return end
 
 
 def _worst_ratio(areas: Sequence[float], side: float) -> float:
@@ -228,21 +223,3 @@ def _worst_ratio(areas: Sequence[float], side: float) -> float:
         return float("inf")
     depth = sum(areas) / side
     return max(max(depth * depth / area, area / (depth * depth)) for area in areas)
-
-
-def _lay_row(areas: Sequence[float], free: Box) -> tuple[list[Box], Box]:
-    """Lay a row of boxes along the shorter side of the free rectangle; return it and what is free after it."""
-    upright = free.width >= free.height
-    side = free.height if upright else free.width
-    depth = sum(areas) / side if side > 0 else 0.0
-    boxes, along = [], 0.0
-    for area in areas:
-        length = area / depth if depth > 0 else 0.0
-        if upright:
-            boxes.append(Box(free.left, free.top + along, depth, length))
-        else:
-            boxes.append(Box(free.left + along, free.top, length, depth))
-        along += length
-    if upright:
-        return boxes, Box(free.left + depth, free.top, max(free.width - depth, 0.0), free.height)
-    return boxes, Box(free.left, free.top + depth, free.width, max(free.height - depth, 0.0))

@@ -118,29 +118,36 @@ def _draw_panel(
     for i, (attribute, look) in enumerate(zip(attributes, colours_and_shapes(len(attributes)), strict=True)):
         rows_at = places.rows(data.rows, attribute["name"])
         shift = 0.09 * (i - (len(attributes) - 1) / 2)
-        _draw_line(axes, rows_at, places, look, shift)
+        # The line is broken at a level without a mean; the reference goes across, dotted.
+        for keys in places.members.values():
+            if keys == [places.reference]:
+                continue
+            x = [places.at[key] + shift for key in keys]
+            y = [float(rows_at[key]["mean"] or 0.0) if key in rows_at else float("nan") for key in keys]
+            axes.plot(x, y, color=look[0], linewidth=1.8, zorder=3)
+        if places.reference is not None and places.reference in rows_at:
+            height = float(rows_at[places.reference]["mean"] or 0.0)
+            axes.axhline(height, color=look[0], linewidth=0.8, linestyle=(0, (1, 2.5)), zorder=2)
         _draw_points(axes, rows_at, data, places, look, shift, marks)
         if rows_at:
-            last = float(list(rows_at.values())[-1]["mean"] or 0.0)
-            ends.append((last, attribute_title(attribute, 44), look[0]))
-    _name_lines(axes, ends, max(places.at.values()), scale)
-
-
-def _draw_line(
-    axes: Axes, rows_at: Mapping[Key, Row], places: LevelPlaces, look: tuple[str, str], shift: float
-) -> None:
-    """Draw the line through the levels of each family, broken at a level without a mean; the reference goes across,
-    dotted.
-    """
-    for keys in places.members.values():
-        if keys == [places.reference]:
-            continue
-        x = [places.at[key] + shift for key in keys]
-        y = [float(rows_at[key]["mean"] or 0.0) if key in rows_at else float("nan") for key in keys]
-        axes.plot(x, y, color=look[0], linewidth=1.8, zorder=3)
-    if places.reference is not None and places.reference in rows_at:
-        height = float(rows_at[places.reference]["mean"] or 0.0)
-        axes.axhline(height, color=look[0], linewidth=0.8, linestyle=(0, (1, 2.5)), zorder=2)
+            height = float(list(rows_at.values())[-1]["mean"] or 0.0)
+            ends.append((height, attribute_title(attribute, 44), look[0]))
+    # Each line is named at its end; names that would overlap are moved apart, keeping their order.
+    last = max(places.at.values())
+    apart = move_apart([height for height, _, _ in ends], 0.075 * (scale[1] - scale[0]))
+    step = (last + 1.4) * 0.045
+    for (end, name, colour), height in zip(ends, apart, strict=True):
+        axes.annotate(
+            name,
+            (last + 0.25 * step, end),
+            (last + 0.7 + step, height),
+            color=colour,
+            fontsize=8.5,
+            va="center",
+            fontweight="bold",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.6, "shrinkA": 1, "shrinkB": 3},
+        )
 
 
 def _draw_points(
@@ -172,24 +179,6 @@ def _draw_points(
     if known:
         low, high = ([float(row[end] or 0.0) for _, row in known] for end in ("low", "high"))
         axes.vlines([x for x, _ in known], low, high, color=look[0], linewidth=0.9, alpha=0.7, zorder=2.5)
-
-
-def _name_lines(axes: Axes, ends: list[tuple[float, str, str]], last: float, scale: Ends) -> None:
-    """Name each line at its end; names that would overlap are moved apart, keeping their order."""
-    places = move_apart([height for height, _, _ in ends], 0.075 * (scale[1] - scale[0]))
-    step = (last + 1.4) * 0.045
-    for (height, name, colour), y in zip(ends, places, strict=True):
-        axes.annotate(
-            name,
-            (last + 0.25 * step, height),
-            (last + 0.7 + step, y),
-            color=colour,
-            fontsize=8.5,
-            va="center",
-            fontweight="bold",
-            annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.6, "shrinkA": 1, "shrinkB": 3},
-        )
 
 
 TRENDS = FigureKind(TrendsSettings, data, draw)

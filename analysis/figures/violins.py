@@ -73,18 +73,25 @@ def data(inputs: FigureInput, settings: ViolinSettings) -> FigureData:
     ordered = sorted(values, key=lambda item: (rank[item[0]], natural_key(item[1]), item[2]))
     rows: list[dict[str, Any]] = [{"shows": "level", "level": level, **summaries[level]} for level in levels]
     rows += [{"shows": "value", "level": level, "stimulus": name, "value": value} for level, name, value in ordered]
+    what = "predicted minus actual" if settings.signed else "absolute error"
+    what = what if settings.value is None else settings.value
     names = bipolar_names(inputs.selected, levels) if settings.by == settings.attribute else {}
     words: dict[str, Any] = {
         "by": settings.by,
         "levels": levels,
         "names": names,
-        "what": _values_name(settings),
+        "what": what,
         "unit": settings.unit,
+        "least": 0.0 if settings.value is None and not settings.signed else None,
     }
-    words["least"] = 0.0 if settings.value is None and not settings.signed else None
-    what = _values_name(settings)
     title = settings.title or f"{what[0].upper()}{what[1:]} by {settings.by}"
-    return FigureData(fill_columns(rows), title, _caption(settings, left_out), words)
+    lost = f" Not shown: {count(left_out, 'row')} without a value." if left_out else ""
+    caption = (
+        f"The distribution of the {what} at each level of {settings.by}: every value a point, the"
+        " violin its Gaussian kernel density (Silverman's bandwidth; all violins equally high; none for fewer than"
+        f" three different values), the long line the median, the short ones the quartiles, the diamond the mean.{lost}"
+    )
+    return FigureData(fill_columns(rows), title, caption, words)
 
 
 def _values(inputs: FigureInput, settings: ViolinSettings) -> tuple[list[tuple[str, str, float]], int]:
@@ -104,21 +111,6 @@ def _values(inputs: FigureInput, settings: ViolinSettings) -> tuple[list[tuple[s
     return known, len(frame) - len(known)
 
 
-def _values_name(settings: ViolinSettings) -> str:
-    if settings.value is not None:
-        return settings.value
-    return "predicted minus actual" if settings.signed else "absolute error"
-
-
-def _caption(settings: ViolinSettings, left_out: int) -> str:
-    lost = f" Not shown: {count(left_out, 'row')} without a value." if left_out else ""
-    return (
-        f"The distribution of the {_values_name(settings)} at each level of {settings.by}: every value a point, the"
-        " violin its Gaussian kernel density (Silverman's bandwidth; all violins equally high; none for fewer than"
-        f" three different values), the long line the median, the short ones the quartiles, the diamond the mean.{lost}"
-    )
-
-
 def draw(data: FigureData) -> DrawnFigure:
     """Draw a row for each level, its name at the left and its n and mean at the right."""
     levels, by = data.words["levels"], str(data.words["by"])
@@ -130,33 +122,42 @@ def draw(data: FigureData) -> DrawnFigure:
     low, most = min([*numbers, *([data.words["least"]] if data.words["least"] is not None else [])]), max(numbers)
     span = (most - low) or abs(most) or 1.0
     axes.set(xlim=(low - 0.03 * span, most + 0.03 * span), ylim=(len(levels) - 0.45, -0.55))
+    (left, right), (bottom, top), (wide, tall) = axes.get_xlim(), axes.get_ylim(), figure.get_size_inches()
+    dot_in = 0.055
+    diameter = dot_in * (right - left) / (0.68 * wide), dot_in * (bottom - top) / (tall - 0.6)  # in values and in rows
     digits = decimals_for(numbers)
     for place, level in enumerate(levels):
-        summary_row = next(row for row in data.rows if row["shows"] == "level" and row["level"] == level)
+        row = next(row for row in data.rows if row["shows"] == "level" and row["level"] == level)
         own = [row for row in values if row["level"] == level]
-        _draw_violin(axes, own, place, data.words["least"])
-        _draw_dots(
-            axes, marks, own, place, _diameter(axes, figure), str(data.words["what"]), by, len(values) <= MOST_MARKS
-        )
-        _draw_summary(axes, marks, summary_row, place, str(level), digits)
-    _write_names(axes, data, levels)
+        at, heights = density([to_float(value["value"]) for value in own], data.words["least"])
+        if len(at):
+            axes.fill_between(at, place - HALF * heights, place + HALF * heights, color=FILL, linewidth=0, zorder=1)
+            for sign in (-1, 1):
+                axes.plot(at, place + sign * HALF * heights, color=EDGE, linewidth=0.7, zorder=1.1)
+        _draw_dots(axes, marks, own, place, diameter, str(data.words["what"]), by, len(values) <= MOST_MARKS)
+        for name, reach, line in (("q1", 0.20, 1.1), ("median", 0.32, 2.2), ("q3", 0.20, 1.1)):
+            x, ends = to_float(row[name]), [place - reach, place + reach]
+            axes.plot([x, x], ends, color=INK, linewidth=line, zorder=3, solid_capstyle="butt")
+        mean = to_float(row["mean"])
+        look: dict[str, Any] = {"markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.1}
+        (diamond,) = axes.plot([mean], [place], marker="D", markersize=5.5, linestyle="", zorder=4, **look)
+        parts = [(name, format_number(to_float(row[name]), digits)) for name in ("mean", "median", "q1", "q3")]
+        marks.add(diamond, (("level", str(level)), ("n", str(row["n"])), *parts), str(level))
+        text = f"{format_number(mean, digits)}   n {row['n']}"
+        axes.text(1.015, place, text, transform=axes.get_yaxis_transform(), va="center", fontsize=8, color=SOFT)
+    few = len(levels) <= 30
+    names = [data.words["names"].get(level, level) for level in levels]
+    written = [fold(name, 26) if few else shorten(name, 30) for name in names]
+    axes.set_yticks(range(len(levels)), written, fontsize=9 if few else 7)
+    axes.text(1.015, -0.6, "mean", transform=axes.get_yaxis_transform(), fontsize=7.5, color=SOFT, va="bottom")
+    unit = f" ({data.words['unit']})" if data.words["unit"] else ""
+    axes.set_xlabel(f"{data.words['what']}{unit}")
+    axes.grid(visible=True, axis="x", color=FAINT)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+    if data.words["least"] is None and axes.get_xlim()[0] < 0 < axes.get_xlim()[1]:
+        axes.axvline(0, color=SOFT, linewidth=0.8, zorder=0.5)
     return DrawnFigure(figure, marks.all())
-
-
-def _diameter(axes: Axes, figure: Figure) -> tuple[float, float]:
-    """Return how large a point is, in values and in rows."""
-    wide, tall = figure.get_size_inches()
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    dot_in = 0.055
-    return dot_in * (right - left) / (0.68 * wide), dot_in * (bottom - top) / (tall - 0.6)
-
-
-def _draw_violin(axes: Axes, rows: Sequence[Row], place: int, least: float | None) -> None:
-    at, heights = density([to_float(row["value"]) for row in rows], least)
-    if len(at):
-        axes.fill_between(at, place - HALF * heights, place + HALF * heights, color=FILL, linewidth=0, zorder=1)
-        for sign in (-1, 1):
-            axes.plot(at, place + sign * HALF * heights, color=EDGE, linewidth=0.7, zorder=1.1)
 
 
 def _draw_dots(
@@ -187,34 +188,6 @@ def _draw_dots(
         labels = [(name, str(row[column])) for name, column in (("stimulus", "stimulus"), (by, "level")) if row[column]]
         names = {text: (name, text) for name, text in labels}.values()
         marks.add(dot, (*names, (what, format_number(value, decimals_for([value])))), str(row["stimulus"] or ""))
-
-
-def _draw_summary(axes: Axes, marks: Marks, row: Row, place: int, level: str, digits: int) -> None:
-    for name, reach, wide in (("q1", 0.20, 1.1), ("median", 0.32, 2.2), ("q3", 0.20, 1.1)):
-        at = to_float(row[name])
-        axes.plot([at, at], [place - reach, place + reach], color=INK, linewidth=wide, zorder=3, solid_capstyle="butt")
-    mean = to_float(row["mean"])
-    look: dict[str, Any] = {"markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.1, "markersize": 5.5}
-    (diamond,) = axes.plot([mean], [place], marker="D", linestyle="", zorder=4, **look)
-    parts = [(name, format_number(to_float(row[name]), digits)) for name in ("mean", "median", "q1", "q3")]
-    marks.add(diamond, (("level", level), ("n", str(row["n"])), *parts), level)
-    text = f"{format_number(mean, digits)}   n {row['n']}"
-    axes.text(1.015, place, text, transform=axes.get_yaxis_transform(), va="center", fontsize=8, color=SOFT)
-
-
-def _write_names(axes: Axes, data: FigureData, levels: Sequence[str]) -> None:
-    few = len(levels) <= 30
-    names = [data.words["names"].get(level, level) for level in levels]
-    written = [fold(name, 26) if few else shorten(name, 30) for name in names]
-    axes.set_yticks(range(len(levels)), written, fontsize=9 if few else 7)
-    axes.text(1.015, -0.6, "mean", transform=axes.get_yaxis_transform(), fontsize=7.5, color=SOFT, va="bottom")
-    unit = f" ({data.words['unit']})" if data.words["unit"] else ""
-    axes.set_xlabel(f"{data.words['what']}{unit}")
-    axes.grid(visible=True, axis="x", color=FAINT)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_visible(False)
-    if data.words["least"] is None and axes.get_xlim()[0] < 0 < axes.get_xlim()[1]:
-        axes.axvline(0, color=SOFT, linewidth=0.8, zorder=0.5)
 
 
 VIOLINS = FigureKind(ViolinSettings, data, draw, takes="table")
