@@ -198,7 +198,7 @@ def _show(evaluation: DoorEvaluation, page: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from palpate.analysis.reports.numbers import written
+    from palpate.analysis.reports.tables import written
     from palpate.analysis.reports.terminal import print_banners
     from palpate.modeling.doors.evaluation_report import banners, reached
 

@@ -15,8 +15,7 @@ import pandas as pd
 
 from palpate.analysis.adjectives.selections import check_words
 from palpate.analysis.reliability.crossed import combine_labels
-from palpate.analysis.statistics.cells import name_list
-from palpate.analysis.statistics.columns import ordered
+from palpate.analysis.statistics.cells import name_list, ordered
 from palpate.analysis.statistics.refusals import BadOption, BadValue, StatisticsError, UnknownColumn, listed, shown
 
 Normalisation: TypeAlias = Literal["as_written", "spaces", "case_and_spaces"]

@@ -11,8 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.analysis.reliability.crossed import combine_labels
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import Coded
+from palpate.analysis.statistics.cells import Coded, check_columns
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, BadValue, UnknownColumn, listed
 from palpate.protocols.did_you_mean import nearest

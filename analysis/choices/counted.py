@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.statistics.cells import Counts, check_columns
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import Counts, check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadValue, TooFew, listed
 

@@ -16,8 +16,7 @@ from scipy.special import xlogy
 
 from palpate.analysis.choices.maximising import Problem
 from palpate.analysis.choices.shapes import SHAPES, JndKind, Shape, by_jnd, by_threshold, own
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import numbers_of
+from palpate.analysis.statistics.cells import check_columns, numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate, TooFew, listed, refuse_idle, shown
 

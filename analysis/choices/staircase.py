@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import numbers_of
+from palpate.analysis.statistics.cells import check_columns, numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate, TooFew, shown
 

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.choices.counted import gather_choices
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import coded
+from palpate.analysis.statistics.cells import check_columns, coded
 
 POOLED = "all together"
 

@@ -10,7 +10,7 @@ import pandas as pd
 
 from palpate.analysis.plans.answers import Answer, Row, Selected, Value
 from palpate.analysis.ratings.dataset import DataRefused, natural
-from palpate.analysis.statistics.columns import numbers_of
+from palpate.analysis.statistics.cells import numbers_of
 from palpate.protocols.did_you_mean import nearest
 
 if TYPE_CHECKING:

@@ -21,12 +21,15 @@ from palpate.analysis.first_look.page_tests import (
 )
 from palpate.analysis.ratings.dataset import Ratings
 from palpate.analysis.ratings.design_report import data_notes
-from palpate.analysis.reports.blocks import (
+from palpate.analysis.reports.page import (
+    SIMULATED,
+    STILL,
     Block,
     Caption,
     FigureBlock,
     Folded,
     Heading,
+    Page,
     Points,
     Preformatted,
     Section,
@@ -36,10 +39,9 @@ from palpate.analysis.reports.blocks import (
     fill_in,
     italic,
     long_table,
+    page_html,
 )
-from palpate.analysis.reports.numbers import NONE, fixed
-from palpate.analysis.reports.page import SIMULATED, STILL, Page, page_html
-from palpate.analysis.reports.tables import Head, Table, number, text_table
+from palpate.analysis.reports.tables import NONE, Head, Table, fixed, number, text_table
 from palpate.protocols.files import staged_files, write_text
 from palpate.protocols.wording import phrase
 

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from palpate.analysis.first_look.analysis import Analysis
 from palpate.analysis.ratings.dataset import Exclusion, Ratings
 from palpate.analysis.ratings.sample import sample_facts
-from palpate.analysis.reports.numbers import fixed
-from palpate.analysis.reports.tables import Head, Table, number, text_table, words
+from palpate.analysis.reports.tables import Head, Table, fixed, number, text_table, words
 from palpate.protocols.wording import count, some
 
 MOST_SEEDS = 6

@@ -7,8 +7,18 @@ from dataclasses import dataclass
 
 from palpate.analysis.first_look.analysis import Analysis, correction, reported_p, with_nan
 from palpate.analysis.first_look.study_statistics import Question, Row, Test, differing_factors, levels_by_group
-from palpate.analysis.reports.numbers import NONE, degrees, fixed, p_cell, share
-from palpate.analysis.reports.tables import Footnotes, Table, grouped_table, number, text_table
+from palpate.analysis.reports.tables import (
+    NONE,
+    Footnotes,
+    Table,
+    degrees,
+    fixed,
+    grouped_table,
+    number,
+    p_cell,
+    share,
+    text_table,
+)
 from palpate.analysis.statistics.apa import apa_f, apa_t
 from palpate.protocols.wording import count, phrase
 

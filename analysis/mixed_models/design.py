@@ -21,7 +21,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.statistics.columns import Coded, Codes, coded, numbers_of
+from palpate.analysis.statistics.cells import Coded, Codes, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats, difference
 from palpate.analysis.statistics.refusals import BadOption, BadValue, NotIdentified, TooFew, UnknownColumn, listed
 

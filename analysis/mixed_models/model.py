@@ -55,8 +55,7 @@ from palpate.analysis.mixed_models.satterthwaite import (
     uncertainty,
     variances_table,
 )
-from palpate.analysis.statistics.cells import Missing, check_columns, check_options
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import Missing, check_columns, check_options, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats, difference, scaled
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.analysis.statistics.refusals import (

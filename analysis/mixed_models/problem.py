@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.analysis.mixed_models.design import Design, Random, triangle_of
-from palpate.analysis.statistics.columns import Codes
+from palpate.analysis.statistics.cells import Codes
 from palpate.analysis.statistics.doubles import Floats
 
 WIDEST = 20_000

@@ -13,8 +13,8 @@ from palpate.analysis.monitoring import drawings, words
 from palpate.analysis.monitoring.balance_grid import StudyBalance
 from palpate.analysis.monitoring.sessions import Session
 from palpate.analysis.monitoring.watching import Snapshot
-from palpate.analysis.reports.numbers import NONE
 from palpate.analysis.reports.page import environment, style
+from palpate.analysis.reports.tables import NONE
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:

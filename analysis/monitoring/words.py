@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 
 from palpate.analysis.ratings.diagnostics import Diagnostic
-from palpate.analysis.reports.numbers import NONE
+from palpate.analysis.reports.tables import NONE
 
 STATUS = {
     "running": "● running",

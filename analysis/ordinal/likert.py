@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ordinal.ranks import Truths, refuse_huge, rounding, same_value
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats, deviation_ss, exact_sum
 from palpate.analysis.statistics.refusals import BadOption, BadValue, listed, shown
 

@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, rounding
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew, UnknownColumn, listed
 from palpate.protocols.wording import count

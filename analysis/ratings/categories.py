@@ -12,7 +12,7 @@ import pandas as pd
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.one_sample import NAN, OneSample, one_sample
 from palpate.analysis.ratings.person_cells import NO_LEVELS, Label, Levels, PersonCells, person_cells
-from palpate.analysis.statistics.columns import numbers_of
+from palpate.analysis.statistics.cells import numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.did_you_mean import nearest

@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import Coded, coded, numbers_of
+from palpate.analysis.statistics.cells import Coded, check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats, centred, scaled
 from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.did_you_mean import nearest

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.one_sample import OneSample, one_sample
 from palpate.analysis.ratings.person_cells import written
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
 from palpate.analysis.statistics.refusals import BadOption
 

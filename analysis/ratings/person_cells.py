@@ -10,8 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.statistics.cells import Counts, cell_means, check_columns
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import Counts, cell_means, check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
 from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, listed
 

@@ -13,8 +13,7 @@ from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.normalisation import rescaled_values
 from palpate.analysis.ratings.one_sample import NAN, OneSample, one_sample
 from palpate.analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, person_cells, texts_of
-from palpate.analysis.statistics.cells import check_columns
-from palpate.analysis.statistics.columns import numbers_of
+from palpate.analysis.statistics.cells import check_columns, numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import listed, refuse_idle_levels
 from palpate.protocols.did_you_mean import nearest

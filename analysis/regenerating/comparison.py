@@ -16,7 +16,7 @@ from palpate.analysis.plans.idle import effective
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating.outputs import OUTCOMES, STATISTICS, listed
 from palpate.analysis.regenerating.plan_tests import QuestionResult
-from palpate.analysis.reports.headings import is_p
+from palpate.analysis.reports.tables import is_p
 from palpate.analysis.statistics.exact import self_check
 from palpate.analysis.statistics.refusals import SHOWN
 from palpate.protocols.tables import split_line

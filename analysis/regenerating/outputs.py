@@ -24,8 +24,8 @@ from palpate.analysis.regenerating.plan_figures import draw_all
 from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.csv_files import csv_text, json_row, table_csv
-from palpate.analysis.reports.headings import heading
 from palpate.analysis.reports.latex import latex_text
+from palpate.analysis.reports.tables import heading
 from palpate.analysis.reports.word import word_bytes
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import staged_files, write_bytes, write_text, write_texts

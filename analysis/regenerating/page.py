@@ -20,12 +20,16 @@ from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.sample import sample_facts
 from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.regenerating.regeneration import RegeneratedStudy
-from palpate.analysis.reports.blocks import (
+from palpate.analysis.reports.figures import DrawnFigure
+from palpate.analysis.reports.page import (
+    REGENERATED,
+    SIMULATED,
     Block,
     FigureBlock,
     Folded,
     Heading,
     Legend,
+    Page,
     Points,
     Section,
     TableBlock,
@@ -35,9 +39,8 @@ from palpate.analysis.reports.blocks import (
     fill_in,
     italic,
     long_table,
+    page_html,
 )
-from palpate.analysis.reports.figures import DrawnFigure
-from palpate.analysis.reports.page import REGENERATED, SIMULATED, Page, page_html
 from palpate.analysis.reports.tables import Head, NumberedTable, Table, text_table, value_table
 from palpate.protocols.wording import count
 

@@ -11,8 +11,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.analysis.statistics.cells import Aggregate, cell_means, check_columns, check_options, name_list
-from palpate.analysis.statistics.columns import Coded, coded, numbers_of
+from palpate.analysis.statistics.cells import (
+    Aggregate,
+    Coded,
+    cell_means,
+    check_columns,
+    check_options,
+    coded,
+    name_list,
+    numbers_of,
+)
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew, listed, shown
 

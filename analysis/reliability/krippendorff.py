@@ -19,8 +19,7 @@ import pandas as pd
 from palpate.analysis.ordinal.ranks import refuse_huge, rounding, same_value
 from palpate.analysis.reliability.crossed import cross_table
 from palpate.analysis.reliability.intraclass import demand_confidence
-from palpate.analysis.statistics.cells import Aggregate, check_columns
-from palpate.analysis.statistics.columns import coded
+from palpate.analysis.statistics.cells import Aggregate, check_columns, coded
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, scaled
 from palpate.analysis.statistics.draws import demand_draws, generator, percentile, refuse_without_draws, weights
 from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, shown

@@ -14,8 +14,7 @@ from scipy.special import chdtri
 from palpate.analysis.reliability.correlating import normal_upper, pearson
 from palpate.analysis.reliability.crossed import combine_labels
 from palpate.analysis.reliability.intraclass import demand_confidence, iccs
-from palpate.analysis.statistics.cells import check_columns, name_list
-from palpate.analysis.statistics.columns import Coded, Codes, numbers_of
+from palpate.analysis.statistics.cells import Coded, Codes, check_columns, name_list, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, difference, rescaled, scaled
 from palpate.analysis.statistics.pvalues import t_critical
 from palpate.analysis.statistics.refusals import DuplicatedCells, TooFew, listed

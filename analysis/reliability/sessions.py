@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.analysis.ratings.diagnostics import Answered, diagnose
-from palpate.analysis.statistics.columns import ordered
+from palpate.analysis.statistics.cells import ordered
 
 HEAD = ("participant", "session", "sign", "value", "unit", "n", "threshold", "flagged", "note")
 

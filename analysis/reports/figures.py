@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from palpate.analysis.figures.figure_kind import Mark
 from palpate.analysis.figures.interactive import figure_markup
 from palpate.analysis.figures.style import inline_svg, save
-from palpate.analysis.reports.blocks import FigureBlock, caption
+from palpate.analysis.reports.page import FigureBlock, caption
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

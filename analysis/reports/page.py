@@ -1,16 +1,20 @@
-"""The page as one HTML text: it needs nothing else, every name in it is escaped, and no other script runs."""
+"""A page of a report: its blocks (words, tables, figures, folded parts) in sections, and the page as one HTML text.
+
+Blocks are data only, nothing of HTML. The HTML needs nothing else, every name in it is escaped, no other script runs.
+"""
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from palpate.analysis.figures.interactive import key_text, script
-from palpate.analysis.reports.blocks import Section
+from palpate.analysis.reports.tables import Emphasis, Head, Table, written
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -22,6 +26,207 @@ SIMULATED = (
 )
 MOST_COLUMNS = 40
 """Columns of numbers beyond this one stand on the left."""
+Row = Mapping[str, Any]
+LONG_TABLE = 12
+"""A table of more rows than this is folded."""
+LONG_ON_PAPER = 60
+"""A folded table of more rows than this is not printed where a file holds it."""
+SHORT_CAPTION = 260
+"""A caption of no more letters than this stands as it is."""
+_SENTENCE = re.compile(r"(?<=\.)\s+(?=[A-Z])")
+
+
+@dataclass(frozen=True)
+class Words:
+    """A paragraph; `look` is a class of the style sheet."""
+
+    kind: ClassVar[str] = "words"
+    text: str
+    look: str = ""
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading within a section: `about` stands beside it in grey, `link` is the anchor that it leads to."""
+
+    kind: ClassVar[str] = "heading"
+    text: str
+    anchor: str = ""
+    about: str = ""
+    link: str = ""
+
+
+@dataclass(frozen=True)
+class Points:
+    """Statements, each with its label and one text or several parts; in two columns where they are `brief`."""
+
+    kind: ClassVar[str] = "points"
+    points: tuple[tuple[str, str | tuple[str, ...]], ...]
+    brief: bool = False
+
+
+@dataclass(frozen=True)
+class Sentences:
+    """A list of sentences."""
+
+    kind: ClassVar[str] = "sentences"
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Preformatted:
+    """A text whose lines stand as they are."""
+
+    kind: ClassVar[str] = "preformatted"
+    text: str
+
+
+@dataclass(frozen=True)
+class TableBlock:
+    """A table; one with a title is set apart with its `note` below, or opened by the title where it is folded."""
+
+    kind: ClassVar[str] = "table"
+    table: Table
+    title: str | None = None
+    note: str = ""
+    folded: bool = False
+
+
+@dataclass(frozen=True)
+class Legend:
+    """What the columns of a table are."""
+
+    kind: ClassVar[str] = "legend"
+    table: Table
+
+
+@dataclass(frozen=True)
+class Folded:
+    """Blocks that a reader opens by their summary; `look` is a class of the style sheet."""
+
+    kind: ClassVar[str] = "folded"
+    summary: str
+    blocks: tuple[Block, ...]
+    look: str = ""
+
+
+@dataclass(frozen=True)
+class Caption:
+    """What stands below a figure at once, and what one opens ("" for nothing)."""
+
+    first: str
+    rest: str = ""
+
+
+@dataclass(frozen=True)
+class FigureBlock:
+    """A figure's drawing with its title and caption; `blocks` stand below, `file` is named beside the caption."""
+
+    kind: ClassVar[str] = "figure"
+    anchor: str
+    title: str
+    caption: Caption
+    markup: Any
+    file: str = ""
+    blocks: tuple[Block, ...] = ()
+
+
+Block = Words | Heading | Points | Sentences | Preformatted | TableBlock | Legend | Folded | FigureBlock
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page with its place in the navigation."""
+
+    anchor: str
+    title: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of values: its name in the rows, its heading, how it is written, what it is."""
+
+    name: str
+    heading: str
+    form: str = "text"
+    meaning: str = ""
+    better: str = ""
+    """"low" or "high": which of the column's numbers is set in bold."""
+
+
+def table(
+    title: str, rows: Sequence[Row], columns: Sequence[Column], *, note: str = "", folded: bool = False,
+    ours: str | None = None, theirs: Sequence[str] = (),
+) -> TableBlock:  # fmt: skip
+    """Return the rows as a table; `ours` is the method whose rows stand out, `theirs` others' columns.
+
+    A row that is `printed` holds somebody else's numbers: it is drawn as such and is the best of nothing.
+    """
+    used = [column for column in columns if any(row.get(column.name) is not None for row in rows)]
+    heads = tuple(
+        Head(column.heading, column.form if column.form in ("text", "words") else "number", column.name, column.meaning)
+        for column in used
+    )
+    cells = tuple(tuple(written(row.get(column.name), column.form) for column in used) for row in rows)
+    emphasis = Emphasis(
+        frozenset(i for i, row in enumerate(rows) if ours is not None and row.get("method") == ours),
+        frozenset(place for j, column in enumerate(used) for place in _best(rows, column, j)),
+        frozenset(j for j, column in enumerate(used) if column.name in theirs),
+        frozenset(i for i, row in enumerate(rows) if row.get("printed")),
+    )
+    return TableBlock(Table(heads, cells, emphasis=emphasis), title, note, folded)
+
+
+def _best(rows: Sequence[Row], column: Column, place: int) -> list[tuple[int, int]]:
+    """Return the cells of a column that hold its best number, as written; none where there is nothing to compare."""
+    own = [(i, row.get(column.name)) for i, row in enumerate(rows) if column.better and not row.get("printed")]
+    values = {i: value for i, value in own if value is not None}
+    if len(values) < 2:
+        return []
+    best = (min if column.better == "low" else max)(values.values())
+    return [(i, place) for i, value in values.items() if written(value, column.form) == written(best, column.form)]
+
+
+def long_table(content: Table, summary: str, file: str = "") -> tuple[Block, ...]:
+    """Return a table, folded under the summary where it is long; on paper the `file` with its rows stands for it."""
+    rows = len(content.rows)
+    if rows <= LONG_TABLE:
+        return (TableBlock(content),)
+    left_to_file = rows > LONG_ON_PAPER and bool(file)
+    folded = Folded(summary, (TableBlock(content),), "long" if left_to_file else "")
+    return (folded, Words(f"The {rows:,} rows stand in {file}.", "on-paper note")) if left_to_file else (folded,)
+
+
+def caption(text: str) -> Caption:
+    """Return a short caption whole; of a long one the sentences that fit, at least one, and the rest."""
+    if len(text) <= SHORT_CAPTION:
+        return Caption(text)
+    first, *rest = _SENTENCE.split(text)
+    while rest and len(first) + 1 + len(rest[0]) <= SHORT_CAPTION:
+        first = f"{first} {rest.pop(0)}"
+    return Caption(first, " ".join(rest))
+
+
+def fill_in(text: str, *parts: Any) -> Any:
+    """Return the text with each {} replaced by a part: escaped, or marked up by `italic` and `bold`."""
+    from markupsafe import Markup, escape
+
+    return Markup(escape(text)).format(*parts)
+
+
+def italic(text: str) -> Any:
+    """Return a text in italics."""
+    from markupsafe import Markup
+
+    return Markup("<i>{}</i>").format(text)
+
+
+def bold(text: str) -> Any:
+    """Return a text in bold."""
+    from markupsafe import Markup
+
+    return Markup("<b>{}</b>").format(text)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ def methods_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[tuple[str
     """Return a line for each method; columns are a row's key, its heading, and its form (`numbers.written`)."""
     from rich.table import Table
 
-    from palpate.analysis.reports.numbers import written
+    from palpate.analysis.reports.tables import written
 
     table = Table(box=None, pad_edge=False, collapse_padding=True)
     table.add_column("method", no_wrap=True, min_width=max(len(row["method"]) for row in rows))

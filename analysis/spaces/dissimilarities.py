@@ -13,8 +13,7 @@ from scipy.spatial.distance import pdist, squareform
 from palpate.analysis.spaces.matrices import Matrix, matrix_of, varies
 from palpate.analysis.spaces.profiles import Profiles
 from palpate.analysis.spaces.resampling import Ratings
-from palpate.analysis.statistics.cells import Counts, cell_means, check_columns
-from palpate.analysis.statistics.columns import Coded, coded, numbers_of
+from palpate.analysis.statistics.cells import Coded, Counts, cell_means, check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import (
     BadOption,

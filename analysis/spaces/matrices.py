@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING, Floats
 from palpate.analysis.statistics.refusals import BadValue, DuplicatedCells, UnknownColumn, listed
 

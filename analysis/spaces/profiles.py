@@ -12,8 +12,16 @@ import pandas as pd
 
 from palpate.analysis.spaces.matrices import frame_of
 from palpate.analysis.spaces.resampling import Ratings
-from palpate.analysis.statistics.cells import Aggregate, Cells, cell_means, check_columns, check_options, gather
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import (
+    Aggregate,
+    Cells,
+    cell_means,
+    check_columns,
+    check_options,
+    coded,
+    gather,
+    numbers_of,
+)
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, listed
 

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from pandas.api.internals import create_dataframe_from_blocks  # type: ignore[import-not-found]
 
-from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, gather_groups
+from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather
 from palpate.analysis.statistics.doubles import (
     ROUNDING,
     Floats,
@@ -32,6 +32,7 @@ from palpate.analysis.statistics.doubles import (
     scaled,
     sum_of_squares,
 )
+from palpate.analysis.statistics.groups import gather_groups
 from palpate.analysis.statistics.pvalues import f_tail, p_note
 from palpate.analysis.statistics.refusals import TooFew, UnknownColumn, listed
 

@@ -1,40 +1,216 @@
-"""Long tables to dense arrays: one value per participant and cell, groups of values, groups of participants.
+"""Long tables to dense arrays: columns as numbers and as coded labels, one value per participant and cell.
 
-Whatever does not fit is refused by name.
+What a double cannot hold is refused by name, never rounded silently; the order of labels depends neither on the order
+of rows nor on the labels' types. Groups of values and of participants are in `groups`.
 """
 
 from __future__ import annotations
 
 import math
+import operator
+import re
 from collections import Counter
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Collection, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import product
-from typing import Any, Literal, TypeAlias
+from decimal import Decimal
+from numbers import Integral, Number, Real
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from pandas.api.types import infer_dtype, is_scalar
 
-from palpate.analysis.statistics.columns import Coded, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats, scaled
 from palpate.analysis.statistics.refusals import (
-    NO_SUBJECT,
     BadOption,
     BadValue,
     DuplicatedCells,
     IncompleteCells,
-    TooFew,
     UnknownColumn,
     listed,
-    refuse_idle,
     shown,
 )
-from palpate.protocols.wording import count
 
 Missing: TypeAlias = Literal["raise", "listwise"]
 Aggregate: TypeAlias = Literal["mean"] | None
 Counts: TypeAlias = NDArray[np.intp]
+INTEGERS_END = 2**53  # from here on a double does not hold every integer
+NOT_A_NUMBER = "must hold finite numbers; found {found}; correct these rows or take them out"
+DECIMAL = "holds Decimal numbers; found {found}; convert with astype(float)"
+ROUNDED = "holds numbers beyond 2**53, which a double rounds; found {found}; subtract a constant first"
+Codes: TypeAlias = NDArray[np.intp]
+FEW = 4096  # rows up to which a dict beats pandas' hash table
+PLAIN = ({int}, {str})  # columns of one of these types have a label in every row, and different labels read differently
+Truth = bool | np.bool_
+ENDS = (math.inf, -math.inf)
+ALIKE = str.maketrans("123456789", "000000000")
+_digits = re.compile(r"(\d+)")
+
+
+def numbers_of(column: pd.Series[Any], name: Hashable) -> Floats:
+    """Return a column as doubles, NaN where it has no value; a fraction or a long double becomes the nearest double.
+
+    Raises BadValue for text, infinities, Decimal numbers and integers that a double would round.
+    """
+    raw = column.to_numpy() if isinstance(column.dtype, np.dtype) else None
+    if raw is None or raw.dtype.kind not in "fiub" or raw.dtype.itemsize > 8:
+        return _one_by_one(column.tolist(), name)
+    values: Floats = raw.astype(np.float64)
+    if raw.dtype.kind in "iu" and raw.size and np.abs(values).max() >= INTEGERS_END:
+        return _one_by_one(column.tolist(), name)
+    if raw.dtype.kind == "f" and np.count_nonzero(np.isinf(values)):
+        return _one_by_one(column.tolist(), name)
+    return values
+
+
+def _one_by_one(values: list[Any], name: Hashable) -> Floats:
+    doubles = [_double(value) for value in values]
+    complaints = [complaint for complaint in doubles if isinstance(complaint, str)]
+    if complaints:
+        rows = [row for row, complaint in enumerate(doubles) if complaint == complaints[0]]
+        where = listed((f"{_brief(values[row])} in row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"column {name!r} " + complaints[0].format(found=where))
+    return np.array(doubles, dtype=np.float64)
+
+
+def _double(value: Any) -> float | str:
+    """Return the nearest double, NaN for no value; or what is wrong with the value."""
+    if value is None or value is pd.NA:
+        return math.nan
+    if not isinstance(value, Real):
+        return DECIMAL if isinstance(value, Decimal) else NOT_A_NUMBER
+    whole: Any = int(value) if isinstance(value, Integral) else value  # NumPy would compare as doubles
+    try:
+        double = float(whole)
+    except OverflowError:
+        return ROUNDED
+    if math.isinf(double):
+        return NOT_A_NUMBER if whole == double else ROUNDED
+    return ROUNDED if double != whole and whole % 1 == 0 else double
+
+
+def _brief(value: Any) -> str:
+    """Return a value as it is written, cut where it is very long; Python writes no integer of more than 4300 digits."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return f"an enormous {type(value).__name__}"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+class Coded(NamedTuple):
+    """One code a row, and the label of each code."""
+
+    codes: Codes
+    labels: list[Hashable]
+
+
+def coded(column: pd.Series[Any], name: Hashable) -> Coded:
+    """Code a column of labels: equal labels share a code, codes follow `ordered`, levels without a row do not count.
+
+    Raises BadValue where a row has no label (None, NA, NaT, a NaN of any type), where labels cannot be compared, and
+    where different labels read the same: 1 and "1", True and 1.
+    """
+    if len(column) > FEW and (column.dtype != object or infer_dtype(column, skipna=False) in ("string", "integer")):
+        return _coded_by_pandas(column, name)
+    values = column.tolist()
+    labels = ordered(_distinct(values, name))
+    code = {label: i for i, label in enumerate(labels)}
+    return Coded(np.fromiter(map(code.__getitem__, values), np.intp, len(values)), labels)
+
+
+def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
+    """Return the different labels among the values of a column, each a label that reads like no other."""
+    if set(map(type, values)) in PLAIN:
+        return set(values)
+    _refuse_missing([i for i, value in enumerate(values) if _missing(value)], name)
+    try:
+        typed_labels = {(type(value), value) for value in values}
+    except TypeError:
+        raise BadValue(f"column {name!r} holds labels that cannot be compared (such as lists); use text") from None
+    labels = [label for _, label in sorted(typed_labels, key=lambda typed: typed[0].__name__)]
+    # Refuse different labels that a reader, or the next program to read the table, takes for the same.
+    seen: dict[str, Any] = {}
+    for label in labels:
+        for text in _readings(label):
+            twin = seen.setdefault(text, label)
+            if len({twin, label}) > 1 or isinstance(twin, Truth) != isinstance(label, Truth):
+                both = " and ".join(sorted((repr(twin), repr(label)), reverse=True))
+                raise BadValue(f"{both} both occur in column {name!r}; make the column one type")
+    return dict.fromkeys(labels)  # of 1 and 1.0, which are one label, always the same one stays
+
+
+def ordered(labels: Collection[Any]) -> list[Hashable]:
+    """Return labels in natural order (2 before 10, also within text), the same for 2 and "2"."""
+    kinds = set(map(type, labels))
+    if kinds == {int} or (kinds == {str} and _read_alike(labels)):
+        return sorted(labels)
+    if kinds == {str} and all(map(str.isdecimal, labels)):
+        return sorted(labels, key=lambda text: (int(text), text))
+    return sorted(labels, key=_natural)
+
+
+def _read_alike(texts: Iterable[str]) -> bool:
+    """Return whether texts begin with a letter and differ only in digits: their plain order is the natural one.
+
+    A number could begin with a digit, a sign, a point or a space, and 1e5 and 9e4 would then stand the wrong way round.
+    """
+    shapes = {text.translate(ALIKE) for text in texts}
+    return len(shapes) == 1 and shapes.pop()[:1].isalpha()
+
+
+def _natural(label: Hashable) -> tuple[Any, ...]:
+    text = str(label)
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    parts = _digits.split(text)
+    parts[1::2] = map(int, parts[1::2])
+    tail = (parts, text, type(label).__name__)
+    return (0, number, *tail) if math.isfinite(number) else (1, 0.0, *tail)
+
+
+def _coded_by_pandas(column: pd.Series[Any], name: Hashable) -> Coded:
+    codes, uniques = pd.factorize(column)
+    _refuse_missing(np.flatnonzero(codes < 0).tolist(), name)
+    distinct = uniques.tolist()
+    labels = ordered(_distinct(distinct, name))
+    rank = {label: i for i, label in enumerate(labels)}
+    order = np.array([rank[label] for label in distinct], dtype=np.intp)
+    return Coded(order[codes], labels)
+
+
+def _missing(value: Any) -> bool:
+    """Return whether this stands for no label: None, NA, NaT, and every NaN, which is not equal to itself."""
+    if value is None or value is pd.NA:
+        return True
+    try:
+        return bool(operator.ne(value, value)) or (is_scalar(value) and bool(pd.isna(value)))
+    except (
+        TypeError,
+        ValueError,
+        ArithmeticError,
+    ):  # arrays compare by element; a signalling NaN compares with nothing
+        return isinstance(value, Number)
+
+
+def _refuse_missing(rows: list[int], name: Hashable) -> None:
+    if rows:
+        where = listed((f"row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"column {name!r} has no label in {where}; name every row or take these rows out")
+
+
+def _readings(label: Any) -> Iterator[str]:
+    """Yield the texts that a label may be written as: 1.0 also as "1", True also as "1"."""
+    yield str(label)
+    if _whole(label):
+        yield str(int(label))
+
+
+def _whole(label: Any) -> bool:
+    return isinstance(label, Integral | Truth) or (isinstance(label, Real) and label not in ENDS and label % 1 == 0)
 
 
 @dataclass(frozen=True)
@@ -217,165 +393,3 @@ def _refuse_gaps(grid: _Grid, cells: Counts) -> None:
         f"{gaps}; {len(cells)} {'cell' if len(cells) == 1 else 'cells'} missing in all; "
         "pass missing='listwise' to leave such participants out"
     )
-
-
-@dataclass(frozen=True)
-class Groups:
-    """The values of each group, each sorted (so that no result depends on the order of rows)."""
-
-    factor: Hashable
-    labels: list[Hashable]
-    values: list[Floats]
-    dropped: list[Hashable] = field(default_factory=list)
-    ratings_per_value: tuple[int, int] = (1, 1)
-
-    def attrs(self) -> dict[str, Any]:
-        """Return the facts about the table that a result rests on: values per group, rows or participants left out."""
-        sizes = [len(values) for values in self.values]
-        facts = {"group_sizes": dict(zip(self.labels, sizes, strict=True)), "dropped": self.dropped}
-        return facts if self.ratings_per_value == (1, 1) else facts | {"ratings_per_cell": self.ratings_per_value}
-
-
-def gather_groups(
-    data: pd.DataFrame,
-    dv: Hashable,
-    between: Hashable | Iterable[Hashable],
-    subject: Hashable | None = None,
-    missing: Missing = "raise",
-    aggregate: Aggregate = None,
-) -> Groups:
-    """Return the groups of a long table; with `subject`, one value per participant, who belongs to one group.
-
-    `missing="listwise"` leaves out rows (participants) without a value, `aggregate="mean"` averages each
-    participant's values.
-    Raises UnknownColumn, BadValue, IncompleteCells, DuplicatedCells, BadOption or TooFew.
-    """
-    check_options(missing, aggregate)
-    if subject is None:
-        refuse_idle("aggregate", aggregate, None, NO_SUBJECT)
-    factors = name_list(between)
-    if len(factors) != 1:
-        raise BadOption(
-            f"between={factors!r} names {len(factors)} factors; this is a one-way test: name one factor, "
-            "or join the factors into one column first"
-        )
-    factor = factors[0]
-    check_columns(data, [dv, factor] if subject is None else [dv, factor, subject])
-    y, group = numbers_of(data[dv], dv), coded(data[factor], factor)
-    if len(group.labels) < 2:
-        raise TooFew(f"factor {factor!r} has {count(len(group.labels), 'group')}; a comparison needs two or more")
-    units = Coded(np.arange(len(y)), [f"row {i + 1}" for i in range(len(y))])
-    ratings = (1, 1)
-    if subject is not None:
-        units = coded(data[subject], subject)
-        y, group, ratings = _per_participant(y, group, units, aggregate)
-    lost = np.flatnonzero(np.isnan(y)).tolist()
-    dropped = [units.labels[i] for i in lost]
-    if dropped and missing == "raise":
-        raise IncompleteCells(
-            f"no value in column {dv!r} for {listed(map(str, dropped), len(dropped))}; "
-            "pass missing='listwise' to leave them out"
-        )
-    return Groups(factor, group.labels, _split(factor, y, group), dropped, ratings)
-
-
-def _per_participant(
-    y: Floats, group: Coded, people: Coded, aggregate: Aggregate
-) -> tuple[Floats, Coded, tuple[int, int]]:
-    """Return one value and one group per participant, and how many ratings a value is the mean of."""
-    n = len(people.labels)
-    own = np.zeros(n, dtype=np.intp)
-    own[people.codes] = group.codes
-    moved = np.unique(people.codes[own[people.codes] != group.codes]).tolist()
-    if moved:
-        listing = listed((repr(people.labels[i]) for i in moved), len(moved))
-        raise DuplicatedCells(f"participants in more than one group: {listing}; use `within` for a factor within them")
-    count: Counts = np.bincount(people.codes, minlength=n)
-    if count.max() > 1 and aggregate is None:
-        several = np.flatnonzero(count > 1).tolist()
-        listing = listed((f"{people.labels[i]!r} ({count[i]} values)" for i in several), len(several))
-        raise DuplicatedCells(
-            f"participants with several values: {listing}; pass aggregate='mean' to average each participant's values"
-        )
-    return cell_means(y, people.codes, count), Coded(own, group.labels), (int(count.min()), int(count.max()))
-
-
-def _split(factor: Hashable, y: Floats, group: Coded) -> list[Floats]:
-    """Return the values of each group, sorted, without the missing ones."""
-    order = np.lexsort((y, group.codes))
-    present = order[~np.isnan(y[order])]
-    ends = np.searchsorted(group.codes[present], np.arange(1, len(group.labels)))
-    values = np.split(y[present], ends)
-    empty = [label for label, own in zip(group.labels, values, strict=True) if not len(own)]
-    if empty:
-        listing = listed(map(repr, empty), len(empty))
-        raise TooFew(f"no value is left in {factor!r} = {listing}; take the group out or find its values")
-    if all(len(own) == 1 for own in values):
-        raise TooFew(f"every group of {factor!r} has one value; at least one needs two or more")
-    return values
-
-
-@dataclass(frozen=True)
-class Membership:
-    """`groups` has each group's participants by place, the last factor running fastest; one group where no factor."""
-
-    factors: list[Hashable]
-    levels: list[list[Hashable]]
-    groups: list[Counts]
-
-    @property
-    def sizes(self) -> list[int]:
-        """How many participants each group has."""
-        return [len(group) for group in self.groups]
-
-    def names(self) -> list[str]:
-        """Return each group in words: its level of every factor."""
-        return [
-            " and ".join(f"{factor!r} = {level!r}" for factor, level in zip(self.factors, levels, strict=True))
-            for levels in product(*self.levels)
-        ]
-
-
-def membership(data: pd.DataFrame, cells: Cells, factors: Sequence[Hashable], subject: Hashable) -> Membership:
-    """Return the groups of the participants in `cells`.
-
-    Raises DuplicatedCells for a participant with two levels of a factor, TooFew for a factor with one level or a
-    combination of levels without a participant, BadValue for a row without a label.
-    """
-    place = {label: i for i, label in enumerate(cells.participants)}
-    people = coded(data[subject], subject)
-    who = np.array([place.get(label, -1) for label in people.labels], dtype=np.intp)
-    rows = who[people.codes]
-    levels, codes = [], np.zeros(len(place), dtype=np.intp)
-    for factor in factors:
-        labels, own = _own_levels(data, factor, rows, cells)
-        levels.append(labels)
-        codes = codes * len(labels) + own
-    count = math.prod(map(len, levels))
-    result = Membership(list(factors), levels, [np.flatnonzero(codes == group) for group in range(count)])
-    empty = [name for name, size in zip(result.names(), result.sizes, strict=True) if not size]
-    if empty:
-        raise TooFew(
-            f"no participant has {listed(empty, len(empty))}; every combination of the between factors needs one: "
-            "take a level out, or join the factors into one column"
-        )
-    if result.factors and max(result.sizes) < 2:
-        raise TooFew("every group has one participant; at least one group needs two or more")
-    return result
-
-
-def _own_levels(data: pd.DataFrame, factor: Hashable, rows: Counts, cells: Cells) -> tuple[list[Hashable], Counts]:
-    group = coded(data[factor], factor)
-    used_rows = rows >= 0
-    own = np.zeros(len(cells.participants), dtype=np.intp)
-    own[rows[used_rows]] = group.codes[used_rows]
-    moved = np.unique(rows[used_rows][own[rows[used_rows]] != group.codes[used_rows]]).tolist()
-    if moved:
-        listing = listed((repr(cells.participants[i]) for i in moved), len(moved))
-        raise DuplicatedCells(
-            f"participants with several levels of {factor!r}: {listing}; use `within` for a factor within participants"
-        )
-    used, own = np.unique(own, return_inverse=True)
-    if len(used) < 2:
-        raise TooFew(f"factor {factor!r} has one level, {group.labels[int(used[0])]!r}; a comparison needs two or more")
-    return [group.labels[i] for i in used.tolist()], own

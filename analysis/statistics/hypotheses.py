@@ -24,8 +24,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.analysis.statistics.cells import Membership
 from palpate.analysis.statistics.doubles import Floats, exact_sum
+from palpate.analysis.statistics.groups import Membership
 
 SumOfSquares: TypeAlias = Literal["II", "III"]
 Whole: TypeAlias = NDArray[Any]  # of Python integers, which have no end

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.statistics.anova import refuse_too_few
-from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, gather_groups, name_list
+from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
 from palpate.analysis.statistics.doubles import (
     ROUNDING_ULPS,
     Floats,
@@ -27,6 +27,7 @@ from palpate.analysis.statistics.doubles import (
     scaled,
 )
 from palpate.analysis.statistics.effect_intervals import checked_confidence, dz_interval, hedges_interval
+from palpate.analysis.statistics.groups import gather_groups
 from palpate.analysis.statistics.pvalues import adjusted, p_note, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 

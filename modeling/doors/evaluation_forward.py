@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Column, Heading, Section, TableBlock, Words, table
 from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
+from palpate.analysis.reports.page import Block, Column, Heading, Section, TableBlock, Words, table
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_results import ceiling_rows, splits_forward

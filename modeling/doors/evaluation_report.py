@@ -4,10 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Column, Points, Section, TableBlock, Words, table
 from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
-from palpate.analysis.reports.numbers import NONE, in_seconds, written
-from palpate.analysis.reports.page import EVALUATION, Page, page_html
+from palpate.analysis.reports.page import (
+    EVALUATION,
+    Block,
+    Column,
+    Page,
+    Points,
+    Section,
+    TableBlock,
+    Words,
+    page_html,
+    table,
+)
+from palpate.analysis.reports.tables import NONE, in_seconds, written
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_forward import forward_section

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.analysis.regenerating.outputs import readable_json
-from palpate.analysis.reports.blocks import Column, Points, Section, TableBlock, table
 from palpate.analysis.reports.csv_files import csv_text, json_row
 from palpate.analysis.reports.figures import DrawnFigure
+from palpate.analysis.reports.page import Column, Points, Section, TableBlock, table
 from palpate.modeling.training.run_card import versions
 from palpate.protocols.files import staged_files, write_text, write_texts
 from palpate.protocols.progress import Report

@@ -5,11 +5,10 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
-from palpate.analysis.reports.blocks import Block, Column, Heading, Section, Words, table
 from palpate.analysis.reports.figures import DrawnFigure, figure_block
 from palpate.analysis.reports.figures import chosen as pictures
-from palpate.analysis.reports.numbers import in_seconds
-from palpate.analysis.reports.page import EVALUATION, Page, page_html
+from palpate.analysis.reports.page import EVALUATION, Block, Column, Heading, Page, Section, Words, page_html, table
+from palpate.analysis.reports.tables import in_seconds
 from palpate.modeling.evaluate.outputs import Choice, software_table
 from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.choice import RULE, choice

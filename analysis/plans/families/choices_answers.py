@@ -22,7 +22,7 @@ from palpate.analysis.plans.families.rows import plain_row, require_columns
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.apa import apa_p
-from palpate.analysis.statistics.columns import coded
+from palpate.analysis.statistics.cells import coded
 from palpate.analysis.statistics.pvalues import t_critical
 from palpate.analysis.statistics.refusals import StatisticsError
 

@@ -14,7 +14,7 @@ import pandas as pd
 from palpate.analysis.plans.answers import Answer, Row, Selected, Value
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.apa import number
-from palpate.analysis.statistics.columns import coded, numbers_of
+from palpate.analysis.statistics.cells import coded, numbers_of
 from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.undefined import finite_or_none, nan_to_none

@@ -23,7 +23,7 @@ from palpate.analysis.spaces.profiles import Profiles, gather_profiles, of_peopl
 from palpate.analysis.spaces.replicated import confidence_ellipses
 from palpate.analysis.spaces.vectors import property_vectors
 from palpate.analysis.statistics.apa import apa_p
-from palpate.analysis.statistics.columns import coded
+from palpate.analysis.statistics.cells import coded
 from palpate.analysis.statistics.draws import stream
 from palpate.analysis.statistics.refusals import StatisticsError, TooFew
 from palpate.protocols.wording import count

@@ -16,7 +16,7 @@ from palpate.analysis.first_look.results import statistics_json, write_results
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.describe import describe
 from palpate.analysis.reports.csv_files import csv_text
-from palpate.analysis.reports.numbers import fixed, p_cell, share
+from palpate.analysis.reports.tables import fixed, p_cell, share
 from palpate.protocols.wording import count, phrase
 from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed
 

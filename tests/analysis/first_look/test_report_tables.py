@@ -14,7 +14,7 @@ from palpate.analysis.first_look.page_tests import comparisons, question_words, 
 from palpate.analysis.first_look.study_statistics import Question, Row, StudyStatistics, study_statistics
 from palpate.analysis.first_look.study_statistics import Test as Answer
 from palpate.analysis.ratings.dataset import Exclusion
-from palpate.analysis.reports.blocks import Folded
+from palpate.analysis.reports.page import Folded
 from palpate.analysis.reports.tables import Table
 from palpate.analysis.statistics.anova import anova
 from tests.analysis.synthetic_ratings import door_ratings, reasoning

@@ -4,7 +4,7 @@ from palpate.analysis.plans.answers import Answer, StatisticSettings
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating import page as shown
 from palpate.analysis.regenerating.plan_tests import MissingSummary, QuestionResult
-from palpate.analysis.reports.headings import HEADINGS, heading
+from palpate.analysis.reports.tables import HEADINGS, heading
 
 
 def answered(outcome, rows, name="levels", test="anova", refused="", **more):

@@ -6,13 +6,17 @@ import re
 
 import pytest
 
-from palpate.analysis.reports.blocks import (
+from palpate.analysis.reports.page import (
+    EVALUATION,
+    REGENERATED,
     SHORT_CAPTION,
+    STILL,
     Caption,
     Column,
     FigureBlock,
     Folded,
     Heading,
+    Page,
     Points,
     Preformatted,
     Section,
@@ -24,9 +28,9 @@ from palpate.analysis.reports.blocks import (
     fill_in,
     italic,
     long_table,
+    page_html,
     table,
 )  # fmt: skip
-from palpate.analysis.reports.page import EVALUATION, REGENERATED, STILL, Page, page_html
 from palpate.analysis.reports.tables import Head, text_table
 
 HOSTILE = "<script>alert(1)</script>"

@@ -6,16 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.analysis.reports.headings import is_p
-from palpate.analysis.reports.numbers import in_seconds, written
 from palpate.analysis.reports.tables import (
     NO_NUMBER,
     Footnotes,
     column_texts,
     grouped_table,
+    in_seconds,
+    is_p,
     table_letters,
     text_table,
     value_table,
+    written,
 )
 
 

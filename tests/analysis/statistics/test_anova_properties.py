@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from palpate.analysis import anova, pairwise_tests, rm_anova
-from palpate.analysis.statistics.columns import _natural, ordered
+from palpate.analysis.statistics.cells import _natural, ordered
 from tests.analysis.statistics.anova_for_tests import long_table, same
 from tests.examples import examples
 

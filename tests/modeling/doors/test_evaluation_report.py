@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.analysis.reports.numbers import written
+from palpate.analysis.reports.tables import written
 from palpate.modeling.doors.evaluation import evaluate_doors
 from palpate.modeling.doors.evaluation_inverse import inverse_section
 from palpate.modeling.doors.evaluation_outputs import default_of, write_all
