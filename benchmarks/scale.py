@@ -22,8 +22,7 @@ from sqlalchemy import delete
 from palpate.protocols.bench import Case
 from palpate.protocols.tables import table_text
 from palpate.studies.catalogue import SHIPPED, stimulus_rows
-from palpate.studies.collecting.collect import Collector, open_database
-from palpate.studies.collecting.rows import OF_A_SESSION
+from palpate.studies.collecting.collect import OF_A_SESSION, Collector, open_database
 from palpate.studies.collecting.schema import metadata
 from palpate.studies.sessions.session_files import ledgers_in
 from palpate.studies.workers import available_cores

@@ -98,7 +98,7 @@ def _plans(
 
 
 def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions) -> list[Sat]:
-    from palpate.studies.participants.taken_rows import demand_free
+    from palpate.studies.participants.row_assignment import demand_free
     from palpate.studies.sessions.session import start
     from palpate.studies.simulation.rig import simulated
 
@@ -154,8 +154,7 @@ def _before(
     Returns for each participant what was accepted of a change or of a time, to go on record.
     """
     from palpate.studies.launching.changes import demand_same_models, demand_unchanged, earlier_header, sample_ledgers
-    from palpate.studies.launching.launch import demand_next
-    from palpate.studies.launching.session_times import demand_in_time
+    from palpate.studies.launching.launch import demand_in_time, demand_next
     from palpate.studies.sessions.record import read_header
 
     study, today = found.study.study, datetime.now().astimezone().date() if real else None
@@ -200,7 +199,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     """
     from palpate.studies.sessions.record import LedgerError, read
     from palpate.studies.sessions.session import resume as go_on
-    from palpate.studies.sessions.session_headers import in_person
+    from palpate.studies.sessions.session_files import in_person
 
     if ledger.is_dir():
         raise LedgerError(f"{ledger}: a folder; name one ledger, as {ledger / 'STUDY_P001_s1.sqlite'}")
@@ -228,7 +227,7 @@ def _to_go_on(
     from palpate.studies.live.opening import plan_to_go_on
     from palpate.studies.participants.admission import admit, readmit
     from palpate.studies.sessions.replay import recompiled
-    from palpate.studies.sessions.session_headers import in_person
+    from palpate.studies.sessions.session_files import in_person
     from palpate.studies.simulation.rig import simulated
 
     plan = recompiled(record)

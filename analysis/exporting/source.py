@@ -23,8 +23,7 @@ from palpate.studies.collecting import schema
 from palpate.studies.collecting.collect import fill, open_database, scratch_database
 from palpate.studies.messages import database_reason, describe_url
 from palpate.studies.participants.registry import find_registry, withdrawn
-from palpate.studies.sessions.session_files import ledgers_in
-from palpate.studies.sessions.session_headers import in_person
+from palpate.studies.sessions.session_files import in_person, ledgers_in
 from palpate.studies.sessions.tables import session_number
 
 _CHOICE_COLUMNS = tuple(column.name for column in fields(SessionRow))

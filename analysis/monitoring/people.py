@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from palpate.studies.participants.allocations import Allocation, every_allocation
-from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.registry import find_registry, withdrawn
 
 AGAIN_S = 5.0

@@ -12,7 +12,7 @@ from palpate.modeling.attributes.seeing import Album, Picture
 from palpate.protocols.files import file_sha256
 from palpate.studies.collecting.study_sessions import real_or_simulated, sessions_of
 from palpate.studies.sessions.record import LedgerError, Record
-from palpate.studies.sessions.session_headers import by_twins, stimulus_columns
+from palpate.studies.sessions.session_files import by_twins, stimulus_columns
 
 STUDY = "texture_photos"
 PICTURES = "pictures"

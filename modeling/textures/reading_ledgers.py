@@ -27,8 +27,7 @@ from palpate.signals.arrays import Array
 from palpate.studies.collecting.study_sessions import real_or_simulated, sessions_of
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.sessions.record import LedgerError
-from palpate.studies.sessions.session_files import ledgers_in
-from palpate.studies.sessions.session_headers import by_twins, stimulus_columns
+from palpate.studies.sessions.session_files import by_twins, ledgers_in, stimulus_columns
 
 STUDY = "texture_capture"
 AXES = ("x", "y", "z")

@@ -12,8 +12,7 @@ from palpate.protocols.study import Study, conditions_of
 from palpate.studies.collecting.study_sessions import headers_of
 from palpate.studies.sessions.model_versions import SHOWN, models_before, models_in
 from palpate.studies.sessions.record import read_header
-from palpate.studies.sessions.session_files import ledger_path
-from palpate.studies.sessions.session_headers import in_person
+from palpate.studies.sessions.session_files import in_person, ledger_path
 
 if TYPE_CHECKING:
     from palpate.devices.window.calibration import Calibration

@@ -1,8 +1,9 @@
-"""From what was asked on the command line to plans that may be run: who, with which row, on which forms."""
+"""From the options of the command line to plans that may be run: who, with which row, on which forms, and when."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from datetime import date, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from palpate.protocols.reading import StudyError
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
+from palpate.protocols.wording import count
 from palpate.protocols.yaml_text import YamlError
 from palpate.studies.catalogue import read_study
 from palpate.studies.launching.changes import StudyChanged, demand_unchanged
@@ -26,18 +28,18 @@ def plans_of(
     study: Study, lab: Path, people: Sequence[str], seed: int, live: bool, language: str = "en",
     group: str | None = None, row: int | None = None, session: int = 1,
 ) -> list[Plan]:  # fmt: skip
-    """A plan for every participant's session of this number.
+    """Return a plan for every participant's session of this number.
 
     A real participant's row is the one that the lab's registry holds, or allocates now; a simulated one's follows
     from the pseudonym unless it is given or allocated. Raises ParticipantError, AllocationError or PlanError.
     """
     forms = lab_forms(study, lab, live, language)
-    rows = [row_of(study, lab, each, live, group, row) for each in people]
+    rows = [row_of(study, lab, person, live, group, row) for person in people]
     return [compile_plan(study, who, seed, forms, session) for who in rows]
 
 
 def row_of(study: Study, lab: Path, participant: str, live: bool, group: str | None, row: int | None) -> ParticipantRow:
-    """Group and row of a participant; see `plans_of`."""
+    """Return group and row of a participant; see `plans_of`."""
     held = admit(lab, study, participant, live, group, row)
     if held is None:
         return allocate(study, participant, group, row)
@@ -70,7 +72,7 @@ def demand_next(lab: Path, study: str, participant: str, number: int) -> None:
 
 
 def changed_since(header: Mapping[str, Any], file: Path, accept: bool) -> dict[str, Any]:
-    """What goes on record where the study's file is not what the session began with; {} where it is.
+    """Return what goes on record where the study's file is not what the session began with; {} where it is.
 
     Raises StudyChanged naming the difference unless it is accepted; a file that cannot be read has changed, too.
     """
@@ -84,3 +86,44 @@ def changed_since(header: Mapping[str, Any], file: Path, accept: bool) -> dict[s
             ) from None
         return {"since_session": header["session"], "differences": "the study's file could not be read"}
     return demand_unchanged(header, current, accept) or {}
+
+
+class WrongTime(ValueError):
+    """The study does not declare the session, or it comes too early or too late."""
+
+
+def demand_in_time(
+    lab: Path, study: Study, participant: str, number: int, accept: bool, today: date | None
+) -> dict[str, Any] | None:
+    """Return what goes on record where the study does not declare the session; None where it does.
+
+    `today` is the date that a live session is on; None for a simulated one, between whose sessions no day passes.
+    The date of the earlier session is that of its last sitting, both in the station's time zone.
+    Raises WrongTime unless it is accepted, LedgerError where the earlier session cannot be read.
+    """
+    sample = study.participants
+    if sample is None:
+        return None
+    if sample.sessions is not None and number > sample.sessions:
+        declared = f"the study declares {count(sample.sessions, 'session')}"
+        return _accepted(f"{study.study}: this is session {number} of {participant}, and {declared}", accept, {
+            "session": number, "sessions": sample.sessions})  # fmt: skip
+    earlier = ledger_path(lab, study.study, participant, number - 1)
+    if today is None or sample.apart_days is None or not earlier.is_file():
+        return None
+    before = datetime.fromisoformat(read(earlier).sittings[-1].value["at"]).astimezone().date()
+    days, (fewest, most) = (today - before).days, sample.apart_days
+    if fewest <= days <= most:
+        return None
+    come = f"from {before + timedelta(fewest)} to {before + timedelta(most)}"
+    message = (
+        f"{study.study}: {participant} had session {number - 1} on {before}, {count(days, 'day')} before today; from "
+        f"{fewest} to {count(most, 'day')} are declared: have session {number} {come}"
+    )
+    return _accepted(message, accept, {"since_session": number - 1, "days": days, "apart_days": [fewest, most]})
+
+
+def _accepted(message: str, accept: bool, timing: dict[str, Any]) -> dict[str, Any]:
+    if not accept:
+        raise WrongTime(f"{message}; --accept-timing has it all the same and goes on record")
+    return {"timing": timing}

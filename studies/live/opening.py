@@ -20,8 +20,7 @@ from palpate.studies.launching.changes import demand_same_devices, demand_same_s
 from palpate.studies.live.hardware import hardware_for
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.live.world import LiveWorld, Station, clock_from
-from palpate.studies.sessions.beside import RecordedBeside
-from palpate.studies.sessions.rig import Rig, RigError, RigPlan
+from palpate.studies.sessions.rig import RecordedBeside, Rig, RigError, RigPlan
 
 if TYPE_CHECKING:
     from palpate.devices.window.calibration import Calibration

@@ -15,8 +15,7 @@ from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.allocations import Allocation, every_allocation
 from palpate.studies.participants.registry import Registry, withdrawn
 from palpate.studies.participants.rows import Places, places, recorded_rows
-from palpate.studies.sessions.session_files import ledgers_in
-from palpate.studies.sessions.session_headers import session_starts
+from palpate.studies.sessions.session_files import ledgers_in, session_starts
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,9 @@ from palpate.protocols.files import write_text
 from palpate.protocols.wording import some
 from palpate.studies.participants import schema
 from palpate.studies.participants.allocations import every_allocation
-from palpate.studies.participants.errors import ParticipantError
-from palpate.studies.participants.questions import question
+from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.registry import Registry, reading
-from palpate.studies.participants.sidecar import columns, identifying, sidecar_file
+from palpate.studies.participants.sidecar import columns, identifying, question, sidecar_file
 from palpate.studies.sessions.record import LedgerError, Record, read
 from palpate.studies.sessions.session_files import ledgers_in
 

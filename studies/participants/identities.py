@@ -34,7 +34,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from palpate.protocols.files import make_folder, write_text
 from palpate.studies.messages import database_reason
-from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.sessions.ledger_schema import DURABLE
 
 metadata = MetaData()

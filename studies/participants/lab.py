@@ -1,4 +1,4 @@
-"""A lab's folder: what makes it one, and its few settings in lab.yaml."""
+"""A lab's folder: what makes it one, its few settings in lab.yaml, and the error of all that is about its people."""
 
 from __future__ import annotations
 
@@ -8,7 +8,11 @@ from pathlib import Path
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.yaml_text import load
-from palpate.studies.participants.errors import ParticipantError
+
+
+class ParticipantError(ValueError):
+    """A participant, a row, a lab or one of its files about people cannot be used; the message says what to do."""
+
 
 TEMPLATE = Path(__file__).resolve().parents[2] / "participants_template"
 """Beside the rooms, in a checkout and where Palpate is installed."""

@@ -1,15 +1,24 @@
-"""What a lab puts before every participant of a study that opens with it. Imports no database."""
+"""What a lab puts before every participant of a study that opens with it: its consent text and its questions.
+
+Imports no database.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import LabForms
 from palpate.protocols.study import Study
-from palpate.studies.participants.consent import consent_text, demand_filled
-from palpate.studies.participants.questions import questions
+from palpate.studies.participants.lab import TEMPLATE, ParticipantError
+from palpate.studies.participants.sidecar import questions
+
+ON_PAPER = "<!-- on paper only -->"
+_BLANK = re.compile(r"\[([^\[\]]{2,})\](?![(\[]|: *<?https?:)")
+_MARKS = re.compile(r"^#+ +|\*\*|(?<!_)__(?!_)", re.MULTILINE)
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
 def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabForms | None:
@@ -21,9 +30,11 @@ def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabF
         return None
     if live and "consent" in study.opening:
         demand_filled(lab, language)
-    wanted = study.questions
-    asked = tuple(one for one in questions(lab, language) if wanted is None or one.name in wanted)
-    return LabForms(consent_text(lab, language), asked)
+    selected = study.questions
+    known = questions(lab, language)
+    return LabForms(
+        consent_text(lab, language), tuple(one for one in known if selected is None or one.name in selected)
+    )
 
 
 def unasked_questions(study: Study, lab: Path) -> Iterator[str]:
@@ -34,3 +45,59 @@ def unasked_questions(study: Study, lab: Path) -> Iterator[str]:
     for name in study.questions:
         if name not in known:
             yield f"the lab has no question {name!r}, so it is not asked; {nearest(name, known)}"
+
+
+def consent_text(lab: Path | None, language: str = "en") -> str:
+    """Return what the participant reads on the screen: the lab's consent.md (consent.ko.md for ko), else the
+    template's.
+
+    Paragraphs come as one line each with a blank line between, without marks of Markdown and without what stands
+    below the line <!-- on paper only -->. Raises ParticipantError where there is no text in that language.
+    """
+    return plain(_read(consent_file(lab, language)).partition(ON_PAPER)[0])
+
+
+def consent_file(lab: Path | None, language: str = "en") -> Path:
+    """Return where the consent text of a language lies. Raises ParticipantError where neither lab nor template has
+    one.
+    """
+    name = "consent.md" if language == "en" else f"consent.{language}.md"
+    places = [folder / name for folder in (lab, TEMPLATE) if folder is not None]
+    for place in places:
+        if place.is_file():
+            return place
+    raise ParticipantError(f"{places[0]}: there is no consent text in this language; write it into this file")
+
+
+def demand_filled(lab: Path, language: str = "en") -> None:
+    """Raise ParticipantError unless the lab has a consent text of its own without [blanks]."""
+    file = consent_file(lab, language)
+    if file.parent == TEMPLATE:
+        raise ParticipantError(f"{lab / file.name}: no such consent text; copy {file} there and fill in its [blanks]")
+    text = _read(file)
+    if not plain(text.partition(ON_PAPER)[0]):
+        raise ParticipantError(f"{file}: the consent text is empty")
+    if blanks := unfilled(text):
+        shown = ", ".join(f"[{blank}]" for blank in blanks[:4]) + (", ..." if len(blanks) > 4 else "")
+        raise ParticipantError(
+            f"{file}: not filled in: {shown} ({len(blanks)} in all); fill them in before the first real session"
+        )
+
+
+def unfilled(text: str) -> list[str]:
+    """Return the [blanks] of a text in their order, without brackets; links and check boxes are none."""
+    return [" ".join(found.split()) for found in _BLANK.findall(text)]
+
+
+def plain(text: str) -> str:
+    """Markdown as plain paragraphs: no marks of headings and emphasis, no comments, one line a paragraph."""
+    bare = _MARKS.sub("", _COMMENT.sub("", text))
+    paragraphs = (" ".join(part.split()) for part in re.split(r"\n\s*\n", bare))
+    return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
+
+
+def _read(file: Path) -> str:
+    try:
+        return file.read_text("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ParticipantError(f"{file}: byte {error.start} is not UTF-8; save the text as UTF-8") from None

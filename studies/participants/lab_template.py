@@ -7,9 +7,8 @@ from pathlib import Path
 
 from palpate.protocols.files import UNFINISHED, staged_files, write_bytes
 from palpate.protocols.wording import some
-from palpate.studies.participants.consent import unfilled
-from palpate.studies.participants.errors import ParticipantError
-from palpate.studies.participants.lab import SETTINGS, SIDECAR, TEMPLATE
+from palpate.studies.participants.lab import SETTINGS, SIDECAR, TEMPLATE, ParticipantError
+from palpate.studies.participants.lab_forms import unfilled
 
 FOLDERS = ("sessions", "studies")
 _OF_A_LAB = {*FOLDERS, SETTINGS, "analysis", "imported", "lab.sqlite", "bench"}

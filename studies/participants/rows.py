@@ -15,10 +15,10 @@ from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
-from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import demand_active
 from palpate.studies.participants.registry import Registry, gone, note, write
-from palpate.studies.participants.taken_rows import rows_taken
+from palpate.studies.participants.row_assignment import rows_taken
 
 Place = tuple[str | None, int]
 Recorded = Mapping[str, Place]

@@ -1,4 +1,4 @@
-"""participants.json: what each column of the table of participants means (BIDS), and which are asked."""
+"""participants.json: what each column of the table of participants means (BIDS), and the questions of those asked."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from difflib import get_close_matches
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from palpate.studies.participants.errors import ParticipantError
-from palpate.studies.participants.lab import SIDECAR, TEMPLATE
+from palpate.protocols.forms import Question
+from palpate.studies.participants.lab import SIDECAR, TEMPLATE, ParticipantError
 
 IDENTIFYING = frozenset(
     word
@@ -114,7 +114,7 @@ def _demand_value(where: str, key: str, value: Any) -> None:
     plain = translated[1] if translated else key
     if plain in _TEXTS and not (isinstance(value, str) and value.strip()):
         raise ParticipantError(f"{where}: found {value!r:.60}, a text is expected")
-    if plain in _MAPPINGS and not _levels(value):
+    if plain in _MAPPINGS and not (isinstance(value, Mapping) and value and all(map(level_label, value.values()))):
         raise ParticipantError(f'{where}: found {value!r:.60}, an object is expected, as {{"F": "Woman"}}')
     if plain in _NUMBERS and type(value) not in (int, float):
         raise ParticipantError(f"{where}: found {value!r:.60}, a number is expected")
@@ -124,12 +124,54 @@ def _demand_value(where: str, key: str, value: Any) -> None:
         raise ParticipantError(f"{where}: unknown key; did you mean {meant[0]!r}?")
 
 
-def _levels(value: Any) -> bool:
-    """Return level -> label, or BIDS's level -> {Description}."""
-    return isinstance(value, Mapping) and bool(value) and all(level_label(label) for label in value.values())
-
-
 def level_label(label: Any) -> str | None:
-    """Return the words for a level; BIDS allows a text or an object with a Description."""
+    """Return the words for a level, None where there are none; BIDS allows a text or an object with a Description."""
     text = label.get("Description") if isinstance(label, Mapping) else label
     return text if isinstance(text, str) and text.strip() else None
+
+
+def questions(lab: Path | None, language: str = "en") -> tuple[Question, ...]:
+    """Return a question for every column that has a `Question`, in the file's order, in a language.
+
+    A column with `Levels` is a choice, one with `Units`, `Minimum` or `Maximum` a number, any other a text.
+    Answers are voluntary unless the column says "Optional": false.
+    Raises ParticipantError on a broken file or a missing translation, naming file and key.
+    """
+    file = sidecar_file(lab)
+    asked = ((name, column) for name, column in columns(file).items() if "Question" in column)
+    return tuple(question(f"{file}: {name}", name, column, language) for name, column in asked)
+
+
+def question(where: str, name: str, column: dict[str, Any], language: str = "en") -> Question:
+    """Return one column's question; `where` is its place for messages."""
+    kind: Literal["number", "choice", "text"] = "text"
+    if "Levels" in column:
+        kind = "choice"
+    elif {"Units", "Minimum", "Maximum"} & set(column):
+        kind = "number"
+    return Question(
+        name=name,
+        text=_in(where, column, "Question", language),
+        kind=kind,
+        levels=_levels(where, column, language) if kind == "choice" else (),
+        unit=_in(where, column, "Units", language) if "Units" in column else None,
+        low=column.get("Minimum"),
+        high=column.get("Maximum"),
+        optional=column.get("Optional", True),
+    )
+
+
+def _levels(where: str, column: dict[str, Any], language: str) -> tuple[tuple[str, str], ...]:
+    labels = _in(where, column, "Levels", language)
+    if set(labels) != set(column["Levels"]):
+        missing = ", ".join(sorted(set(column["Levels"]) ^ set(labels)))
+        raise ParticipantError(f"{where}.Levels_{language}: the same levels as in Levels are expected ({missing})")
+    return tuple((level, level_label(labels[level]) or level) for level in column["Levels"])
+
+
+def _in(where: str, column: dict[str, Any], key: str, language: str) -> Any:
+    """Return a key's value in the language; English stands under the plain key."""
+    translated = key if language == "en" else f"{key}_{language}"
+    if translated not in column:
+        raise ParticipantError(f"{where}.{translated}: missing; a translation of {key} is expected")
+    return column[translated]

@@ -1,12 +1,16 @@
-"""Where a lab's session files lie, and how they are named: LAB/sessions/STUDY_PARTICIPANT_sN.sqlite."""
+"""A lab's session files, LAB/sessions/STUDY_PARTICIPANT_sN.sqlite, and what their first events say of the sessions."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from palpate.protocols.shell_command import shell_command
-from palpate.studies.sessions.record import LedgerError, read
+from palpate.protocols.trial import ParticipantRow
+from palpate.studies.sessions.record import LedgerError, read, read_header
 
 
 def ledger_path(lab: Path, study: str, participant: str, number: int = 1) -> Path:
@@ -38,3 +42,40 @@ def others_in(lab: Path) -> list[Path]:
     """Return the SQLite files among the lab's sessions that are not named as a session: copies, for instance."""
     named = set(ledgers_in(lab))
     return sorted(path for path in (lab / "sessions").glob("*.sqlite") if path not in named and path.name[0] != ".")
+
+
+@dataclass(frozen=True)
+class SessionStart:
+    """The study, participant, row and seed of a session, and whether a person took part."""
+
+    study: str
+    who: ParticipantRow
+    seed: int | None
+    in_person: bool
+
+
+def in_person(header: dict[str, Any]) -> bool:
+    """Return whether a session is a real participant's: simulated ones and rehearsals are nobody's."""
+    return bool(header["rig"]["kind"] == "live")
+
+
+def by_twins(header: dict[str, Any]) -> bool:
+    """Return whether simulated devices made what a session recorded, whoever took part."""
+    return not in_person(header) or bool(header["rig"].get("twins"))
+
+
+def stimulus_columns(header: dict[str, Any]) -> dict[str, dict[str, str]]:
+    """Return the rows of the stimulus table that the session was started with, by the stimulus' id."""
+    stimuli = header.get("study", {}).get("stimuli", ())
+    return {row["id"]: row.get("columns", {}) for row in stimuli if isinstance(row, dict) and "id" in row}
+
+
+def session_starts(ledgers: Iterable[Path]) -> Iterator[SessionStart]:
+    """Yield what the ledgers began as, in their order; one whose first event cannot be read is passed over."""
+    for path in ledgers:
+        try:
+            header = read_header(path)
+            who = ParticipantRow(header["participant"], header["group"], header["row"])
+            yield SessionStart(header["study"]["study"], who, header.get("seed"), in_person(header))
+        except (LedgerError, KeyError, TypeError):
+            continue

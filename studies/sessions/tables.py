@@ -17,7 +17,7 @@ from palpate.protocols.trial import Trial
 from palpate.studies.sessions.model_versions import models_in
 from palpate.studies.sessions.record import LedgerError, Record
 from palpate.studies.sessions.replay import recompiled
-from palpate.studies.sessions.session_headers import by_twins
+from palpate.studies.sessions.session_files import by_twins
 
 Row = dict[str, Any]
 TEXT = "text"

@@ -32,7 +32,7 @@ def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int
         world = Simulated(simulated_participant(plan, device.feels), device, VirtualClock(t_ns))
         if not (needs := recorded_beside(study.needs)):
             return Rig(world)
-        from palpate.studies.sessions.beside import RecordedBeside
+        from palpate.studies.sessions.rig import RecordedBeside
         from palpate.studies.simulation.virtual_recording import VirtualRecorder
 
         recorder = VirtualRecorder.of(needs, world.now, plan)

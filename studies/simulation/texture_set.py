@@ -24,8 +24,7 @@ from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.sessions.record import Record, read
 from palpate.studies.sessions.session import resume, start
-from palpate.studies.sessions.session_files import ledger_path, ledgers_in
-from palpate.studies.sessions.session_headers import session_starts
+from palpate.studies.sessions.session_files import ledger_path, ledgers_in, session_starts
 from palpate.studies.simulation.texture_set_rig import rig_for
 from palpate.studies.simulation.texture_set_studies import (
     GROUPS,

@@ -17,9 +17,9 @@ from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
 from palpate.protocols.study import Stimulus
 from palpate.protocols.trial import Trial
 from palpate.studies.live.world import clock_from
-from palpate.studies.sessions.beside import RecordedBeside
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
+from palpate.studies.sessions.rig import RecordedBeside
 from palpate.studies.simulation.rig import simulated
 from palpate.studies.simulation.virtual_recording import VirtualRecorder
 from tests.studies.labs import Lab

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.studies.participants.errors import ParticipantError
-from palpate.studies.participants.lab import TEMPLATE
+from palpate.studies.participants.lab import TEMPLATE, ParticipantError
 from palpate.studies.participants.lab_template import make_lab
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -27,8 +27,7 @@ from palpate.studies.participants.withdrawal import withdraw
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session import resume, start
-from palpate.studies.sessions.session_files import ledger_path
-from palpate.studies.sessions.session_headers import SessionStart
+from palpate.studies.sessions.session_files import SessionStart, ledger_path
 from palpate.studies.simulation import texture_set
 from palpate.studies.simulation.rig import simulated
 from palpate.studies.simulation.texture_set import QUICK, Pace, SetWanted, estimate, make_set, room_bytes

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.studies.launching.session_times import WrongTime, demand_in_time
+from palpate.studies.launching.launch import WrongTime, demand_in_time
 from palpate.studies.sessions import session
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import recompiled, replay

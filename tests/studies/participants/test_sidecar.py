@@ -3,9 +3,8 @@ import json
 import pytest
 
 from palpate.protocols.forms import Demographics, Question
-from palpate.studies.participants.errors import ParticipantError
-from palpate.studies.participants.questions import questions
-from palpate.studies.participants.sidecar import columns, identifying, sidecar_file
+from palpate.studies.participants.lab import ParticipantError
+from palpate.studies.participants.sidecar import columns, identifying, questions, sidecar_file
 
 BARE = {"participant_id": {"Description": "Pseudonym"}}
 
