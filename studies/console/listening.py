@@ -9,13 +9,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import Protocol, TextIO
 
 _SEQUENCE = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*[@-~]|O.)")
 """What arrow and function keys send."""
-_BEGUN = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*|O)$")
+_UNFINISHED = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*|O)$")
 """A sequence whose end has not come yet."""
 BETWEEN_LOOKS_S = 0.02
 """On Windows, where a console cannot be waited for together with anything else."""
@@ -35,7 +36,7 @@ class Source(Protocol):
     by_line: bool
 
     def take(self) -> list[Heard]:
-        """What has come since the last time; returns at once."""
+        """Return what has come since the last time, at once."""
 
     def close(self) -> None:
         """Stop listening and leave the terminal as it was found."""
@@ -43,16 +44,16 @@ class Source(Protocol):
 
 @dataclass
 class Silence:
-    """Nobody can be heard: there is no standard input."""
+    """A source that never gives an order: there is no standard input."""
 
     by_line: bool = True
 
     def take(self) -> list[Heard]:
-        """Nothing."""
+        """Return nothing."""
         return []
 
     def close(self) -> None:
-        """Nothing to stop."""
+        """Do nothing: there is nothing to stop."""
 
 
 class Keys:
@@ -63,14 +64,14 @@ class Keys:
         self._rest = ""
 
     def feed(self, data: bytes) -> list[str]:
-        """The keys that have come with these bytes."""
+        """Return the keys that have come with these bytes."""
         text = _SEQUENCE.sub("", self._rest + self._decoder.decode(data))
-        begun = _BEGUN.search(text)
-        self._rest = begun[0] if begun is not None else ""
+        unfinished = _UNFINISHED.search(text)
+        self._rest = unfinished[0] if unfinished is not None else ""
         return list(text[: len(text) - len(self._rest)])
 
     def end(self) -> list[str]:
-        """Nothing is left."""
+        """Return nothing: no key is left."""
         return []
 
 
@@ -82,23 +83,23 @@ class Lines:
         self._rest = ""
 
     def feed(self, data: bytes) -> list[str]:
-        """The lines that are whole with these bytes."""
+        """Return the lines that are whole with these bytes."""
         *whole, self._rest = (self._rest + self._decoder.decode(data)).split("\n")
         return whole
 
     def end(self) -> list[str]:
-        """The last line."""
+        """Return the last line, if it has no end."""
         return [self._rest] if self._rest else []
 
 
 def drained(heard: SimpleQueue[Heard]) -> list[Heard]:
-    """What has come into a queue since the last time; returns at once."""
-    found = []
+    """Return what has come into a queue since the last time, at once."""
+    items = []
     while True:
         try:
-            found.append(heard.get_nowait())
+            items.append(heard.get_nowait())
         except Empty:
-            return found
+            return items
 
 
 @dataclass
@@ -118,7 +119,7 @@ class Listener:
         self._thread.start()
 
     def take(self) -> list[Heard]:
-        """What has come since the last time."""
+        """Return what has come since the last time."""
         return drained(self.heard)
 
     def close(self) -> None:
@@ -141,7 +142,7 @@ class Listener:
         self._hand_over(reading.end())
 
     def _bytes(self) -> bytes:
-        """The next bytes; none at the end of the input, where the terminal is gone, or when the listener closes."""
+        """Return the next bytes; none at the end of the input, without its terminal, or when the listener closes."""
         import select
 
         ready, _, _ = select.select([self.fd, self._wake[0]], [], [])
@@ -171,7 +172,7 @@ class WindowsListener:
         threading.Thread(target=listening, name="console-input", daemon=True).start()
 
     def take(self) -> list[Heard]:
-        """What has come since the last time."""
+        """Return what has come since the last time."""
         return drained(self.heard)
 
     def close(self) -> None:
@@ -206,6 +207,30 @@ def listen(stream: TextIO | None) -> Source:
         return WindowsListener(stream)
     if not os.isatty(fd):
         return Listener(fd, by_line=True)
-    from palpate.studies.console.terminal import single_keys
 
     return Listener(fd, by_line=False, restore=single_keys(fd))
+
+
+def single_keys(fd: int) -> Callable[[], None]:
+    """Turn off echo and line editing of a POSIX terminal; return a function that puts it back as it was.
+
+    Ctrl-C stays a signal. Ctrl-Z, Ctrl-S and Ctrl-\\ lose their meaning: each would stop a session unasked.
+    """
+    import termios
+
+    before = termios.tcgetattr(fd)
+    mode = termios.tcgetattr(fd)
+    mode[0] &= ~termios.IXON
+    mode[3] &= ~(termios.ECHO | termios.ICANON)
+    none = bytes([os.fpathconf(fd, "PC_VDISABLE") % 256])
+    for meaning, value in (
+        (termios.VMIN, 1), (termios.VTIME, 0), (termios.VSUSP, none), (termios.VQUIT, none)
+    ):  # fmt: skip
+        mode[6][meaning] = value
+    termios.tcsetattr(fd, termios.TCSANOW, mode)
+
+    def restore() -> None:
+        with suppress(termios.error):  # the terminal may be gone
+            termios.tcsetattr(fd, termios.TCSANOW, before)
+
+    return restore

@@ -1,22 +1,35 @@
-"""The console's page: the board, the demand and the keys, laid out for the size of the terminal."""
+"""The console's page on a terminal: its layout for the size of the terminal, and the thread that draws it.
+
+It is drawn at most four times a second, and only when it has changed.
+"""
 
 from __future__ import annotations
 
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import TextIO
+
 from rich import box
 from rich.cells import cell_len
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
+from rich.control import Control
 from rich.layout import Layout
 from rich.padding import Padding
 from rich.panel import Panel
 from rich.progress_bar import ProgressBar
+from rich.screen import Screen
+from rich.segment import ControlType
 from rich.table import Table
 from rich.text import Text
 
 from palpate.devices.samples import described
 from palpate.protocols.events import NS
-from palpate.studies.console.board import Board
-from palpate.studies.console.entry import KEYS, Entry
-from palpate.studies.console.view import View
+from palpate.studies.console.display import View
+from palpate.studies.console.orders import KEYS, Entry
+from palpate.studies.console.status import SessionStatus
 from palpate.studies.console.words import about, clock, doing, how_to_answer, standing
 
 HELP = (
@@ -33,12 +46,17 @@ ASKING = {"note": "note", "abort": "type abort, a blank and the reason", "number
 
 
 def page(view: View, t_ns: int, width: int, height: int = 30) -> Layout:
-    """The whole page at session time t_ns, for a terminal of so many columns and rows."""
+    """Return the whole page at session time t_ns, for a terminal of so many columns and rows.
+
+    The demand takes up to five lines more than one.
+    """
+    prompted = view.prompt is not None and not view.status.paused
+    further = cell_len(view.prompt.text) // max(width - 8, 20) if view.prompt is not None and prompted else 0
     layout = Layout()
     layout.split_column(
-        Layout(_title(view.board), size=1),
-        Layout(_demand(view), size=4 + _further_lines(view, width)),
-        Layout(_progress(view.board, t_ns), size=3),
+        Layout(_title(view.status), size=1),
+        Layout(_demand(view), size=4 + min(further, 5)),
+        Layout(_progress(view.status, t_ns), size=3),
         Layout(_help() if view.help else _middle(view, t_ns, width, height)),
         Layout(_keys(), size=1),
         Layout(entry_line(view.entry, view.hint, width), size=1),
@@ -47,82 +65,76 @@ def page(view: View, t_ns: int, width: int, height: int = 30) -> Layout:
 
 
 def entry_line(entry: Entry, hint: str, width: int) -> Text:
-    """The last line: the end of what is being typed, or a word to the typist."""
+    """Return the last line: the end of what is being typed, or a hint to the typist."""
     if not entry.typing:
         return Text(f" {hint}", style="yellow", no_wrap=True)
-    asked = f" {ASKING[entry.kind]}: "
+    label = f" {ASKING[entry.kind]}: "
     shown = entry.text
-    while cell_len(asked) + cell_len(shown) + 1 > width and shown:
+    while cell_len(label) + cell_len(shown) + 1 > width and shown:
         shown = shown[1:]
-    return Text.assemble((asked, "bold cyan"), shown, ("█", "blink"), no_wrap=True)
+    return Text.assemble((label, "bold cyan"), shown, ("█", "blink"), no_wrap=True)
 
 
-def _title(board: Board) -> RenderableType:
-    study, who = board.plan.study, board.plan.who
-    rig = board.header.get("rig", {})
+def _title(status: SessionStatus) -> RenderableType:
+    study, who = status.plan.study, status.plan.who
+    rig = status.header.get("rig", {})
     mark, style = MARKS.get(rig.get("kind", ""), ("", ""))
-    simulated = ", ".join(each.replace("_", " ") for each in rig.get("twins", ()))
+    simulated = ", ".join(need.replace("_", " ") for need in rig.get("twins", ()))
     row = Table.grid(expand=True)
     row.add_column(ratio=1, no_wrap=True)
     row.add_column(justify="right", no_wrap=True)
     left = Text.assemble((f" {mark} ", style), "  ", (study.title or study.study, "bold"))
     if simulated:
         left.append(f"   simulated: {simulated}", style="yellow")
-    if board.plan.study.blind:
-        left.append(f"   blind: {', '.join(board.plan.study.blind)}", style="yellow")
+    if status.plan.study.blind:
+        left.append(f"   blind: {', '.join(status.plan.study.blind)}", style="yellow")
     group = f"  group {who.group}" if who.group is not None else ""
-    row.add_row(left, f"{who.participant}{group}  row {who.row}  session {board.header.get('session', 1)} ")
+    row.add_row(left, f"{who.participant}{group}  row {who.row}  session {status.header.get('session', 1)} ")
     return row
 
 
 def _demand(view: View) -> RenderableType:
-    board = view.board
-    if view.prompt is not None and not board.paused:
+    status = view.status
+    if view.prompt is not None and not status.paused:
         text = Text.assemble((view.prompt.text, "bold bright_yellow"), "\n", (how_to_answer(view.prompt), "dim"))
         return Panel(text, title="your turn", title_align="left", border_style="bright_yellow", box=box.HEAVY)
-    if board.pause is not None:
-        told = "Paused. The participant sees the pause page.\np goes on"
-        if board.pause.by_participant:
-            told = "The participant rests, and goes on when ready.\np ends the rest"
-        text = Text(told, style="bold yellow")
+    if status.pause is not None:
+        state = "Paused. The participant sees the pause page.\np goes on"
+        if status.pause.by_participant:
+            state = "The participant rests, and goes on when ready.\np ends the rest"
+        text = Text(state, style="bold yellow")
         return Panel(
             text,
-            title="resting" if board.pause.by_participant else "paused",
+            title="resting" if status.pause.by_participant else "paused",
             title_align="left",
             border_style="yellow",
             box=box.ROUNDED,
         )
-    told = "The session is over." if board.ended is not None else "Nothing to do for you now."
-    return Panel(Text(told, style="dim"), border_style="bright_black", box=box.ROUNDED)
+    state = "The session is over." if status.ended is not None else "Nothing to do for you now."
+    return Panel(Text(state, style="dim"), border_style="bright_black", box=box.ROUNDED)
 
 
-def _further_lines(view: View, width: int) -> int:
-    """How many lines more than one the demand takes, at most five."""
-    told = 0 if view.prompt is None or view.board.paused else cell_len(view.prompt.text)
-    return min(told // max(width - 8, 20), 5)
-
-
-def _progress(board: Board, t_ns: int) -> RenderableType:
+def _progress(status: SessionStatus, t_ns: int) -> RenderableType:
     line = Table.grid(expand=True, padding=(0, 1))
     line.add_column(no_wrap=True)
     line.add_column(ratio=1)
     line.add_column(justify="right", no_wrap=True)
-    share = f"{len(board.done) / board.total:.0%}"
+    share = f"{len(status.done) / status.total:.0%}"
     line.add_row(
-        f" {standing(board)}",
-        ProgressBar(board.total, len(board.done), style="grey37", complete_style="cyan", finished_style="cyan"),
+        f" {standing(status)}",
+        ProgressBar(status.total, len(status.done), style="grey37", complete_style="cyan", finished_style="cyan"),
         f"{share} ",
     )
-    times = Text(f" {clock(t_ns / NS)} since the start, {about(board.left_s(t_ns))}", style="dim")
-    if board.pause is not None:
-        times.append(f"   paused for {clock((t_ns - board.pause.begun_ns) / NS)}", style="yellow")
+    times = Text(f" {clock(t_ns / NS)} since the start, {about(status.left_s(t_ns))}", style="dim")
+    if status.pause is not None:
+        times.append(f"   paused for {clock((t_ns - status.pause.begun_ns) / NS)}", style="yellow")
     return Padding(Group(line, times), (0, 0, 1, 0))
 
 
 def _middle(view: View, t_ns: int, width: int, height: int) -> RenderableType:
-    """What there is room for: all four panels, the upper two, or the samples alone."""
+    """Return the panels that there is room for: all four, the upper two, or the stimuli alone."""
     participant = Layout(_panel("participant", _participant(view, t_ns)))
-    stimuli = Layout(_panel("stimuli", _stimuli(view.board)))
+    stimuli = Layout(_panel("stimuli", _stimuli(view.status)))
     if height < 20:
         return stimuli
     middle, upper, lower = Layout(), Layout(size=5), Layout()
@@ -131,7 +143,7 @@ def _middle(view: View, t_ns: int, width: int, height: int) -> RenderableType:
         return middle
     upper.split_row(participant, stimuli)
     lower.split_row(
-        Layout(_panel("window and devices", _states(view))), Layout(_panel("remarks", _remarks(view.board)))
+        Layout(_panel("window and devices", _states(view))), Layout(_panel("remarks", _remarks(view.status)))
     )
     middle.split_column(upper, lower)
     return middle
@@ -142,24 +154,24 @@ def _panel(title: str, inside: RenderableType) -> Panel:
 
 
 def _participant(view: View, t_ns: int) -> RenderableType:
-    board = view.board
-    if board.doing is None:
+    status = view.status
+    if status.doing is None:
         return Text()
-    told = doing(board.doing, waits=view.prompt is not None)
-    return Text.assemble((told, "bold"), "\n", (f"for {clock(board.doing_s(t_ns))}", "dim"))
+    text = doing(status.doing, waits=view.prompt is not None)
+    return Text.assemble((text, "bold"), "\n", (f"for {clock(status.doing_s(t_ns))}", "dim"))
 
 
-def _stimuli(board: Board) -> RenderableType:
+def _stimuli(status: SessionStatus) -> RenderableType:
     rows = Table.grid(padding=(0, 1))
     rows.add_column(style="dim", no_wrap=True, min_width=4)
     rows.add_column(overflow="ellipsis", no_wrap=True)
-    trial, blind = board.current(), board.plan.study.blind
+    trial, blind = status.current(), status.plan.study.blind
     if trial is not None:
         rows.add_row("now", Text(described(trial.stimulus, blind), style="bold"))
-    for name, coming in zip(("next", "then"), board.coming(2), strict=False):
+    for name, coming in zip(("next", "then"), status.coming(2), strict=False):
         rest = "  (after a rest)" if coming.rest_before else ""
         rows.add_row(name, f"{described(coming.stimulus, blind)}{rest}")
-    if not board.coming(1):
+    if not status.coming(1):
         rows.add_row("next", Text("none: this is the last", style="dim"))
     return rows
 
@@ -169,19 +181,16 @@ def _states(view: View) -> RenderableType:
     rows.add_column(style="dim", no_wrap=True, min_width=4)
     rows.add_column(overflow="ellipsis", no_wrap=True)
     for key, value in view.states.items():
-        rows.add_row(key.replace("_", " "), Text(_short(value)))
+        text = f"{value:.4g}" if isinstance(value, float) else str(value).replace("_", " ")
+        rows.add_row(key.replace("_", " "), Text(text))
     return rows
 
 
-def _short(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value).replace("_", " ")
-
-
-def _remarks(board: Board) -> RenderableType:
+def _remarks(status: SessionStatus) -> RenderableType:
     rows = Table.grid(padding=(0, 1))
     rows.add_column(style="dim", no_wrap=True, justify="right")
     rows.add_column()
-    for remark in reversed(board.remarks):
+    for remark in reversed(status.remarks):
         rows.add_row(clock(remark.t_ns / NS), Text(remark.text))
     return rows
 
@@ -200,3 +209,83 @@ def _help() -> RenderableType:
     for key, meaning in HELP:
         rows.add_row(key, meaning)
     return _panel("keys: any key closes this", rows)
+
+
+BETWEEN_PAGES_S = 0.25
+"""The page is drawn no more often; the line being typed alone is, as it is typed."""
+AT_LEAST_EVERY_S = 1.0
+"""How often the page is drawn anew where only the shown seconds have changed."""
+
+
+@dataclass
+class Painter:
+    """The page on the terminal's second screen; what stood on the terminal is there again afterwards."""
+
+    stream: TextIO
+    now_ns: Callable[[], int]
+    clock: Callable[[], float] = time.monotonic
+    pages: int = 0
+    _view: View | None = None
+    _behind: bool = False
+    _written: object = None
+    _changed: threading.Event = field(default_factory=threading.Event)
+    _over: threading.Event = field(default_factory=threading.Event)
+
+    def __post_init__(self) -> None:
+        self._console = Console(file=self.stream, force_terminal=True)
+        self._thread = threading.Thread(target=self._paint, name="console-output", daemon=True)
+        self._thread.start()
+
+    def show(self, view: View) -> None:
+        """Draw this as soon as a page is due."""
+        self._view = view
+        self._changed.set()
+
+    def say(self, line: str) -> None:
+        """Do nothing: the page shows it."""
+
+    def close(self) -> None:
+        """Draw no more and give the terminal's first screen back."""
+        self._over.set()
+        self._changed.set()
+        self._thread.join(timeout=2)
+
+    def _paint(self) -> None:
+        with suppress(OSError, ValueError):  # the terminal is gone: the session goes on unseen
+            self._console.control(Control.alt_screen(True), Control.show_cursor(False))
+            try:
+                due_s = self.clock()
+                while not self._over.is_set():
+                    due_s = self._turn(due_s)
+            finally:
+                self._console.control(Control.show_cursor(True), Control.alt_screen(False))
+
+    def _turn(self, due_s: float) -> float:
+        """Wait for a change, draw the page if that is due, else the entry line alone; return when the next is due."""
+        if self._changed.wait(max(due_s - self.clock(), 0.0) if self._behind else AT_LEAST_EVERY_S):
+            self._changed.clear()
+            self._behind = True
+        view = self._view
+        if view is None or self._over.is_set():
+            return due_s
+        if self.clock() < due_s:
+            self._write_entry(view)
+            return due_s
+        self._draw(view)
+        self._behind = False
+        return self.clock() + BETWEEN_PAGES_S
+
+    def _draw(self, view: View) -> None:
+        laid_out = page(view, self.now_ns(), *self._console.size)
+        self._console.control(Control.home())
+        self._console.print(Screen(laid_out), end="")
+        self._written = (view.entry, view.hint)
+        self.pages += 1
+
+    def _write_entry(self, view: View) -> None:
+        if (view.entry, view.hint) == self._written:
+            return
+        width, height = self._console.size
+        self._console.control(Control.move_to(0, height - 1), Control((ControlType.ERASE_IN_LINE, 2)))
+        self._console.print(entry_line(view.entry, view.hint, width), end="", no_wrap=True, overflow="crop")
+        self._written = (view.entry, view.hint)

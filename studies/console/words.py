@@ -9,7 +9,7 @@ from palpate.devices.desk import Prompt
 from palpate.devices.samples import described
 from palpate.protocols.events import NS, Event
 from palpate.protocols.forms import FORMS
-from palpate.studies.console.board import Board
+from palpate.studies.console.status import SessionStatus
 
 DOING = {
     "present with anchor": "feeling a reference",
@@ -20,11 +20,11 @@ DOING = {
     "confirm": "waiting while the screen is measured",
 }
 OVER = {"declined": "the participant declined", "ineligible": "the participant cannot take part"}
-"""How a session ended, where "the session is ..." would not say it."""
+"""How a session ended, where "the session is ..." does not say it."""
 
 
 def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
-    """What the participant is doing while the request of this body is performed, or the experimenter is to do it."""
+    """Return what the participant does while the request of this body is performed; `waits`: until it is prepared."""
     match body:
         case {"do": "present"} if waits:
             return "waiting for the stimulus"
@@ -42,12 +42,12 @@ def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
 
 
 def counted(text: str, count: int) -> str:
-    """A text with its {n} filled in, and in the singular for one: its plural is marked as (s)."""
+    """Return a text with its {n} filled in, in the singular for one; a plural is marked as (s)."""
     return text.replace("{n}", str(count)).replace("(s)", "" if count == 1 else "s")
 
 
 def clock(seconds: float) -> str:
-    """Minutes and seconds, and hours where there are some: 4:07, 1:02:30."""
+    """Return minutes and seconds, and hours if there are any: 4:07, 1:02:30."""
     whole = int(seconds)
     hours, rest = divmod(whole, 3600)
     minutes = f"{rest // 60:02d}" if hours else f"{rest // 60}"
@@ -55,7 +55,7 @@ def clock(seconds: float) -> str:
 
 
 def about(seconds: float | None) -> str:
-    """A duration as an estimate is told."""
+    """Return how much time is left, as an estimate."""
     if seconds is None:
         return "time left: known after the first trial"
     if seconds < 90:
@@ -64,7 +64,7 @@ def about(seconds: float | None) -> str:
 
 
 def how_to_answer(prompt: Prompt, by_line: bool = False) -> str:
-    """What to press, or to write where orders are lines."""
+    """Return what to press, or to write where orders are lines."""
     confirm = "confirm" if by_line else "Enter"
     if prompt.kind == "confirm":
         return f"{confirm} when it is done"
@@ -72,51 +72,43 @@ def how_to_answer(prompt: Prompt, by_line: bool = False) -> str:
     return f"{'a number' if by_line else 'type the number, then Enter'}{default}"
 
 
-def standing(board: Board) -> str:
-    """Where the session is, in a few words."""
-    if board.ended is not None:
-        return OVER.get(board.ended, f"the session is {board.ended}")
-    trial = board.current()
+def standing(status: SessionStatus) -> str:
+    """Return where the session is, in a few words."""
+    if status.ended is not None:
+        return OVER.get(status.ended, f"the session is {status.ended}")
+    trial = status.current()
     if trial is None:
-        return f"{len(board.done)} of {board.total} trials done"
-    hidden = trial.block == "main" or _blocks_are_blind(board)
+        return f"{len(status.done)} of {status.total} trials done"
+    blocks = status.plan.study.order.blocks
+    hidden = trial.block == "main" or (blocks is not None and blocks.by in status.plan.study.blind)
     block = "" if hidden else f" ({trial.block})"
-    again = f", attempt {board.attempt}" if board.attempt > 1 else ""
-    return f"trial {board.trial} of {board.total}{block}{again}"
+    again = f", attempt {status.attempt}" if status.attempt > 1 else ""
+    return f"trial {status.trial} of {status.total}{block}{again}"
 
 
-def _blocks_are_blind(board: Board) -> bool:
-    blocks = board.plan.study.order.blocks
-    return blocks is not None and blocks.by in board.plan.study.blind
-
-
-def line(event: Event, board: Board) -> str | None:
-    """What a plain console says of an event, the board being that after it; None where it says nothing."""
-    told = _line(event, board)
-    return None if told is None else f"[{clock(event.t_ns / NS)}] {told}"
-
-
-def _line(event: Event, board: Board) -> str | None:
+def line(event: Event, status: SessionStatus) -> str | None:
+    """Return what a console of lines prints of an event, given the status after it; None if nothing."""
     match event.kind:
         case "trial_started":
-            return where(board)
+            text = where(status)
         case "request" if event.trial is None:
-            return doing(event.value)
-        case "fault":
-            return board.remarks[-1].text
-        case "experimenter":
-            return board.remarks[-1].text if event.value["do"] != "note" else f"note: {event.value['text']}"
+            text = doing(event.value)
+        case "experimenter" if event.value["do"] == "note":
+            text = f"note: {event.value['text']}"
+        case "experimenter" | "fault":
+            text = status.remarks[-1].text
         case "session_ended":
-            return standing(board)
+            text = standing(status)
         case _:
             return None
+    return f"[{clock(event.t_ns / NS)}] {text}"
 
 
-def where(board: Board) -> str:
-    """Where the session is, which stimulus is on and which comes next."""
-    trial = board.current()
+def where(status: SessionStatus) -> str:
+    """Return where the session is, which stimulus is on and which comes next."""
+    trial = status.current()
     if trial is None:
-        return standing(board)
-    coming, blind = board.coming(1), board.plan.study.blind
+        return standing(status)
+    coming, blind = status.coming(1), status.plan.study.blind
     then = f"; next {described(coming[0].stimulus, blind)}" if coming else ""
-    return f"{standing(board)}: {described(trial.stimulus, blind)}{then}"
+    return f"{standing(status)}: {described(trial.stimulus, blind)}{then}"

@@ -25,7 +25,7 @@ from palpate.studies.sessions.rig import RecordedBeside, Rig, RigError, RigPlan
 if TYPE_CHECKING:
     from palpate.devices.window.calibration import Calibration
     from palpate.devices.window.presenter import Presenter
-    from palpate.studies.console.seat import Seat
+    from palpate.studies.console.desk import ExperimenterDesk
 
 LANGUAGE = "en"
 LAST_PAGE = {"declined": "thanks", "ineligible": "ineligible", "aborted": "aborted"}
@@ -56,19 +56,19 @@ def live_plan(found: Found, lab: Path, options: LiveOptions, begun: Mapping[str,
 
     def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
         now_ns = clock_from(t_ns)
-        seat = seat_at(plan, now_ns, presenter, options.as_json, opened)
+        desk = desk_for(plan, now_ns, presenter, options.as_json, opened)
         opened.callback(hardware.close)
-        seat.tell(dict.fromkeys(twins, "simulated, idle"))
+        desk.tell(dict.fromkeys(twins, "simulated, idle"))
         station = hardware.station(plan)
         draw_forces(presenter, plan, lab)
-        presenter.on_side = lambda side: _switched(side, seat, station)
+        presenter.on_side = lambda side: _switched(side, desk, station)
         opened.callback(station.stop)
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
         notes = hardware.changed_firmware()
-        world: World = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused, notes=notes)
+        world: World = LiveWorld(presenter, desk, station, now_ns, lambda: desk.status.paused, notes=notes)
         if (recorder := station.recorder) is not None:
-            world = RecordedBeside(world, lambda: recorder.ready(presenter, seat, now_ns), recorder.take)
-        return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
+            world = RecordedBeside(world, lambda: recorder.ready(presenter, desk, now_ns), recorder.take)
+        return Rig(world, opened.close, desk.watch, lambda: presenter.finish(desk, last_page(desk)))
 
     window = window_of(found, lab, calibration, language, options.windowed is None)
     opening = Opening(description, hardware.open, window, furnish, hardware.close)
@@ -84,9 +84,9 @@ def draw_forces(presenter: Presenter, plan: Plan, lab: Path) -> None:
         presenter.force_of = made_doors(lab).doors.force_N
 
 
-def _switched(side: str, seat: Seat, station: Station) -> None:
+def _switched(side: str, desk: ExperimenterDesk, station: Station) -> None:
     """The participant has switched sides: the experimenter sees it, and the device that presents hears of it."""
-    seat.tell({"side": side})
+    desk.tell({"side": side})
     station.switch_side(side)
 
 
@@ -191,15 +191,17 @@ class Opening:
         return self.presenter
 
 
-def seat_at(plan: Plan, now_ns: Callable[[], int], presenter: Presenter, as_json: bool, opened: ExitStack) -> Seat:
+def desk_for(
+    plan: Plan, now_ns: Callable[[], int], presenter: Presenter, as_json: bool, opened: ExitStack
+) -> ExperimenterDesk:
     """The experimenter's console at this process' terminal; it hears which side the participant has switched to."""
-    from palpate.studies.console.open import open_seat
+    from palpate.studies.console.desk import open_desk
 
-    seat = open_seat(plan, now_ns, sys.stdin, sys.stderr if as_json else sys.stdout)
-    opened.callback(seat.close)
-    seat.tell(_screen(presenter.description))
-    presenter.on_side = lambda side: seat.tell({"side": side})
-    return seat
+    desk = open_desk(plan, now_ns, sys.stdin, sys.stderr if as_json else sys.stdout)
+    opened.callback(desk.close)
+    desk.tell(_screen(presenter.description))
+    presenter.on_side = lambda side: desk.tell({"side": side})
+    return desk
 
 
 def _screen(description: Mapping[str, Any]) -> dict[str, Any]:
@@ -232,6 +234,6 @@ def window_of(
     return opened
 
 
-def last_page(seat: Seat) -> str:
+def last_page(desk: ExperimenterDesk) -> str:
     """The text key of the page that a session of this end closes with."""
-    return LAST_PAGE.get(seat.board.ended or "", "end")
+    return LAST_PAGE.get(desk.status.ended or "", "end")

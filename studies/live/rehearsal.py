@@ -18,9 +18,9 @@ from palpate.studies.console.headless import asks_anything
 from palpate.studies.live.opening import (
     LANGUAGE,
     Opening,
+    desk_for,
     draw_forces,
     last_page,
-    seat_at,
     window_calibration,
     window_of,
 )
@@ -98,14 +98,14 @@ def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
 
     def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
         session = inner.open(plan, t_ns).world
-        seat = seat_at(plan, session.now, presenter, options.as_json, opened)
+        desk = desk_for(plan, session.now, presenter, options.as_json, opened)
         draw_forces(presenter, plan, lab)
-        rehearsed = Rehearsed(session, presenter, seat, options.pace_s)
+        rehearsed = Rehearsed(session, presenter, desk, options.pace_s)
 
         def finish() -> None:
-            rehearsed.show_page(last_page(seat))
+            rehearsed.show_page(last_page(desk))
 
-        return Rig(rehearsed, opened.close, seat.watch, finish)
+        return Rig(rehearsed, opened.close, desk.watch, finish)
 
     full = options.windowed is None and calibration is not None and calibration.confirmed_at != NEVER
     opening = Opening(description, inner.check, window_of(found, lab, calibration, language, full), furnish)

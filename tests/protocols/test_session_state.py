@@ -11,7 +11,7 @@ from palpate.protocols.requests import Aside, Ask, Fault, Reply, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.session_state import Pause, SessionState, active_ns, fold, repeated_trial
 from palpate.protocols.worlds import BROKEN_OFF, Recorded
-from palpate.studies.console.board import board_of
+from palpate.studies.console.status import status_of
 from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import PARTS
 from tests.protocols.random_sessions import ABORT, FAULT, HEADER, Chance, go_on, plan_for, rough_session
@@ -82,7 +82,7 @@ def test_which_attempt_of_a_trial_counts(case):
     assert {
         number: (trial.status, len(trial.attempts), counting.get(number)) for number, trial in state.trials.items()
     } == expected
-    assert board_of(plan, state).done == counting.keys()
+    assert status_of(plan, state).done == counting.keys()
     rows = answers_of(plan, "s", events)
     assert {row["trial"]: row["attempt"] for row in rows.responses if row["counts"]} == (
         {} if task == "capture" else counting

@@ -13,9 +13,8 @@ from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
 from palpate.protocols.requests import Aside
 from palpate.protocols.study import Console
-from palpate.studies.console.entry import IDLE, Entry, press
-from palpate.studies.console.orders import LONGEST_NOTE, Order, OrderError, order_of
-from palpate.studies.console.seat import Seat
+from palpate.studies.console.desk import ExperimenterDesk
+from palpate.studies.console.orders import IDLE, LONGEST_NOTE, Entry, Order, OrderError, order_of, press
 from palpate.studies.sessions.interrupts import Interrupted
 from tests.studies.live.halls import Paper, Script, Time, sheets_plan
 
@@ -91,9 +90,9 @@ def test_no_sequence_of_keys_breaks_the_entry_or_aborts_without_the_word(keys, a
     assert all(order.text for order in orders if order.do == "note")
 
 
-def seat(orders=(), by_line=False, at_s=0.0):
+def desk(orders=(), by_line=False, at_s=0.0):
     time = Time(round(at_s * 1e9))
-    return Seat(sheets_plan(), Script(time, orders, by_line), Paper(), time.seconds), time
+    return ExperimenterDesk(sheets_plan(), Script(time, orders, by_line), Paper(), time.seconds), time
 
 
 def polled(one, until_s=10.0):
@@ -107,7 +106,7 @@ def polled(one, until_s=10.0):
 
 
 def test_enter_confirms_what_stands_and_nothing_that_comes_later():
-    one, time = seat([(0.0, "\r"), (2.0, "\r")])
+    one, time = desk([(0.0, "\r"), (2.0, "\r")])
     assert one.poll() is None and one.view.hint == "nothing to confirm now"
     time.t_ns = round(1.9e9)
     one.demand(MOUNT)
@@ -117,7 +116,7 @@ def test_enter_confirms_what_stands_and_nothing_that_comes_later():
 
 
 def test_enter_confirms_after_a_moment_and_a_new_demand_asks_anew():
-    one, _ = seat([(1.0, "\r")])
+    one, _ = desk([(1.0, "\r")])
     one.demand(MOUNT)
     polled(one)
     assert one.answer() is True
@@ -129,7 +128,7 @@ def test_enter_confirms_after_a_moment_and_a_new_demand_asks_anew():
 
 
 def test_a_number_has_a_default():
-    one, _ = seat([(1.0, "\r")])
+    one, _ = desk([(1.0, "\r")])
     one.demand(MEASURE)
     polled(one)
     assert one.answer() == 127.0 and type(one.answer()) is float
@@ -137,7 +136,7 @@ def test_a_number_has_a_default():
 
 @pytest.mark.parametrize(("line", "answer"), [("126.4", 126.4), ("confirm", 127.0)])
 def test_a_line_that_answers_waits_for_its_demand_and_later_lines_behind_it(line, answer):
-    one, time = seat([(0.0, line), (0.0, "note after it")], by_line=True)
+    one, time = desk([(0.0, line), (0.0, "note after it")], by_line=True)
     assert one.poll() is None and one.poll() is None
     time.t_ns = 10**9
     one.demand(MEASURE)
@@ -145,35 +144,35 @@ def test_a_line_that_answers_waits_for_its_demand_and_later_lines_behind_it(line
 
 
 def test_a_number_is_no_confirmation_and_blank_lines_are_none_either():
-    one, _ = seat([(0.0, "127"), (0.0, ""), (0.0, "  ")], by_line=True)
+    one, _ = desk([(0.0, "127"), (0.0, ""), (0.0, "  ")], by_line=True)
     one.demand(MOUNT)
     polled(one)
     assert one.answer() is None and one.display.said[-1].startswith("no number is asked for")
 
 
 def test_lines_that_mean_nothing_are_answered_with_what_would():
-    one, _ = seat([(0.0, "puase"), (0.0, "pause"), (0.0, "help")], by_line=True)
+    one, _ = desk([(0.0, "puase"), (0.0, "pause"), (0.0, "help")], by_line=True)
     assert polled(one) == [{"do": "pause"}]
     assert "pause" in one.display.said[1] and one.display.said[-1].startswith("one order a line")
 
 
 def test_quit_ends_the_sitting():
-    one, _ = seat([(0.0, "q")])
+    one, _ = desk([(0.0, "q")])
     with pytest.raises(Interrupted, match="QUIT"):
         one.poll()
 
 
 def test_what_devices_tell_stays_until_it_is_taken_back():
-    one, _ = seat()
+    one, _ = desk()
     one.tell({"door": "idle", "side": "real"})
     one.tell({"side": None, "window": "pause"})
     assert one.view.states == {"door": "idle", "window": "pause"}
 
 
 def test_what_a_study_keeps_blind_is_in_no_demand_and_no_state():
-    one, _ = seat()
+    one, _ = desk()
     blind = one.plan.study.model_copy(update={"console": Console(blind=("material",))})
-    one = Seat(replace(one.plan, study=blind), one.source, Paper(), one.clock)
+    one = ExperimenterDesk(replace(one.plan, study=blind), one.source, Paper(), one.clock)
     stimulus = one.plan.trials[0].stimulus
     one.demand(Prompt(f"{stimulus.id}, {stimulus.columns['material']}: the link is lost. Put it right, then confirm."))
     assert one.view.prompt.text == "…, …: the link is lost. Put it right, then confirm."
@@ -181,11 +180,11 @@ def test_what_a_study_keeps_blind_is_in_no_demand_and_no_state():
     assert one.view.states == {"door": "plays …"}
     body = canonical({"device": "door", "what": "refused", "message": f"door: {stimulus.id} is too steep"})
     one.watch(Event(9, NS, "fault", body, 1, 1))
-    assert one.board.remarks[-1].text == "door went safe: … is too steep"
+    assert one.status.remarks[-1].text == "door went safe: … is too steep"
 
 
 def test_help_goes_away_with_the_next_key():
-    one, _ = seat([(0.0, "h"), (2.0, "x")])
+    one, _ = desk([(0.0, "h"), (2.0, "x")])
     one.poll()
     assert one.view.help
     polled(one)

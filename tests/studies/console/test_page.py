@@ -17,10 +17,10 @@ from palpate.protocols import study
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
 from palpate.protocols.session_state import SessionState
-from palpate.studies.console.board import board_of
-from palpate.studies.console.entry import IDLE, Entry
+from palpate.studies.console.display import View
+from palpate.studies.console.orders import IDLE, Entry
 from palpate.studies.console.page import page
-from palpate.studies.console.view import View
+from palpate.studies.console.status import status_of
 from palpate.studies.console.words import where
 from tests.studies.live.halls import sheets_plan
 from tests.studies.live.picture import fifty, half_way, view, words
@@ -30,16 +30,16 @@ PICTURE = Path(__file__).resolve().parents[3] / "docs" / "pictures" / "console.s
 
 def printed(shown: View, width: int = 100, height: int = 28, t_s: float = 0.0) -> str:
     console = Console(width=width, height=height, file=io.StringIO())
-    console.print(page(shown, shown.board.t_ns + round(t_s * NS), width, height), height=height)
+    console.print(page(shown, shown.status.t_ns + round(t_s * NS), width, height), height=height)
     return console.file.getvalue()
 
 
 def half_way_and(*events):
-    """The board half way through a session, after these things more."""
+    """The status half way through a session, after these things more."""
     state = half_way()
     for seq, (kind, body) in enumerate(events, start=99):
         state.apply(Event(seq, state.t_ns, kind, canonical(body), 20, 1))
-    return board_of(fifty(), state)
+    return status_of(fifty(), state)
 
 
 @pytest.mark.parametrize(("width", "height"), [(60, 16), (80, 24), (100, 28), (200, 60)])
@@ -63,38 +63,38 @@ def test_a_long_line_being_typed_shows_its_end():
 
 
 def test_a_pause_covers_the_demand_until_the_session_goes_on():
-    board = half_way_and(("experimenter", {"do": "pause"}))
-    text = printed(replace(view(), board=board), t_s=75)
+    status = half_way_and(("experimenter", {"do": "pause"}))
+    text = printed(replace(view(), status=status), t_s=75)
     assert "p goes on" in text and "paused for 1:15" in text and "Enter when it is done" not in text
 
 
 def test_a_blind_console_shows_neither_the_column_nor_the_id_and_says_so():
-    plan = view().board.plan
+    plan = view().status.plan
     blind = plan.study.model_copy(update={"console": study.Console(blind=("material",))})
-    board = replace(view().board, plan=replace(plan, study=blind))
-    text = printed(replace(view(), board=board, prompt=mounting(board.current().stimulus, blind.blind)))
+    status = replace(view().status, plan=replace(plan, study=blind))
+    text = printed(replace(view(), status=status, prompt=mounting(status.current().stimulus, blind.blind)))
     assert "blind: material" in text and "T39" not in text and "denim" not in text and "box 4" in text
-    assert "T39" not in where(board) and "T39" in where(view().board)
+    assert "T39" not in where(status) and "T39" in where(view().status)
 
 
 def test_a_rest_of_the_participants_is_said_to_be_one():
-    board = half_way_and(("experimenter", {"do": "pause", "by": "participant"}))
-    text = printed(replace(view(), board=board), t_s=75)
+    status = half_way_and(("experimenter", {"do": "pause", "by": "participant"}))
+    text = printed(replace(view(), status=status), t_s=75)
     assert "The participant rests" in text and "p ends the rest" in text and "the participant rests" in text
 
 
 def test_the_end_is_asked_for_although_the_session_was_paused_when_it_was_aborted():
-    board = half_way_and(
+    status = half_way_and(
         ("experimenter", {"do": "pause"}), ("experimenter", {"do": "abort", "text": "ill"}),
         ("session_ended", {"as": "aborted", "trials": 50}),
     )  # fmt: skip
-    text = printed(replace(view(), board=board, prompt=Prompt("The session is over.")))
+    text = printed(replace(view(), status=status, prompt=Prompt("The session is over.")))
     assert "The session is over." in text and "the session is aborted" in text and "aborted: ill" in text
 
 
 def test_stand_ins_and_rehearsals_are_marked():
     def marked(rig):
-        return printed(View(board_of(sheets_plan(), SessionState({"rig": rig, "session": 2})))).splitlines()[0]
+        return printed(View(status_of(sheets_plan(), SessionState({"rig": rig, "session": 2})))).splitlines()[0]
 
     assert "LIVE" in marked({"kind": "live", "twins": ["door_generator"]})
     assert "simulated: door generator" in marked({"kind": "live", "twins": ["door_generator"]})

@@ -3,9 +3,9 @@
 import pytest
 
 from palpate.devices.desk import Prompt
+from palpate.studies.console.desk import ExperimenterDesk
 from palpate.studies.console.listening import Heard
-from palpate.studies.console.scans import burst
-from palpate.studies.console.seat import Seat
+from palpate.studies.console.orders import burst
 from tests.studies.live.halls import Paper, sheets_plan
 
 MOUNT = Prompt("Put in place: T07", codes=True)
@@ -49,50 +49,50 @@ class Wedge:
         pass
 
 
-def asides(seat, wedge, until_s, prompt=MOUNT):
-    seat.demand(prompt)
+def asides(desk, wedge, until_s, prompt=MOUNT):
+    desk.demand(prompt)
     found = []
     while wedge.now_s < until_s:
         wedge.now_s = round(wedge.now_s + 0.01, 3)
-        if (aside := seat.poll()) is not None:
+        if (aside := desk.poll()) is not None:
             found.append(aside.value)
     return found
 
 
 def seated(*heard, by_line=False):
     wedge = Wedge(*heard, by_line=by_line)
-    return Seat(sheets_plan(), wedge, Paper(), lambda: wedge.now_s), wedge
+    return ExperimenterDesk(sheets_plan(), wedge, Paper(), lambda: wedge.now_s), wedge
 
 
 def test_a_scanned_code_answers_and_its_letters_order_nothing():
-    seat, wedge = seated(*typed("quarp07\r"))
-    assert asides(seat, wedge, 2.0) == [] and seat.answer() == "quarp07"
+    desk, wedge = seated(*typed("quarp07\r"))
+    assert asides(desk, wedge, 2.0) == [] and desk.answer() == "quarp07"
 
 
 def test_keys_typed_by_hand_still_mean_what_they_mean():
-    seat, wedge = seated(*typed("p"), *typed("p", 2.0))
-    assert asides(seat, wedge, 3.0) == [{"do": "pause"}, {"do": "pause"}] and seat.answer() is None
-    seat, wedge = seated(*typed("\r"))
-    asides(seat, wedge, 2.0)
-    assert seat.answer() is True
+    desk, wedge = seated(*typed("p"), *typed("p", 2.0))
+    assert asides(desk, wedge, 3.0) == [{"do": "pause"}, {"do": "pause"}] and desk.answer() is None
+    desk, wedge = seated(*typed("\r"))
+    asides(desk, wedge, 2.0)
+    assert desk.answer() is True
 
 
 def test_where_no_code_is_asked_for_nothing_is_one():
-    seat, wedge = seated(*typed("p07\r"))
-    assert asides(seat, wedge, 2.0, Prompt("Put in place: T07")) == [{"do": "pause"}]
+    desk, wedge = seated(*typed("p07\r"))
+    assert asides(desk, wedge, 2.0, Prompt("Put in place: T07")) == [{"do": "pause"}]
 
 
 def test_once_a_scanner_is_there_a_stray_scan_orders_nothing():
-    seat, wedge = seated(*typed("T07\r"), *typed("qap7\r", 3.0), *typed("p", 4.0))
-    assert asides(seat, wedge, 2.0) == [] and seat.answer() == "T07"
-    assert asides(seat, wedge, 5.0, None) == [{"do": "pause"}], "a hand's key still means what it means"
-    assert asides(seat, wedge, 6.0, Prompt("Type what the ruler reads", "number")) == [] and seat.answer() is None
+    desk, wedge = seated(*typed("T07\r"), *typed("qap7\r", 3.0), *typed("p", 4.0))
+    assert asides(desk, wedge, 2.0) == [] and desk.answer() == "T07"
+    assert asides(desk, wedge, 5.0, None) == [{"do": "pause"}], "a hand's key still means what it means"
+    assert asides(desk, wedge, 6.0, Prompt("Type what the ruler reads", "number")) == [] and desk.answer() is None
 
 
 def test_a_line_gives_a_code_too():
-    seat, wedge = seated(Heard("scan T12", 0.5), by_line=True)
-    asides(seat, wedge, 1.0)
-    assert seat.answer() == "T12"
-    seat, wedge = seated(Heard("scan", 0.5), by_line=True)
-    asides(seat, wedge, 1.0)
-    assert seat.answer() is None and any("a scan needs its code" in line for line in seat.display.said)
+    desk, wedge = seated(Heard("scan T12", 0.5), by_line=True)
+    asides(desk, wedge, 1.0)
+    assert desk.answer() == "T12"
+    desk, wedge = seated(Heard("scan", 0.5), by_line=True)
+    asides(desk, wedge, 1.0)
+    assert desk.answer() is None and any("a scan needs its code" in line for line in desk.display.said)

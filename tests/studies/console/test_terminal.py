@@ -16,12 +16,11 @@ import pytest
 
 from palpate.devices.desk import Prompt
 from palpate.protocols.requests import Aside
-from palpate.studies.console.board import Board
+from palpate.studies.console.desk import open_desk
+from palpate.studies.console.display import Plain, View
 from palpate.studies.console.listening import Keys, Lines, Listener, Silence, listen
-from palpate.studies.console.open import open_seat
-from palpate.studies.console.painter import BETWEEN_PAGES_S, Painter
-from palpate.studies.console.plain import Plain
-from palpate.studies.console.view import View
+from palpate.studies.console.page import BETWEEN_PAGES_S, Painter
+from palpate.studies.console.status import SessionStatus
 from tests.studies.live.halls import sheets_plan
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -29,17 +28,17 @@ LONGEST_S = 20.0
 ALT_ON, ALT_OFF, CURSOR_ON = b"\x1b[?1049h", b"\x1b[?1049l", b"\x1b[?25h"
 PROGRAM = """
 import sys, threading
-from palpate.studies.console.open import open_seat
+from palpate.studies.console.desk import open_desk
 from tests.studies.live.halls import sheets_plan
-seat = open_seat(sheets_plan(), lambda: 0, sys.stdin, sys.stdout)
+desk = open_desk(sheets_plan(), lambda: 0, sys.stdin, sys.stdout)
 try:
     pause = threading.Event()
-    while (aside := seat.poll()) is None:
+    while (aside := desk.poll()) is None:
         pause.wait(0.01)
     if aside.value["text"] == "fall over":
         raise RuntimeError("the session failed")
 finally:
-    seat.close()
+    desk.close()
 print("LEFT", aside.value)
 """
 
@@ -100,13 +99,13 @@ def test_keys_come_one_by_one_and_the_terminal_is_as_it_was():
 
 def test_the_page_is_drawn_on_the_second_screen_and_the_first_is_given_back():
     with terminal() as (master, slave), streams(slave) as (heard, told):
-        seat = open_seat(sheets_plan(), lambda: 61_000_000_000, heard, told)
+        desk = open_desk(sheets_plan(), lambda: 61_000_000_000, heard, told)
         try:
-            assert seat.poll() is None
-            seat.demand(Prompt("Put in place: T07"))
+            assert desk.poll() is None
+            desk.demand(Prompt("Put in place: T07"))
             drawn = read_until(master, b"Put in place: T07")
         finally:
-            seat.close()
+            desk.close()
         rest = read_until(master, ALT_OFF)
     shown = drawn + rest
     assert ALT_ON in drawn and b"Texture ratings" in shown and b"1:01 since the start" in shown
@@ -115,15 +114,15 @@ def test_the_page_is_drawn_on_the_second_screen_and_the_first_is_given_back():
 
 def test_a_note_is_seen_as_it_is_typed_and_reaches_the_desk():
     with terminal() as (master, slave), streams(slave) as (heard, told):
-        seat = open_seat(sheets_plan(), lambda: 0, heard, told)
+        desk = open_desk(sheets_plan(), lambda: 0, heard, told)
         try:
             os.write(master, b"nthe fan")
-            until(lambda: seat.poll() is None and seat.view.entry.text == "the fan")
+            until(lambda: desk.poll() is None and desk.view.entry.text == "the fan")
             read_until(master, b"the fan")
             os.write(master, b" came on\r")
-            aside = until(seat.poll)
+            aside = until(desk.poll)
         finally:
-            seat.close()
+            desk.close()
     assert aside == Aside({"do": "note", "text": "the fan came on"})
 
 
@@ -189,12 +188,12 @@ def test_pages_are_drawn_no_more_than_four_times_a_second_and_only_on_change():
         draw = painter._draw
         painter._draw = lambda view: (moments.append(painter.clock()), draw(view))
         try:
-            board = Board(sheets_plan())
+            status = SessionStatus(sheets_plan())
             for number in range(3000):
-                painter.show(View(board, hint=str(number)))
+                painter.show(View(status, hint=str(number)))
                 if number % 20 == 0:
                     until(lambda: not painter._changed.is_set())
-            until(lambda: painter._written == (View(board).entry, "2999"))
+            until(lambda: painter._written == (View(status).entry, "2999"))
         finally:
             painter.close()
             drain.join(LONGEST_S)

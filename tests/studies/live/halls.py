@@ -1,6 +1,6 @@
 """A hall for live sessions in tests: virtual time, scripted orders, a presenter that keeps to the seam.
 
-Everything else is the real thing: the seat, the live world, the runner, the ledger.
+Everything else is the real thing: the desk, the live world, the runner, the ledger.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from palpate.protocols.requests import Ask, Confirm, Reply
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.console.desk import ExperimenterDesk
 from palpate.studies.console.listening import Heard
-from palpate.studies.console.seat import Seat
 from palpate.studies.live.opening import Opening
 from palpate.studies.live.world import LiveWorld, Station
 from palpate.studies.sessions.rig import RigPlan
@@ -169,7 +169,7 @@ class Hall:
     time: Time = field(default_factory=Time)
     paper: Paper = field(default_factory=Paper)
     stage: Stage | None = None
-    seat: Seat | None = None
+    desk: ExperimenterDesk | None = None
     suspended_ns: Callable[[], int] = lambda: 0
 
     @property
@@ -188,10 +188,10 @@ class Hall:
 
         self.time.t_ns = t_ns
         script = Script(self.time, self.orders, self.by_line)
-        self.seat = seat = Seat(plan, script, self.paper, self.time.seconds)
-        opened.callback(seat.close)
+        self.desk = desk = ExperimenterDesk(plan, script, self.paper, self.time.seconds)
+        opened.callback(desk.close)
         station = self.station or Station(HandMounted())
         world = LiveWorld(
-            presenter, seat, station, self.time, lambda: seat.board.paused, SuspendWatch(self.suspended_ns)
+            presenter, desk, station, self.time, lambda: desk.status.paused, SuspendWatch(self.suspended_ns)
         )
-        return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, "end"))
+        return Rig(world, opened.close, desk.watch, lambda: presenter.finish(desk, "end"))

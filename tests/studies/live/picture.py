@@ -15,10 +15,10 @@ from palpate.protocols.events import NS, Event
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.session_state import SessionState
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.console.board import board_of
-from palpate.studies.console.entry import Entry
+from palpate.studies.console.display import View
+from palpate.studies.console.orders import Entry
 from palpate.studies.console.page import page
-from palpate.studies.console.view import View
+from palpate.studies.console.status import status_of
 from tests.studies.live.halls import sheets
 
 MATERIALS = ("sandpaper P60", "cork", "steel mesh", "felt", "cardboard", "suede", "acrylic", "denim")
@@ -71,10 +71,10 @@ def half_way(trials: int = 19) -> SessionState:
 def view() -> View:
     """What the experimenter sees then."""
     plan = fifty()
-    board = board_of(plan, half_way())
-    current = board.current()
+    status = status_of(plan, half_way())
+    current = status.current()
     return View(
-        board,
+        status,
         prompt=mounting(current.stimulus) if current is not None else None,
         states={"screen": "1920x1080, 3.62 px/mm, en", "window": "changing_sample"},
         entry=Entry("note", "the headphones were put on again bef"),
@@ -87,7 +87,7 @@ def drawn(width: int = 104, height: int = 25) -> Console:
         width=width, height=height, record=True, file=io.StringIO(), force_terminal=True, color_system="truecolor"
     )
     now = view()
-    console.print(page(now, now.board.t_ns + 6 * NS, width, height), height=height)
+    console.print(page(now, now.status.t_ns + 6 * NS, width, height), height=height)
     return console
 
 

@@ -46,7 +46,7 @@ def test_every_sample_is_mounted_by_the_experimenter_and_the_session_replays(tmp
     assert demands[0] == "> Put in place: T07 (sandpaper P60, box 3) (confirm when it is done)"
     assert demands[3] == "> Put in place: T41 (felt) (confirm when it is done)"
     assert hall.stage.pages[:2] == ["changing_sample", "ask"] and hall.stage.pages[-1] == "end"
-    assert hall.stage.closed and hall.paper.closed and hall.seat.source.closed
+    assert hall.stage.closed and hall.paper.closed and hall.desk.source.closed
     replay(record.path)
 
 
@@ -105,7 +105,7 @@ def test_the_last_trial_is_repeated_and_then_this_one(tmp_path):
     record = sat(tmp_path, hall)
     firsts = [(e.trial, e.attempt) for e in record.events if e.kind == "trial_started"]
     assert firsts[:4] == [(1, 1), (2, 1), (1, 2), (2, 2)]
-    assert hall.seat.board.done == {1, 2, 3, 4}
+    assert hall.desk.status.done == {1, 2, 3, 4}
 
 
 def test_a_repeat_takes_the_demand_away_with_its_trial(tmp_path):
@@ -150,7 +150,7 @@ def test_a_session_left_in_a_pause_goes_on_when_it_is_taken_up(tmp_path):
     hall = Hall([(1.5, "confirm")] * 4)
     assert resume(begun.path, hall.rig).complete
     assert [value["do"] for value in of_kind(read(begun.path), "experimenter")] == ["pause", "go_on"]
-    assert not hall.seat.board.paused
+    assert not hall.desk.status.paused
     replay(begun.path)
 
 
@@ -170,7 +170,7 @@ def test_a_stand_in_takes_its_time_and_its_replies_say_so(tmp_path):
              if a.kind == "request" and a.value["do"] == "present"]  # fmt: skip
     assert all(4.0 <= t / 1e9 <= 4.21 for t in times)
     assert {reply["by"] for _, reply in replies_to(record, "present")} == {"twin"}
-    assert hall.stage.pages[0] == "feel_now" and hall.seat.view.states["door"] == "simulated, idle"
+    assert hall.stage.pages[0] == "feel_now" and hall.desk.view.states["door"] == "simulated, idle"
 
 
 def test_a_stand_in_stands_still_in_a_pause(tmp_path):
@@ -193,7 +193,7 @@ def test_a_sample_is_mounted_before_a_device_presents_with_it(tmp_path):
 def test_the_window_has_its_last_page_for_every_end(tmp_path):
     hall = Hall([(0.0, "abort")])
     sat(tmp_path, hall)
-    assert last_page(hall.seat) == "aborted"
+    assert last_page(hall.desk) == "aborted"
 
 
 def test_session_time_goes_on_from_where_the_record_ends():
@@ -208,14 +208,14 @@ def test_a_side_is_shown_while_it_is_on(tmp_path):
 
     class Sides(Stage):
         def perform(self, request, desk, now_ns):
-            hall.seat.tell({"side": "virtual"})
-            assert hall.seat.view.states["side"] == "virtual"
+            hall.desk.tell({"side": "virtual"})
+            assert hall.desk.view.states["side"] == "virtual"
             return super().perform(request, desk, now_ns)
 
     hall.orders = ALL
     hall._stage = lambda plan: Sides(Perceiver(plan), hall.time)
     sat(tmp_path, hall)
-    assert "side" not in hall.seat.view.states
+    assert "side" not in hall.desk.view.states
 
 
 def test_an_interruption_in_the_desk_reaches_the_session(tmp_path):
@@ -235,4 +235,4 @@ def test_an_aside_comes_back_while_a_sample_is_waited_for():
     world = hall.rig.open(plan, 0).world
     assert isinstance(world, LiveWorld)
     assert world.perform(_first_request(plan)) == Aside({"do": "note", "text": "x"})
-    assert hall.seat.view.prompt is not None
+    assert hall.desk.view.prompt is not None

@@ -138,7 +138,7 @@ def test_what_was_opened_is_closed_where_the_rest_cannot_be(tmp_path):
     hall = Falls()
     with pytest.raises(OSError, match="no terminal"):
         start(tmp_path, sheets_plan(), hall.rig)
-    assert hall.stage.closed and hall.paper.closed and hall.seat.source.closed
+    assert hall.stage.closed and hall.paper.closed and hall.desk.source.closed
 
 
 class Stuck(Stage):
@@ -154,7 +154,7 @@ def test_the_terminal_is_given_back_although_the_window_does_not_close(tmp_path)
     hall._stage = lambda plan: Stuck(None, hall.time)
     with pytest.raises(RuntimeError, match="does not close"):
         start(tmp_path, sheets_plan(), hall.rig)
-    assert hall.paper.closed and hall.seat.source.closed
+    assert hall.paper.closed and hall.desk.source.closed
 
 
 def test_a_window_that_cannot_be_had_leaves_no_session_behind(tmp_path):

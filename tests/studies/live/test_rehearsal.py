@@ -39,7 +39,7 @@ class Rehearsing(Hall):
     def _furnish(self, plan, t_ns, presenter, opened):
         rig = super()._furnish(plan, 0, presenter, opened)
         session = Simulated(Perceiver(plan), HandedOver(plan), VirtualClock(t_ns))
-        self.world = Rehearsed(session, presenter, self.seat, self.pace_s, self.time.seconds)
+        self.world = Rehearsed(session, presenter, self.desk, self.pace_s, self.time.seconds)
         return replace(rig, world=self.world)
 
 

@@ -1,4 +1,4 @@
-"""The board of a session: progress, pauses, time left, remarks."""
+"""The status of a session: progress, pauses, time left, remarks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
 from palpate.protocols.session_state import fold
-from palpate.studies.console.board import REMEMBERED, Board, board_of
+from palpate.studies.console.status import REMEMBERED, SessionStatus, status_of
 from palpate.studies.console.words import about, clock, doing, standing
 from tests.studies.live.halls import Hall, sheets_plan
 
@@ -15,13 +15,13 @@ ASK = {"do": "ask", "form": "sliders", "items": ["Soft", "Cold"]}
 BEGUN, ANSWERS = {"stimulus": "T07", "block": "main"}, {"answers": {"Soft": 1, "Cold": 1}}
 
 
-def played(*happenings) -> Board:
+def played(*happenings) -> SessionStatus:
     """(t_s, kind, body, trial) each."""
     events = [
         Event(seq, round(t_s * NS), kind, canonical(body), trial, 1)
         for seq, (t_s, kind, body, trial) in enumerate(happenings)
     ]
-    return board_of(sheets_plan(), fold(events))
+    return status_of(sheets_plan(), fold(events))
 
 
 def trial(number, begun_s, ended_s):
@@ -32,10 +32,10 @@ def trial(number, begun_s, ended_s):
 
 
 def test_time_left_is_the_pace_of_the_trials_so_far():
-    board = played(*trial(1, 100, 110), *trial(2, 110, 130))
-    assert board.left_s(130 * NS) == pytest.approx(2 * 15)
-    assert board.left_s(140 * NS) == pytest.approx(30 - 10)
-    assert board.left_s(500 * NS) == pytest.approx(15), "a trial that takes longer takes nothing off the others"
+    status = played(*trial(1, 100, 110), *trial(2, 110, 130))
+    assert status.left_s(130 * NS) == pytest.approx(2 * 15)
+    assert status.left_s(140 * NS) == pytest.approx(30 - 10)
+    assert status.left_s(500 * NS) == pytest.approx(15), "a trial that takes longer takes nothing off the others"
 
 
 def test_time_left_is_unknown_before_the_first_trial_is_over_and_nothing_at_the_end():
@@ -55,8 +55,8 @@ def test_who_takes_no_part_is_named_and_not_the_session(how, words):
 def test_a_pause_counts_in_no_time():
     pause = [(104, "experimenter", {"do": "pause"}, 1), (204, "experimenter", {"do": "go_on"}, 1)]
     begun, _, *ended = trial(1, 100, 210)
-    board = played(begun, (102, "request", ASK, 1), *pause)
-    assert board.doing_s(206 * NS) == pytest.approx(4.0)
+    status = played(begun, (102, "request", ASK, 1), *pause)
+    assert status.doing_s(206 * NS) == pytest.approx(4.0)
     paused = played(begun, (102, "request", ASK, 1), pause[0])
     assert paused.paused and paused.doing_s(150 * NS) == pytest.approx(2.0)
     assert played(begun, (102, "request", ASK, 1), *pause, *ended).left_s(210 * NS) == pytest.approx(30.0)
@@ -69,10 +69,10 @@ def test_a_trial_that_is_repeated_is_named():
 
 
 def test_what_comes_next_follows_the_place_in_the_plan():
-    board = played(*trial(1, 0, 10), (10, "trial_started", BEGUN, 2))
-    assert board.current().stimulus.id == "T12"
-    assert [each.stimulus.id for each in board.coming()] == ["T33", "T41"]
-    assert [each.stimulus.id for each in Board(sheets_plan()).coming()] == ["T07", "T12"]
+    status = played(*trial(1, 0, 10), (10, "trial_started", BEGUN, 2))
+    assert status.current().stimulus.id == "T12"
+    assert [each.stimulus.id for each in status.coming()] == ["T33", "T41"]
+    assert [each.stimulus.id for each in SessionStatus(sheets_plan()).coming()] == ["T07", "T12"]
 
 
 def test_only_the_last_remarks_are_kept():
@@ -86,8 +86,8 @@ def test_the_board_after_a_session_is_that_of_its_ledger(tmp_path):
 
     hall = Hall([(0.0, "confirm"), (1.0, "repeat"), *[(2.0, "confirm")] * 6])
     record = read(start(tmp_path, sheets_plan(), hall.rig).path)
-    board = board_of(sheets_plan(), record.state)
-    assert board == hall.seat.board and board.ended == "complete" and len(board.done) == 4
+    status = status_of(sheets_plan(), record.state)
+    assert status == hall.desk.status and status.ended == "complete" and len(status.done) == 4
 
 
 @pytest.mark.parametrize(

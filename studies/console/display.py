@@ -1,13 +1,41 @@
-"""The console where there is no terminal to draw on: one line for each thing that happens."""
+"""What a display shows and must be able to do, and the display of lines for where there is no terminal to draw on."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from queue import SimpleQueue
-from typing import TextIO
+from typing import Any, Protocol, TextIO
 
-from palpate.studies.console.view import View
+from palpate.devices.desk import Prompt
+from palpate.studies.console.orders import IDLE, Entry
+from palpate.studies.console.status import SessionStatus
+
+
+@dataclass(frozen=True)
+class View:
+    """The session's status, the demand that stands, the line being typed, a hint to the typist, and devices' states."""
+
+    status: SessionStatus
+    prompt: Prompt | None = None
+    entry: Entry = IDLE
+    hint: str = ""
+    states: Mapping[str, Any] = field(default_factory=dict)
+    help: bool = False
+
+
+class Display(Protocol):
+    """Where the experimenter looks. Every method returns at once; a thread of the display's own does the work."""
+
+    def show(self, view: View) -> None:
+        """Show this from now on."""
+
+    def say(self, line: str) -> None:
+        """Print a line of what happened, if the display has lines."""
+
+    def close(self) -> None:
+        """Leave the terminal as it was before; a second call does nothing."""
 
 
 @dataclass
@@ -23,7 +51,7 @@ class Plain:
         self._thread.start()
 
     def show(self, view: View) -> None:
-        """Nothing: what matters is said in lines."""
+        """Do nothing: what matters is said in lines."""
 
     def say(self, line: str) -> None:
         """Write a line."""

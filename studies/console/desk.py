@@ -1,4 +1,4 @@
-"""The experimenter's seat: what is heard there becomes asides and answers, what happens becomes the display."""
+"""The experimenter's desk: keys and lines become asides and answers, events and states become the display."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TextIO
 
 from palpate.devices.desk import Prompt
 from palpate.devices.samples import TELLING
@@ -16,12 +16,10 @@ from palpate.protocols.events import Event
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Aside
 from palpate.protocols.session_state import SessionState
-from palpate.studies.console.board import Board, board_of
-from palpate.studies.console.entry import IDLE, press
-from palpate.studies.console.listening import Heard, Source
-from palpate.studies.console.orders import LINES, Order, OrderError, order_of
-from palpate.studies.console.scans import burst
-from palpate.studies.console.view import Display, View
+from palpate.studies.console.display import Display, Plain, View
+from palpate.studies.console.listening import Heard, Silence, Source, listen
+from palpate.studies.console.orders import IDLE, LINES, Order, OrderError, burst, order_of, press
+from palpate.studies.console.status import SessionStatus, status_of
 from palpate.studies.console.words import doing, how_to_answer, line, where
 from palpate.studies.sessions.interrupts import Interrupted
 
@@ -32,7 +30,7 @@ STILL_HEEDED = ("confirm", "number", "help", "quit")
 
 
 @dataclass
-class Seat:
+class ExperimenterDesk:
     """A Desk (palpate.devices.desk) at a source of orders and a display; only the main thread touches it.
 
     Orders are heeded one by one as they came. Keys that nothing waits for are refused with a hint; a line that answers
@@ -47,20 +45,20 @@ class Seat:
     view: View = field(init=False)
     _heard: deque[Heard] = field(default_factory=deque)
     _answer: float | bool | str | None = None
-    _asked_s: float = 0.0
+    _demanded_s: float = 0.0
     _trial_s: float = 0.0
     _live: bool = False
     _scanner: bool = False
-    """Whether a code was ever asked for: from then on a burst of keys is a scan, and never an order."""
+    """Whether a prompt ever asked for a code: from then on a burst of keys is a scan, and never an order."""
 
     def __post_init__(self) -> None:
-        self.view = View(Board(self.plan))
+        self.view = View(SessionStatus(self.plan))
         self._hide = hider(self.plan.study, TELLING)
 
     @property
-    def board(self) -> Board:
+    def status(self) -> SessionStatus:
         """Where the session is."""
-        return self.view.board
+        return self.view.status
 
     def watch(self, event: Event) -> None:
         """Take note of an event that is on record; those of earlier sittings come before the first poll."""
@@ -68,19 +66,19 @@ class Seat:
             self._trial_s = self.clock()
         self.state.apply(event)
         if self._live:
-            self._show(board=board_of(self.plan, self.state))
-            if (told := line(event, self.board)) is not None:
-                self.display.say(told)
+            self._show(status=status_of(self.plan, self.state))
+            if (text := line(event, self.status)) is not None:
+                self.display.say(text)
 
     def poll(self) -> Aside | None:
-        """The next thing the experimenter did. Raises Interrupted where it was to quit."""
+        """Return the next thing the experimenter did. Raises Interrupted if it was to quit."""
         self._go_live()
         self._heard.extend(self.source.take())
-        while self._heard and not self._too_early(self._heard[0]):
+        while self._heard and not self._is_early(self._heard[0].text):
             if self._scanning():
                 continue
-            if self._may_scan():
-                break
+            if self._scans and burst(list(self._heard), self.clock())[1]:
+                break  # the first keys may yet become a code: what they mean is not known before
             aside = self._hear(self._heard.popleft())
             if aside is not None:
                 return aside
@@ -96,20 +94,20 @@ class Seat:
             prompt = replace(prompt, text=self._hide(prompt.text))
         if prompt == self.view.prompt:
             return
-        self._answer, self._asked_s = None, self.clock()
+        self._answer, self._demanded_s = None, self.clock()
         self._scanner = self._scanner or (prompt is not None and prompt.codes)
         self._show(prompt=prompt, entry=self.view.entry if self.view.entry.kind != "number" else IDLE)
         if prompt is not None:
             self.display.say(f"> {prompt.text} ({how_to_answer(prompt, self.source.by_line)})")
 
     def answer(self) -> float | bool | str | None:
-        """The answer to the standing demand once given."""
+        """Return the answer to the standing demand; None before it is given."""
         return self._answer
 
     def tell(self, state: Mapping[str, Any]) -> None:
         """Show the state of a window or device, without what the study keeps blind; None removes a key."""
-        told = {key: self._hide(value) if isinstance(value, str) else value for key, value in state.items()}
-        states = {key: value for key, value in {**self.view.states, **told}.items() if value is not None}
+        shown = {key: self._hide(value) if isinstance(value, str) else value for key, value in state.items()}
+        states = {key: value for key, value in {**self.view.states, **shown}.items() if value is not None}
         if states != self.view.states:
             self._show(states=states)
 
@@ -127,13 +125,19 @@ class Seat:
     def _go_live(self) -> None:
         if not self._live:
             self._live = True
-            self.view = replace(self.view, board=board_of(self.plan, self.state))
-            told = where(self.board)
-            self.display.say(told if self.board.doing is None else f"{told}; {doing(self.board.doing)}")
+            self.view = replace(self.view, status=status_of(self.plan, self.state))
+            text = where(self.status)
+            self.display.say(text if self.status.doing is None else f"{text}; {doing(self.status.doing)}")
             self._show()
 
-    def _too_early(self, heard: Heard) -> bool:
-        return self.source.by_line and self._waiting is None and _answers(heard.text)
+    def _is_early(self, text: str) -> bool:
+        """Return whether a line answers a demand that has not come yet."""
+        if not self.source.by_line or self._waiting is not None:
+            return False
+        try:
+            return order_of(text).do in {"confirm", "number", "scan"}
+        except OrderError:
+            return False
 
     @property
     def _scans(self) -> bool:
@@ -141,7 +145,7 @@ class Seat:
         return self._scanner and not self.source.by_line and not self.view.entry.typing
 
     def _scanning(self) -> bool:
-        """Take a scanned code for the answer, where the first keys are one; nobody asked for it: say so."""
+        """Take the first keys for the answer if they are a scanned code; say whether they are."""
         code, _ = burst(list(self._heard), self.clock()) if self._scans else (None, False)
         if code is None:
             return False
@@ -153,14 +157,10 @@ class Seat:
             self._hint(f"{code} was scanned: no code is asked for now")
         return True
 
-    def _may_scan(self) -> bool:
-        """Whether the first keys may yet become a code: what they mean is not known before."""
-        return self._scans and burst(list(self._heard), self.clock())[1]
-
     def _hear(self, heard: Heard) -> Aside | None:
         """Heed one line or key."""
         if not self.source.by_line:
-            pressed = press(self.view.entry, heard.text, self._waiting, self.board.paused)
+            pressed = press(self.view.entry, heard.text, self._waiting, self.status.paused)
             self._show(entry=pressed.entry, hint=pressed.hint, help=False)
             return None if pressed.order is None else self._heed(pressed.order, heard.t_s)
         if not heard.text.strip():
@@ -172,64 +172,58 @@ class Seat:
             return None
 
     def _heed(self, order: Order, t_s: float) -> Aside | None:
-        if self.board.ended is not None and order.do not in STILL_HEEDED:
+        if self.status.ended is not None and order.do not in STILL_HEEDED:
             self._hint("the session is over: nothing more goes on record")
             return None
         match order.do:
             case "confirm" | "number" | "scan":
                 self._take_answer(order, t_s)
             case "help":
-                self._help()
+                self._show(help=True)
+                if self.source.by_line:
+                    self.display.say(LINES)
             case "quit":
                 raise Interrupted("QUIT")
             case "note":
                 return Aside({"do": "note", "text": order.text})
             case "abort":
                 return Aside({"do": "abort", "text": order.text})
+            case "pause" | "go on" if (order.do == "pause") == self.status.paused:
+                self._hint("the session is paused already" if self.status.paused else "the session is not paused")
             case "pause" | "go on":
-                return self._pause(order)
+                return Aside({"do": "pause" if order.do == "pause" else "go_on"})
             case "repeat" | "repeat last":
                 return self._repeat(order, t_s)
         return None
 
     def _take_answer(self, order: Order, t_s: float) -> None:
-        asked = self._waiting
-        if asked is None:
+        prompt = self._waiting
+        if prompt is None:
             self._hint("nothing to confirm now")
-        elif not self.source.by_line and t_s < self._asked_s + REACTION_S:
+        elif not self.source.by_line and t_s < self._demanded_s + REACTION_S:
             self._hint("too soon after the demand: once more, please")
         elif order.do == "scan":
-            self._answer = order.text if asked.codes else None
-            self._hint("" if asked.codes else "no code is asked for")
-        elif asked.kind == "confirm" and order.do == "number":
+            self._answer = order.text if prompt.codes else None
+            self._hint("" if prompt.codes else "no code is asked for")
+        elif prompt.kind == "confirm" and order.do == "number":
             self._hint("no number is asked for: confirm once it is done")
-        elif asked.kind == "number" and order.number is None and asked.default is None:
+        elif prompt.kind == "number" and order.number is None and prompt.default is None:
             self._hint("a number is asked for")
         else:
-            self._answer = _answer(asked, order)
+            number = prompt.default if order.number is None else order.number
+            self._answer = True if prompt.kind == "confirm" or number is None else float(number)
             self._hint("")
 
-    def _pause(self, order: Order) -> Aside | None:
-        if (order.do == "pause") == self.board.paused:
-            self._hint("the session is paused already" if self.board.paused else "the session is not paused")
-            return None
-        return Aside({"do": "pause" if order.do == "pause" else "go_on"})
-
     def _repeat(self, order: Order, t_s: float) -> Aside | None:
-        if self.board.trial is None:
+        if self.status.trial is None:
             self._hint("no trial is under way: nothing to repeat now")
-        elif self.board.paused:
+        elif self.status.paused:
             self._hint("the session is paused: go on first, then repeat")
         elif not self.source.by_line and t_s < self._trial_s + REACTION_S:
             self._hint("a trial began just then: r repeats this one, R the one before")
         else:
             return Aside({"do": "repeat", "which": "last" if order.do == "repeat last" else "this"})
         return None
-
-    def _help(self) -> None:
-        self._show(help=True)
-        if self.source.by_line:
-            self.display.say(LINES)
 
     def _hint(self, text: str) -> None:
         self._show(hint=text)
@@ -242,16 +236,23 @@ class Seat:
             self.display.show(self.view)
 
 
-def _answers(text: str) -> bool:
-    """Whether a line is an answer to a demand."""
+def open_desk(plan: Plan, now_ns: Callable[[], int], orders: TextIO | None, shown: TextIO) -> ExperimenterDesk:
+    """Open the experimenter's desk at an input and an output stream; close it on every way out.
+
+    Orders from a terminal come as single keys, from anything else as lines; a terminal shows the page, anything else
+    lines.
+    """
+    source = listen(orders)
     try:
-        return order_of(text).do in {"confirm", "number", "scan"}
-    except OrderError:
-        return False
+        if shown.isatty():
+            from palpate.studies.console.page import Painter
 
-
-def _answer(asked: Prompt, order: Order) -> float | bool:
-    if asked.kind == "confirm":
-        return True
-    number = asked.default if order.number is None else order.number
-    return float(number) if number is not None else True
+            display: Display = Painter(shown, now_ns)
+        else:
+            display = Plain(shown)
+    except BaseException:
+        source.close()
+        raise
+    if isinstance(source, Silence):
+        display.say("there is no input to give orders by; Ctrl-C ends the sitting")
+    return ExperimenterDesk(plan, source, display)

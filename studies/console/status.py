@@ -1,4 +1,4 @@
-"""What stands on the console's board: where the session is, as its events say."""
+"""The status of a session, as the console shows it: folded from its events."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from palpate.protocols.session_state import Pause, SessionState, active_ns, repe
 from palpate.protocols.trial import Trial
 
 REMEMBERED = 6
-"""How many of the last remarks stay on the board."""
+"""How many of the last remarks stay on the status."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Remark:
 
 
 @dataclass(frozen=True)
-class Board:
+class SessionStatus:
     """The session so far. `trial` is the number of the trial under way; `coming_place` that in the plan of the next.
 
     `doing` is the body of the request under way and `since_ns` its time. `done` are the trials with an answer or a
@@ -60,19 +60,19 @@ class Board:
         return len(self.plan.trials)
 
     def current(self) -> Trial | None:
-        """The trial under way."""
+        """Return the trial under way."""
         return None if self.trial is None else self.plan.trials[self.trial - 1]
 
     def coming(self, count: int = 2) -> tuple[Trial, ...]:
-        """The trials that come next, without the one under way."""
+        """Return the trials that come next, without the one under way."""
         return self.plan.trials[self.coming_place : self.coming_place + count]
 
     def doing_s(self, t_ns: int) -> float:
-        """Seconds that the present request has taken, without pauses."""
+        """Return how long the present request has taken, in seconds without pauses."""
         return max(0.0, (active_ns(self.pauses, t_ns) - active_ns(self.pauses, self.since_ns)) / NS)
 
     def left_s(self, t_ns: int) -> float | None:
-        """Seconds that the remaining trials will take at the pace so far; None before the first is done.
+        """Return how many seconds the remaining trials will take at the pace so far; None before the first is done.
 
         Everything between the first trial's start and the end of the last one done counts (rests, going back,
         repeats), but no pause. What has passed since is taken off.
@@ -85,24 +85,24 @@ class Board:
         return 0.0 if self.ended is not None else left / NS
 
 
-def board_of(plan: Plan, state: SessionState) -> Board:
-    """The board of a session as it stands now; it does not change with the state."""
-    met, current = state.attempts, state.current
-    under_way = met and (current is not None or state.ended is not None)
-    done_ns = [attempt.done_ns for attempt in met if attempt.done_ns is not None]
-    return Board(
+def status_of(plan: Plan, state: SessionState) -> SessionStatus:
+    """Return the status of a session now, a copy that does not change with the state."""
+    attempts, current = state.attempts, state.current
+    under_way = attempts and (current is not None or state.ended is not None)
+    done_ns = [attempt.done_ns for attempt in attempts if attempt.done_ns is not None]
+    return SessionStatus(
         plan,
         header=state.header,
         t_ns=state.t_ns,
         trial=None if current is None else current.trial,
-        attempt=met[-1].number if met else 1,
-        coming_place=met[-1].trial if under_way else state.next_trial - 1,
-        done=frozenset(attempt.trial for attempt in met if attempt.valid),
+        attempt=attempts[-1].number if attempts else 1,
+        coming_place=attempts[-1].trial if under_way else state.next_trial - 1,
+        done=frozenset(attempt.trial for attempt in attempts if attempt.valid),
         doing=None if state.request is None else state.request.value,
         since_ns=0 if state.request is None else state.request.t_ns,
         pauses=tuple(state.pauses),
         pause=state.pause,
-        first_trial_ns=met[0].begun_ns if met else None,
+        first_trial_ns=attempts[0].begun_ns if attempts else None,
         last_done_ns=done_ns[-1] if done_ns else 0,
         remarks=tuple(_remark(plan, event) for event in state.asides[-REMEMBERED:]),
         ended=state.ended,
