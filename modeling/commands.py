@@ -10,6 +10,7 @@ import click
 from palpate.modeling.commands_attributes import evaluate_attributes, train_attributes
 from palpate.modeling.commands_data import Asked, data_options, going_on, progress_lines, read
 from palpate.modeling.commands_textures import evaluate_textures, train_textures
+from palpate.modeling.options import SEED, TO_MODELS, cluster_option, to_evaluated
 from palpate.protocols.extras import MODELS
 from palpate.studies.options import JSON, echo_json, names_in, needs_packages
 
@@ -17,16 +18,12 @@ if TYPE_CHECKING:
     from palpate.modeling.doors.evaluation import DoorEvaluation
     from palpate.modeling.doors.registry import Direction
 
-SEED = click.option(
-    "--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True, help="For everything drawn."
-)
 QUICK = click.option(
     "--quick", is_flag=True, help="Three folds, a few epochs on the stimuli alone: to try it out, not to use it."
 )
 WORKERS = click.option(
     "--workers", type=click.IntRange(1, 256), help="Processes at work at once.  [default: one for each core]"
 )
-CLUSTER = click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work.")
 SPLITS = ("grouped", "leave_one_door_out", "leaky")
 TITLES = ("From force to feeling", "From feeling to force")
 TIMES = (("train_s", "training", "s"), ("file_ms", "answer, ms", "ms"))
@@ -60,8 +57,8 @@ def evaluate() -> None:
 @SEED
 @QUICK
 @WORKERS
-@CLUSTER
-@click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
+@cluster_option()
+@TO_MODELS
 @JSON
 def train_doors(
     asked: Asked, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
@@ -121,13 +118,11 @@ def _told(way: Direction, metrics: Any) -> str:
 @SEED
 @QUICK
 @WORKERS
-@CLUSTER
+@cluster_option()
 @click.option(
     "--figures/--no-figures", default=None, help="Whether to draw the figures.  [default: drawn, but not with --quick]"
 )
-@click.option(
-    "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/doors]"
-)
+@to_evaluated("doors")
 @JSON
 def evaluate_doors(
     asked: Asked, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,

@@ -12,6 +12,7 @@ import click
 
 from palpate.modeling.commands_data import going_on, progress_lines
 from palpate.modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table, demand_folder_alone
+from palpate.modeling.options import EPOCHS, SEED, TO_MODELS, WORKERS, cluster_option, to_evaluated
 from palpate.protocols.extras import FEATURES, MODELS
 from palpate.protocols.progress import Report
 from palpate.studies.options import (
@@ -77,21 +78,18 @@ OPTIONS = (
         "--weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
         help="Weights of ResNet-50 as a file.  [default: random ones, from a seed]",
     ),
-    click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn."),
+    SEED,
     click.option(
         "--quick", is_flag=True,
         help="To try it out, not to use it: 15 of the lab's textures, of which five are left out; few epochs.",
     ),
-    click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]"),
+    EPOCHS,
     click.option(
         "--early-stopping", is_flag=True,
         help="The thesis' network too watches a tenth of the textures and stops early; thesis: --epochs 200.",
     ),
-    click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"),
-    click.option(
-        "--cluster", metavar="ADDRESS",
-        help="A Dask scheduler (tcp://HOST:8786) that does the trainings; features are made here.",
-    ),
+    WORKERS,
+    cluster_option("does the trainings; features are made here"),
 )  # fmt: skip
 """What both verbs ask."""
 OWN = tuple(name for name in Asked.__dataclass_fields__ if name != "recordings")
@@ -156,7 +154,7 @@ def options_for(
 @needs_packages(*MODELS, *FEATURES)
 @attribute_options
 @click.option("--method", help="Which one.  [default: the best of the lab's own whole evaluation, else visuo_tactile]")
-@click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
+@TO_MODELS
 @click.option("--replace", is_flag=True, help="Let a model of --quick take the place of one that had more time.")
 @JSON
 def train_attributes(asked: Asked, method: str | None, to: Path | None, replace: bool, as_json: bool) -> None:
@@ -212,9 +210,7 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
     "--ablations/--no-ablations", default=True, help="Whether Tables 3.4 and 3.5 are made too: features apart."
 )
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
-@click.option(
-    "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/attributes]"
-)
+@to_evaluated("attributes")
 @JSON
 def evaluate_attributes(
     asked: Asked,

@@ -12,6 +12,7 @@ import click
 
 from palpate.modeling.commands_recordings import beside_a_table, beside_options, demand_folder_alone
 from palpate.modeling.commands_texture_set import simulate
+from palpate.modeling.options import WORKERS
 from palpate.studies.options import JSON, LAB, echo_json, only_simulated, sessions_option, with_options
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ textures.add_command(simulate)
 @click.option("--pictures", type=click.Path(file_okay=False, path_type=Path),
               help="Images named as the textures.  [default: those of texture_photos, or of --folder]")  # fmt: skip
 @sessions_option()
-@click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]")
+@WORKERS
 @JSON
 def index_command(as_json: bool, **given: Any) -> None:
     """Make the library of a lab: what people rated, what the model predicts, a small picture of each texture.

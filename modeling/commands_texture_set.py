@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.modeling.commands_data import going_on, progress_lines
+from palpate.modeling.options import SEED
 from palpate.protocols.shell_command import shell_command
 from palpate.studies.options import JSON, LAB, echo_json, names_in
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 @click.option("--seconds", type=float, help="How long each is stroked: 6 or more.  [default: 60]")
 @click.option("--pictures", type=click.IntRange(1, 10), help="Of each texture, one under each light.  [default: 10]")
 @click.option("--raters", type=click.IntRange(1, 999), help="Simulated people who rate all textures.  [default: 20]")
-@click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn.")
+@SEED
 @click.option("--workers", type=click.IntRange(1, 64), default=1, show_default=True, help="Processes that compute.")
 @click.option("--quick", is_flag=True, help="10 textures x 8 s, 2 pictures, 6 raters: to try everything out.")
 @JSON

@@ -12,6 +12,7 @@ import click
 
 from palpate.modeling.commands_data import going_on, progress_lines
 from palpate.modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
+from palpate.modeling.options import EPOCHS, SEED, TO_MODELS, WORKERS, cluster_option, to_evaluated
 from palpate.protocols.extras import MODELS
 from palpate.protocols.progress import Report
 from palpate.studies.options import JSON, LAB, echo_json, names_in, needs_packages, with_options
@@ -56,12 +57,12 @@ OPTIONS = (
     click.option("--simulated", is_flag=True, help="Six simulated surfaces, 20 s each, instead of the lab's captures."),
     click.option("--textures", metavar="NAMES", multiple=True, help="Only these: cloth,cardboard.  [default: all]"),
     *HELD_OPTIONS,
-    click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn."),
+    SEED,
     click.option("--quick", is_flag=True, help="A few epochs, ten seconds: to try it out, not to use it."),
-    click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]"),
+    EPOCHS,
     click.option("--batch", type=click.IntRange(1), help="Windows at a time.  [default: each method's own]"),
-    click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"),
-    click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work."),
+    WORKERS,
+    cluster_option(),
     click.option(
         "--methods", metavar="NAMES", multiple=True,
         help="Only these: ar,foten_generative.  [default of evaluate: all; of train: the best of the lab's evaluation]",
@@ -148,7 +149,7 @@ def options_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, 
 @click.command("textures")
 @needs_packages(*MODELS)
 @texture_options
-@click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
+@TO_MODELS
 @JSON
 @click.pass_obj
 def train_textures(get_simulator: GetSimulator, asked: Asked, to: Path | None, as_json: bool) -> None:
@@ -200,9 +201,7 @@ def _told(metrics: Any) -> str:
     help="The same for FoTEN and all its variants: takes days; with --textures cloth --epochs 3, an hour on one core.",
 )
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
-@click.option(
-    "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/textures]"
-)
+@to_evaluated("textures")
 @JSON
 @click.pass_obj
 def evaluate_textures(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from palpate.devices.options import JSON
 from palpate.protocols.canonical import json_text
 from palpate.protocols.wording import count
 from palpate.signals.doors.grid import STUDY_SEED, DoorDataError
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 OUT = click.Path(path_type=Path)
-as_json = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 seed_option = click.option("--seed", default=STUDY_SEED, show_default=True, help="Seed of the drawn variants g8, g9.")
 
 
@@ -43,7 +43,7 @@ def doors() -> None:
 @click.option("--zero", is_flag=True, help="Count the angle from the first motion.")
 @click.option("--radians", is_flag=True, help="The angle column is in radians.")
 @click.option("--largest-gap", default=2.0, show_default=True, help="Widest gap that is bridged, in degrees.")
-@as_json
+@JSON
 def normalise_command(
     recording: Path,
     out: Path,
@@ -86,7 +86,7 @@ def normalise_command(
 @click.option("--all", "every", is_flag=True, help="All doors of the catalogue.")
 @click.option("--parameters", type=FILE, help="A catalogue of your own, in the form of devices/door/doors.yaml.")
 @click.option("--out", type=OUT, required=True, help="Folder for the profiles, named LABEL_g0.csv.")
-@as_json
+@JSON
 def simulate_command(labels: tuple[str, ...], every: bool, parameters: Path | None, out: Path, as_json: bool) -> None:
     """Compute profiles from the mechanical door model.
 
@@ -110,7 +110,7 @@ def simulate_command(labels: tuple[str, ...], every: bool, parameters: Path | No
 @click.argument("source", type=click.Path(exists=True, path_type=Path))
 @click.option("--out", type=OUT, required=True, help="Folder for the variants.")
 @seed_option
-@as_json
+@JSON
 def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
     """Make the variants g1 to g14 (thesis 5.3.4.1) of a profile, or of every *_g0.csv in a folder.
 
@@ -144,7 +144,7 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
 @click.option("--check", metavar="FOLDER", help="Folder to compare; or a shipped study, as door_ratings.")
 @click.option("--measured", type=FILE, help="Another measured recording (angle_deg, force_N) in the first place.")
 @seed_option
-@as_json
+@JSON
 def make_command(
     study: str, out: Path | None, check: str | None, measured: Path | None, seed: int, as_json: bool
 ) -> None:

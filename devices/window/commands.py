@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from palpate.devices.options import LAB, size_px
+from palpate.devices.options import JSON, LAB, size_px
 
 LANGUAGE = click.option("--language", default="en", show_default=True, help="The language of the screens.")
 
@@ -53,7 +53,7 @@ def calibrate(
 
 @window.command()
 @LAB
-@click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+@JSON
 def check(lab: Path, as_json: bool) -> None:
     """Say whether the calibration fits the screen as it is now, and which fonts and languages there are.
 
