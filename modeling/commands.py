@@ -10,7 +10,7 @@ import click
 from palpate.modeling.commands_attributes import evaluate_attributes, train_attributes
 from palpate.modeling.commands_data import Asked, data_options, going_on, progress_lines, read
 from palpate.modeling.commands_textures import evaluate_textures, train_textures
-from palpate.modeling.options import SEED, TO_MODELS, cluster_option, to_evaluated
+from palpate.modeling.options import SEED, TO_MODELS, WORKERS, cluster_option, to_evaluated
 from palpate.protocols.extras import MODELS
 from palpate.studies.options import JSON, echo_json, names_in, needs_packages
 
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
 QUICK = click.option(
     "--quick", is_flag=True, help="Three folds, a few epochs on the stimuli alone: to try it out, not to use it."
-)
-WORKERS = click.option(
-    "--workers", type=click.IntRange(1, 256), help="Processes at work at once.  [default: one for each core]"
 )
 SPLITS = ("grouped", "leave_one_door_out", "leaky")
 TITLES = ("From force to feeling", "From feeling to force")
