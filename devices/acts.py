@@ -34,16 +34,14 @@ class Act:
         """Show the page until `ready` (None) or until the experimenter did something; a pause stops the time."""
         aside = window.wait_for(key, desk, ready)
         if aside is not None:
-            self._heed(aside, now_ns())
+            t_ns = now_ns()
+            match aside.value.get("do"):
+                case "pause" if self.paused_at_ns is None:
+                    self.paused_at_ns = t_ns
+                case "go_on" if self.paused_at_ns is not None:
+                    self.paused_ns += t_ns - self.paused_at_ns
+                    self.paused_at_ns = None
         return aside
-
-    def _heed(self, aside: Aside, t_ns: int) -> None:
-        match aside.value.get("do"):
-            case "pause" if self.paused_at_ns is None:
-                self.paused_at_ns = t_ns
-            case "go_on" if self.paused_at_ns is not None:
-                self.paused_ns += t_ns - self.paused_at_ns
-                self.paused_at_ns = None
 
 
 def going_on(act: Act | None, request: Request, now_ns: Callable[[], int]) -> Act:

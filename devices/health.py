@@ -30,7 +30,14 @@ def sensed(sensor: Sensor, seconds: float, now: NowNs) -> tuple[Reading, ...]:
     """
     sensor.start(now)
     try:
-        blocks = _collected(sensor, seconds, now)
+        # All blocks by signal; a clock that stands still ends it as well, once nothing has come for the whole time.
+        blocks: dict[str, list[Block]] = {signal.name: [] for signal in sensor.signals}
+        end, patience = now() + round(seconds * NS), math.ceil(seconds / WAIT_S) + 1
+        while patience and now() < end and not _enough(sensor.signals, blocks, seconds):
+            came = sensor.read(WAIT_S)
+            for name, some in came.items():
+                blocks[name].extend(some)
+            patience -= not any(came.values())
     finally:
         sensor.stop()
     return tuple(reading(sensor.name, signal, blocks[signal.name]) for signal in sensor.signals)
@@ -61,18 +68,6 @@ def measured_hz(signal: Signal, blocks: Sequence[Block]) -> float:
     late = at_s - at_s.mean()
     spread = float(late @ late)
     return float(late @ (number - number.mean())) / spread if spread > 0 else 0.0
-
-
-def _collected(sensor: Sensor, seconds: float, now: NowNs) -> Blocks:
-    """All blocks by signal; a clock that stands still ends it as well, once nothing has come for the whole time."""
-    blocks: dict[str, list[Block]] = {signal.name: [] for signal in sensor.signals}
-    end, patience = now() + round(seconds * NS), math.ceil(seconds / WAIT_S) + 1
-    while patience and now() < end and not _enough(sensor.signals, blocks, seconds):
-        came = sensor.read(WAIT_S)
-        for name, some in came.items():
-            blocks[name].extend(some)
-        patience -= not any(came.values())
-    return blocks
 
 
 def _enough(signals: Sequence[Signal], blocks: Blocks, seconds: float) -> bool:

@@ -5,9 +5,9 @@ Thesis 4.5.2; McMahan and Kuchenbecker 2014.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -100,20 +100,16 @@ def through(coil: VoiceCoil, sensor: Sensor, now_ns: NowNs) -> PlayAndRecord:
         finally:
             coil.safe()
             sensor.stop()
-        _demand_played(before, coil.record())
+        after = coil.record()
+        if after["limited"] > before["limited"]:
+            count = after["limited"] - before["limited"]
+            raise ResponseError(f"{count} samples were limited to what the coil bears: identify it at a lower level")
+        if after["underruns"] > before["underruns"]:
+            count = after["missing"] - before["missing"]
+            raise ResponseError(f"{count} samples came too late to be played: raise `ahead_ms` and identify it again")
         return _along_the_motion(rows[:wanted]), rate_hz
 
     return play_and_record
-
-
-def _demand_played(before: Mapping[str, Any], after: Mapping[str, Any]) -> None:
-    """Raise ResponseError where the coil did not play what it was given."""
-    if after["limited"] > before["limited"]:
-        count = after["limited"] - before["limited"]
-        raise ResponseError(f"{count} samples were limited to what the coil bears: identify it at a lower level")
-    if after["underruns"] > before["underruns"]:
-        count = after["missing"] - before["missing"]
-        raise ResponseError(f"{count} samples came too late to be played: raise `ahead_ms` and identify it again")
 
 
 def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, wanted: int, now_ns: NowNs) -> Array:
@@ -199,7 +195,10 @@ def invert(response: Response, wish: Wish) -> Inverse:
     taps = minimum_phase(_everywhere(hz, np.minimum(wanted, most), wish.low_Hz))
     taps = taps * min(1.0, most / float(np.abs(np.fft.rfft(taps, GRID)).max()))
     limited = tuple(float(f) for f in hz[wanted > most])
-    return _told(hz, flat, taps, gain, limited)
+    reached = flat * gain_at(taps, hz)
+    own, whole = _delay_ms(hz, flat), _delay_ms(hz, reached)
+    ripple, before = _ripple_dB(reached), _ripple_dB(flat)
+    return Inverse(taps / gain, gain, ripple, before, whole, whole - own, limited)
 
 
 def _everywhere(hz: Array, wanted: Array, low_Hz: float) -> Array:
@@ -216,13 +215,6 @@ def minimum_phase(gain: Array) -> Array:
     fade = np.ones(TAPS)
     fade[-TAPS // 4 :] = 0.5 + 0.5 * np.cos(np.pi * np.arange(TAPS // 4) / (TAPS // 4))
     return whole[:TAPS] * fade
-
-
-def _told(hz: Array, flat: Complex, taps: Array, gain: float, limited: tuple[float, ...]) -> Inverse:
-    reached = flat * gain_at(taps, hz)
-    own, whole = _delay_ms(hz, flat), _delay_ms(hz, reached)
-    ripple, before = _ripple_dB(reached), _ripple_dB(flat)
-    return Inverse(taps / gain, gain, ripple, before, whole, whole - own, limited)
 
 
 def gain_at(taps: Array, hz: Array) -> Complex:

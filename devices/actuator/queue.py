@@ -70,17 +70,15 @@ class Queue:
             part, self._ramp = self._ramp[:count], self._ramp[count:]
             return part
         part, self._waiting = self._waiting[:count], self._waiting[count:]
-        self._note(count - len(part), fresh=len(part) > 0)
+        # Count a gap once, however many takes it lasts.
+        missing = count - len(part)
+        if missing and self._expected:
+            self.underruns += len(part) > 0 or not self._short
+            self.missing += missing
+        self._short = missing > 0 and self._expected
         if len(part):
             self.last = float(part[-1])
         return part
-
-    def _note(self, missing: int, fresh: bool) -> None:
-        """Count a gap once, however many takes it lasts."""
-        if missing and self._expected:
-            self.underruns += fresh or not self._short
-            self.missing += missing
-        self._short = missing > 0 and self._expected
 
     def _fallen(self, count: int) -> Array:
         if self._halted:

@@ -82,7 +82,12 @@ class DesignerApp(WindowApp):
         """One look at the window: what was done, drawn, kept, and acted upon."""
         (self.on or self._scene).turn()
         self._keep()
-        self._say_changes()
+        # Say why the door in the hand stays as it is, where it took a change last and could not.
+        changes = [] if self._live is None else self._live.changes
+        if len(changes) > self._reported:
+            self._reported = len(changes)
+            if why := changes[-1].why:
+                self.main.say(self.page.texts("plays_before", why=why), wrong=True)
         if self._aside is not None and self._aside[0].reply is not None:
             page, then = self._aside
             self._aside = None
@@ -114,7 +119,11 @@ class DesignerApp(WindowApp):
         if act == "play":
             self._play()
         elif act == "close":
-            self._close()
+            self.over = True
+            if self.player is not None:
+                self.player.leave()
+            if self.main.work.untouched:
+                designs.forget(self.lab)
         elif act == "export" and self.main.work.name and self.main.work.saved == self.main.work.setting:
             self._export(self.main.work.name)
         elif playing:
@@ -142,21 +151,6 @@ class DesignerApp(WindowApp):
     def _forces(self, setting: Setting) -> tuple[float, ...]:
         """The door of a setting, as the view draws it."""
         return tuple(self.main.view.made(setting).force_N.tolist())
-
-    def _say_changes(self) -> None:
-        """Say why the door in the hand stays as it is, where it took a change last and could not."""
-        changes = [] if self._live is None else self._live.changes
-        if len(changes) > self._reported:
-            self._reported = len(changes)
-            if why := changes[-1].why:
-                self.main.say(self.page.texts("plays_before", why=why), wrong=True)
-
-    def _close(self) -> None:
-        self.over = True
-        if self.player is not None:
-            self.player.leave()
-        if self.main.work.untouched:
-            designs.forget(self.lab)
 
     def _ask_name(self) -> None:
         self._beside(self._name_screen("name_prompt"), lambda page: self._named(page, self._save))

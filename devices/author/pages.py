@@ -53,7 +53,14 @@ class NameScreen(Aside):
         hint = with_hangul(page, texts("name_hint"))
         frame = Frame(page, texts(prompt), hint, left, (Choice("next", texts("save"), primary=True),))
         self._taken, self._warned = taken, ""
-        self.field = _field(page, frame.body)
+        # A field of one line, in the upper part of the room.
+        unit = page.metrics.unit
+        size = page.metrics.text(5.4)
+        width, height = min(frame.body.width, unit(170)), round(LEADING * size) + 2 * unit(2)
+        box = Box(
+            frame.body.left + (frame.body.width - width) // 2, frame.body.top + frame.body.height // 4, width, height
+        )
+        self.field = FieldOn(page, NAME, box, size)
         self.field.writing.insert(name)
         super().__init__(frame)
         self.focus = NAME
@@ -172,12 +179,3 @@ class RecoverScreen(Aside):
 
     def go_back(self) -> None:
         """Only a button decides this."""
-
-
-def _field(page: Page, room: Box) -> FieldOn:
-    """A field of one line, in the upper part of the room."""
-    unit = page.metrics.unit
-    size = page.metrics.text(5.4)
-    width, height = min(room.width, unit(170)), round(LEADING * size) + 2 * unit(2)
-    box = Box(room.left + (room.width - width) // 2, room.top + room.height // 4, width, height)
-    return FieldOn(page, NAME, box, size)

@@ -178,47 +178,38 @@ class Player:
         try:
             self.door.check(force_N, name)
             if not self.opened:
-                self._open()
-            return self._performed(force_N, name)
+                # Connect in a thread of its own: the window does not stand still for it. Raises DeviceError.
+                failed: deque[BaseException] = deque()
+                opening = Thread(target=self._opened_in_thread, args=(failed,), name="opening the door")
+                self.screen.door_is("connecting")
+                opening.start()
+                while opening.is_alive():
+                    self.screen.turn()
+                opening.join()
+                if failed:
+                    raise failed[0]
+                self.opened = True
+            trial = Trial(1, "author", False, Stimulus(id=name), None, False, False)
+            self.door.profile_for = lambda _request: force_N
+            request, came = Present(trial), None
+            while not isinstance(came, Reply | Fault):
+                came = self.door.perform(request, InWindow(self.screen), self.desk, self.now_ns)
+                if isinstance(came, Aside) and came.value.get("do") == "abort":
+                    self.door.safe()
+                    return Played("stopped")
+            if isinstance(came, Fault):
+                if came.value["what"] == "limit":  # Nothing is to be put right at the door.
+                    self.door.mending.wanted = ""
+                    return Played("door_refuses", str(came.value["message"]))
+                return Played("door_failed", str(came.value["message"]))
+            return Played({"brought_back": "played", "time_limit": "ended_late"}.get(came.value["ended"], "stopped"))
         except ProfileRefused as refused:
             return Played("door_refuses", str(refused))
         except DeviceError as error:
             return Played("door_none", str(error))
-
-    def _open(self) -> None:
-        """Connect in a thread of its own: the window does not stand still for it. Raises DeviceError."""
-        failed: deque[BaseException] = deque()
-        opening = Thread(target=self._opened_in_thread, args=(failed,), name="opening the door")
-        self.screen.door_is("connecting")
-        opening.start()
-        while opening.is_alive():
-            self.screen.turn()
-        opening.join()
-        if failed:
-            raise failed[0]
-        self.opened = True
 
     def _opened_in_thread(self, failed: deque[BaseException]) -> None:
         try:
             self.door.open()
         except BaseException as error:
             failed.append(error)
-
-    def _performed(self, force_N: Sequence[float], name: str) -> Played:
-        trial = Trial(1, "author", False, Stimulus(id=name), None, False, False)
-        self.door.profile_for = lambda _request: force_N
-        request, came = Present(trial), None
-        while not isinstance(came, Reply | Fault):
-            came = self.door.perform(request, InWindow(self.screen), self.desk, self.now_ns)
-            if isinstance(came, Aside) and came.value.get("do") == "abort":
-                self.door.safe()
-                return Played("stopped")
-        return self._ended(came)
-
-    def _ended(self, came: Reply | Fault) -> Played:
-        if isinstance(came, Fault):
-            if came.value["what"] == "limit":  # Nothing is to be put right at the door.
-                self.door.mending.wanted = ""
-                return Played("door_refuses", str(came.value["message"]))
-            return Played("door_failed", str(came.value["message"]))
-        return Played({"brought_back": "played", "time_limit": "ended_late"}.get(came.value["ended"], "stopped"))

@@ -49,11 +49,25 @@ class Plotter:
         force_axis = self.setter.page.texts("force_axis")
         yield self.setter.label("force axis", force_axis, self.layout.panel.force_axis, QUIET, within="door")
         yield from self._chips(work)
-        yield from self._ground(axes)
-        yield from self._ticks(axes)
-        yield from self._curves(work, axes, force_N, beside_N)
+        low, high = self.rated
+        yield Ground("grid", axes.box, "door", low, high, axes.low_N, axes.high_N, self.masks)
+        unit, line = self.setter.page.metrics.unit, line_px(self.setter.page, 3.8)
+        for force in axes.forces_N:
+            box = Box(axes.box.left - unit(11.5), axes.y(force) - line // 2, unit(11), line)
+            number = f"{force:.0f}".replace("-", "\N{MINUS SIGN}")
+            yield self.setter.label(f"{force:g} N", number, box, QUIET, "right", (3.8,), within="door")
+        for angle in range(0, 61, 10):
+            box = Box(axes.x(angle) - unit(6), axes.box.bottom + (line + 1) // 2, unit(12), line)
+            yield self.setter.label(f"{angle} deg", f"{angle}", box, QUIET, "centre", (3.8,), within="door")
+        thick = max(2.0, 0.75 * unit(1))
+        if beside_N is not None:
+            yield from self._curve("beside", beside_N, axes, 0.55 * thick, SIDES["A" if work.on == "B" else "B"])
+        yield from self._curve("curve", force_N, axes, thick, SIDES[work.on])
         if hand is not None:
-            yield self._hand(axes, hand)
+            side = unit(3.4) | 1
+            x = min(max(axes.x(hand[0]), axes.box.left), axes.box.right - 1)
+            y = min(max(axes.y(hand[1]), axes.box.top), axes.box.bottom - 1)
+            yield Dot("hand", Box(x - side // 2, y - side // 2, side, side), "grid", INK)
         yield from self._legend(work, hand is not None)
 
     def _chips(self, work: Work) -> Iterator[Element]:
@@ -63,35 +77,9 @@ class Plotter:
             laid = self.setter.text(letter, box.width, box.height, bold=True)
             yield Chip(f"side {letter}", box, "door", laid=laid, chosen=work.on == letter, colour=SIDES[letter])
 
-    def _ground(self, axes: Axes) -> Iterator[Element]:
-        low, high = self.rated
-        yield Ground("grid", axes.box, "door", low, high, axes.low_N, axes.high_N, self.masks)
-
-    def _curves(self, work: Work, axes: Axes, force_N: Array, beside_N: Array | None) -> Iterator[Element]:
-        thick = max(2.0, 0.75 * self.setter.page.metrics.unit(1))
-        if beside_N is not None:
-            yield from self._curve("beside", beside_N, axes, 0.55 * thick, SIDES["A" if work.on == "B" else "B"])
-        yield from self._curve("curve", force_N, axes, thick, SIDES[work.on])
-
     def _curve(self, name: str, force_N: Array, axes: Axes, thick_px: float, colour: Colour) -> Iterator[Element]:
         for number, piece in enumerate(self.masks.line(force_N, axes, thick_px)):
             yield Curve(f"{name} {number}", piece.box, "grid", piece.cover, colour)
-
-    def _ticks(self, axes: Axes) -> Iterator[Element]:
-        unit, line = self.setter.page.metrics.unit, line_px(self.setter.page, 3.8)
-        for force in axes.forces_N:
-            box = Box(axes.box.left - unit(11.5), axes.y(force) - line // 2, unit(11), line)
-            number = f"{force:.0f}".replace("-", "\N{MINUS SIGN}")
-            yield self.setter.label(f"{force:g} N", number, box, QUIET, "right", (3.8,), within="door")
-        for angle in range(0, 61, 10):
-            box = Box(axes.x(angle) - unit(6), axes.box.bottom + (line + 1) // 2, unit(12), line)
-            yield self.setter.label(f"{angle} deg", f"{angle}", box, QUIET, "centre", (3.8,), within="door")
-
-    def _hand(self, axes: Axes, hand: Hand) -> Dot:
-        side = self.setter.page.metrics.unit(3.4) | 1
-        x = min(max(axes.x(hand[0]), axes.box.left), axes.box.right - 1)
-        y = min(max(axes.y(hand[1]), axes.box.top), axes.box.bottom - 1)
-        return Dot("hand", Box(x - side // 2, y - side // 2, side, side), "grid", INK)
 
     def _legend(self, work: Work, played: bool) -> Iterator[Element]:
         texts, place, unit = self.setter.page.texts, self.layout, self.setter.page.metrics.unit

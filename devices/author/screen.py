@@ -92,7 +92,18 @@ class DesignerScreen(AppScreen):
             return True
         if name is None or not self._is_slider(name):
             return False
-        return self._step(name, event)
+        keys = {**STEPS, "right": 1.0, "left": -1.0}
+        if event.name not in keys:
+            return False
+        step = keys[event.name] * (COARSE if event.shift and abs(keys[event.name]) < COARSE else 1.0)
+        setting = self.work.setting
+        if name == "smoothing":
+            moved = setting.smoothed(setting.smoothing_deg + step / 10.0)
+        else:
+            at = setting.wish[_number(name)]
+            moved = setting.wished(_number(name), min(max(at + step, LOWEST), HIGHEST))
+        self._put(moved, (name, "keys"))
+        return True
 
     def _is_slider(self, name: str | None) -> bool:
         return name is not None and (name.startswith("wish ") or name == "smoothing")
@@ -112,20 +123,6 @@ class DesignerScreen(AppScreen):
             value = self._slider(name).value_at(event.y - self._grip)
             setting = self.work.setting.wished(_number(name), value)
         self._put(setting, (name, self._gestures))
-
-    def _step(self, name: str, event: Key) -> bool:
-        keys = {**STEPS, "right": 1.0, "left": -1.0}
-        if event.name not in keys:
-            return False
-        step = keys[event.name] * (COARSE if event.shift and abs(keys[event.name]) < COARSE else 1.0)
-        setting = self.work.setting
-        if name == "smoothing":
-            moved = setting.smoothed(setting.smoothing_deg + step / 10.0)
-        else:
-            at = setting.wish[_number(name)]
-            moved = setting.wished(_number(name), min(max(at + step, LOWEST), HIGHEST))
-        self._put(moved, (name, "keys"))
-        return True
 
     def _put(self, setting: Setting, gesture: tuple[object, ...]) -> None:
         before = self.work

@@ -74,13 +74,24 @@ class DesignerView(AppView):
 
     def elements(self, work: Work, status: DesignerStatus) -> Iterator[Element]:
         """Everything, from the ground up."""
-        yield from self._head(work, status)
+        head, unit, close = self.layout.head, self.page.metrics.unit, self.layout.close
+        yield (title := self.title(head))
+        left, right = title.box.right + unit(6), close.left - unit(5)
+        state = self.setter.cut(status.door, unit(105), head.height)
+        name = self.setter.cut(self._name(work), right - state.width - unit(4) - left, head.height)
+        yield Label("name", Box(left, head.top, name.width, head.height), laid=name, colour=QUIET)
+        yield Label("state", Box(right - state.width, head.top, state.width, head.height), laid=state, colour=QUIET)
+        yield self.close_button(close)
         yield Pane("wishes", self.layout.wishes, radius=rounding(self.page))
         yield Pane("door", self.layout.door, radius=rounding(self.page))
         yield from self._wishes(work)
         beside = None if work.other is None else self.made(work.other).force_N
         yield from self.plotter.elements(work, self.made(work.setting).force_N, beside, status.hand)
-        yield from self._smoothing(work)
+        texts, place = self.page.texts, self.layout
+        yield self.setter.label("smoothing label", texts("smoothing"), place.panel.smoothing_label, within="door")
+        yield self.smoother(work)
+        value = texts("smoothing_value", degrees=f"{work.setting.smoothing_deg:.1f}")
+        yield self.setter.label("smoothing value", value, place.panel.smoothing_value, QUIET, "right", within="door")
         yield self._words(work, status)
         yield from self._foot(work, status)
 
@@ -98,16 +109,6 @@ class DesignerView(AppView):
         box = self.layout.panel.smoothing
         share = work.setting.smoothing_deg / MOST_SMOOTHING_DEG
         return Track("smoothing", box, "door", line_px=box.width - self.page.metrics.unit(8), share=share)
-
-    def _head(self, work: Work, status: DesignerStatus) -> Iterator[Element]:
-        head, unit, close = self.layout.head, self.page.metrics.unit, self.layout.close
-        yield (title := self.title(head))
-        left, right = title.box.right + unit(6), close.left - unit(5)
-        state = self.setter.cut(status.door, unit(105), head.height)
-        name = self.setter.cut(self._name(work), right - state.width - unit(4) - left, head.height)
-        yield Label("name", Box(left, head.top, name.width, head.height), laid=name, colour=QUIET)
-        yield Label("state", Box(right - state.width, head.top, state.width, head.height), laid=state, colour=QUIET)
-        yield self.close_button(close)
 
     def _name(self, work: Work) -> str:
         if not work.name:
@@ -140,13 +141,6 @@ class DesignerView(AppView):
         words = [word(self.page.texts, adjective) for adjective in (*self.maker.attributes, *self.maker.antonyms)]
         return self.setter.same_size(words, self.layout.columns.highs[0].width, self.layout.columns.highs[0].height)
 
-    def _smoothing(self, work: Work) -> Iterator[Element]:
-        texts, place = self.page.texts, self.layout
-        yield self.setter.label("smoothing label", texts("smoothing"), place.panel.smoothing_label, within="door")
-        yield self.smoother(work)
-        value = texts("smoothing_value", degrees=f"{work.setting.smoothing_deg:.1f}")
-        yield self.setter.label("smoothing value", value, place.panel.smoothing_value, QUIET, "right", within="door")
-
     def _words(self, work: Work, status: DesignerStatus) -> Label:
         texts, box, made = self.page.texts, self.layout.panel.words, self.made(work.setting)
         text, colour = f"{texts('as_wished')}  {texts('hint')}", QUIET
@@ -163,14 +157,11 @@ class DesignerView(AppView):
         words = {name: texts(name) for name in LEFT_BUTTONS}
         if work.b is not None:
             words["compare"] = texts("keep_one", side=work.on)
-        for name, (box, laid) in self._buttons(words, status.play).items():
-            yield Button(name, box, laid=laid, primary=name == "play")
-
-    def _buttons(self, words: dict[str, str], play: str) -> dict[str, tuple[Box, Laid]]:
-        key = (*words.values(), play)
+        key = (*words.values(), status.play)
         if key != self._foot_words:
-            self._foot_words, self._foot_found = key, buttons(self.page, self.layout.foot, words, play)
-        return self._foot_found
+            self._foot_words, self._foot_found = key, buttons(self.page, self.layout.foot, words, status.play)
+        for name, (box, laid) in self._foot_found.items():
+            yield Button(name, box, laid=laid, primary=name == "play")
 
 
 def author_texts(language: str = MASTER) -> Texts:

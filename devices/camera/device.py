@@ -152,7 +152,11 @@ class Camera:
         if aside := self.mending.asked("changing_sample", window, desk):
             return aside
         try:
-            act = self._begun(request, now_ns)
+            act = going_on(self.act, request, now_ns)
+            if act is not self.act:
+                self.taken, self.left_out, self.kept_as_it_is, self.stopped = {}, [], set(), False
+                self.source.begin(request)
+                self.act = act
             aside = self._shot(act, request, window, desk, now_ns)
         except DeviceFault as fault:
             desk.demand(None)
@@ -162,15 +166,21 @@ class Camera:
             return aside
         desk.demand(None)
         self.act = None
-        return self._came(request, act.seconds(now_ns()))
-
-    def _begun(self, request: Sense, now_ns: NowNs) -> Act:
-        act = going_on(self.act, request, now_ns)
-        if act is not self.act:
-            self.taken, self.left_out, self.kept_as_it_is, self.stopped = {}, [], set(), False
-            self.source.begin(request)
-            self.act = act
-        return act
+        seconds = act.seconds(now_ns())
+        missing = [str(n) for n in range(1, self.settings.count + 1) if n not in self.taken]
+        if missing:
+            there = (
+                f"{len(self.taken)} of {self.settings.count} pictures of {request.trial.stimulus.id} in {seconds:.0f} s"
+            )
+            lacking = f"light {missing[0]}" if len(missing) == 1 else f"lights {', '.join(missing)}"
+            twice = [f"{name} was left out, its picture had come before" for name in self.left_out]
+            also = "".join(f"; {reason}" for reason in (*self.source.broken(), *twice))
+            return self.mending.fault(
+                DeviceFault(self.name, "silent", f"{self.name} gave {there}, without {lacking}{also}")
+            )
+        pictures = [self.taken[n] for n in sorted(self.taken)]
+        by = {"by": "twin"} if self.settings.driver == "twin" else {}
+        return Reply({"recorded": True, "seconds": seconds, "pictures": pictures, "left_out": self.left_out, **by})
 
     def _shot(self, act: Act, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Aside | None:
         def ready() -> bool:
@@ -238,24 +248,6 @@ class Camera:
         """Whether these bytes were given for this sample now, or for another one ever."""
         now = any(picture["sha256"] == sha256 for picture in self.taken.values())
         return now or self.seen.get(sha256, stimulus) != stimulus
-
-    def _came(self, request: Sense, seconds: float) -> Came:
-        missing = [str(n) for n in range(1, self.settings.count + 1) if n not in self.taken]
-        if missing:
-            there = (
-                f"{len(self.taken)} of {self.settings.count} pictures of {request.trial.stimulus.id} in {seconds:.0f} s"
-            )
-            lacking = f"light {missing[0]}" if len(missing) == 1 else f"lights {', '.join(missing)}"
-            also = "".join(f"; {reason}" for reason in (*self.source.broken(), *self._twice()))
-            return self.mending.fault(
-                DeviceFault(self.name, "silent", f"{self.name} gave {there}, without {lacking}{also}")
-            )
-        pictures = [self.taken[n] for n in sorted(self.taken)]
-        by = {"by": "twin"} if self.settings.driver == "twin" else {}
-        return Reply({"recorded": True, "seconds": seconds, "pictures": pictures, "left_out": self.left_out, **by})
-
-    def _twice(self) -> list[str]:
-        return [f"{name} was left out, its picture had come before" for name in self.left_out]
 
 
 def make(name: str, settings: Settings, folder: Path) -> Camera:

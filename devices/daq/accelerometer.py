@@ -73,29 +73,23 @@ MEANINGS: Mapping[str, str] = {
 
 def make(name: str, settings: Settings, folder: Path) -> DaqSensor:  # noqa: ARG001 - every kind is made alike
     """The device; nothing is opened. Raises DeviceError where its inputs are not three."""
+    import numpy as np
+
     from palpate.devices.daq.acquire import Wiring, demand_channels
-    from palpate.devices.daq.adxl335 import Accelerometer
+    from palpate.devices.daq.adxl335 import Accelerometer, Scaling
     from palpate.devices.daq.sensor import DaqSensor
     from palpate.devices.daq.voltage_check import VoltageCheck
 
     low, high = settings.range_V
     channels = demand_channels(settings.channels, 3, name, "one for each axis")
     wiring = Wiring(channels, low, high, settings.rate_hz, settings.buffer_s, settings.terminals)
-    scaling = _scaling(settings)
+    rated = Scaling(np.array(settings.sensitivity_V_per_g), np.array(settings.zero_g_V), settings.scaled_at_V)
+    scaling = rated.at(settings.supply_V)
     watch = VoltageCheck(name, wiring.channels, 0.0, settings.supply_V, settings.rate_hz, settings.stuck_s)
     transducer = Accelerometer(
         name, _signal(settings), scaling, watch, settings.full_scale_g, settings.clipped_s, settings.calibrated
     )
     return DaqSensor(name, settings.kind, settings.driver, _daq(name, settings, wiring, scaling), transducer)
-
-
-def _scaling(settings: Settings) -> Scaling:
-    import numpy as np
-
-    from palpate.devices.daq.adxl335 import Scaling
-
-    found = Scaling(np.array(settings.sensitivity_V_per_g), np.array(settings.zero_g_V), settings.scaled_at_V)
-    return found.at(settings.supply_V)
 
 
 def _signal(settings: Settings) -> Signal:

@@ -83,7 +83,13 @@ def calibrate(readings: Mapping[str, ArrayLike], supply_V: float) -> SixPosition
     means = np.array([_mean(readings, position) for position in POSITIONS])
     felt = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, np.newaxis]
     zero, sensitivity = means.mean(axis=0), (means * felt).sum(axis=0) / 2
-    _demand_plausible(sensitivity, supply_V)
+    low, high = (share * supply_V for share in SHARE_OF_SUPPLY)
+    for axis, found in zip(AXES, sensitivity, strict=True):
+        if not low <= found <= high:
+            raise DeviceError(
+                f"six positions: {axis} gives {found:.3f} V per g at a supply of {supply_V:g} V;"
+                f" {low:.2g} to {high:.2g} are expected: see that each axis was up and down, the wires, and the supply"
+            )
     off = (means - zero) / sensitivity - felt
     residual = dict(zip(POSITIONS, np.sqrt((off**2).mean(axis=1)).tolist(), strict=True))
     worst = max(residual, key=lambda position: residual[position])
@@ -104,16 +110,6 @@ def _mean(readings: Mapping[str, ArrayLike], position: str) -> Array:
     if not np.isfinite(volts).all():
         raise DeviceError(f"six positions: {position} holds what is no number; measure it again")
     return np.asarray(volts.mean(axis=0), np.float64)
-
-
-def _demand_plausible(sensitivity_V: Array, supply_V: float) -> None:
-    low, high = (share * supply_V for share in SHARE_OF_SUPPLY)
-    for axis, found in zip(AXES, sensitivity_V, strict=True):
-        if not low <= found <= high:
-            raise DeviceError(
-                f"six positions: {axis} gives {found:.3f} V per g at a supply of {supply_V:g} V;"
-                f" {low:.2g} to {high:.2g} are expected: see that each axis was up and down, the wires, and the supply"
-            )
 
 
 @dataclass
@@ -145,7 +141,16 @@ class Accelerometer:
         rows = acceleration(volts, self.scaling)
         over = at_end | (np.abs(rows) > self.full_scale_g * GRAVITY_M_S2)
         self.clipped += int(over.any(axis=1).sum())
-        self._demand_unclipped(over, volts)
+        runs = np.array([_longest(over[:, axis], int(self.run[axis])) for axis in range(3)])
+        self.run, self.longest = runs[:, 1], max(self.longest, int(runs[:, 0].max()))
+        axis = int(runs[:, 0].argmax())
+        if runs[axis, 0] >= max(1.0, self.clipped_s * self.signal.rate_hz):
+            raise DeviceFault(
+                self.device,
+                "over_range",
+                f"{self.device}: {AXES[axis]} is clipped at {volts[-1, axis]:.3g} V for {self.clipped_s:g} s; it was"
+                " shaken too hard, or its supply or cable is broken",
+            )
         return rows
 
     def zero(self, _volts: Array, /) -> None:
@@ -179,18 +184,6 @@ class Accelerometer:
             "longest clipping": f"{1000 * self.longest / self.signal.rate_hz:.3g} ms",
         }
 
-    def _demand_unclipped(self, over: NDArray[np.bool_], volts: Array) -> None:
-        runs = np.array([_longest(over[:, axis], int(self.run[axis])) for axis in range(3)])
-        self.run, self.longest = runs[:, 1], max(self.longest, int(runs[:, 0].max()))
-        axis = int(runs[:, 0].argmax())
-        if runs[axis, 0] >= max(1.0, self.clipped_s * self.signal.rate_hz):
-            raise DeviceFault(
-                self.device,
-                "over_range",
-                f"{self.device}: {AXES[axis]} is clipped at {volts[-1, axis]:.3g} V for {self.clipped_s:g} s; it was"
-                " shaken too hard, or its supply or cable is broken",
-            )
-
 
 def acceleration_volts(scaling: Scaling, bandwidth_hz: Sequence[float]) -> Ideal:
     """What the sensor puts out in a scene: a low-pass of first order per axis, its scaling, its supply's ends."""
@@ -207,7 +200,9 @@ def acceleration_volts(scaling: Scaling, bandwidth_hz: Sequence[float]) -> Ideal
 
 def _low_passed(pieces: Iterator[Array], holds: Sequence[float]) -> Iterator[Array]:
     """y[n] = hold y[n-1] + (1 - hold) x[n] per axis, as the sum that it is, from rest at the first sample on."""
-    kernels = [(1 - hold) * hold ** np.arange(_taps(hold)) for hold in holds]
+    # After so many samples what is held has gone.
+    taps = [1 if hold <= SETTLED else 1 + int(np.ceil(np.log(SETTLED) / np.log(hold))) for hold in holds]
+    kernels = [(1 - hold) * hold ** np.arange(count) for hold, count in zip(holds, taps, strict=True)]
     long = max(map(len, kernels))
     before: Array | None = None
     for piece in pieces:
@@ -223,11 +218,6 @@ def _low_passed(pieces: Iterator[Array], holds: Sequence[float]) -> Iterator[Arr
             ],
             axis=1,
         )
-
-
-def _taps(hold: float) -> int:
-    """After so many samples what is held has gone."""
-    return 1 if hold <= SETTLED else 1 + int(np.ceil(np.log(SETTLED) / np.log(hold)))
 
 
 def _longest(over: NDArray[np.bool_], before: int) -> tuple[int, int]:

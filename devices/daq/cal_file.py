@@ -83,9 +83,6 @@ class _Reader:
         found = root.find("Calibration")
         if found is None:
             raise self._wrong("<FTSensor>", "a <Calibration> is expected inside")
-        return self._read(root, found, hashlib.sha256(data).hexdigest())
-
-    def _read(self, root: Element, found: Element, sha256: str) -> CalFile:
         if self._number(found, "GainMultiplier", 1.0) != 1.0:
             raise self._wrong("<Calibration GainMultiplier>", "only 1 is supported: no amplifier added")
         user = {name: self._row(child, 1.0) for name, child in self._axes(found, "UserAxis").items()}
@@ -93,14 +90,19 @@ class _Reader:
         basic = {name: self._row(child, self._scale(child)) for name, child in axes.items()}
         if not user and not basic:
             raise self._wrong("<Calibration>", "rows named UserAxis or Axis are expected inside")
-        low, high = self._range(found)
+        # The gauges' volts: OutputRange wide, on both sides of zero where OutputBipolar says so.
+        width = self._number(found, "OutputRange", 20.0)
+        if not 0 < width <= 100:
+            raise self._wrong("<Calibration OutputRange>", f"{width:g} V is no range of a gauge")
+        bipolar = found.get("OutputBipolar", "True").strip().lower() == "true"
+        low, high = (-width / 2, width / 2) if bipolar else (0.0, width)
         return CalFile(
             root.get("Serial") or self._text(root, "SerialNumber"), root.get("BodyStyle", ""),
             found.get("PartNumber", ""), _iso(found.get("CalDate", "")),
             self._text(found, "ForceUnits"), self._text(found, "TorqueUnits"),
             found.get("DistUnits", "m"), found.get("AngleUnits", "degrees"), low, high, user, basic,
             {name: self._rated(child) for name, child in (self._axes(found, "UserAxis") or axes).items()},
-            self._shift(found), self._slopes(found), sha256,
+            self._shift(found), self._slopes(found), hashlib.sha256(data).hexdigest(),
         )  # fmt: skip
 
     def _tree(self, data: bytes) -> Element:
@@ -157,14 +159,6 @@ class _Reader:
             none if gain is None else self._values(gain, "values"),
             0.0 if thermistor is None else self._number(thermistor, "value", None),
         )
-
-    def _range(self, found: Element) -> tuple[float, float]:
-        """The gauges' volts: OutputRange wide, on both sides of zero where OutputBipolar says so."""
-        width = self._number(found, "OutputRange", 20.0)
-        if not 0 < width <= 100:
-            raise self._wrong("<Calibration OutputRange>", f"{width:g} V is no range of a gauge")
-        bipolar = found.get("OutputBipolar", "True").strip().lower() == "true"
-        return (-width / 2, width / 2) if bipolar else (0.0, width)
 
     def _values(self, element: Element, name: str) -> Row:
         texts = self._text(element, name).split()

@@ -98,41 +98,21 @@ def make(name: str, settings: Settings, folder: Path) -> DaqSensor:
     Raises:
         DeviceError: a calibration file that is missing or cannot be used, or inputs that are not six (and one).
     """
+    from palpate.devices.daq.acquire import Wiring, demand_channels
     from palpate.devices.daq.cal_file import read_cal_file
+    from palpate.devices.daq.gauges import UNITS, Gauges, calibration
     from palpate.devices.daq.sensor import DaqSensor
+    from palpate.devices.daq.voltage_check import VoltageCheck
 
     path = _calibration_path(name, settings, folder)
     file = read_cal_file(path)
-    wiring = _wiring(name, settings, file)
-    gauges = _gauges(name, settings, file, wiring, path)
-    daq = _daq(name, settings, wiring, gauges)
-    return DaqSensor(name, settings.kind, settings.driver, daq, gauges, settings.zero_s)
-
-
-def _calibration_path(name: str, settings: Settings, folder: Path) -> Path:
-    if settings.calibration is not None:
-        return folder / settings.calibration
-    if settings.driver != "twin":
-        raise DeviceError(f"{name}: `calibration` is missing; name the .cal file that came with the sensor")
-    return SAMPLE
-
-
-def _wiring(name: str, settings: Settings, file: CalFile) -> Wiring:
-    from palpate.devices.daq.acquire import Wiring, demand_channels
-
     channels = demand_channels(settings.channels, 6, name, "one for each gauge")
     if settings.thermistor is not None:
         channels += demand_channels(settings.thermistor.channel, 1, name, "the thermistor")
-    return Wiring(channels, file.low_V, file.high_V, settings.rate_hz, settings.buffer_s, settings.terminals)
-
-
-def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: Path) -> Gauges:
-    from palpate.devices.daq.gauges import UNITS, Gauges, calibration
-    from palpate.devices.daq.voltage_check import VoltageCheck
-
+    wiring = Wiring(channels, file.low_V, file.high_V, settings.rate_hz, settings.buffer_s, settings.terminals)
     found = calibration(file, str(path))
     number = f"{file.body} {file.part} {file.serial}, {file.date or 'no date'}, sha256 {file.sha256[:12]}"
-    return Gauges(
+    gauges = Gauges(
         name,
         Signal("wrench", CHANNELS, UNITS, settings.rate_hz, "host", number),
         found,
@@ -144,6 +124,16 @@ def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: 
         settings.still,
         settings.overload,
     )
+    daq = _daq(name, settings, wiring, gauges)
+    return DaqSensor(name, settings.kind, settings.driver, daq, gauges, settings.zero_s)
+
+
+def _calibration_path(name: str, settings: Settings, folder: Path) -> Path:
+    if settings.calibration is not None:
+        return folder / settings.calibration
+    if settings.driver != "twin":
+        raise DeviceError(f"{name}: `calibration` is missing; name the .cal file that came with the sensor")
+    return SAMPLE
 
 
 def _framed(frame: Frame, matrix: Array) -> Array:

@@ -94,7 +94,14 @@ class Gauges:
         shares = np.abs(rows @ self.back.T) / self.calibration.rated
         self.most = np.maximum(self.most, shares.max(axis=0))
         self.beyond += int((shares > 1).any(axis=1).sum())
-        self._demand_bearable(shares)
+        row, axis = np.unravel_index(int(shares.argmax()), shares.shape)
+        if shares[row, axis] > self.overload:
+            raise DeviceFault(
+                self.device,
+                "overload",
+                f"{self.device}: {AXES[axis]} is {100 * shares[row, axis]:.0f} % of its rated load"
+                f" ({100 * self.overload:g} % is let pass); unload the sensor and take its zero again",
+            )
         return rows
 
     def zero(self, volts: Array) -> None:
@@ -155,16 +162,6 @@ class Gauges:
             raise DeviceFault(self.device, "overload", f"{told}: {why}")
         why = "since the start: a broken gauge or cable, no power, or a load that was there already"
         raise DeviceFault(self.device, "stuck", f"{told} {why}")
-
-    def _demand_bearable(self, shares: Array) -> None:
-        row, axis = np.unravel_index(int(shares.argmax()), shares.shape)
-        if shares[row, axis] > self.overload:
-            raise DeviceFault(
-                self.device,
-                "overload",
-                f"{self.device}: {AXES[axis]} is {100 * shares[row, axis]:.0f} % of its rated load"
-                f" ({100 * self.overload:g} % is let pass); unload the sensor and take its zero again",
-            )
 
 
 def gauge_volts(matrix: Array, slopes: Slopes | None) -> Ideal:

@@ -114,9 +114,30 @@ class NiDaq:
         nidaqmx = _package(self.name)
         try:
             self.task = nidaqmx.Task()
-            self._configure(nidaqmx)
-            self._demand_rate(float(self.task.timing.samp_clk_rate))
-            self.told = _facts(nidaqmx, self.wiring, float(self.task.timing.samp_clk_rate))
+            constants, wiring = nidaqmx.constants, self.wiring
+            for wired in (wiring, *self.further):
+                terminals = getattr(constants.TerminalConfiguration, wired.terminals.upper())
+                self.task.ai_channels.add_ai_voltage_chan(
+                    ",".join(wired.channels), terminal_config=terminals, min_val=wired.low_V, max_val=wired.high_V
+                )
+            self.task.timing.cfg_samp_clk_timing(
+                wiring.rate_hz, sample_mode=constants.AcquisitionType.CONTINUOUS, samps_per_chan=wiring.buffer
+            )
+            self.task.in_stream.input_buf_size = wiring.buffer
+            self.task.in_stream.overwrite = constants.OverwriteMode.OVERWRITE_UNREAD_SAMPLES
+            self.task.control(constants.TaskMode.TASK_COMMIT)
+            self.reader = nidaqmx.stream_readers.AnalogMultiChannelReader(self.task.in_stream)
+            real_hz = float(self.task.timing.samp_clk_rate)
+            if abs(real_hz - self.wiring.rate_hz) > RATE_TOLERANCE * self.wiring.rate_hz:
+                raise DeviceError(
+                    f"{self.name}: the card can sample at {real_hz:g} Hz, not at {self.wiring.rate_hz:g};"
+                    f" write `rate_hz: {real_hz:g}`"
+                )
+            device = nidaqmx.system.Device(self.wiring.channels[0].partition("/")[0])
+            self.told = {
+                "card": str(device.product_type), "serial": f"{int(device.serial_num):X}", "rate_hz": f"{real_hz:.9g}",
+                **({"simulated": "by NI-DAQmx"} if device.is_simulated else {}),
+            }  # fmt: skip
         except Exception as error:
             self.close()
             _raise_opening(self.name, error)
@@ -141,7 +162,12 @@ class NiDaq:
         if self.pace is None:
             return nothing
         try:
-            count = min(self._available(self.pace, timeout_s), most)
+            # Wait until there is enough for a read, or the time is over.
+            wanted = max(1, round(self.wiring.rate_hz * min(TOLD_S, timeout_s)))
+            end = self.pace.elapsed_s() + timeout_s
+            while (there := int(self.task.in_stream.avail_samp_per_chan)) < wanted and self.pace.elapsed_s() < end:
+                self.pace.wait(min(TOLD_S, timeout_s))
+            count = min(there, most)
             return Taken(self._read(count)) if count else nothing
         except Exception as error:
             if code_of(error) == NOT_YET:
@@ -162,36 +188,6 @@ class NiDaq:
         if self.task is not None:
             quietly(self.task.close)
         self.task = self.reader = None
-
-    def _configure(self, nidaqmx: Any) -> None:
-        constants, wiring = nidaqmx.constants, self.wiring
-        for wired in (wiring, *self.further):
-            terminals = getattr(constants.TerminalConfiguration, wired.terminals.upper())
-            self.task.ai_channels.add_ai_voltage_chan(
-                ",".join(wired.channels), terminal_config=terminals, min_val=wired.low_V, max_val=wired.high_V
-            )
-        self.task.timing.cfg_samp_clk_timing(
-            wiring.rate_hz, sample_mode=constants.AcquisitionType.CONTINUOUS, samps_per_chan=wiring.buffer
-        )
-        self.task.in_stream.input_buf_size = wiring.buffer
-        self.task.in_stream.overwrite = constants.OverwriteMode.OVERWRITE_UNREAD_SAMPLES
-        self.task.control(constants.TaskMode.TASK_COMMIT)
-        self.reader = nidaqmx.stream_readers.AnalogMultiChannelReader(self.task.in_stream)
-
-    def _demand_rate(self, real_hz: float) -> None:
-        if abs(real_hz - self.wiring.rate_hz) > RATE_TOLERANCE * self.wiring.rate_hz:
-            raise DeviceError(
-                f"{self.name}: the card can sample at {real_hz:g} Hz, not at {self.wiring.rate_hz:g};"
-                f" write `rate_hz: {real_hz:g}`"
-            )
-
-    def _available(self, pace: Pace, timeout_s: float) -> int:
-        """How many are there, once it is worth a read or the time is over."""
-        wanted = max(1, round(self.wiring.rate_hz * min(TOLD_S, timeout_s)))
-        end = pace.elapsed_s() + timeout_s
-        while (there := int(self.task.in_stream.avail_samp_per_chan)) < wanted and pace.elapsed_s() < end:
-            pace.wait(min(TOLD_S, timeout_s))
-        return there
 
     def _read(self, count: int) -> Volts:
         volts = np.empty((self.columns, count))
@@ -238,14 +234,6 @@ def _raise_opening(name: str, error: Exception) -> NoReturn:
     if code_of(error):
         raise refused(name, code_of(error), str(error)) from error
     raise error
-
-
-def _facts(nidaqmx: Any, wiring: Wiring, rate_hz: float) -> dict[str, str]:
-    device = nidaqmx.system.Device(wiring.channels[0].partition("/")[0])
-    facts = {"card": str(device.product_type), "serial": f"{int(device.serial_num):X}", "rate_hz": f"{rate_hz:.9g}"}
-    if device.is_simulated:
-        facts["simulated"] = "by NI-DAQmx"
-    return facts
 
 
 def refused(name: str, code: int, message: str) -> DeviceError:

@@ -108,7 +108,15 @@ class DaqSensor:
         self.daq.expect(None)
         self.start(time.monotonic_ns)
         try:
-            volts = self._gathered(seconds)
+            wanted = max(2, math.ceil(seconds * self.daq.wiring.rate_hz))
+            parts: list[Volts] = []
+            patience = math.ceil(seconds / WAIT_S) + round(SILENT_S / WAIT_S)
+            while (missing := wanted - sum(map(len, parts))) > 0 and patience:
+                parts.append(self.daq.read(missing, WAIT_S).volts)
+                patience -= not len(parts[-1])
+            if missing > 0:
+                raise DeviceFault(self.name, "silent", f"{self.name}: no sample came while its zero was taken")
+            volts = np.concatenate(parts)
         finally:
             self.stop()
         self.transducer.zero(volts)
@@ -139,8 +147,10 @@ class DaqSensor:
         """Read it at rest: rate, losses, mean and noise, and what its transducer thinks of them."""
         self.daq.expect(None)
         facts = {**self.daq.facts}
+        elapsed_s = self.elapsed_s
+        now_ns = time.monotonic_ns if elapsed_s is None else lambda: round(elapsed_s() * NS)
         try:
-            readings = sensed(self, seconds, self._clock())
+            readings = sensed(self, seconds, now_ns)
         except DeviceFault as fault:
             return Health(False, str(fault), (), self.transducer.calibrated, facts)
         wrong = [
@@ -169,47 +179,24 @@ class DaqSensor:
             taken = self.daq.read(max(1, round(MOST_S * self.daq.wiring.rate_hz)), timeout_s)
             at_ns = self.now_ns()
             if not len(taken.volts):
-                self._demand_sound(self.pace)
+                quiet = self.pace.elapsed_s() - self.came_s
+                if quiet > max(SILENT_S, 20 / self.daq.wiring.rate_hz):
+                    told = f"{self.name}: no sample for {quiet:.1f} s; see the card, its cable and its clock"
+                    raise DeviceFault(self.name, "silent", told)
                 return {self.transducer.signal.name: ()}
             self.came_s = self.pace.elapsed_s()
-            return {self.transducer.signal.name: (self._block(taken.volts, taken.lost, at_ns),)}
+            rows = self.transducer.rows(taken.volts)
+            first = self.number + taken.lost
+            self.number = first + len(rows)
+            why = "not read in time: overwritten in the card's buffer" if taken.lost else ""
+            block = Block(first, rows.astype("<f4").tobytes(), at_ns, None, taken.lost, why)
+            return {self.transducer.signal.name: (block,)}
 
     def stop(self) -> None:
         """End sampling."""
         with self.lock:
             self.daq.stop()
             self.pace = self.now_ns = None
-
-    def _block(self, volts: Volts, lost: int, at_ns: int) -> Block:
-        rows = self.transducer.rows(volts)
-        first = self.number + lost
-        self.number = first + len(rows)
-        why = "not read in time: overwritten in the card's buffer" if lost else ""
-        return Block(first, rows.astype("<f4").tobytes(), at_ns, None, lost, why)
-
-    def _demand_sound(self, pace: Pace) -> None:
-        """That samples have come of late."""
-        quiet = pace.elapsed_s() - self.came_s
-        if quiet > max(SILENT_S, 20 / self.daq.wiring.rate_hz):
-            told = f"{self.name}: no sample for {quiet:.1f} s; see the card, its cable and its clock"
-            raise DeviceFault(self.name, "silent", told)
-
-    def _gathered(self, seconds: float) -> Volts:
-        """Volts of so long, as they come; refused where they do not."""
-        wanted = max(2, math.ceil(seconds * self.daq.wiring.rate_hz))
-        parts: list[Volts] = []
-        patience = math.ceil(seconds / WAIT_S) + round(SILENT_S / WAIT_S)
-        while (missing := wanted - sum(map(len, parts))) > 0 and patience:
-            parts.append(self.daq.read(missing, WAIT_S).volts)
-            patience -= not len(parts[-1])
-        if missing > 0:
-            raise DeviceFault(self.name, "silent", f"{self.name}: no sample came while its zero was taken")
-        return np.concatenate(parts)
-
-    def _clock(self) -> NowNs:
-        """Real time, or the twin's where that is told."""
-        elapsed_s = self.elapsed_s
-        return time.monotonic_ns if elapsed_s is None else lambda: round(elapsed_s() * NS)
 
 
 def _wrong(reading: Reading, seconds: float) -> str | None:

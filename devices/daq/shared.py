@@ -167,18 +167,15 @@ def _join(name: str, sensors: list[DaqSensor]) -> None:
     card, column = Card(NiDaq(names, alike[0], tuple(alike[1:]))), 0
     shares = []
     for sensor, wiring in zip(sensors, wirings, strict=True):
-        shares.append(Share(sensor.name, wiring, card, column, _every(sensor.name, wiring, rate_hz, name)))
+        ratio = rate_hz / wiring.rate_hz
+        every = max(1, round(ratio))
+        if abs(ratio - every) > WHOLE * ratio:
+            raise DeviceError(
+                f"{sensor.name}: {name} has one clock for all its inputs and runs at {rate_hz:g} Hz, of which"
+                f" {wiring.rate_hz:g} is no whole part; write `rate_hz: {rate_hz / every:.9g}`, or use a card of its"
+                " own"
+            )
+        shares.append(Share(sensor.name, wiring, card, column, every))
         column += len(wiring.channels)
     for sensor, share in zip(sensors, shares, strict=True):
         sensor.daq = share
-
-
-def _every(name: str, wiring: Wiring, rate_hz: float, card: str) -> int:
-    ratio = rate_hz / wiring.rate_hz
-    every = max(1, round(ratio))
-    if abs(ratio - every) > WHOLE * ratio:
-        raise DeviceError(
-            f"{name}: {card} has one clock for all its inputs and runs at {rate_hz:g} Hz, of which"
-            f" {wiring.rate_hz:g} is no whole part; write `rate_hz: {rate_hz / every:.9g}`, or use a card of its own"
-        )
-    return every

@@ -38,7 +38,23 @@ class VoltageCheck:
     def see(self, volts: Volts) -> NDArray[np.bool_]:
         """Where the volts stand at an end of the range, of their shape. Raises DeviceFault (not_a_number, stuck)."""
         self._demand_numbers(volts)
-        self._demand_life(volts)
+        # Count for how many samples each wire has not changed, up to the newest one.
+        before = volts[:1] if self.last is None else self.last
+        changed = np.diff(volts, axis=0, prepend=before) != 0
+        ever = changed.any(axis=0)
+        since = np.argmax(changed[::-1], axis=0)
+        self.still = np.where(ever, since, self.still + len(volts))
+        self.last = volts[-1:].copy()
+        if self.stuck_s > 0 and (self.still >= self.stuck_s * self.rate_hz).any():
+            wire = int(np.argmax(self.still))
+            value = float(volts[-1, wire])
+            told = (
+                f"{self.device}: {self.wires[wire]} has stood at {value:.4g} V for {self.stuck_s:g} s without any noise"
+            )
+            edge = EDGE * (self.high_V - self.low_V)
+            ended = value <= self.low_V + edge or value >= self.high_V - edge
+            why = "the end of its range: a broken sensor or cable, or no power" if ended else "no live sensor does so"
+            raise DeviceFault(self.device, "stuck", f"{told}: {why}")
         margin = EDGE * (self.high_V - self.low_V)
         at_end: NDArray[np.bool_] = (volts <= self.low_V + margin) | (volts >= self.high_V - margin)
         return at_end
@@ -52,22 +68,3 @@ class VoltageCheck:
             "not_a_number",
             f"{self.device}: {self.wires[wire]} gave {volts[row, wire]} V; see the card and its driver",
         )
-
-    def _demand_life(self, volts: Volts) -> None:
-        """Count for how many samples each wire has not changed, up to the newest one."""
-        before = volts[:1] if self.last is None else self.last
-        changed = np.diff(volts, axis=0, prepend=before) != 0
-        ever = changed.any(axis=0)
-        since = np.argmax(changed[::-1], axis=0)
-        self.still = np.where(ever, since, self.still + len(volts))
-        self.last = volts[-1:].copy()
-        if self.stuck_s > 0 and (self.still >= self.stuck_s * self.rate_hz).any():
-            self._raise_stuck(int(np.argmax(self.still)), volts)
-
-    def _raise_stuck(self, wire: int, volts: Volts) -> None:
-        value = float(volts[-1, wire])
-        told = f"{self.device}: {self.wires[wire]} has stood at {value:.4g} V for {self.stuck_s:g} s without any noise"
-        edge = EDGE * (self.high_V - self.low_V)
-        ended = value <= self.low_V + edge or value >= self.high_V - edge
-        why = "the end of its range: a broken sensor or cable, or no power" if ended else "no live sensor does so"
-        raise DeviceFault(self.device, "stuck", f"{told}: {why}")

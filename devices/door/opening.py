@@ -45,9 +45,20 @@ def opened_once(profile_N: Sequence[float], seconds: float, *key: Key) -> Openin
     """
     end = demand_recordable(profile_N, seconds)
     reach = end + (0.5 if end < POINTS - 1 else BEYOND)
-    places = _places(reach, round(seconds * RATE_HZ), key)
+    # Place on the profile's grid at every force sample: at rest, opening without a step back, at rest.
+    rest = round(REST_S * RATE_HZ)
+    moving = round(seconds * RATE_HZ) - 2 * rest
+    waves = [_wave(n, key) for n in range(3)]
+    speeds = [_ramp(n, moving) * (1 + sum(w(n / RATE_HZ) for w in waves)) for n in range(moving)]
+    travelled = list(accumulate(speeds))
+    places = [0.0] * rest + [reach * distance / travelled[-1] for distance in travelled] + [reach] * rest
     force = [_felt(profile_N, min(place, end), end) for place in places]
-    _let_go(force, places, places.index(reach))
+    # Once the door is open the hand lets go, and the door settles.
+    first = places.index(reach)
+    for n in range(first + 1, len(force)):
+        held = math.exp(-(n - first) / (LET_GO_S * RATE_HZ))
+        force[n] *= held
+        places[n] -= SPRINGS_BACK * (1 - held)
     return Opening(tuple(force), tuple(place / POINTS_PER_DEG for place in places))
 
 
@@ -61,16 +72,6 @@ def demand_recordable(profile_N: Sequence[float], seconds: float) -> int:
     if end == 0:
         raise DoorDataError("The profile is zero throughout: there is no opening to record.")
     return end
-
-
-def _places(reach: float, count: int, key: tuple[Key, ...]) -> list[float]:
-    """Place on the profile's grid at every force sample: at rest, opening without a step back, at rest."""
-    rest = round(REST_S * RATE_HZ)
-    moving = count - 2 * rest
-    waves = [_wave(n, key) for n in range(3)]
-    speeds = [_ramp(n, moving) * (1 + sum(w(n / RATE_HZ) for w in waves)) for n in range(moving)]
-    travelled = list(accumulate(speeds))
-    return [0.0] * rest + [reach * distance / travelled[-1] for distance in travelled] + [reach] * rest
 
 
 def _wave(n: int, key: tuple[Key, ...]) -> _Wave:
@@ -101,11 +102,3 @@ def _felt(profile_N: Sequence[float], place: float, end: int) -> float:
         return 0.0
     index = min(int(place), end - 1)
     return profile_N[index] + (place - index) * (profile_N[index + 1] - profile_N[index])
-
-
-def _let_go(force: list[float], places: list[float], first: int) -> None:
-    """Once the door is open the hand lets go, and the door settles."""
-    for n in range(first + 1, len(force)):
-        held = math.exp(-(n - first) / (LET_GO_S * RATE_HZ))
-        force[n] *= held
-        places[n] -= SPRINGS_BACK * (1 - held)

@@ -146,20 +146,15 @@ def _entry(where: str, label: str, given: Any) -> CatalogueEntry:
     character = parameters.pop("character", None)
     if not isinstance(character, str):
         raise DoorDataError(f"{where}: 'character' is missing: one sentence that says what this door is like.")
-    parameters["check"] = _check_features(where, parameters.get("check"))
-    _refuse_other_names(where, set(parameters), set(DOOR_FIELDS))
-    door = Door(**parameters)
-    check_ranges(door, where)
-    return CatalogueEntry(label, character, door)
-
-
-def _check_features(where: str, rows: Any) -> tuple[CheckFeature, ...]:
+    rows = parameters.get("check")
     if not isinstance(rows, list) or any(not isinstance(row, list) or len(row) != len(CHECK_FIELDS) for row in rows):
         raise DoorDataError(f"{where}: 'check' is a list of rows [{', '.join(CHECK_FIELDS)}], found {rows!r}.")
-    return tuple(CheckFeature(*row) for row in rows)
-
-
-def _refuse_other_names(where: str, found: set[str], expected: set[str]) -> None:
+    parameters["check"] = tuple(CheckFeature(*row) for row in rows)
+    found = set(parameters)
+    expected = set(DOOR_FIELDS)
     for names, word in ((found - expected, "unknown"), (expected - found, "missing")):
         if names:
             raise DoorDataError(f"{where}: {word} parameter {some(sorted(map(str, names)))}.")
+    door = Door(**parameters)
+    check_ranges(door, where)
+    return CatalogueEntry(label, character, door)

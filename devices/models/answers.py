@@ -152,18 +152,16 @@ def wish_of(given: Sequence[str], port: Port) -> Array:
             raise ModelInputError(f"{text!r}: {_unknown(name, port)}")
         if name in wished:
             raise ModelInputError(f"{name} is wished twice.")
-        wished[name] = _value(text, value)
+        try:
+            number = float(value)
+        except ValueError:
+            number = np.nan
+        if not 0 <= number <= TOP:
+            raise ModelInputError(
+                f"{text!r}: a number from 0 (the attribute's own word) to 100 (its antonym) is expected."
+            )
+        wished[name] = number
     return np.array([wished.get(name, NEUTRAL) for name in port.names])
-
-
-def _value(text: str, value: str) -> float:
-    try:
-        number = float(value)
-    except ValueError:
-        number = np.nan
-    if not 0 <= number <= TOP:
-        raise ModelInputError(f"{text!r}: a number from 0 (the attribute's own word) to 100 (its antonym) is expected.")
-    return number
 
 
 def _unknown(name: str, port: Port) -> str:

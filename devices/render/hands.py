@@ -18,9 +18,8 @@ from palpate.devices.tablet.pipeline import Shape, Stylus
 from palpate.devices.tablet.recorded import COLUMNS as REPORTED
 from palpate.devices.tablet.recorded import read_reports
 from palpate.devices.tablet.reports import REFUSED, Guard, Report
-from palpate.protocols.tables import Mistake, Table, TableFormat, read_table
+from palpate.protocols.tables import Mistake, TableFormat, read_table
 from palpate.protocols.wording import count, some
-from palpate.signals.arrays import Array
 from palpate.signals.textures.sounds import RenderError
 
 RATE_HZ = 1000
@@ -103,16 +102,13 @@ class Pushed:
             self._ticks = due - 1
         while self._ticks < due:
             t_s = self._ticks / RATE_HZ
-            self._take(t_s, now_s)
+            while self._waiting and self._waiting[0].t_s <= t_s:
+                judged = self.refused.judge(self._waiting.popleft(), now_s)
+                if judged is not None:
+                    self._stylus.report(judged)
             self.felt = self._stylus.step(t_s)
             self._ticks += 1
         return self.felt
-
-    def _take(self, t_s: float, now_s: float) -> None:
-        while self._waiting and self._waiting[0].t_s <= t_s:
-            judged = self.refused.judge(self._waiting.popleft(), now_s)
-            if judged is not None:
-                self._stylus.report(judged)
 
 
 def _unreadable(wrong: Mistake) -> str:
@@ -151,25 +147,17 @@ def read_hand(path: Path, shape: Shape | None = None) -> Scripted:
     if not set(REPORTED) - set(table.header):
         return _stroked(path, shape or Shape())
     table.demand(FELT)
-    return _felt(table)
-
-
-def _felt(table: Table) -> Scripted:
     times, *felt = map(np.asarray, table.numbers(FELT, gaps=True, finite=False).values())
-    _require_rising(table.path, times)
+    if len(times) < 2:
+        raise RenderError(f"{table.path}: {count(len(times), 'row')}; two at least are expected.")
+    if not np.isfinite(times).all() or (backwards := np.flatnonzero(np.diff(times) <= 0)).size:
+        row = int(np.flatnonzero(~np.isfinite(times))[0]) if not np.isfinite(times).all() else int(backwards[0]) + 1
+        raise RenderError(f"{table.path}, line {row + 2}: t_s is {times[row]:g}; seconds that rise are expected.")
+    if times[-1] - times[0] > LONGEST_S:
+        raise RenderError(f"{table.path}: {times[-1] - times[0]:g} s; a day at most. Is t_s in seconds?")
     at = times[0] + np.arange(math.floor((times[-1] - times[0]) * RATE_HZ + 1e-6) + 1) / RATE_HZ
     speed, force = (np.interp(at, times, column).tolist() for column in felt)
     return Scripted(speed, force)
-
-
-def _require_rising(path: Path, times: Array) -> None:
-    if len(times) < 2:
-        raise RenderError(f"{path}: {count(len(times), 'row')}; two at least are expected.")
-    if not np.isfinite(times).all() or (backwards := np.flatnonzero(np.diff(times) <= 0)).size:
-        row = int(np.flatnonzero(~np.isfinite(times))[0]) if not np.isfinite(times).all() else int(backwards[0]) + 1
-        raise RenderError(f"{path}, line {row + 2}: t_s is {times[row]:g}; seconds that rise are expected.")
-    if times[-1] - times[0] > LONGEST_S:
-        raise RenderError(f"{path}: {times[-1] - times[0]:g} s; a day at most. Is t_s in seconds?")
 
 
 def _stroked(path: Path, shape: Shape) -> Scripted:

@@ -132,30 +132,25 @@ def in_words(record: Mapping[str, Any], seconds: float, level_m_s2: float) -> It
         took = record["took"]
         yield f"a step took {_times(took)}; {took['late']} of {took['steps']} took longer than 1 ms"
     else:
-        yield from _deadlines(record)
+        ready, output = record["ready"], record["output"]
+        yield f"priority {record['priority']}, output buffer {output['ahead_ms']} ms"
+        late = f"{ready['late']} of {ready['steps']} steps ({100 * ready['late_share']:.3g} %)"
+        missing = count(output["missing"], "sample")
+        yield f"underruns: {output['underruns']} ({missing}; the last one dies away meanwhile)"
+        yield f"later than 1 ms, as without a buffer: {late}"
+        yield f"ready after it was due: {_times(ready)}"
+        outside = record.get("outside") or {}
+        if (waited := outside.get("waited_s") or 0.0) > TOLD_S:
+            yield f"{waited:.3g} s kept waiting by other programs"
+        if (stolen := outside.get("stolen_s") or 0.0) > TOLD_S:
+            away = f"{stolen:.3g} s of this machine's processors were taken away by its host"
+            yield f"{away}: no priority helps against that"
+        if output["limited"]:
+            yield f"limited {count(output['limited'], 'sample')} to what the actuator bears"
+        if not output["compensated"]:
+            yield "played on a twin that is not identified: not compensated"
     yield from (f"{voice[name]} {told}" for name, told in WORDS.items() if voice.get(name))
     yield from voice.get("notes", ())
-
-
-def _deadlines(record: Mapping[str, Any]) -> Iterator[str]:
-    ready, output = record["ready"], record["output"]
-    yield f"priority {record['priority']}, output buffer {output['ahead_ms']} ms"
-    late = f"{ready['late']} of {ready['steps']} steps ({100 * ready['late_share']:.3g} %)"
-    yield f"underruns: {output['underruns']} ({count(output['missing'], 'sample')}; the last one dies away meanwhile)"
-    yield f"later than 1 ms, as without a buffer: {late}"
-    yield f"ready after it was due: {_times(ready)}"
-    yield from _outside(record.get("outside") or {})
-    if output["limited"]:
-        yield f"limited {count(output['limited'], 'sample')} to what the actuator bears"
-    if not output["compensated"]:
-        yield "played on a twin that is not identified: not compensated"
-
-
-def _outside(told: Mapping[str, Any]) -> Iterator[str]:
-    if (waited := told.get("waited_s") or 0.0) > TOLD_S:
-        yield f"{waited:.3g} s kept waiting by other programs"
-    if (stolen := told.get("stolen_s") or 0.0) > TOLD_S:
-        yield f"{stolen:.3g} s of this machine's processors were taken away by its host: no priority helps against that"
 
 
 def _times(told: Mapping[str, Any]) -> str:

@@ -67,7 +67,17 @@ class Rendering:
 
     def __exit__(self, *_raised: object) -> None:
         if self._process is not None:
-            self._end(self._process)
+            if self._process.is_alive():
+                with suppress(RenderError, OSError):
+                    self._asked(End())
+            if self._process.pid is not None:
+                self._process.join(GONE_S)
+            if self._process.is_alive():
+                self._process.kill()
+                self._process.join()
+            if self._talk is not None:
+                self._talk.close()
+                self._talk = None
         self.trace.memory = self.trace.memory.copy()
         if self._memory is not None:
             self._memory.close()
@@ -124,33 +134,18 @@ class Rendering:
                 raise RenderError(f"the renderer did not answer within {timeout_s:g} s")
             said = talk.recv()
         except (EOFError, OSError):
-            return self._last_word()
+            # Of a process that has ended well, return what it sent last.
+            if self._process is not None:
+                self._process.join(GONE_S)
+                if self._process.exitcode == 0 and self._last:
+                    return self._last
+            code = None if self._process is None else self._process.exitcode
+            how = f"by signal {-code}" if code and code < 0 else "unasked"
+            raise RenderError(f"the renderer's process ended {how}") from None
         if isinstance(said, str):
             raise RenderError(said)
         self._last = said or self._last
         return self._last
-
-    def _last_word(self) -> Mapping[str, Any]:
-        """What a process that has ended well said last. Raises RenderError where it did not end well."""
-        if self._process is not None:
-            self._process.join(GONE_S)
-            if self._process.exitcode == 0 and self._last:
-                return self._last
-        code = None if self._process is None else self._process.exitcode
-        raise RenderError(f"the renderer's process ended {f'by signal {-code}' if code and code < 0 else 'unasked'}")
-
-    def _end(self, process: BaseProcess) -> None:
-        if process.is_alive():
-            with suppress(RenderError, OSError):
-                self._asked(End())
-        if process.pid is not None:
-            process.join(GONE_S)
-        if process.is_alive():
-            process.kill()
-            process.join()
-        if self._talk is not None:
-            self._talk.close()
-            self._talk = None
 
 
 @contextmanager

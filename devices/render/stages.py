@@ -53,18 +53,15 @@ class Renderer:
 
     def _next(self, speed_mm_s: float, force_N: float) -> float:
         if self._asked is not self._now and self._place == CROSS_MS:
-            self._cross()
+            self._old, self._now, self._place = self._now, self._asked, 0
+            self.switches += 1
+            if self._now is not None:
+                self._now.join()
         now = self._now
         made = 0.0 if now is None else now.step(speed_mm_s, force_N)
         if self._place == CROSS_MS:
             return made
         return self._mixed(made, speed_mm_s, force_N)
-
-    def _cross(self) -> None:
-        self._old, self._now, self._place = self._now, self._asked, 0
-        self.switches += 1
-        if self._now is not None:
-            self._now.join()
 
     def _mixed(self, made: float, speed_mm_s: float, force_N: float) -> float:
         self._place += 1

@@ -11,7 +11,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import repeat
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,7 @@ from palpate.devices.device import Block, DeviceError, NowNs
 from palpate.devices.health import WAIT_S, samples
 from palpate.devices.rig.calibrating import CalibrationJob, CalibrationResult, UnfitMeasurement
 from palpate.devices.rig.file import RigFile
-from palpate.devices.rig.opened import OpenRig, open_rig, opened_device
+from palpate.devices.rig.opened import open_rig, opened_device
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.events import NS
 from palpate.protocols.wording import count
@@ -68,7 +67,18 @@ def calibrate_accelerometer(job: CalibrationJob, seconds: float | None = None) -
         readings: Readings = {}
         for position in POSITIONS:
             readings[position] = bench.measured(position)
-        return _accelerometer_result(bench.fitted(readings), job.date)
+        fit = bench.fitted(readings)
+        scaling = fit.scaling
+        settings = {
+            "sensitivity_V_per_g": [round(volts, DECIMALS) for volts in scaling.sensitivity_V.tolist()],
+            "zero_g_V": [round(volts, DECIMALS) for volts in scaling.zero_V.tolist()],
+            "scaled_at_V": scaling.supply_V,
+            "calibrated": job.date,
+        }
+        residuals = {position: round(residual_g, 5) for position, residual_g in fit.residual_g.items()}
+        return CalibrationResult(
+            settings, tuple(_accelerometer_lines(fit)), {"residual_g": residuals, "worst_g": round(fit.worst_g, 5)}
+        )
 
 
 @dataclass
@@ -111,7 +121,18 @@ class Bench:
             again = " again" if self.tries[position] > 1 else ""
             up = f"{position[1]} axis {'up' if position[0] == '+' else 'down'}"
             self.job.ask(f"{position}{again}: lay {self.job.name} with its {up} and let go of it.")
-            g = self._read(position)
+            # The samples of a position in g by the scaling so far, of shape (n, 3).
+            self.sensor.expect(Lying(position))
+            signal, blocks, count = self.sensor.signals[0], list[Block](), 0
+            self.sensor.start(self.now)
+            try:
+                while count < self.wanted:
+                    came = self.sensor.read(WAIT_S).get(signal.name, ())
+                    blocks += came
+                    count += sum(len(block.data) for block in came) // (4 * len(AXES))
+            finally:
+                self.sensor.stop()
+            g = samples(signal, blocks)[: self.wanted] / GRAVITY_M_S2
             wrong = _movement(position, g) or _misplacement(position, g.mean(axis=0))
             if wrong is None:
                 self.job.say(f"    {_format_g(g.mean(axis=0))}; noise {g.std(axis=0).max():.4f} g")
@@ -130,20 +151,6 @@ class Bench:
                     raise UnfitMeasurement(f"{self.job.name}: {error}") from None
                 self.job.say(f"    {error}")
             readings[worst] = self.measured(worst)
-
-    def _read(self, position: str) -> Array:
-        """The samples of a position in g by the scaling so far, of shape (n, 3)."""
-        self.sensor.expect(Lying(position))
-        signal, blocks, count = self.sensor.signals[0], list[Block](), 0
-        self.sensor.start(self.now)
-        try:
-            while count < self.wanted:
-                came = self.sensor.read(WAIT_S).get(signal.name, ())
-                blocks += came
-                count += sum(len(block.data) for block in came) // (4 * len(AXES))
-        finally:
-            self.sensor.stop()
-        return samples(signal, blocks)[: self.wanted] / GRAVITY_M_S2
 
 
 def _movement(position: str, g: Array) -> str | None:
@@ -188,20 +195,6 @@ def _format_g(g: Array) -> str:
     return ", ".join(f"{axis} {value:+.3f} g" for axis, value in zip(AXES, g, strict=True))
 
 
-def _accelerometer_result(fit: SixPositions, date: str) -> CalibrationResult:
-    scaling = fit.scaling
-    settings = {
-        "sensitivity_V_per_g": [round(volts, DECIMALS) for volts in scaling.sensitivity_V.tolist()],
-        "zero_g_V": [round(volts, DECIMALS) for volts in scaling.zero_V.tolist()],
-        "scaled_at_V": scaling.supply_V,
-        "calibrated": date,
-    }
-    residuals = {position: round(residual_g, 5) for position, residual_g in fit.residual_g.items()}
-    return CalibrationResult(
-        settings, tuple(_accelerometer_lines(fit)), {"residual_g": residuals, "worst_g": round(fit.worst_g, 5)}
-    )
-
-
 def _accelerometer_lines(fit: SixPositions) -> Iterator[str]:
     for axis, volts, zero in zip(AXES, fit.scaling.sensitivity_V, fit.scaling.zero_V, strict=True):
         yield f"{axis}: {volts:.4f} V per g, {zero:.4f} V at 0 g"
@@ -223,13 +216,30 @@ def calibrate_coil(
     if not isinstance(settings, Settings):
         raise DeviceError(f"{job.name}: no voice coil")
     chosen = _sensor(job.file, job.name, sensor)
-    shaking = Shaking(level_V=_level_V(job.name, settings, level_V), measured=_seconds(job.name, seconds))
+    # Half of what the coil bears, 0.5 V at most, unless another level is asked for. Raises DeviceError above it.
+    most = min(settings.peak_V, settings.rms_V)
+    if level_V is not None and level_V > settings.peak_V:
+        raise DeviceError(f"--level {level_V:g}: {job.name} bears {settings.peak_V:g} V (`peak_V`); give a lower level")
+    whole = SECONDS_SHAKEN if seconds is None else round(seconds)
+    if whole < FEWEST:
+        raise DeviceError(
+            f"{job.name}: --seconds {seconds:g}: {FEWEST} at least are needed to tell noise from response"
+        )
+    shaking = Shaking(level_V=min(LOUDEST_V, settings.peak_V / 2, most) if level_V is None else level_V, measured=whole)
     path = job.file.path.parent / f"{job.name}-{job.date}.json"
     if path.exists() and not force:
         raise DeviceError(f"{path} is there already, and records may name it; give --force to write over it")
     found = _identify(job, chosen, shaking)
     save(found.calibration(job.date), path)
-    return _coil_result(found, path, job.date)
+    made = found.inverse
+    coherence = found.response.coherence[found.response.inside(found.wish.low_Hz, found.wish.high_Hz)]
+    figures: dict[str, Any] = {
+        "file": str(path), "level_V": found.shaking.level_V, "band_Hz": [found.wish.low_Hz, found.wish.high_Hz],
+        "gain_m_s2_V": made.gain, "ripple_dB": made.ripple_dB, "before_dB": made.before_dB, "delay_ms": made.delay_ms,
+        "added_ms": made.added_ms, "coherence_median": float(np.median(coherence)),
+        "coherence_least": float(coherence.min()), "limited_Hz": list(made.limited_Hz),
+    }  # fmt: skip
+    return CalibrationResult({"calibration": path.name, "calibrated": job.date}, tuple(_coil_lines(figures)), figures)
 
 
 def _sensor(file: RigFile, coil: str, asked: str | None) -> str:
@@ -244,65 +254,37 @@ def _sensor(file: RigFile, coil: str, asked: str | None) -> str:
         raise DeviceError(f"{file.path} names no device {asked!r}; {nearest(asked, there)}")
     if asked not in there:
         raise DeviceError(f"--with {asked}: that is a {file.kind(asked)}; an accelerometer is expected: {listed}")
-    _demand_pair(file, coil, asked)
+    if file.is_twin(coil) != file.is_twin(asked):
+        twin, real = (coil, asked) if file.is_twin(coil) else (asked, coil)
+        raise DeviceError(f"{twin} is a twin and {real} is not: neither feels the other; take two of one sort")
+    rate_hz = float(getattr(file.devices[asked], "rate_hz", 0.0))
+    if rate_hz < SLOWEST_HZ or rate_hz != round(rate_hz):
+        raise DeviceError(
+            f"{asked} samples at {rate_hz:g} Hz; to identify a voice coil up to 490 Hz a whole number of Hz,"
+            f" {SLOWEST_HZ} at least, is needed: raise its `rate_hz`"
+        )
     return asked
 
 
-def _demand_pair(file: RigFile, coil: str, sensor: str) -> None:
-    if file.is_twin(coil) != file.is_twin(sensor):
-        twin, real = (coil, sensor) if file.is_twin(coil) else (sensor, coil)
-        raise DeviceError(f"{twin} is a twin and {real} is not: neither feels the other; take two of one sort")
-    rate_hz = float(getattr(file.devices[sensor], "rate_hz", 0.0))
-    if rate_hz < SLOWEST_HZ or rate_hz != round(rate_hz):
-        raise DeviceError(
-            f"{sensor} samples at {rate_hz:g} Hz; to identify a voice coil up to 490 Hz a whole number of Hz,"
-            f" {SLOWEST_HZ} at least, is needed: raise its `rate_hz`"
-        )
-
-
-def _level_V(name: str, settings: Settings, asked: float | None) -> float:
-    """Half of what the coil bears, 0.5 V at most, unless another level is asked for. Raises DeviceError above it."""
-    most = min(settings.peak_V, settings.rms_V)
-    if asked is not None and asked > settings.peak_V:
-        raise DeviceError(f"--level {asked:g}: {name} bears {settings.peak_V:g} V (`peak_V`); give a lower level")
-    return min(LOUDEST_V, settings.peak_V / 2, most) if asked is None else asked
-
-
-def _seconds(name: str, seconds: float | None) -> int:
-    whole = SECONDS_SHAKEN if seconds is None else round(seconds)
-    if whole < FEWEST:
-        raise DeviceError(f"{name}: --seconds {seconds:g}: {FEWEST} at least are needed to tell noise from response")
-    return whole
-
-
-def _unfiltered(file: RigFile, coil: str) -> RigFile:
-    """The rig with the coil as it is without its calibration, whose file need not be there yet."""
-    bare = file.devices[coil].model_copy(update={"calibration": None})
-    return replace(file, devices={**file.devices, coil: bare})
-
-
 def _identify(job: CalibrationJob, sensor: str, shaking: Shaking) -> Identified:
-    rig = open_rig(_unfiltered(job.file, job.name), [job.name, sensor])
+    bare = job.file.devices[job.name].model_copy(update={"calibration": None})
+    rig = open_rig(replace(job.file, devices={**job.file.devices, job.name: bare}), [job.name, sensor])
     try:
         job.ask(
             f"{job.name} will shake at up to {shaking.level_V:g} V for some {1.5 * shaking.measured:.0f} s."
             f" Fasten {sensor} to it, let nobody hold it."
         )
-        return _shake(rig, job.name, sensor, shaking)
+        moving, feeling = rig.devices[job.name], rig.devices[sensor]
+        if not isinstance(moving, VoiceCoil) or not isinstance(feeling, DaqSensor):
+            raise DeviceError(f"{job.name} and {sensor}: no voice coil and accelerometer")
+        if not rig.file.is_twin(job.name):
+            return identify(_refuse_clipped(through(moving, feeling, time.monotonic_ns), feeling), shaking)
+        bench = fastened(moving, feeling)
+        return identify(_refuse_clipped(through(moving, bench, bench.clock.ns), feeling), shaking)
     except ResponseError as error:
         raise UnfitMeasurement(f"{job.name}: {error}") from None
     finally:
         rig.close()
-
-
-def _shake(rig: OpenRig, coil: str, sensor: str, shaking: Shaking) -> Identified:
-    moving, feeling = rig.devices[coil], rig.devices[sensor]
-    if not isinstance(moving, VoiceCoil) or not isinstance(feeling, DaqSensor):
-        raise DeviceError(f"{coil} and {sensor}: no voice coil and accelerometer")
-    if not rig.file.is_twin(coil):
-        return identify(_refuse_clipped(through(moving, feeling, time.monotonic_ns), feeling), shaking)
-    bench = fastened(moving, feeling)
-    return identify(_refuse_clipped(through(moving, bench, bench.clock.ns), feeling), shaking)
 
 
 def _refuse_clipped(play_and_record: PlayAndRecord, sensor: DaqSensor) -> PlayAndRecord:
@@ -317,18 +299,6 @@ def _refuse_clipped(play_and_record: PlayAndRecord, sensor: DaqSensor) -> PlayAn
         return recorded, rate_hz
 
     return checked
-
-
-def _coil_result(found: Identified, path: Path, date: str) -> CalibrationResult:
-    made = found.inverse
-    coherence = found.response.coherence[found.response.inside(found.wish.low_Hz, found.wish.high_Hz)]
-    figures: dict[str, Any] = {
-        "file": str(path), "level_V": found.shaking.level_V, "band_Hz": [found.wish.low_Hz, found.wish.high_Hz],
-        "gain_m_s2_V": made.gain, "ripple_dB": made.ripple_dB, "before_dB": made.before_dB, "delay_ms": made.delay_ms,
-        "added_ms": made.added_ms, "coherence_median": float(np.median(coherence)),
-        "coherence_least": float(coherence.min()), "limited_Hz": list(made.limited_Hz),
-    }  # fmt: skip
-    return CalibrationResult({"calibration": path.name, "calibrated": date}, tuple(_coil_lines(figures)), figures)
 
 
 def _coil_lines(figures: dict[str, Any]) -> Iterator[str]:

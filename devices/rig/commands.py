@@ -52,9 +52,12 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
     """
     from palpate.devices.rig.file import read_rig, rig_path
     from palpate.devices.rig.opened import check_device
+    from palpate.protocols.did_you_mean import nearest
 
     file = read_rig(rig_file or rig_path(lab))
-    _demand_known(file, device)
+    for name in device:
+        if name not in file.devices:
+            raise click.UsageError(f"{file.path} names no device {name!r}; {nearest(name, list(file.devices))}")
     found = {name: check_device(file, name, seconds) for name in device or file.devices}
     if as_json:
         _echo_json({name: _as_data(file, name, health) for name, health in found.items()})
@@ -62,14 +65,6 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
         _table(file, found)
     if not all(health.ok for health in found.values()):
         raise click.exceptions.Exit(1)
-
-
-def _demand_known(file: RigFile, names: tuple[str, ...]) -> None:
-    from palpate.protocols.did_you_mean import nearest
-
-    for name in names:
-        if name not in file.devices:
-            raise click.UsageError(f"{file.path} names no device {name!r}; {nearest(name, list(file.devices))}")
 
 
 def _as_data(file: RigFile, name: str, health: Health) -> dict[str, Any]:

@@ -95,16 +95,14 @@ class _Reading:
             self.problems.append(Problem((), "keys and values are expected at the top: rig, devices, needs"))
             return
         self.problems += [Problem((str(k),), f"unknown key; {nearest(str(k), KEYS)}") for k in data if k not in KEYS]
-        self._take_name(data.get("rig"))
-        self._take_devices(data.get("devices"))
-        if not self.problems:
-            self._take_needs(data.get("needs"))
-
-    def _take_name(self, name: Any) -> None:
+        name = data.get("rig")
         if isinstance(name, str) and name.strip():
             self.name = name
         else:
             self.problems.append(Problem(("rig",), "a name for the rig is expected, as rig: doorlab"))
+        self._take_devices(data.get("devices"))
+        if not self.problems:
+            self._take_needs(data.get("needs"))
 
     def _take_devices(self, devices: Any) -> None:
         if not isinstance(devices, dict) or not 1 <= len(devices) <= MOST_DEVICES:
@@ -122,14 +120,11 @@ class _Reading:
                     Problem((*path, "kind"), f"{missing}; {nearest(str(given.get('kind')), list(KINDS))}")
                 )
             else:
-                self._take_device(name, given)
-
-    def _take_device(self, name: str, given: dict[Any, Any]) -> None:
-        model = KINDS[given["kind"]].settings
-        try:
-            self.devices[name] = model.model_validate({str(key): value for key, value in given.items()})
-        except ValidationError as error:
-            self.problems += [Problem(("devices", name, *p.path), p.message) for p in translated(error, model)]
+                model = KINDS[given["kind"]].settings
+                try:
+                    self.devices[name] = model.model_validate({str(key): value for key, value in given.items()})
+                except ValidationError as error:
+                    self.problems += [Problem(("devices", name, *p.path), p.message) for p in translated(error, model)]
 
     def _take_needs(self, needs: Any) -> None:
         if needs is None:

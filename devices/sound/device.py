@@ -212,7 +212,12 @@ class Masked:
         if aside := self.mending.asked("changing_sample", window, desk):
             return aside
         try:
-            self._sound(request)
+            if request is not self.begun:
+                self._there()
+                self.begun = request
+            if not self.paused:
+                self.noise.start()
+                self.on = True
             came = self.presents.perform(request, window, desk, now_ns)
             if isinstance(came, Reply):
                 self.begun = None
@@ -225,14 +230,6 @@ class Masked:
         if isinstance(came, Aside):
             self.heed(came)
         return came
-
-    def _sound(self, request: Present) -> None:
-        if request is not self.begun:
-            self._there()
-            self.begun = request
-        if not self.paused:
-            self.noise.start()
-            self.on = True
 
     def _there(self) -> None:
         """Make sure that it plays; headphones that were put right are opened anew."""

@@ -82,7 +82,8 @@ class Capture:
         try:
             return self._record(going, window, desk, now_ns)
         except DeviceFault as fault:
-            self._record_fault(going, fault, desk)
+            message = "; ".join([str(fault.named()), *self._make_safe(desk)])
+            going.over = self._mending.fault(DeviceFault(fault.device, fault.what, message))
         return self._continue(going, window, desk, now_ns)
 
     def _wait_before(self, going: _Going, window: Pages, desk: Desk) -> Aside | None:
@@ -147,11 +148,6 @@ class Capture:
                 self._make_safe(desk)
                 self._going = None
         return aside
-
-    def _record_fault(self, going: _Going, fault: DeviceFault, desk: Desk) -> None:
-        """Make every sensor safe at once; what was recorded is handed on before the fault is."""
-        message = "; ".join([str(fault.named()), *self._make_safe(desk)])
-        going.over = self._mending.fault(DeviceFault(fault.device, fault.what, message))
 
     def _make_safe(self, desk: Desk) -> list[str]:
         """Stop the recording and make every sensor safe; return a sentence for each that could not be."""

@@ -54,9 +54,19 @@ class ClockFit:
         x, t = device_s - self.origin[0], (t_ns - self.origin[1]) / NS
         if not (math.isfinite(x) and x >= 0):
             return
-        self._tick(t - x)
+        # Learn in how coarse steps arrivals are noticed: one that is polled for tells no more than that.
+        late_s = t - x
+        step = math.inf if self.late_s is None else abs(late_s - self.late_s)
+        self.late_s = late_s
+        if SAME_S < step < self.tick_s:
+            self.tick_s = step
         while x >= BINS * self.width_s:
-            self._halve()
+            self._learn()
+            merged: dict[int, Point] = {}
+            for place, earliest in self.bins.items():
+                half = place // 2
+                merged[half] = min(merged[half], earliest, key=self._lateness) if half in merged else earliest
+            self.bins, self.width_s = merged, 2 * self.width_s
         self._keep(int(x / self.width_s), (x, t))
 
     def fit(self) -> Fit | None:
@@ -80,13 +90,6 @@ class ClockFit:
             return None
         return clock if clock.measured and clock.rate_hz > 0 else None
 
-    def _tick(self, late_s: float) -> None:
-        """Learn in how coarse steps arrivals are noticed: one that is polled for tells no more than that."""
-        step = math.inf if self.late_s is None else abs(late_s - self.late_s)
-        self.late_s = late_s
-        if SAME_S < step < self.tick_s:
-            self.tick_s = step
-
     def _keep(self, place: int, new: Point) -> None:
         if place in self.bins:
             self.bins[place] = min(self.bins[place], new, key=self._lateness)
@@ -102,11 +105,3 @@ class ClockFit:
         clock = self._clock()
         if clock is not None:
             self.slope = 1 / clock.rate_hz
-
-    def _halve(self) -> None:
-        self._learn()
-        merged: dict[int, Point] = {}
-        for place, earliest in self.bins.items():
-            half = place // 2
-            merged[half] = min(merged[half], earliest, key=self._lateness) if half in merged else earliest
-        self.bins, self.width_s = merged, 2 * self.width_s

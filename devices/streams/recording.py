@@ -67,7 +67,10 @@ class Recording:
             name = self.names.get((prefix, signal.name), f"{prefix}_{signal.name}")
             if name in self.streams:
                 raise DeviceError(f"{sensor.name}: two streams would be named {name!r}; give one another name")
-            self.streams[name] = Stream(name, sensor.name, signal, _ring(signal, self.room_s))
+            # Room for so many seconds of a signal; of one without a rate, for a thousand rows a second.
+            row_bytes, rate_hz = 4 * len(signal.channels), signal.rate_hz or 1000.0
+            per_s = rate_hz * row_bytes + min(rate_hz, BLOCKS_HZ) * BLOCK_BYTES
+            self.streams[name] = Stream(name, sensor.name, signal, Ring(max(1, round(self.room_s * per_s)), row_bytes))
         for prefix, sensor in self.sensors.items():
             names = {s.name: self.names.get((prefix, s.name), f"{prefix}_{s.name}") for s in sensor.signals}
             rings = {signal: self.streams[name].ring for signal, name in names.items()}
@@ -194,10 +197,3 @@ class Recording:
                     said = f"{signal.name}: nothing for {quiet_s:.1f} s (limit {limit_s:g} s)"
                     return DeviceFault(reader.sensor.name, "silent", said)
         return None
-
-
-def _ring(signal: Signal, room_s: float) -> Ring:
-    """Room for so many seconds of a signal; of one without a rate, for a thousand rows a second."""
-    row_bytes, rate_hz = 4 * len(signal.channels), signal.rate_hz or 1000.0
-    per_s = rate_hz * row_bytes + min(rate_hz, BLOCKS_HZ) * BLOCK_BYTES
-    return Ring(max(1, round(room_s * per_s)), row_bytes)

@@ -128,7 +128,14 @@ class Stream:
         if not blocks and not gaps:
             return (), None
         made = tuple(piece for run in runs for piece in self._pieces(run))
-        return made, self._told(blocks, gaps, self._look(made))
+        # Look at the samples: the level of the last piece, and how many rows are not numbers.
+        bad = 0
+        for piece in made:
+            seen = level(piece.data, self.width)
+            self.bad_run = seen.bad_at_end + (self.bad_run if seen.bad_at_end == piece.count else 0)
+            self.level, bad = seen, bad + seen.bad
+        self.bad += bad
+        return made, self._told(blocks, gaps, bad)
 
     def summary(self) -> dict[str, Any]:
         """What is kept of the stream as a whole, as JSON data; null where the arrivals do not tell."""
@@ -156,7 +163,10 @@ class Stream:
         for place, block in enumerate(blocks):
             rows, rest = divmod(len(block.data), 4 * self.width)
             if rest or block.first < expected + block.lost or self._too_many(block.first - expected, block, before_ns):
-                self.broken = self._untrue(block, expected, rest)
+                said = f"sample {block.first} came, {block.lost} lost before it, where {expected} was the next"
+                if rest:
+                    said = f"a block of {len(block.data)} bytes came, which is no whole number of {self.width} channels"
+                self.broken = DeviceFault(self.device, "firmware", f"{self.name}: {said}")
                 return blocks[:place]
             expected, before_ns = block.first + rows, block.at_ns
         return blocks
@@ -166,12 +176,6 @@ class Stream:
         if before_ns is None or not self.signal.rate_hz:
             return False
         return missing / self.signal.rate_hz > 2 * (block.at_ns - before_ns) / NS + SILENT_S
-
-    def _untrue(self, block: Block, expected: int, rest: int) -> DeviceFault:
-        said = f"sample {block.first} came, {block.lost} lost before it, where {expected} was the next"
-        if rest:
-            said = f"a block of {len(block.data)} bytes came, which is no whole number of {self.width} channels"
-        return DeviceFault(self.device, "firmware", f"{self.name}: {said}")
 
     def _runs(self, blocks: Sequence[Block], gaps: list[Gap]) -> list[list[Block]]:
         """Blocks without a gap between them; what is missing goes to `gaps`."""
@@ -183,7 +187,10 @@ class Stream:
                 runs.append([])
             rows = len(block.data) // (4 * self.width)
             if rows:
-                self._arrived(block, rows)
+                if self.signal.rate_hz:
+                    self.by_number.add((block.first + rows - 1) / self.signal.rate_hz, block.at_ns)
+                if block.device_s is not None:
+                    self.by_device.add(block.device_s, block.at_ns)
                 late_s = self._lateness(block) / NS
                 lasts_s = rows / self.signal.rate_hz if self.signal.rate_hz else 0.0
                 if self.standstill.add(late_s, block.at_ns, lasts_s) or not runs:
@@ -196,12 +203,6 @@ class Stream:
         gap = Gap(self.next, lost, why)
         self.next, self.lost, self.gaps = self.next + lost, self.lost + lost, self.gaps + 1
         return gap
-
-    def _arrived(self, block: Block, rows: int) -> None:
-        if self.signal.rate_hz:
-            self.by_number.add((block.first + rows - 1) / self.signal.rate_hz, block.at_ns)
-        if block.device_s is not None:
-            self.by_device.add(block.device_s, block.at_ns)
 
     def _pieces(self, run: Sequence[Block]) -> list[Samples]:
         """A run of blocks as samples, none of them larger than a piece unless a single block is."""
@@ -231,16 +232,6 @@ class Stream:
         return Samples(
             self.name, signal.channels, signal.units, signal.rate_hz, start_ns + later_ns, data, first, signal.clock
         )
-
-    def _look(self, made: Sequence[Samples]) -> int:
-        """Look at the samples: the level of the last piece, and how many rows are not numbers."""
-        bad = 0
-        for piece in made:
-            seen = level(piece.data, self.width)
-            self.bad_run = seen.bad_at_end + (self.bad_run if seen.bad_at_end == piece.count else 0)
-            self.level, bad = seen, bad + seen.bad
-        self.bad += bad
-        return bad
 
     def _told(self, blocks: Sequence[Block], gaps: Sequence[Gap], bad: int) -> dict[str, Any]:
         count = sum(len(block.data) for block in blocks) // (4 * self.width)

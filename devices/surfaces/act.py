@@ -67,7 +67,10 @@ class Act:
             return self.made[number]
 
     def _make(self, number: int) -> None:
-        times = self._times(number)
+        # The batch's steps; only few, of no consequence, once the act is over.
+        left = (self.seconds + LETS_GO_S) * INTERNAL_HZ - number * BATCH
+        steps = min(BATCH, BLOCKS * max(1, math.ceil(left / BLOCKS)))
+        times = (number * BATCH + np.arange(steps, dtype=np.float64) + THETA) / INTERNAL_HZ
         motion, drive = self._drive(times)
         if not self.starts:
             self.starts.append(Start(at_rest(drive, self.law), np.zeros((len(MODES), 2))))
@@ -79,12 +82,6 @@ class Act:
             self.made.popitem(last=False)
         if len(self.starts) == number + 1:
             self.starts.append(Start(ridden.states[:, -1].copy(), memory))
-
-    def _times(self, number: int) -> Array:
-        """The batch's steps; only few, of no consequence, once the act is over."""
-        left = (self.seconds + LETS_GO_S) * INTERNAL_HZ - number * BATCH
-        steps = min(BATCH, BLOCKS * max(1, math.ceil(left / BLOCKS)))
-        return (number * BATCH + np.arange(steps, dtype=np.float64) + THETA) / INTERNAL_HZ
 
     def _drive(self, times: Array) -> tuple[Motion, Drive]:
         motion = self.hand.at(times)

@@ -113,14 +113,6 @@ def at_rest(drive: Drive, law: Law) -> Array:
     return state
 
 
-def _sliding(drive: Drive, law: Law) -> Array:
-    """The state of a tip that slides along steadily with the hand: a guess, of shape (7, blocks)."""
-    state, velocity = at_rest(drive, law), drive.velocity[:, 0]
-    state[1], state[6] = drive.rate[0], np.sqrt((velocity**2).sum(axis=0))
-    state[2:4] = -law.kinetic * drive.force[0] / law.side_stiffness * velocity / (state[6] + 1e-9)
-    return state
-
-
 def ride(drive: Drive, start: Array, law: Law, blocks: int) -> Ride:
     """Every step in order from a state; n must be a multiple of `blocks`.
 
@@ -128,22 +120,22 @@ def ride(drive: Drive, start: Array, law: Law, blocks: int) -> Ride:
     in, until all agree: the first k are exact after k rounds, and all soon, because the contact forgets (see AGREE).
     """
     cut = drive.blocks(blocks)
-    starts = _sliding(cut, law)
+    # The state of a tip that slides along steadily with the hand: a guess, of shape (7, blocks).
+    starts, velocity = at_rest(cut, law), cut.velocity[:, 0]
+    starts[1], starts[6] = cut.rate[0], np.sqrt((velocity**2).sum(axis=0))
+    starts[2:4] = -law.kinetic * cut.force[0] / law.side_stiffness * velocity / (starts[6] + 1e-9)
     starts[:, 0] = start
     todo = np.arange(blocks)
-    out = _room(cut)
+    steps, count = cut.ground.shape
+    out = Ride(np.empty((STATES, steps, count)), np.empty((steps, count)), np.empty((2, steps, count)))
     while todo.size:
         _steps(cut.of(todo), starts[:, todo], law, out, todo)
         ended = out.states[:, -1, :-1]
         wrong = np.any(np.abs(ended - starts[:, 1:]) > AGREE, axis=0)
         starts[:, 1:][:, wrong] = ended[:, wrong]
         todo = np.flatnonzero(wrong) + 1
-    return Ride(*(_in_a_row(values) for values in (out.states, out.normal, out.friction)))
-
-
-def _room(cut: Drive) -> Ride:
-    steps, count = cut.ground.shape
-    return Ride(np.empty((STATES, steps, count)), np.empty((steps, count)), np.empty((2, steps, count)))
+    whole = (out.states, out.normal, out.friction)
+    return Ride(*(np.swapaxes(values, -1, -2).reshape(*values.shape[:-2], -1) for values in whole))
 
 
 def _steps(drive: Drive, start: Array, law: Law, out: Ride, todo: NDArray[np.intp]) -> None:
@@ -257,7 +249,3 @@ def _whole(law: Law) -> float:
 
 def _side_by_side(values: Array, count: int) -> Array:
     return np.ascontiguousarray(np.swapaxes(values.reshape(*values.shape[:-1], count, -1), -1, -2))
-
-
-def _in_a_row(values: Array) -> Array:
-    return np.swapaxes(values, -1, -2).reshape(*values.shape[:-2], -1)

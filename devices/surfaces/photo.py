@@ -84,9 +84,19 @@ def photographs(surface: Surface, field: Relief, lamps: Iterable[Light], *key: K
     """The photos under one light after the other; what no light changes is computed once (0.8 of a photo's time)."""
     still = _still(surface, field, *key)
     for lamp in lamps:
-        lit = _lit(surface, still, lamp)
+        # Light that falls on each point, as a share of what a white sheet under full light sends back.
+        x, y, z = (np.float32(part) for part in lamp.toward)
+        facing = np.maximum(z - still.right * x - still.up * y, 0) / still.steep
+        direct = facing * shadow(still.height_um, lamp.azimuth_deg, lamp.elevation_deg, PENUMBRA_DEG) / z
+        near = _falloff(still.height_um.shape[0], lamp)
+        soft = np.float32(min(0.5, 0.15 * math.log10(1 + 20 / surface.stiffness_N_mm)))
+        # Soft, fibrous stuff scatters light inside: part of the shading is that of the open sky.
+        spread = (1 - soft) * direct + soft * still.open_sky
+        mixed = (1 - np.float32(lamp.ambient)) * spread + np.float32(lamp.ambient) * still.open_sky
+        lit = np.asarray(np.float32(lamp.strength) * near * mixed, dtype=np.float32)
         glossy = np.float32(0.35 * surface.gloss) * _glint(surface, still, lamp)
-        hue = np.float32(surface.gloss * _metal(surface))
+        # A metal's glint has the metal's colour.
+        hue = np.float32(surface.gloss if surface.category in ("aluminum", "mesh") else 0.0)
         colour = still.painted * lit[..., np.newaxis] + glossy[..., np.newaxis] * (hue * still.painted + (1 - hue))
         yield _developed(colour, surface.id, lamp, *key)
 
@@ -116,24 +126,6 @@ def save_photo(image: Image, path: Path) -> None:
 
     with open_bytes(path) as file:
         Pictures.fromarray(image).save(file, "PNG", compress_level=3)
-
-
-def _metal(surface: Surface) -> float:
-    """A metal's glint has the metal's colour."""
-    return 1.0 if surface.category in ("aluminum", "mesh") else 0.0
-
-
-def _lit(surface: Surface, still: _Still, lamp: Light) -> Field:
-    """Light that falls on each point, as a share of what a white sheet under full light sends back."""
-    x, y, z = (np.float32(part) for part in lamp.toward)
-    facing = np.maximum(z - still.right * x - still.up * y, 0) / still.steep
-    direct = facing * shadow(still.height_um, lamp.azimuth_deg, lamp.elevation_deg, PENUMBRA_DEG) / z
-    near = _falloff(still.height_um.shape[0], lamp)
-    soft = np.float32(min(0.5, 0.15 * math.log10(1 + 20 / surface.stiffness_N_mm)))
-    # Soft, fibrous stuff scatters light inside: part of the shading is that of the open sky.
-    spread = (1 - soft) * direct + soft * still.open_sky
-    mixed = (1 - np.float32(lamp.ambient)) * spread + np.float32(lamp.ambient) * still.open_sky
-    return np.asarray(np.float32(lamp.strength) * near * mixed, dtype=np.float32)
 
 
 def _falloff(pixels: int, lamp: Light) -> Field:
@@ -199,23 +191,19 @@ def _share(surface: Surface, field: Relief, key: tuple[Key, ...]) -> Field:
         low, high = np.percentile(field.height_um[::8, ::8], (5, 95))
         return np.clip((field.height_um - np.float32(low)) / np.float32(max(high - low, 1e-6)), 0, 1)
     if surface.paint == "grain":
-        return _grain(surface, field, key)
+        # A board's figure: dark late wood at the end of each ring, streaks along the grain, darker pores.
+        pixels = field.mix.shape[0]
+        _, across = lattice(pixels, RING_MM, 1.0, surface.grain_deg, 0.0, 1)
+        bent = self_affine(pixels, 18.0, 1.0, 2.0, 7.0, surface.grain_deg, *key, "figure")
+        streaks = self_affine(pixels, 0.8, 0.3, 0.15, 25.0, surface.grain_deg, *key, "streaks")
+        ring = (across + np.float32(1.1) * bent) % 1
+        late = ring**3 * np.clip((1 - ring) * 8, 0, 1)
+        dark = np.float32(0.15) + np.float32(0.75) * late + np.float32(0.16) * streaks + np.float32(0.5) * field.mix
+        return np.asarray(np.clip(dark, 0, 1), dtype=np.float32)
     if surface.paint == "speckle":
         fine = self_affine(field.mix.shape[0], 0.4, 0.3, 0.2, 1.0, 0.0, *key, "speckle")
         return np.clip(fine * np.float32(0.35) + np.float32(0.3), 0, 1)
     return np.zeros_like(field.mix)
-
-
-def _grain(surface: Surface, field: Relief, key: tuple[Key, ...]) -> Field:
-    """A board's figure: dark late wood at the end of each ring, streaks along the grain, darker pores."""
-    pixels = field.mix.shape[0]
-    _, across = lattice(pixels, RING_MM, 1.0, surface.grain_deg, 0.0, 1)
-    bent = self_affine(pixels, 18.0, 1.0, 2.0, 7.0, surface.grain_deg, *key, "figure")
-    streaks = self_affine(pixels, 0.8, 0.3, 0.15, 25.0, surface.grain_deg, *key, "streaks")
-    ring = (across + np.float32(1.1) * bent) % 1
-    late = ring**3 * np.clip((1 - ring) * 8, 0, 1)
-    dark = np.float32(0.15) + np.float32(0.75) * late + np.float32(0.16) * streaks + np.float32(0.5) * field.mix
-    return np.asarray(np.clip(dark, 0, 1), dtype=np.float32)
 
 
 def slopes(height_um: Field) -> tuple[Field, Field]:

@@ -35,22 +35,18 @@ def traced(height_um: Field, radius_mm: float = RADIUS_MM) -> Field:
     out too high by at most 4 % of the drop where the sphere touches within half its radius (5 um of 134), more beyond.
     """
     for axis in (0, 1):
-        height_um = _dilated(height_um, radius_mm, axis)
+        step_mm = SIZE_MM / height_um.shape[axis]
+        span_mm = 0.001 * float(height_um.max() - height_um.min())
+        # Where the sphere has dropped by more than the field's whole range, nothing can touch it.
+        reach_mm = radius_mm if span_mm >= radius_mm else math.sqrt(span_mm * (2 * radius_mm - span_mm))
+        top = height_um.copy()
+        for away in range(1, min(int(reach_mm / step_mm) + 1, int(radius_mm / step_mm)) + 1):
+            drop_um = np.float32(1000 * (radius_mm - math.sqrt(max(radius_mm**2 - (away * step_mm) ** 2, 0))))
+            lower = height_um - drop_um
+            for way in (away, -away):
+                np.maximum(top, np.roll(lower, way, axis), out=top)
+        height_um = top
     return height_um
-
-
-def _dilated(height_um: Field, radius_mm: float, axis: int) -> Field:
-    step_mm = SIZE_MM / height_um.shape[axis]
-    span_mm = 0.001 * float(height_um.max() - height_um.min())
-    # Where the sphere has dropped by more than the field's whole range, nothing can touch it.
-    reach_mm = radius_mm if span_mm >= radius_mm else math.sqrt(span_mm * (2 * radius_mm - span_mm))
-    top = height_um.copy()
-    for away in range(1, min(int(reach_mm / step_mm) + 1, int(radius_mm / step_mm)) + 1):
-        drop_um = np.float32(1000 * (radius_mm - math.sqrt(max(radius_mm**2 - (away * step_mm) ** 2, 0))))
-        lower = height_um - drop_um
-        for way in (away, -away):
-            np.maximum(top, np.roll(lower, way, axis), out=top)
-    return top
 
 
 def patch_mm(stiffness_N_mm: float, radius_mm: float = RADIUS_MM) -> float:

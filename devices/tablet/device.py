@@ -20,7 +20,7 @@ from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.pipeline import Shape, Stylus, Upsampling
 from palpate.devices.tablet.pyglet_window import PygletTablet
 from palpate.devices.tablet.recorded import PlayedReports
-from palpate.devices.tablet.reports import REFUSED, Batch, Guard, Report, TabletSource
+from palpate.devices.tablet.reports import REFUSED, Guard, Report, TabletSource
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
@@ -269,7 +269,14 @@ class Tablet:
         """Milliseconds to give, once there are enough of them or the time is over; reports are taken meanwhile."""
         end_s = time.monotonic() + timeout_s
         while True:
-            self._accept(self.source.pull(min(timeout_s, STEP_S)), passed_s())
+            batch = self.source.pull(min(timeout_s, STEP_S))
+            now_s = passed_s()
+            judged = (self.guard.judge(one, now_s) for one in batch.reports)
+            self.waiting.extend(one for one in judged if one is not None)
+            self.came += len(batch.reports)
+            if batch.dropped:
+                self.dropped += batch.dropped
+                self.guard.refused["reports_dropped"] += batch.dropped
             due = math.floor(self._within() * TICK_HZ) - self.ticks
             if due >= FEWEST or time.monotonic() >= end_s or self.passed_s is None:
                 return due
@@ -278,14 +285,6 @@ class Tablet:
         """The time passed, but no further ahead than one read gives."""
         passed_s = self.passed_s
         return 0.0 if passed_s is None else min(passed_s(), (self.ticks + MOST) / TICK_HZ)
-
-    def _accept(self, batch: Batch, now_s: float) -> None:
-        judged = (self.guard.judge(one, now_s) for one in batch.reports)
-        self.waiting.extend(one for one in judged if one is not None)
-        self.came += len(batch.reports)
-        if batch.dropped:
-            self.dropped += batch.dropped
-            self.guard.refused["reports_dropped"] += batch.dropped
 
     def _tick(self) -> Channels:
         t_s = self.ticks / TICK_HZ

@@ -97,20 +97,17 @@ class Assembler:
             elif kind == EV_SYN and code == SYN_REPORT:
                 yield self._report(second + 1e-6 * micro)
             elif not self._dropping:
-                self._change(kind, code, value)
-
-    def _change(self, kind: int, code: int, value: int) -> None:
-        state = self.state
-        if kind == EV_ABS and code == ABS_X:
-            state.x = value
-        elif kind == EV_ABS and code == ABS_Y:
-            state.y = value
-        elif kind == EV_ABS and code == ABS_PRESSURE:
-            state.pressure = value
-        elif kind == EV_KEY and code == BTN_TOUCH:
-            state.touch = value != 0
-        elif kind == EV_KEY and code == BTN_TOOL_PEN:
-            state.near = value != 0
+                state = self.state
+                if kind == EV_ABS and code == ABS_X:
+                    state.x = value
+                elif kind == EV_ABS and code == ABS_Y:
+                    state.y = value
+                elif kind == EV_ABS and code == ABS_PRESSURE:
+                    state.pressure = value
+                elif kind == EV_KEY and code == BTN_TOUCH:
+                    state.touch = value != 0
+                elif kind == EV_KEY and code == BTN_TOOL_PEN:
+                    state.near = value != 0
 
     def _report(self, t_s: float) -> Raw:
         if self._dropping:

@@ -65,25 +65,6 @@ def fit_force(pressures: Sequence[float], forces_N: Sequence[float]) -> Fit:
     Raises:
         DeviceError: fewer than 4 pairs, pressures or forces that cannot be, a force that does not rise with pressure.
     """
-    _demand_pairs(pressures, forces_N)
-    b = _start(pressures, forces_N)
-    for _ in range(ROUNDS):
-        b, before = _better(pressures, forces_N, b), b
-        if abs(b - before) <= 1e-14 * max(1.0, abs(b)):
-            break
-    a = _scale(pressures, forces_N, b)
-    if not (0 < b <= STEEPEST and a > 0):
-        raise DeviceError(f"the force does not rise with the pressure as a exp(b y) does: b came out as {b:.3g}.")
-    return _judged(pressures, forces_N, Force(a, b))
-
-
-def read_pairs(path: Path) -> tuple[list[float], list[float]]:
-    """Pressures and forces from a CSV with the columns pressure, force_N. Raises DeviceError naming the line."""
-    pressures, forces_N = read_table(path, MEASURED, PAIRS).numbers(MEASURED, finite=False).values()
-    return pressures.tolist(), forces_N.tolist()
-
-
-def _demand_pairs(pressures: Sequence[float], forces_N: Sequence[float]) -> None:
     if len(pressures) != len(forces_N) or len(pressures) < FEWEST:
         counts = f"{len(pressures)} pressures and {len(forces_N)} forces"
         raise DeviceError(f"{counts}: as many of each, and {FEWEST} at least, are expected.")
@@ -97,6 +78,35 @@ def _demand_pairs(pressures: Sequence[float], forces_N: Sequence[float]) -> None
         raise DeviceError(
             "fewer than 3 different pressures: measure over the whole range, for example in steps of 0.1."
         )
+    b = _start(pressures, forces_N)
+    for _ in range(ROUNDS):
+        b, before = _better(pressures, forces_N, b), b
+        if abs(b - before) <= 1e-14 * max(1.0, abs(b)):
+            break
+    a = _scale(pressures, forces_N, b)
+    if not (0 < b <= STEEPEST and a > 0):
+        raise DeviceError(f"the force does not rise with the pressure as a exp(b y) does: b came out as {b:.3g}.")
+    force = Force(a, b)
+    shapes = [math.exp(force.b * y) for y in pressures]
+    left = [f - force.a_N * s for f, s in zip(forces_N, shapes, strict=True)]
+    squares, count = math.fsum(r * r for r in left), len(left)
+    mean = math.fsum(forces_N) / count
+    spread = math.fsum((f - mean) ** 2 for f in forces_N)
+    # The inverse of the 2 x 2 normal matrix of (a, b); with the spread of the residuals it gives the standard errors.
+    aa = math.fsum(s * s for s in shapes)
+    ab = math.fsum(force.a_N * y * s * s for y, s in zip(pressures, shapes, strict=True))
+    bb = math.fsum((force.a_N * y * s) ** 2 for y, s in zip(pressures, shapes, strict=True))
+    scale = squares / (count - 2) / (aa * bb - ab * ab)
+    return Fit(
+        force, math.sqrt(squares / count), max(map(abs, left)), 1 - squares / spread if spread > 0 else 0.0,
+        math.sqrt(scale * bb), math.sqrt(scale * aa), count,
+    )  # fmt: skip
+
+
+def read_pairs(path: Path) -> tuple[list[float], list[float]]:
+    """Pressures and forces from a CSV with the columns pressure, force_N. Raises DeviceError naming the line."""
+    pressures, forces_N = read_table(path, MEASURED, PAIRS).numbers(MEASURED, finite=False).values()
+    return pressures.tolist(), forces_N.tolist()
 
 
 def _start(pressures: Sequence[float], forces_N: Sequence[float]) -> float:
@@ -133,20 +143,3 @@ def _better(pressures: Sequence[float], forces_N: Sequence[float], b: float) -> 
     while abs(b + step) > 2 * STEEPEST or (_squares(pressures, forces_N, b + step) > now and abs(step) > 1e-15):
         step /= 2
     return b + step
-
-
-def _judged(pressures: Sequence[float], forces_N: Sequence[float], force: Force) -> Fit:
-    shapes = [math.exp(force.b * y) for y in pressures]
-    left = [f - force.a_N * s for f, s in zip(forces_N, shapes, strict=True)]
-    squares, count = math.fsum(r * r for r in left), len(left)
-    mean = math.fsum(forces_N) / count
-    spread = math.fsum((f - mean) ** 2 for f in forces_N)
-    # The inverse of the 2 x 2 normal matrix of (a, b); with the spread of the residuals it gives the standard errors.
-    aa = math.fsum(s * s for s in shapes)
-    ab = math.fsum(force.a_N * y * s * s for y, s in zip(pressures, shapes, strict=True))
-    bb = math.fsum((force.a_N * y * s) ** 2 for y, s in zip(pressures, shapes, strict=True))
-    scale = squares / (count - 2) / (aa * bb - ab * ab)
-    return Fit(
-        force, math.sqrt(squares / count), max(map(abs, left)), 1 - squares / spread if spread > 0 else 0.0,
-        math.sqrt(scale * bb), math.sqrt(scale * aa), count,
-    )  # fmt: skip

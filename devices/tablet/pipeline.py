@@ -119,7 +119,11 @@ class Stylus:
             self._force.set(report.t_s, force)
             self._move(here)
         else:
-            self._begin(here, force)
+            self._touching, self._moved, self._anchor = True, False, here
+            self._force.jump(force)
+            self._force_low.settle(force)
+            self._speed.jump(0.0)
+            self._speed_low.settle(0.0)
         self._last = here
 
     def step(self, t_s: float) -> tuple[float, float]:
@@ -134,13 +138,6 @@ class Stylus:
         if speed <= shape.slowest_mm_s or force <= shape.faintest_N:
             return 0.0, 0.0
         return min(speed, shape.fastest_mm_s), min(force, shape.firmest_N)
-
-    def _begin(self, here: tuple[float, float, float], force: float) -> None:
-        self._touching, self._moved, self._anchor = True, False, here
-        self._force.jump(force)
-        self._force_low.settle(force)
-        self._speed.jump(0.0)
-        self._speed_low.settle(0.0)
 
     def _move(self, here: tuple[float, float, float]) -> None:
         """The speed since the last report that was not bunched with this one."""

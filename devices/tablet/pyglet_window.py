@@ -84,7 +84,11 @@ class PygletTablet:
             DeviceFault: `refused` for its own window in another thread, which would never hear of the stylus.
         """
         if self.own is not None:
-            self._demand_opener()
+            if threading.get_ident() != self.opener:
+                told = (
+                    "without the participant's window (`Tablet.attach`) pyglet's reports can be checked, not recorded"
+                )
+                raise DeviceFault(self.name, "refused", f"{self.name}: {told}; on Linux use the driver `evdev`.")
             self.own.dispatch_events()
         if not self.waiting:
             self.came.wait(timeout_s)
@@ -121,11 +125,6 @@ class PygletTablet:
         self.dropped += len(self.waiting) == KEPT
         self.waiting.append(Report(elapsed_s(), x_mm, y_mm, pressure, pressure > 0, away))
         self.came.set()
-
-    def _demand_opener(self) -> None:
-        if threading.get_ident() != self.opener:
-            told = "without the participant's window (`Tablet.attach`) pyglet's reports can be checked, not recorded"
-            raise DeviceFault(self.name, "refused", f"{self.name}: {told}; on Linux use the driver `evdev`.")
 
     def _own_window(self) -> Any:
         self.own = import_module("pyglet.window").Window(width=480, height=320, caption="Palpate: the tablet")

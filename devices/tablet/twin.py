@@ -94,7 +94,8 @@ class TwinTablet(TimedSource):
                 at, (before, after) = at + 1, next(truth)
             part = t_s * TRUTH_HZ - at
             x, y, force_N = (b + part * (a - b) for b, a in zip(before, after, strict=True))
-            now = self._steps(x), self._steps(y), self._level(abs(force_N))
+            pressure = round(self.force.pressure(abs(force_N)) * (self.levels - 1)) / (self.levels - 1)
+            now = self._steps(x), self._steps(y), pressure
             yield t_s, None if now == told else Report(t_s, *now, now[2] > 0)
             told = now
 
@@ -108,9 +109,6 @@ class TwinTablet(TimedSource):
 
     def _steps(self, mm: float) -> float:
         return self.step_mm * round(mm / self.step_mm)
-
-    def _level(self, force_N: float) -> float:
-        return round(self.force.pressure(force_N) * (self.levels - 1)) / (self.levels - 1)
 
 
 def _joined(places: Iterator[Array], wrenches: Iterator[Array]) -> Iterator[tuple[float, float, float]]:

@@ -15,7 +15,7 @@ from palpate.devices.kinds import Date, DeviceKind, Positive, Strict
 from palpate.devices.source import Elapsed, since
 from palpate.devices.tracker.lsl import LslStream
 from palpate.devices.tracker.recorded import Played
-from palpate.devices.tracker.samples import Batch, Numbering, OcclusionDetector, Opened, Tally, TrackerSource
+from palpate.devices.tracker.samples import Numbering, OcclusionDetector, Opened, Tally, TrackerSource
 from palpate.protocols.events import NS
 
 if TYPE_CHECKING:
@@ -180,7 +180,23 @@ class Tracker:
         elif self.running and now - self.heard_ns > self.settings.silent_s * NS:
             told = f"no sample for {self.settings.silent_s:g} s; see the tracker's software and its cable."
             raise DeviceFault(self.name, "silent", f"{self.name}: {told}")
-        return {"position": self._blocks(batch, now)}
+        # Consecutive samples in one block; a new one begins after every gap.
+        if batch.reset:
+            self.numbering.anew(batch.away)
+        expected, blocks, begun = self.numbering.next - batch.away * batch.reset, [], 0
+        numbers = self.numbering.number(batch.times_s)
+        count = len(numbers)
+        ends = [end for end in range(1, count + 1) if end == count or numbers[end] != numbers[end - 1] + 1]
+        for end in ends:
+            lost = numbers[begun] - expected
+            why = "clock_reset" if batch.reset and not begun else "gap" if lost else ""
+            seen = [self.watch.see(self._within(row)) for row in batch.rows[begun:end]]
+            data = interleaved(*zip(*seen, strict=True))
+            blocks.append(Block(numbers[begun], data, now, batch.times_s[end - 1] - self.zero_s, lost, why))
+            expected, begun = numbers[end - 1] + 1, end
+            self.tally.add(len(seen), sum(row[3] > 0 for row in seen), lost)
+        self.tally.took(batch)
+        return {"position": blocks}
 
     def stop(self) -> None:
         """End sampling."""
@@ -207,25 +223,6 @@ class Tracker:
         if not declared or abs(declared / wanted - 1) <= Tally.TOLERANCE:
             return None
         return f"{self.name}: it says that it has {declared:g} Hz, the rig file says {wanted:g} Hz: correct rate_hz."
-
-    def _blocks(self, batch: Batch, now: int) -> list[Block]:
-        """Consecutive samples in one block; a new one begins after every gap."""
-        if batch.reset:
-            self.numbering.anew(batch.away)
-        expected, blocks, begun = self.numbering.next - batch.away * batch.reset, [], 0
-        numbers = self.numbering.number(batch.times_s)
-        count = len(numbers)
-        ends = [end for end in range(1, count + 1) if end == count or numbers[end] != numbers[end - 1] + 1]
-        for end in ends:
-            lost = numbers[begun] - expected
-            why = "clock_reset" if batch.reset and not begun else "gap" if lost else ""
-            seen = [self.watch.see(self._within(row)) for row in batch.rows[begun:end]]
-            data = interleaved(*zip(*seen, strict=True))
-            blocks.append(Block(numbers[begun], data, now, batch.times_s[end - 1] - self.zero_s, lost, why))
-            expected, begun = numbers[end - 1] + 1, end
-            self.tally.add(len(seen), sum(row[3] > 0 for row in seen), lost)
-        self.tally.took(batch)
-        return blocks
 
     def _within(self, row: tuple[float, float, float, bool]) -> tuple[float, float, float, bool]:
         reach = self.settings.reach_mm

@@ -91,7 +91,12 @@ class LslStream:
             raise DeviceError(
                 f"{self.name}: the stream {self.value} was found but does not answer: {problem}"
             ) from None
-        self.map = self._mapped(full)
+        if full.channel_format() == self.library.cf_string:
+            raise DeviceError(f"{self.name}: the stream {self.value} sends text; numbers are expected.")
+        count = full.channel_count()
+        given = (full.get_channel_labels(), full.get_channel_units())
+        labels, units = (([text or "" for text in texts or []] + [""] * count)[:count] for texts in given)
+        self.map = mapped(self.value, labels, units, self.channels, self.seen, self.unit, self.seen_above)
         offset = f"{1e3 * self.offset_s:.3f} ms"
         self.declared_hz = full.nominal_srate()
         return Opened(self.declared_hz, {"stream": _describe_stream(full), "clock offset": offset})
@@ -156,14 +161,6 @@ class LslStream:
         there = "; ".join(map(_describe_stream, self.library.resolve_streams(LISTED_S))) or "none"
         result = count(len(found), "stream") if found else f"no stream within {self.wait_s:g} s"
         raise DeviceError(f"{self.name}: {result} with the {self.by} {self.value!r}. Streams that there are: {there}.")
-
-    def _mapped(self, full: Any) -> Map:
-        if full.channel_format() == self.library.cf_string:
-            raise DeviceError(f"{self.name}: the stream {self.value} sends text; numbers are expected.")
-        count = full.channel_count()
-        given = (full.get_channel_labels(), full.get_channel_units())
-        labels, units = (([text or "" for text in texts or []] + [""] * count)[:count] for texts in given)
-        return mapped(self.value, labels, units, self.channels, self.seen, self.unit, self.seen_above)
 
     def _batch(self, samples: list[list[float]], sent_s: list[float]) -> Batch:
         if self.map is None:

@@ -77,7 +77,13 @@ def read_track(path: Path, unit: str | None = None, marker: str | None = None) -
     else:
         times_s, rows = _plain(table)
         facts, scale = None, MM[unit or "mm"]
-    _demand_rising(path, times_s)
+    if len(times_s) < 2:
+        raise DeviceError(f"{path}: {count(len(times_s), 'sample')}; two at least are expected.")
+    if at := next((place for place, pair in enumerate(pairwise(times_s), 1) if pair[1] <= pair[0]), 0):
+        raise DeviceError(
+            f"{path}: time does not rise at sample {at + 1}: {times_s[at]:g} s after {times_s[at - 1]:g} s. "
+            "Sort the recording, or cut it where the clock was set."
+        )
     return Track(times_s, [(x * scale, y * scale, z * scale, seen) for x, y, z, seen in rows], facts or {})
 
 
@@ -152,16 +158,6 @@ def _plain(table: Table) -> tuple[Sequence[float], Iterable[Row]]:
     return times_s, zip(x, y, z, seen, strict=True)
 
 
-def _demand_rising(path: Path, times_s: Sequence[float]) -> None:
-    if len(times_s) < 2:
-        raise DeviceError(f"{path}: {count(len(times_s), 'sample')}; two at least are expected.")
-    if at := next((place for place, pair in enumerate(pairwise(times_s), 1) if pair[1] <= pair[0]), 0):
-        raise DeviceError(
-            f"{path}: time does not rise at sample {at + 1}: {times_s[at]:g} s after {times_s[at - 1]:g} s. "
-            "Sort the recording, or cut it where the clock was set."
-        )
-
-
 def usual_hz(times_s: Sequence[float]) -> float:
     """Samples per second where none is missing: of the steps that are no longer than 1.5 times the median one."""
     steps = [after - before for before, after in pairwise(times_s)]
@@ -194,8 +190,26 @@ def read_motive(opened: Table, marker: str | None) -> Export:
     unit = UNITS.get(facts.get("Length Units", "").lower())
     if unit is None:
         raise DeviceError(f"{path}: Length Units is {facts.get('Length Units')!r}; expected one of {', '.join(UNITS)}.")
-    places = _chosen(path, _columns(table[1 : head + 1]), marker)
-    times_s, rows = _frames(path, table[head + 1 :], places)
+    columns = _columns(table[1 : head + 1])
+    names = sorted({name for kind, name in columns if kind in KINDS})
+    wanted = marker if marker is not None else (names[0] if len(names) == 1 else None)
+    found = [columns[kind, wanted] for kind in KINDS if wanted is not None and (kind, wanted) in columns]
+    if not found:
+        asked = "several markers" if marker is None and names else f"no marker {marker!r}"
+        raise DeviceError(f"{path}: {asked}; name one as `marker`: {some(names) or 'there is none'}.")
+    places = found[0]
+    times_s, rows = [], []
+    for frame in table[head + 1 :]:
+        try:
+            times_s.append(float(frame[1]))
+            x, y, z = (
+                float(frame[place]) if frame[place : place + 1] not in ([], [""]) else math.nan for place in places
+            )
+        except (ValueError, IndexError):
+            raise DeviceError(
+                f"{path}: frame {frame[0]}: numbers are expected, found {some(frame, 8, ',')!r}."
+            ) from None
+        rows.append((x, y, z, True))
     return Export(times_s, rows, unit, _told(facts))
 
 
@@ -208,32 +222,6 @@ def _columns(head: Sequence[Sequence[str]]) -> dict[tuple[str, str], list[int]]:
         if what[place] == "Position" and axes[place] in AXES:
             found.setdefault((kinds[place], names[place]), []).append(place)
     return {key: places for key, places in found.items() if len(places) == 3}
-
-
-def _chosen(path: Path, columns: Mapping[tuple[str, str], list[int]], marker: str | None) -> list[int]:
-    names = sorted({name for kind, name in columns if kind in KINDS})
-    wanted = marker if marker is not None else (names[0] if len(names) == 1 else None)
-    found = [columns[kind, wanted] for kind in KINDS if wanted is not None and (kind, wanted) in columns]
-    if not found:
-        asked = "several markers" if marker is None and names else f"no marker {marker!r}"
-        raise DeviceError(f"{path}: {asked}; name one as `marker`: {some(names) or 'there is none'}.")
-    return found[0]
-
-
-def _frames(path: Path, table: Sequence[Sequence[str]], places: Sequence[int]) -> tuple[list[float], list[Row]]:
-    times_s, rows = [], []
-    for frame in table:
-        try:
-            times_s.append(float(frame[1]))
-            x, y, z = (
-                float(frame[place]) if frame[place : place + 1] not in ([], [""]) else math.nan for place in places
-            )
-        except (ValueError, IndexError):
-            raise DeviceError(
-                f"{path}: frame {frame[0]}: numbers are expected, found {some(frame, 8, ',')!r}."
-            ) from None
-        rows.append((x, y, z, True))
-    return times_s, rows
 
 
 def _told(facts: Mapping[str, str]) -> dict[str, str]:

@@ -13,7 +13,7 @@ from palpate.devices.window.geometry import Metrics, WindowError
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import write_text
 from palpate.protocols.shell_command import shell_command
-from palpate.protocols.yaml_text import Document, load
+from palpate.protocols.yaml_text import load
 
 NOMINAL_MM = 127.0
 """The length that is drawn and measured: that of the thesis' slider."""
@@ -99,7 +99,10 @@ def read_calibration(lab: Path, host: str | None = None) -> Calibration:
     document = load(file.read_bytes(), str(file))
     if not isinstance(document.data, dict):
         raise WindowError(f"{file}: keys with values are expected; make it anew: {_command(lab)}")
-    return Calibration.from_definition(document.data, _where(file, document))
+    wrong = [key for key, value in document.data.items() if key not in KEYS or not KEYS[key][0](value)]
+    return Calibration.from_definition(
+        document.data, f"{file}: line {document.lines[(wrong[0],)]}" if wrong else str(file)
+    )
 
 
 def _command(lab: Path) -> str:
@@ -119,12 +122,6 @@ def _text(calibration: Calibration) -> str:
         f"screen: {calibration.screen}\nsize_px: [{width}, {height}]\npx_per_mm: {calibration.px_per_mm!r}\n"
         f'nominal_mm: {calibration.nominal_mm!r}\nconfirmed_at: "{calibration.confirmed_at}"\n'
     )
-
-
-def _where(file: Path, document: Document) -> str:
-    """The file, and the line of the first wrong key where one stands in it."""
-    wrong = [key for key, value in document.data.items() if key not in KEYS or not KEYS[key][0](value)]
-    return f"{file}: line {document.lines[(wrong[0],)]}" if wrong else str(file)
 
 
 def _number(value: Any) -> bool:

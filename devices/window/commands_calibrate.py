@@ -21,7 +21,6 @@ from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.shell_checks import demand_screen
 
 if TYPE_CHECKING:
-    from palpate.devices.window.loop import Scene
     from palpate.devices.window.shell import Shell
 
 USUAL_PX_PER_MM = 96 / 25.4
@@ -36,7 +35,13 @@ def calibrated(
 
     Raises WindowError where the screen or the display is not to be had, or the readings come to nothing.
     """
-    first = _guess(screen, width_mm, windowed)
+    from palpate.devices.window.shell import screen_sizes
+
+    sizes = screen_sizes()
+    demand_screen(sizes, screen, None)
+    size = windowed or sizes[screen]
+    density = USUAL_PX_PER_MM if width_mm is None else sizes[screen][0] / width_mm
+    first = Calibration(size, density, screen, datetime.now(UTC).isoformat(timespec="seconds"))
     if measured is not None:
         return replace(first, px_per_mm=density_from(first.metrics.mm(NOMINAL_MM), measured))
     from palpate.devices.window.shell import open_shell
@@ -50,16 +55,6 @@ def told(calibration: Calibration) -> str:
     width, height = calibration.size_px
     size_mm = f"{width / calibration.px_per_mm:.0f} x {height / calibration.px_per_mm:.0f} mm"
     return f"screen {calibration.screen}: {width}x{height} px, {calibration.px_per_mm:.4f} px per mm ({size_mm})"
-
-
-def _guess(screen: int, width_mm: float | None, windowed: tuple[int, int] | None) -> Calibration:
-    from palpate.devices.window.shell import screen_sizes
-
-    sizes = screen_sizes()
-    demand_screen(sizes, screen, None)
-    size = windowed or sizes[screen]
-    density = USUAL_PX_PER_MM if width_mm is None else sizes[screen][0] / width_mm
-    return Calibration(size, density, screen, datetime.now(UTC).isoformat(timespec="seconds"))
 
 
 def _read_until_right(shell: Shell, guess: Calibration, language: str) -> Calibration:
@@ -79,19 +74,6 @@ def _read_until_right(shell: Shell, guess: Calibration, language: str) -> Calibr
 
 def _reading(shell: Shell, calibration: Calibration, language: str, lines: Lines) -> float:
     """Show the line and wait for a number at the terminal; the window lives on meanwhile."""
-    scene = _scene(shell, calibration, language)
-    scene.appear()
-    while True:
-        click.echo(f"How many mm does the line measure, from end to end? [{NOMINAL_MM:g}] ", nl=False)
-        while (line := lines.poll()) is None:
-            scene.turn()
-        try:
-            return float(line.strip().replace(",", ".") or NOMINAL_MM)
-        except ValueError:
-            click.echo(f"{line.strip()!r} is no number; millimetres are expected, as 126.5")
-
-
-def _scene(shell: Shell, calibration: Calibration, language: str) -> Scene:
     from PIL import Image
 
     from palpate.devices.window.build import screen_for
@@ -102,7 +84,16 @@ def _scene(shell: Shell, calibration: Calibration, language: str) -> Scene:
     from palpate.protocols.requests import Confirm
 
     page = Page(calibration.metrics, load_texts(language), find_fonts(language))
-    return Scene(screen_for(Confirm("calibration"), page, 0), shell, Image.new("RGB", calibration.size_px, "white"))
+    scene = Scene(screen_for(Confirm("calibration"), page, 0), shell, Image.new("RGB", calibration.size_px, "white"))
+    scene.appear()
+    while True:
+        click.echo(f"How many mm does the line measure, from end to end? [{NOMINAL_MM:g}] ", nl=False)
+        while (line := lines.poll()) is None:
+            scene.turn()
+        try:
+            return float(line.strip().replace(",", ".") or NOMINAL_MM)
+        except ValueError:
+            click.echo(f"{line.strip()!r} is no number; millimetres are expected, as 126.5")
 
 
 @dataclass
@@ -123,7 +114,15 @@ class Lines:
 
     def _piece(self) -> bytes:
         if sys.platform == "win32" and sys.stdin.isatty():
-            return _from_windows_console()
+            # What was typed since the last time, echoed as it is typed.
+            import msvcrt
+
+            typed = ""
+            while msvcrt.kbhit():  # type: ignore[attr-defined, unused-ignore]
+                typed += msvcrt.getwche()  # type: ignore[attr-defined, unused-ignore]
+            if "\x03" in typed:
+                raise KeyboardInterrupt
+            return typed.replace("\r", "\n").encode()
         try:
             source = sys.stdin.fileno()
         except (io.UnsupportedOperation, AttributeError):
@@ -138,15 +137,3 @@ def _demand(piece: bytes) -> bytes:
     if not piece:
         raise click.Abort
     return piece
-
-
-def _from_windows_console() -> bytes:
-    """What was typed since the last time, echoed as it is typed."""
-    import msvcrt
-
-    typed = ""
-    while msvcrt.kbhit():  # type: ignore[attr-defined, unused-ignore]
-        typed += msvcrt.getwche()  # type: ignore[attr-defined, unused-ignore]
-    if "\x03" in typed:
-        raise KeyboardInterrupt
-    return typed.replace("\r", "\n").encode()

@@ -20,7 +20,10 @@ def findings(lab: Path) -> dict[str, Any]:
     problems: list[str] = []
     calibration, sizes = _calibration(lab, problems), _sizes(problems)
     if calibration is not None and sizes is not None:
-        _fits(calibration, sizes, problems)
+        try:
+            demand_screen(sizes, calibration.screen, calibration)
+        except WindowError as error:
+            problems.append(str(error))
     fonts, languages = _fonts(problems), _languages()
     return {
         "file": str(station_file(lab)),
@@ -64,13 +67,6 @@ def _sizes(problems: list[str]) -> list[tuple[int, int]] | None:
     except WindowError as error:
         problems.append(str(error))
         return None
-
-
-def _fits(calibration: Calibration, sizes: list[tuple[int, int]], problems: list[str]) -> None:
-    try:
-        demand_screen(sizes, calibration.screen, calibration)
-    except WindowError as error:
-        problems.append(str(error))
 
 
 def _fonts(problems: list[str]) -> dict[str, str | None]:

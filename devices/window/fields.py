@@ -126,7 +126,9 @@ def _nearest(fonts: Fonts, text: str, size: int, x: float) -> int:
 
 def shown(fonts: Fonts, text: str) -> str:
     """The text with a box for every character that no font draws."""
-    return "".join(c if _drawn(fonts, c) else PLACEHOLDER for c in text)
+    return "".join(
+        c if unicodedata.category(c) in {"Cf", "Zs"} or fonts.face(c) is not None else PLACEHOLDER for c in text
+    )
 
 
 def before(text: str, place: int) -> int:
@@ -147,10 +149,6 @@ def after(text: str, place: int) -> int:
 
 def _joins(character: str) -> bool:
     return character in JOINERS or unicodedata.category(character).startswith("M")
-
-
-def _drawn(fonts: Fonts, character: str) -> bool:
-    return unicodedata.category(character) in {"Cf", "Zs"} or fonts.face(character) is not None
 
 
 def _width(fonts: Fonts, text: str, size: int) -> float:

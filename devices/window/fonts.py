@@ -172,7 +172,14 @@ class Fonts:
         """The text drawn once, to be painted in any colour: shaping it is what takes time."""
         key = face, size, text
         if key not in self._masks:
-            self._masks[key] = _drawn(self.font(face, size), text)
+            font = self.font(face, size)
+            from PIL import Image, ImageDraw
+
+            left, top, right, bottom = (round(edge) for edge in font.getbbox(text, anchor="ls"))
+            left, top = left - 1, top - 1
+            image = Image.new("L", (max(1, right + 1 - left), max(1, bottom + 1 - top)), 0)
+            ImageDraw.Draw(image).text((-left, -top), text, fill=255, font=font, anchor="ls")
+            self._masks[key] = Mask(image, left, top)
         return self._masks[key]
 
     def font(self, face: Face, size: int) -> FreeTypeFont:
@@ -196,16 +203,6 @@ class Fonts:
             self._covered[face] = _coverage(face)
         known = self._covered[face]
         return known is not None and known.holds(character)
-
-
-def _drawn(font: FreeTypeFont, text: str) -> Mask:
-    from PIL import Image, ImageDraw
-
-    left, top, right, bottom = (round(edge) for edge in font.getbbox(text, anchor="ls"))
-    left, top = left - 1, top - 1
-    image = Image.new("L", (max(1, right + 1 - left), max(1, bottom + 1 - top)), 0)
-    ImageDraw.Draw(image).text((-left, -top), text, fill=255, font=font, anchor="ls")
-    return Mask(image, left, top)
 
 
 def find_fonts(language: str = "en", folders: Sequence[Path] | None = None) -> Fonts:
@@ -262,7 +259,8 @@ def coverage(path: Path, index: int = 0) -> Coverage:
     try:
         with path.open("rb") as file:
             data = _subtable(_table(file, index))
-            ranges = sorted(_ranges(data))
+            (kind,) = struct.unpack_from(">H", data)
+            ranges = sorted(_groups(data) if kind == 12 else _segments(data))
     except (struct.error, IndexError) as error:
         raise NotAFont(f"{path}: a broken character map ({error})") from None
     except NotAFont as error:
@@ -303,11 +301,6 @@ def _subtable(table: bytes) -> bytes:
         if key in found:
             return found[key]
     raise NotAFont("no Unicode character map of format 4 or 12")
-
-
-def _ranges(data: bytes) -> Iterator[tuple[int, int]]:
-    (kind,) = struct.unpack_from(">H", data)
-    return _groups(data) if kind == 12 else _segments(data)
 
 
 def _groups(data: bytes) -> Iterator[tuple[int, int]]:

@@ -177,23 +177,7 @@ def _alone(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
 
 def _against_each_other(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
     apart = NEAREST_TARGETS_MM * metrics.px_per_mm - ROUNDING_PX
-    around = _ancestors(placed)
-    for index, one in enumerate(placed):
-        for other in placed[index + 1 :]:
-            if other.name in around[one.name] or one.name in around[other.name] or _stands_on(one, other):
-                continue
-            if one.box.overlaps(other.box):
-                yield f"{one.name} overlaps {other.name}"
-            elif one.kind == other.kind == "target" and one.box.gap(other.box) < apart:
-                yield f"{one.name} and {other.name}: targets only {one.box.gap(other.box)} px apart"
-
-
-def _stands_on(one: Placed, other: Placed) -> bool:
-    return one.within == other.within and {one.kind, other.kind} == {"mark", "marker"}
-
-
-def _ancestors(placed: Sequence[Placed]) -> dict[str, set[str]]:
-    """What each element lies in, and what that lies in, and so on."""
+    # What each element lies in, and what that lies in, and so on.
     parents = {element.name: element.within for element in placed}
     around: dict[str, set[str]] = {}
     for name, parent in parents.items():
@@ -202,4 +186,15 @@ def _ancestors(placed: Sequence[Placed]) -> dict[str, set[str]]:
             chain.add(above)
             above = parents.get(above, "")
         around[name] = chain
-    return around
+    for index, one in enumerate(placed):
+        for other in placed[index + 1 :]:
+            if (
+                other.name in around[one.name]
+                or one.name in around[other.name]
+                or (one.within == other.within and {one.kind, other.kind} == {"mark", "marker"})
+            ):
+                continue
+            if one.box.overlaps(other.box):
+                yield f"{one.name} overlaps {other.name}"
+            elif one.kind == other.kind == "target" and one.box.gap(other.box) < apart:
+                yield f"{one.name} and {other.name}: targets only {one.box.gap(other.box)} px apart"

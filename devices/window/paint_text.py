@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -136,7 +136,8 @@ def _places(fonts: Fonts, laid: Laid, box: Box, align: Align) -> Iterator[tuple[
 
 def _wrapped(fonts: Fonts, text: str, size: int, width: int, bold: bool) -> list[str] | None:
     lines, line = [], ""
-    for piece in _pieces(text):
+    # What stays together on a line: words, with dashes and slashes at their ends, and single ideographs.
+    for piece in [part for found in _PIECES.findall(text) for part in _split_unspaced(found)]:
         if line and ceiled(fonts.width((line + piece).rstrip(), size, bold)) > width:
             lines.append(line.rstrip())
             line = ""
@@ -157,11 +158,6 @@ def _evened(fonts: Fonts, text: str, size: int, width: int, bold: bool) -> list[
             break
         lines = other
     return lines
-
-
-def _pieces(text: str) -> Sequence[str]:
-    """What stays together on a line: words, with dashes and slashes at their ends, and single ideographs."""
-    return [part for piece in _PIECES.findall(text) for part in _split_unspaced(piece)]
 
 
 def _split_unspaced(piece: str) -> list[str]:

@@ -91,7 +91,11 @@ def _course(force_N: Array, axes: Axes) -> Rows:
     rows = _rows(force_N, axes)
     middle = rows[:, PER_COLUMN // 2]
     lean = 1.0 / np.sqrt(1.0 + np.gradient(middle) ** 2)
-    return np.stack([middle, lean, *_neighbourhood(rows)])
+    # The highest and lowest row of each column with its neighbours: no line ends beyond what it goes through.
+    low, high = rows.min(axis=1), rows.max(axis=1)
+    low[1:-1] = np.minimum(low[1:-1], np.minimum(rows[:-2].min(axis=1), rows[2:].min(axis=1)))
+    high[1:-1] = np.maximum(high[1:-1], np.maximum(rows[:-2].max(axis=1), rows[2:].max(axis=1)))
+    return np.stack([middle, lean, low, high])
 
 
 def _cover(course: Rows, height: int, thick_px: float) -> tuple[int, Mask]:
@@ -125,14 +129,6 @@ def _rows(force_N: Array, axes: Axes) -> Rows:
     force = np.interp(places, np.arange(POINTS), force_N)
     rows = (axes.high_N - force) / (axes.high_N - axes.low_N) * (axes.box.height - 1)
     return rows.astype(np.float32).reshape(width, PER_COLUMN)
-
-
-def _neighbourhood(rows: Rows) -> tuple[Rows, Rows]:
-    """The highest and lowest row of each column with its neighbours: no line ends beyond what it goes through."""
-    low, high = rows.min(axis=1), rows.max(axis=1)
-    low[1:-1] = np.minimum(low[1:-1], np.minimum(rows[:-2].min(axis=1), rows[2:].min(axis=1)))
-    high[1:-1] = np.maximum(high[1:-1], np.maximum(rows[:-2].max(axis=1), rows[2:].max(axis=1)))
-    return low, high
 
 
 @dataclass

@@ -111,7 +111,15 @@ class PsychopyShell:
     def rest(self, seconds: float) -> None:
         """Wait; under X11 an event ends the waiting."""
         if self._due("awake", AWAKE_S):
-            _stay_awake(self.window.winHandle)
+            # Keep the screen saver away while a participant feels rather than types.
+            if hasattr(self.window.winHandle, "_x_display"):
+                from pyglet.libs.x11 import xlib
+
+                xlib.XResetScreenSaver(self.window.winHandle._x_display)
+            elif sys.platform in ("win32", "darwin"):
+                from psychopy import platform_specific
+
+                platform_specific.sendStayAwake()
         if (socket := _socket(self.window.winHandle)) is None:
             time.sleep(seconds)
         else:
@@ -162,27 +170,27 @@ def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> Psych
     with _quiet_import():
         visual, monitors, pyglet = _psychopy()
     demand_screen(_screens(pyglet), screen, calibration if fullscreen else None)
+    # The calibration as PsychoPy's monitor, in memory only.
+    monitor = monitors.Monitor("__blank__", distance=VIEWING_CM, autoLog=False)
+    monitor.setWidth(calibration.size_px[0] / calibration.px_per_mm / 10.0)
+    monitor.setSizePix(calibration.size_px)
     window = visual.Window(
         calibration.size_px, fullscr=fullscreen, screen=screen, winType="pyglet", units="pix", title=TITLE,
-        monitor=_monitor(monitors, calibration), color=(1, 1, 1), allowGUI=False, allowStencil=False,
+        monitor=monitor, color=(1, 1, 1), allowGUI=False, allowStencil=False,
         waitBlanking=True, checkTiming=False, autoLog=False, gammaErrorPolicy="ignore",
     )  # fmt: skip
     with closed_on_failure(window.close):
-        return _furnished(window, pyglet, calibration)
-
-
-def _furnished(window: Any, pyglet: Any, calibration: Calibration) -> PsychopyShell:
-    """The opened window with its texture and ears, checked against the calibration."""
-    handle, size = window.winHandle, calibration.size_px
-    demand_unscaled(handle.get_pixel_ratio())
-    calibration.demand_size((int(window.size[0]), int(window.size[1])))
-    ears = Ears(size, keys_of(pyglet.window.key, handle), time.perf_counter)
-    handle.push_handlers(**ears.handlers())
-    handle.set_mouse_visible(True)
-    handle.activate()
-    renderer = str(window.backend._driver)
-    copy = copier(handle, renderer, size[1])
-    return PsychopyShell(window, ears, Texture(pyglet.gl, size), size, renderer, copy)
+        # The opened window with its texture and ears, checked against the calibration.
+        handle, size = window.winHandle, calibration.size_px
+        demand_unscaled(handle.get_pixel_ratio())
+        calibration.demand_size((int(window.size[0]), int(window.size[1])))
+        ears = Ears(size, keys_of(pyglet.window.key, handle), time.perf_counter)
+        handle.push_handlers(**ears.handlers())
+        handle.set_mouse_visible(True)
+        handle.activate()
+        renderer = str(window.backend._driver)
+        copy = copier(handle, renderer, size[1])
+        return PsychopyShell(window, ears, Texture(pyglet.gl, size), size, renderer, copy)
 
 
 @contextmanager
@@ -228,14 +236,6 @@ def _screens(pyglet: Any) -> list[tuple[int, int]]:
     return [(screen.width, screen.height) for screen in pyglet.canvas.get_display().get_screens()]
 
 
-def _monitor(monitors: Any, calibration: Calibration) -> Any:
-    """The calibration as PsychoPy's monitor, in memory only."""
-    monitor = monitors.Monitor("__blank__", distance=VIEWING_CM, autoLog=False)
-    monitor.setWidth(calibration.size_px[0] / calibration.px_per_mm / 10.0)
-    monitor.setSizePix(calibration.size_px)
-    return monitor
-
-
 def _socket(handle: Any) -> int | None:
     """What to wait on for X11's events, where X11 is the window system."""
     return int(handle.display.fileno()) if hasattr(handle, "_x_display") else None
@@ -253,18 +253,6 @@ def _true_size(handle: Any) -> tuple[int, int]:
     found = xlib.XWindowAttributes()
     xlib.XGetWindowAttributes(handle._x_display, handle._window, byref(found))
     return int(found.width), int(found.height)
-
-
-def _stay_awake(handle: Any) -> None:
-    """Keep the screen saver away while a participant feels rather than types."""
-    if hasattr(handle, "_x_display"):
-        from pyglet.libs.x11 import xlib
-
-        xlib.XResetScreenSaver(handle._x_display)
-    elif sys.platform in ("win32", "darwin"):
-        from psychopy import platform_specific
-
-        platform_specific.sendStayAwake()
 
 
 def copier(handle: Any, renderer: str, height: int) -> Copy | None:

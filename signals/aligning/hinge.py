@@ -65,7 +65,16 @@ def fit_hinge(positions: Array) -> Hinge:
     ahead = ahead if far >= 0 else -ahead
     misfit = float(np.sqrt(np.mean((np.linalg.norm(sound - centre_3d, axis=1) - radius) ** 2)))
     hinge = Hinge(centre_3d, across @ axes[:2], ahead @ axes[:2], radius, misfit)
-    _demand_arc(np.degrees(np.ptp(turned)), hinge)
+    arc_deg = np.degrees(np.ptp(turned))
+    if hinge.misfit > LARGEST_MISFIT * hinge.radius:
+        raise AlignError(
+            f"the path is no arc: it strays {hinge.misfit:.3g} from a circle of radius {hinge.radius:.3g}, and up to "
+            f"{LARGEST_MISFIT * hinge.radius:.3g} is expected. Did the marker rest, or slip?"
+        )
+    if not LEAST_ARC_DEG <= arc_deg <= 180:
+        raise AlignError(
+            f"the path is an arc of {arc_deg:.1f} degrees: from {LEAST_ARC_DEG:g} to 180 are needed to find the hinge"
+        )
     return hinge
 
 
@@ -85,15 +94,3 @@ def _circle(flat: Array) -> tuple[Array, float]:
         if np.abs(step).max() < 1e-12:
             break
     return centre * scale, float(radius * scale)
-
-
-def _demand_arc(arc_deg: float, hinge: Hinge) -> None:
-    if hinge.misfit > LARGEST_MISFIT * hinge.radius:
-        raise AlignError(
-            f"the path is no arc: it strays {hinge.misfit:.3g} from a circle of radius {hinge.radius:.3g}, and up to "
-            f"{LARGEST_MISFIT * hinge.radius:.3g} is expected. Did the marker rest, or slip?"
-        )
-    if not LEAST_ARC_DEG <= arc_deg <= 180:
-        raise AlignError(
-            f"the path is an arc of {arc_deg:.1f} degrees: from {LEAST_ARC_DEG:g} to 180 are needed to find the hinge"
-        )

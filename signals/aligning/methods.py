@@ -110,20 +110,7 @@ def bandlimited(times_s: Array, values: Array, wanted_s: Array, rate_hz: float, 
     Raises:
         AlignError: times that are not even.
     """
-    places, step_s = _even(times_s, rate_hz)
-    full = _filled(places, values)
-    passband = band(1 / step_s, grid_hz)
-    weights = _kernel(passband, step_s)
-    padded = np.pad(full, ((passband.reach, passband.reach), (0, 0)), mode="reflect", reflect_type="odd")
-    at = np.clip((wanted_s - times_s[0]) / step_s, 0, len(full) - 1)
-    resampled = np.empty((len(at), values.shape[1]))
-    for start in range(0, len(at), PIECE):
-        resampled[start : start + PIECE] = _convolved(padded, weights, at[start : start + PIECE], passband.reach)
-    return resampled
-
-
-def _even(times_s: Array, rate_hz: float) -> tuple[Array, float]:
-    """Return each sample's place on an even grid, and the grid's step in seconds."""
+    # Each sample's place on an even grid, and the grid's step in seconds.
     places = np.r_[0.0, np.cumsum(np.rint(np.diff(times_s) * rate_hz))]  # step by step: no drift adds up
     if places[-1] < 1:
         raise AlignError(
@@ -137,7 +124,15 @@ def _even(times_s: Array, rate_hz: float) -> tuple[Array, float]:
             f"sample {worst + 1} lies {off[worst]:.3g} steps off an even grid of {1 / step_s:g} Hz: band-limited "
             "resampling needs even times; use pchip or cubic, or times from a fitted clock"
         )
-    return places, step_s
+    full = _filled(places, values)
+    passband = band(1 / step_s, grid_hz)
+    weights = _kernel(passband, step_s)
+    padded = np.pad(full, ((passband.reach, passband.reach), (0, 0)), mode="reflect", reflect_type="odd")
+    at = np.clip((wanted_s - times_s[0]) / step_s, 0, len(full) - 1)
+    resampled = np.empty((len(at), values.shape[1]))
+    for start in range(0, len(at), PIECE):
+        resampled[start : start + PIECE] = _convolved(padded, weights, at[start : start + PIECE], passband.reach)
+    return resampled
 
 
 def _filled(places: Array, values: Array) -> Array:

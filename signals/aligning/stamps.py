@@ -75,7 +75,12 @@ def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock
     late = came_s - (line.t0_s + n / line.rate_hz)
     ends = stamped[0][0], stamped[-1][0]
     apart = [arrived.time_s(at) - line.time_s(at) for at in ends]
-    problem = _disagree(apart, _allowed_s(line, arrived, (ends[1] - ends[0]) / rate_hz))
+    # How far the lines' offset, and their distance from end to end, may be off by what the fits allow.
+    span_s = (ends[1] - ends[0]) / rate_hz
+    at_middle = sum(error or 0.0 for clock in (line, arrived) for error in (clock.offset_error_s, clock.wander_s))
+    paces = [clock.drift_error_ppm for clock in (line, arrived)]
+    pace = math.inf if None in paces else math.hypot(*(error or 0.0 for error in paces)) * 1e-6 * span_s
+    problem = _disagree(apart, (SURE * (at_middle + COARSE_S), SURE * (at_middle + pace + COARSE_S)))
     if problem is not None:
         return Stamps(clock, count, line, scatter_s, problem=problem)
     error_s = math.hypot(line.offset_error_s or 0.0, arrived.offset_error_s or 0.0)
@@ -89,14 +94,6 @@ def _own(clock: str) -> str:
         f"its stamps are by a clock of its own ({clock}): only their differences mean something, and they do not say "
         "when in session time a sample was taken. Where its delay is known, --latency takes it"
     )
-
-
-def _allowed_s(line: Clock, arrived: Clock, span_s: float) -> tuple[float, float]:
-    """Return how far the lines' offset, and their distance from end to end, may be off by what the fits allow."""
-    at_middle = sum(error or 0.0 for clock in (line, arrived) for error in (clock.offset_error_s, clock.wander_s))
-    paces = [clock.drift_error_ppm for clock in (line, arrived)]
-    pace = math.inf if None in paces else math.hypot(*(error or 0.0 for error in paces)) * 1e-6 * span_s
-    return SURE * (at_middle + COARSE_S), SURE * (at_middle + pace + COARSE_S)
 
 
 def _disagree(apart: Sequence[float], allowed_s: tuple[float, float]) -> str | None:

@@ -119,7 +119,9 @@ def moved_first_peak(base: Array, _draw: Draw) -> Array:
 
 def flattened_start(base: Array, draw: Draw) -> Array:
     """g8: a straight line from a drawn angle between 3 and 6 degrees to one between 18 and 20."""
-    _require_motion(base, FLATTENED_UP_TO_DEG, "g8 (flattened up to 20 degrees)")
+    end_deg = landmarks(base).end / POINTS_PER_DEG
+    if end_deg <= FLATTENED_UP_TO_DEG:
+        raise DoorDataError(f"g8 (flattened up to 20 degrees): this profile's motion ends at {end_deg:.1f} degrees.")
     first = round(draw.between("from", 3.0, 6.0) * POINTS_PER_DEG)
     last = round(draw.between("to", 18.0, FLATTENED_UP_TO_DEG) * POINTS_PER_DEG)
     return straighten(base, first, last)
@@ -168,12 +170,6 @@ def _stretch(base: Array, purpose: str) -> tuple[Array, tuple[int, int]]:
     if longer >= end:
         raise DoorDataError(f"{purpose}: no room before the end of the motion at {end / POINTS_PER_DEG:.1f} degrees.")
     return move_knots(base, [(first, first), (last, longer)], end), (first, longer)
-
-
-def _require_motion(base: Array, up_to_deg: float, purpose: str) -> None:
-    end_deg = landmarks(base).end / POINTS_PER_DEG
-    if end_deg <= up_to_deg:
-        raise DoorDataError(f"{purpose}: this profile's motion ends at {end_deg:.1f} degrees.")
 
 
 @dataclass(frozen=True)

@@ -136,7 +136,9 @@ def gravity_torque(door: Door, angle_deg: Array) -> Array:
 
 def friction_torque(door: Door, angle_deg: Array) -> Array:
     """Return Coulomb friction with its breakaway rise (Stribeck), viscous damping, and the ripple of a worn hinge."""
-    speed = _speed_deg_s(door, angle_deg)
+    # The square of the opening speed rises smoothly (with two derivatives) over the start, then stays.
+    share = np.clip(angle_deg / door.start_deg, 0, 1)
+    speed = np.asarray(door.speed_deg_s * np.sqrt(share**3 * (10 + share * (6 * share - 15))))
     rise = (door.breakaway_Nm - door.coulomb_Nm) * np.exp(-((speed / door.stribeck_speed_deg_s) ** 2))
     ripple = door.ripple_Nm * np.sin(2 * np.pi * angle_deg / door.ripple_period_deg)
     return np.asarray(door.coulomb_Nm + rise + door.viscous_Nm_s_rad * np.radians(speed) + ripple)
@@ -180,12 +182,6 @@ def check_ranges(door: Door, where: str) -> None:
     _within(door, RANGES, where)
     for number, feature in enumerate(door.check, start=1):
         _within(feature, CHECK_RANGES, f"{where}, check feature {number}")
-
-
-def _speed_deg_s(door: Door, angle_deg: Array) -> Array:
-    """Opening speed: its square rises smoothly (with two derivatives) over the start, then stays."""
-    share = np.clip(angle_deg / door.start_deg, 0, 1)
-    return np.asarray(door.speed_deg_s * np.sqrt(share**3 * (10 + share * (6 * share - 15))))
 
 
 def _within(parameters: Door | CheckFeature, ranges: dict[str, tuple[float, float]], where: str) -> None:

@@ -56,7 +56,11 @@ def normalise(
     rows = len(angle)
     start_deg = 0.0
     if zero:
-        angle, force, start_deg = _from_first_motion(angle, force)
+        # Cut off the rest before the door leaves its first angle for good, and count the angle from there.
+        top = int(np.argmax(angle))
+        leaves = int(np.flatnonzero(angle[: top + 1] <= angle[0])[-1])
+        zero_deg = float(np.median(angle[: leaves + 1]))
+        angle, force, start_deg = angle[leaves:] - zero_deg, force[leaves:], zero_deg
     last = int(np.argmax(angle)) + 1
     after = len(angle) - last
     angle, force = angle[:last], force[:last]
@@ -64,7 +68,17 @@ def normalise(
     backward = int((~ahead).sum())
     angle, force = _one_force_per_angle(angle[ahead], force[ahead])
     _refuse_short(angle)
-    gap = _refuse_gaps(angle, largest_gap_deg)
+    # The widest stretch without rows on the way from 0 to the largest angle; it may be bridged up to a limit.
+    inside = np.r_[0.0, angle[(angle > 0) & (angle <= MAX_ANGLE_DEG)], min(angle[-1], MAX_ANGLE_DEG)]
+    gaps = np.diff(inside)
+    widest = int(np.argmax(gaps))
+    if gaps[widest] > largest_gap_deg:
+        raise DoorDataError(
+            f"No rows between {inside[widest]:.2f} and {inside[widest + 1]:.2f} degrees: a gap of {gaps[widest]:.2f} "
+            f"is wider than the {largest_gap_deg:g} degrees that are bridged. Record this part again, or use --zero "
+            "when the recording does not start at 0."
+        )
+    gap = float(gaps[widest])
     profile, padded = _resample(angle, force)
     return NormalisedProfile(profile, rows, backward, after, padded, gap, start_deg)
 
@@ -114,14 +128,6 @@ def _checked(first: ArrayLike, second: ArrayLike, name: str = "angle", other: st
     return pair
 
 
-def _from_first_motion(angle: Array, force: Array) -> tuple[Array, Array, float]:
-    """Cut off the rest before the door leaves its first angle for good, and count the angle from there."""
-    top = int(np.argmax(angle))
-    leaves = int(np.flatnonzero(angle[: top + 1] <= angle[0])[-1])
-    zero_deg = float(np.median(angle[: leaves + 1]))
-    return angle[leaves:] - zero_deg, force[leaves:], zero_deg
-
-
 def _one_force_per_angle(angle: Array, force: Array) -> tuple[Array, Array]:
     """Average rows at one angle (a door at rest, an encoder's step); the angle rises strictly after."""
     groups = np.cumsum(np.r_[0, np.diff(angle) > SAME_ANGLE_DEG])
@@ -141,20 +147,6 @@ def _refuse_short(angle: Array) -> None:
     )
 
 
-def _refuse_gaps(angle: Array, largest_deg: float) -> float:
-    """Return the widest stretch without rows on the way from 0 to the largest angle, if it may be bridged."""
-    inside = np.r_[0.0, angle[(angle > 0) & (angle <= MAX_ANGLE_DEG)], min(angle[-1], MAX_ANGLE_DEG)]
-    gaps = np.diff(inside)
-    widest = int(np.argmax(gaps))
-    if gaps[widest] > largest_deg:
-        raise DoorDataError(
-            f"No rows between {inside[widest]:.2f} and {inside[widest + 1]:.2f} degrees: a gap of {gaps[widest]:.2f} "
-            f"is wider than the {largest_deg:g} degrees that are bridged. Record this part again, or use --zero "
-            "when the recording does not start at 0."
-        )
-    return float(gaps[widest])
-
-
 def _resample(angle: Array, force: Array) -> tuple[Array, int]:
     """Return the means of the straight-line force over each tenth of a degree, and the number of padded points."""
     grid = np.array([grid_angle_deg(index) for index in range(POINTS)])
@@ -162,18 +154,13 @@ def _resample(angle: Array, force: Array) -> tuple[Array, int]:
     half = 0.5 / POINTS_PER_DEG
     low = grid[1:reached] - half
     high = np.minimum(grid[1:reached] + half, angle[-1])
-    area = _area_until(angle, force, np.r_[low, high])
+    # The integral of the straight-line force from the first angle to each upper limit; the first force holds before.
+    upper = np.r_[low, high]
+    areas = np.r_[0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(angle))]
+    before = np.clip(np.searchsorted(angle, upper, side="right") - 1, 0, len(angle) - 1)
+    rest = upper - angle[before]
+    area = np.asarray(areas[before] + 0.5 * rest * (force[before] + np.interp(upper, angle, force)))
     means = (area[len(low) :] - area[: len(low)]) / (high - low)
     profile = np.zeros(POINTS)
     profile[:reached] = np.r_[np.interp(0.0, angle, force), means]
     return profile, POINTS - reached
-
-
-def _area_until(angle: Array, force: Array, upper: Array) -> Array:
-    """Return the integral of the straight-line force from the first angle to each upper limit; the first force holds
-    before.
-    """
-    areas = np.r_[0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(angle))]
-    before = np.clip(np.searchsorted(angle, upper, side="right") - 1, 0, len(angle) - 1)
-    rest = upper - angle[before]
-    return np.asarray(areas[before] + 0.5 * rest * (force[before] + np.interp(upper, angle, force)))

@@ -50,7 +50,22 @@ def read_card(path: Path | str) -> Card:
     """Read a card alone. Raises ModelFileError as `read_model` does."""
     path = Path(path)
     with reading(path):
-        content = _content(path)
+        if path.suffix.lower() in CODE:
+            raise ModelFileError(
+                f"{path}: {path.suffix} files are not opened: they may run code or need another program. "
+                f"A model here is a card, NAME{CARD_SUFFIX}, with NAME.safetensors beside it: "
+                "`palpate train` writes both."
+            )
+        if path.suffix == ".safetensors":
+            raise ModelFileError(f"{path}: these are a model's numbers; give its card, {path.stem}{CARD_SUFFIX}.")
+        if not path.is_file():
+            raise ModelFileError(
+                f"{path}: there is no such file. A model is given by its name or as its card, NAME{CARD_SUFFIX}; "
+                "`palpate models list` shows those there are."
+            )
+        if (size := path.stat().st_size) > LARGEST_CARD:
+            raise ModelFileError(f"{path}: {size} bytes; a model's card has at most {LARGEST_CARD}.")
+        content = path.read_bytes()
     try:
         document = parse(content)
         canonical(document)  # a number such as 1e999 is infinite only once it is read
@@ -61,24 +76,6 @@ def read_card(path: Path | str) -> Card:
         return Card.model_validate_json(content, strict=True)
     except ValidationError as error:
         raise ModelFileError(f"{path}: {complaint(error)}. Export the model again, or repair the card.") from None
-
-
-def _content(path: Path) -> bytes:
-    if path.suffix.lower() in CODE:
-        raise ModelFileError(
-            f"{path}: {path.suffix} files are not opened: they may run code or need another program. "
-            f"A model here is a card, NAME{CARD_SUFFIX}, with NAME.safetensors beside it: `palpate train` writes both."
-        )
-    if path.suffix == ".safetensors":
-        raise ModelFileError(f"{path}: these are a model's numbers; give its card, {path.stem}{CARD_SUFFIX}.")
-    if not path.is_file():
-        raise ModelFileError(
-            f"{path}: there is no such file. A model is given by its name or as its card, NAME{CARD_SUFFIX}; "
-            "`palpate models list` shows those there are."
-        )
-    if (size := path.stat().st_size) > LARGEST_CARD:
-        raise ModelFileError(f"{path}: {size} bytes; a model's card has at most {LARGEST_CARD}.")
-    return path.read_bytes()
 
 
 def _require_format(path: Path, document: Any) -> None:

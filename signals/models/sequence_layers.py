@@ -96,7 +96,18 @@ def attention(step: Attention, form: Form, at: At) -> Built:
     """Return multi-head scaled dot-product attention; `sparse` as in Zhou et al. 2021, with all keys looked at."""
     width, length = sides(form, at)
     memory = None if step.memory is None else _memory(step, form, at)
-    heads = _heads(step, width, at)
+    if width % step.heads:
+        raise at.refuse(f"{step.heads} heads do not share {width} channels evenly")
+    weight = at.reals(step.weight, 3 * width, width)
+    bias = at.reals(step.bias, 3 * width).astype(weight.dtype)
+    scale = np.ones(3 * width)
+    scale[:width] = (width // step.heads) ** -0.5
+    weight = np.ascontiguousarray((weight * scale[:, None]).astype(weight.dtype).T)
+    bias = (bias * scale).astype(weight.dtype)
+    out = np.ascontiguousarray(at.reals(step.out, width, width).astype(weight.dtype).T)
+    out_bias = at.reals(step.out_bias, width).astype(weight.dtype)
+    apart = 0 if step.memory is None else width
+    heads = _Heads(weight[:, :apart], bias[:apart], weight[:, apart:], bias[apart:], out, out_bias, step.heads)
     keys = length if memory is None else memory.shape[1]
     if step.heads * length * keys > LARGEST:
         raise at.refuse(f"{length} places ask {keys} with {step.heads} heads; at most {LARGEST} numbers are run")
@@ -129,21 +140,6 @@ def _memory(step: Attention, form: Form, at: At) -> Form:
     if step.causal and memory.shape[1] != form.shape[1]:
         raise at.refuse(f"it is causal over {form.shape[1]} places and {step.memory!r} has {memory.shape[1]}")
     return memory
-
-
-def _heads(step: Attention, width: int, at: At) -> _Heads:
-    if width % step.heads:
-        raise at.refuse(f"{step.heads} heads do not share {width} channels evenly")
-    weight = at.reals(step.weight, 3 * width, width)
-    bias = at.reals(step.bias, 3 * width).astype(weight.dtype)
-    scale = np.ones(3 * width)
-    scale[:width] = (width // step.heads) ** -0.5
-    weight = np.ascontiguousarray((weight * scale[:, None]).astype(weight.dtype).T)
-    bias = (bias * scale).astype(weight.dtype)
-    out = np.ascontiguousarray(at.reals(step.out, width, width).astype(weight.dtype).T)
-    out_bias = at.reals(step.out_bias, width).astype(weight.dtype)
-    apart = 0 if step.memory is None else width
-    return _Heads(weight[:, :apart], bias[:apart], weight[:, apart:], bias[apart:], out, out_bias, step.heads)
 
 
 def _projected(
@@ -251,7 +247,10 @@ def autoregression(step: Autoregression, form: Form, at: At) -> Built:
     log_sd = at.reals(step.log_sd, len(points)).astype(np.float64)
     frequencies = _rising(step, len(points), length, at)
     order = frequencies.shape[1]
-    among = Triangles(points, _rows(step, len(points), at))
+    rows = at.wholes(step.triangles, None, 3)
+    if rows.min() < 0 or rows.max() >= len(points):
+        raise at.refuse(f"{step.triangles!r} names a point that is not there; there are {len(points)}")
+    among = Triangles(points, rows.astype(np.int64))
     per, predictor = np.array(step.per), predictor_of(order)
 
     def run(x: Values, _kept: Kept) -> Values:
@@ -277,10 +276,3 @@ def _rising(step: Autoregression, count: int, length: int, at: At) -> Values:
     if not (np.diff(np.concatenate([ends[0], frequencies, ends[1]], axis=1)) > 0).all():
         raise at.refuse(f"{step.frequencies!r} does not rise from above 0 to below pi at every point: not stable")
     return frequencies
-
-
-def _rows(step: Autoregression, count: int, at: At) -> Values:
-    rows = at.wholes(step.triangles, None, 3)
-    if rows.min() < 0 or rows.max() >= count:
-        raise at.refuse(f"{step.triangles!r} names a point that is not there; there are {count}")
-    return rows.astype(np.int64)

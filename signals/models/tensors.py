@@ -27,9 +27,22 @@ def read_tensors(card_path: Path, card: Card) -> dict[str, NDArray[Any]]:
     """Return the arrays that the card's steps use, exactly those, all finite. Raises ModelFileError."""
     path = weights_file(card_path, card.weights)
     require_size(path, card_path, card.weights)
-    content = _intact(path, card_path, card.weights)
+    # The file must be byte for byte what the card was written for.
+    with reading(path):
+        content = path.read_bytes()
+    digest = hashlib.sha256(content).hexdigest()
+    if digest != card.weights.sha256:
+        raise ModelFileError(
+            f"{path}: SHA-256 {digest[:12]}... found, {card.weights.sha256[:12]}... expected by {card_path.name}: the "
+            "numbers were changed or belong to another model. Copy both files again."
+        )
     tensors = _parsed(path, content)
-    _require_names(path, set(tensors), set(card_tensors(card)))
+    present = set(tensors)
+    needed = set(card_tensors(card))
+    if missing := sorted(needed - present):
+        raise ModelFileError(f"{path}: the steps need {', '.join(map(repr, missing[:4]))}, which is not in the file.")
+    if unused := sorted(present - needed):
+        raise ModelFileError(f"{path}: no step uses {', '.join(map(repr, unused[:4]))}: not this model's numbers.")
     for name, tensor in tensors.items():
         if not np.isfinite(tensor).all():
             raise ModelFileError(f"{path}: {name!r} holds a value that is not finite. Train the model again.")
@@ -62,19 +75,6 @@ def require_size(path: Path, card_path: Path, weights: Weights) -> None:
         )
 
 
-def _intact(path: Path, card_path: Path, weights: Weights) -> bytes:
-    """Return the file's content, if it is byte for byte what the card was written for."""
-    with reading(path):
-        content = path.read_bytes()
-    digest = hashlib.sha256(content).hexdigest()
-    if digest != weights.sha256:
-        raise ModelFileError(
-            f"{path}: SHA-256 {digest[:12]}... found, {weights.sha256[:12]}... expected by {card_path.name}: the "
-            "numbers were changed or belong to another model. Copy both files again."
-        )
-    return content
-
-
 def _parsed(path: Path, content: bytes) -> dict[str, NDArray[Any]]:
     from safetensors import SafetensorError, deserialize
 
@@ -94,10 +94,3 @@ def _parsed(path: Path, content: bytes) -> dict[str, NDArray[Any]]:
             raise ModelFileError(f"{path}: {name!r} cannot be held: {error}. Export the model again.") from None
         tensors[name] = tensor.astype(np.float32) if entry["dtype"] == HALF else tensor
     return tensors
-
-
-def _require_names(path: Path, present: set[str], needed: set[str]) -> None:
-    if missing := sorted(needed - present):
-        raise ModelFileError(f"{path}: the steps need {', '.join(map(repr, missing[:4]))}, which is not in the file.")
-    if unused := sorted(present - needed):
-        raise ModelFileError(f"{path}: no step uses {', '.join(map(repr, unused[:4]))}: not this model's numbers.")

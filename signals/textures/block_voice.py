@@ -46,19 +46,16 @@ class Blocks:
         """Return the next sample; NaN where the model has no answer."""
         if self._at == len(self._ready):
             try:
-                self._make(speed_mm_s, force_N)
+                # Make the samples until the next frames are needed.
+                for _ in range(self._lead if self._cold else 0):
+                    self._block(speed_mm_s, force_N)
+                self._cold = False
+                ready = np.clip(self._block(speed_mm_s, force_N), -self._peak, self._peak)
+                self._ready, self._at = ready.tolist(), 0
             except ModelInputError:
                 return math.nan
         self._at += 1
         return self._ready[self._at - 1]
-
-    def _make(self, speed_mm_s: float, force_N: float) -> None:
-        """Make the samples until the next frames are needed."""
-        for _ in range(self._lead if self._cold else 0):
-            self._block(speed_mm_s, force_N)
-        self._cold = False
-        ready = np.clip(self._block(speed_mm_s, force_N), -self._peak, self._peak)
-        self._ready, self._at = ready.tolist(), 0
 
     def _block(self, speed_mm_s: float, force_N: float) -> Array:
         return np.concatenate([self._added(frame) for frame in self._asked(speed_mm_s, force_N)])

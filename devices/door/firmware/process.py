@@ -22,7 +22,7 @@ from typing import IO, Any
 from palpate.devices.door.firmware.ailments import AILMENTS, Ailing
 from palpate.devices.door.firmware.controller import FIRMWARE, Firmware
 from palpate.devices.door.firmware.sensor_check import Limits
-from palpate.devices.door.firmware.twin_plant import Plant
+from palpate.devices.door.firmware.twin_plant import Plant, TwinPlant
 from palpate.devices.door.firmware.wire import Wire
 
 AT_ONCE = 5
@@ -77,15 +77,12 @@ class Emulator:
                 break
             if self.master in ready:
                 self.wire.push(_read(self.master))
-            for _ in range(self._due()):
+            behind = int((time.monotonic() - self.began_s) * 1000 * self.speed) - self.ticks - self.given_up
+            if behind > BEHIND:
+                self.given_up += behind - BEHIND
+            for _ in range(min(max(behind, 0), AT_ONCE)):
                 self._tick()
         self._alone()
-
-    def _due(self) -> int:
-        behind = int((time.monotonic() - self.began_s) * 1000 * self.speed) - self.ticks - self.given_up
-        if behind > BEHIND:
-            self.given_up += behind - BEHIND
-        return min(max(behind, 0), AT_ONCE)
 
     def _tick(self) -> None:
         self.ticks += 1
@@ -108,26 +105,6 @@ class Emulator:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the emulator."""
-    asked = _parser().parse_args(arguments)
-    limits = Limits(asked.torque_limit, asked.slope_limit, asked.speed_limit)
-    firmware = Firmware(_plant(asked), limits, asked.serial_number, asked.firmware)
-    master, slave = os.openpty()
-    tty.setraw(slave)
-    sys.stdout.write(json.dumps({"port": os.ttyname(slave)}) + "\n")
-    sys.stdout.flush()
-    with Path(asked.log or os.devnull).open("w", encoding="utf-8") as out:
-        Emulator(Wire(firmware, asked.baud), master, asked.speed, Log(out if asked.log else None)).run()
-
-
-def _plant(asked: argparse.Namespace) -> Plant:
-    from palpate.devices.door.firmware.twin_plant import TwinPlant
-
-    plant = TwinPlant(asked.seed)
-    name, _, at = asked.ail.partition("@")
-    return Ailing(plant, name, int(at or 0)) if name else plant
-
-
-def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m palpate.devices.door.firmware.process", description=__doc__)
     parser.add_argument("--speed", type=float, default=1.0, help="seconds of the plant per second")
     parser.add_argument("--seed", type=int, default=1)
@@ -139,7 +116,19 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--speed-limit", type=float, default=Limits.speed_deg_s)
     parser.add_argument("--ail", default="", metavar="NAME@MS", help=f"one of {', '.join(AILMENTS)}, from a time on")
     parser.add_argument("--log", default="", help="note every change of state in this file")
-    return parser
+    asked = parser.parse_args(arguments)
+    limits = Limits(asked.torque_limit, asked.slope_limit, asked.speed_limit)
+    plant: Plant = TwinPlant(asked.seed)
+    name, _, at = asked.ail.partition("@")
+    if name:
+        plant = Ailing(plant, name, int(at or 0))
+    firmware = Firmware(plant, limits, asked.serial_number, asked.firmware)
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    sys.stdout.write(json.dumps({"port": os.ttyname(slave)}) + "\n")
+    sys.stdout.flush()
+    with Path(asked.log or os.devnull).open("w", encoding="utf-8") as out:
+        Emulator(Wire(firmware, asked.baud), master, asked.speed, Log(out if asked.log else None)).run()
 
 
 def _read(master: int) -> bytes:

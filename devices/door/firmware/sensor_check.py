@@ -68,16 +68,12 @@ class SensorCheck:
         self.pulled_ms = self.pulled_ms + 1 if pulled else 0
         if state is not State.playing or not FROM_A_STOP_DEG < angle < end_deg - FROM_A_STOP_DEG:
             return None
-        stands = self._stands() and (self._came_deg_s() >= STUCK_DEG_S or self.pulled_ms >= STUCK_MS)
-        return (Fault.encoder_stuck, angle) if stands else None
-
-    def _stands(self) -> bool:
         late = list(self.angles_deg)[BEFORE_MS:]
-        return len(late) > STUCK_MS and max(late) - min(late) <= STANDS_DEG
-
-    def _came_deg_s(self) -> float:
-        """How fast the arm was before it stood."""
-        return abs(self.angles_deg[BEFORE_MS] - self.angles_deg[0]) * 1000 / BEFORE_MS
+        if len(late) <= STUCK_MS or max(late) - min(late) > STANDS_DEG:
+            return None
+        before_deg_s = abs(self.angles_deg[BEFORE_MS] - self.angles_deg[0]) * 1000 / BEFORE_MS
+        stuck = before_deg_s >= STUCK_DEG_S or self.pulled_ms >= STUCK_MS
+        return (Fault.encoder_stuck, angle) if stuck else None
 
 
 @dataclass(frozen=True)

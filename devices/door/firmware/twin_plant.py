@@ -38,7 +38,14 @@ class TwinPlant:
     @mode.setter
     def mode(self, mode: Mode) -> None:
         if mode == "play" and self.machine.mode != "play":
-            self.machine.hand = self._hand()
+            # From where the arm is, back to closed if it is not, then open, stay a moment, and back. A door that opens
+            # less is opened in fewer seconds.
+            share = max(LEAST_SHARE, self._end_rad / WHOLE_RAD)
+            opens_s, stays_s = share * self._random.uniform(2.0, 3.0), self._random.uniform(0.2, 0.6)
+            here, end = self.machine.sensing.angle_rad, self._end_rad + BEYOND_RAD
+            moves = [(here, here, START_S), (here, 0.0, 0.2 + opens_s * max(here, 0.0) / end), (0.0, 0.0, START_S)]
+            path = _path([*moves, (0.0, end, opens_s), (end, end, stays_s), (end, 0.0, opens_s)])
+            self.machine.hand = Hand(path, STIFFNESS_NM_RAD, DAMPING_NM_S_RAD, grip_Nm=GRIP_NM)
         elif mode != "play":
             self.machine.hand = NOBODY
         self.machine.mode = mode
@@ -55,23 +62,6 @@ class TwinPlant:
     def step(self) -> Tick:
         """1 ms."""
         return self.machine.step()
-
-    def _hand(self) -> Hand:
-        """From where the arm is, back to closed if it is not, then open, stay a moment, and back."""
-        here, opens_s, stays_s = self.machine.sensing.angle_rad, *self._drawn()
-        end = self._end_rad + BEYOND_RAD
-        moves = [(here, here, START_S), (here, 0.0, 0.2 + opens_s * max(here, 0.0) / end), (0.0, 0.0, START_S)]
-        return _along([*moves, (0.0, end, opens_s), (end, end, stays_s), (end, 0.0, opens_s)])
-
-    def _drawn(self) -> tuple[float, float]:
-        """Seconds to open it, fewer for a door that opens less, and seconds that it stays open."""
-        share = max(LEAST_SHARE, self._end_rad / WHOLE_RAD)
-        return share * self._random.uniform(2.0, 3.0), self._random.uniform(0.2, 0.6)
-
-
-def _along(moves: Sequence[tuple[float, float, float]]) -> Hand:
-    """A hand on minimum-jerk moves (from, to, seconds), one after the other; it stays where the last one ends."""
-    return Hand(_path(moves), STIFFNESS_NM_RAD, DAMPING_NM_S_RAD, grip_Nm=GRIP_NM)
 
 
 def _path(moves: Sequence[tuple[float, float, float]]) -> Callable[[float], tuple[float, float]]:

@@ -99,7 +99,8 @@ class Parser:
         found = []
         for run in whole:
             if self._overlong:
-                self._end_overlong(run)
+                self._overlong = False
+                self.dropped_bytes += len(run)
             elif run:
                 frame = frame_of(unstuffed(run)) if len(run) <= MAX_STUFFED else None
                 if frame is None:
@@ -109,10 +110,6 @@ class Parser:
                     found.append(frame)
         self._keep(begun)
         return found
-
-    def _end_overlong(self, run: bytes) -> None:
-        self._overlong = False
-        self.dropped_bytes += len(run)
 
     def _keep(self, begun: bytes) -> None:
         """Keep what may still become a frame; of what is too long for one, only count the bytes."""

@@ -264,16 +264,13 @@ class DoorSimulator:
     def _greet(self, link: Link) -> Identity:
         """Who is there, safe and as the rig wants it: it may have been switched off and on since the last time."""
         self.identity = found = dialogue.greet(link)
-        self._require_limits(found)
-        link.ask(SetRate(self.setup.telemetry_hz))
-        return found
-
-    def _require_limits(self, found: Identity) -> None:
         if found.speed_deg_s > self.setup.limits.speed_deg_s:
             raise DeviceError(
                 f"{self.name}: the door stops itself at {found.speed_deg_s:g} deg/s, the rig allows "
                 f"{self.setup.limits.speed_deg_s:g}; set the device's limit, or limits: speed_deg_s in the rig file"
             )
+        link.ask(SetRate(self.setup.telemetry_hz))
+        return found
 
 
 def _account(found: Identity) -> dict[str, Any]:

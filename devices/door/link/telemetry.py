@@ -51,7 +51,10 @@ class TelemetryBlocks:
         found: list[Block] = []
         run: list[Arrived] = []
         for at_ns, sample in arrived:
-            number = self._number(sample)
+            if self.start is None:
+                self.start = sample.sample
+            ahead = (sample.sample - self.start - self.next) % SAMPLES
+            number = self.next + (ahead if ahead < SAMPLES // 2 else ahead - SAMPLES)
             if number < self.next:
                 continue
             if number > self.next:
@@ -60,13 +63,14 @@ class TelemetryBlocks:
                 self.next, run = number, []
             run.append((at_ns, sample))
             self.next += 1
-        return _joined(found + self._block(run))
-
-    def _number(self, sample: Telemetry) -> int:
-        if self.start is None:
-            self.start = sample.sample
-        ahead = (sample.sample - self.start - self.next) % SAMPLES
-        return self.next + (ahead if ahead < SAMPLES // 2 else ahead - SAMPLES)
+        # A gap without samples goes with the block that follows it.
+        kept: list[Block] = []
+        for block in found + self._block(run):
+            if kept and not kept[-1].data:
+                gap = kept.pop()
+                block = Block(block.first, block.data, block.at_ns, block.device_s, gap.lost, gap.why)  # noqa: PLW2901
+            kept.append(block)
+        return kept
 
     def _block(self, run: list[Arrived]) -> list[Block]:
         if not run:
@@ -74,17 +78,6 @@ class TelemetryBlocks:
         at_ns, last = run[-1]
         data = b"".join(row(sample) for _, sample in run)
         return [Block(self.next - len(run), data, at_ns, last.t_us / 1e6)]
-
-
-def _joined(found: list[Block]) -> list[Block]:
-    """A gap without samples goes with the block that follows it."""
-    kept: list[Block] = []
-    for block in found:
-        if kept and not kept[-1].data:
-            gap = kept.pop()
-            block = Block(block.first, block.data, block.at_ns, block.device_s, gap.lost, gap.why)  # noqa: PLW2901
-        kept.append(block)
-    return kept
 
 
 @dataclass

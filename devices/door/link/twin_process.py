@@ -39,11 +39,20 @@ class TwinProcess:
             "slope-limit": limits.slope_Nm_deg, "speed-limit": limits.speed_deg_s, **({"log": log} if log else {}),
         }  # fmt: skip
         options = [f"--{name}={value}" for name, value in asked.items()]
+        # The same packages as here, wherever this program was started.
+        root = str(Path(str(palpate.__file__)).parent.parent)
+        path = os.environ.get("PYTHONPATH")
         self.process = subprocess.Popen(
-            [sys.executable, "-m", MODULE, *options, *more], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=_env(),
-            start_new_session=True,
+            [sys.executable, "-m", MODULE, *options, *more], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": f"{root}{os.pathsep}{path}" if path else root}, start_new_session=True,
         )  # fmt: skip
-        return self._port(self.process)
+        line = b""
+        if self.process.stdout is not None and select.select([self.process.stdout], [], [], STARTS_S)[0]:
+            line = self.process.stdout.readline()
+        try:
+            return str(json.loads(line)["port"])
+        except (ValueError, KeyError, TypeError):
+            raise DeviceError(f"{self.name}: the door's twin did not start (it said {line!r})") from None
 
     def end(self) -> None:
         """End it; it is killed only where it does not end by itself."""
@@ -58,19 +67,3 @@ class TwinProcess:
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-
-    def _port(self, process: subprocess.Popen[bytes]) -> str:
-        line = b""
-        if process.stdout is not None and select.select([process.stdout], [], [], STARTS_S)[0]:
-            line = process.stdout.readline()
-        try:
-            return str(json.loads(line)["port"])
-        except (ValueError, KeyError, TypeError):
-            raise DeviceError(f"{self.name}: the door's twin did not start (it said {line!r})") from None
-
-
-def _env() -> dict[str, str]:
-    """The same packages as here, wherever this program was started."""
-    root = str(Path(str(palpate.__file__)).parent.parent)
-    path = os.environ.get("PYTHONPATH")
-    return {**os.environ, "PYTHONPATH": f"{root}{os.pathsep}{path}" if path else root}

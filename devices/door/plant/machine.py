@@ -91,7 +91,14 @@ class Cascade:
         command = rendered.at(angle_rad + gains.error_lookahead_s * speed_rad_s)
         ahead = rendered.at(angle_rad + gains.lookahead_s * speed_rad_s)
         command, ahead, self._held = command + self._held, ahead + self._held, self._held * (1.0 - TICK_S / GENTLE_S)
-        damping = self._calming(speed_rad_s)
+        # Damping that answers a shaking arm: it grows with each reversal but the first and fades within a second. A
+        # pull does not reverse; an arm that is let go on a steep profile does, again and again.
+        self._shaken *= 1.0 - TICK_S / CALM_S
+        if abs(speed_rad_s) > SWUNG_RAD_S:
+            went, self._went = self._went, copysign(1.0, speed_rad_s)
+            if went * self._went < 0.0:
+                self._shaken = min(self._shaken + ONE_TURN, 1.0)
+        damping = self._gains.calming_Nm_s_rad * max(0.0, self._shaken - ONE_TURN)
         if angle_rad > rendered.end_rad or angle_rad < 0.0:
             damping += gains.end_damping_Nm_s_rad
         command += damping * speed_rad_s
@@ -101,24 +108,15 @@ class Cascade:
         rate = gains.torque_d * (error - self._error) / TICK_S
         share = self._easing.share
         wanted = self._clipped_speed(share * (gains.torque_p * error + rate) + self._sum)
-        motor = self._inner(wanted - speed_rad_s, self._friction(speed_rad_s) - ahead)
+        # What bearing and brake are thought to take, in the direction of motion.
+        friction = self._dry + self._brake.gain_Nm_A * self._feed
+        friction *= min(max(speed_rad_s / SLOW_RAD_S, -1.0), 1.0)
+        motor = self._inner(wanted - speed_rad_s, friction - ahead)
         self._easing.see(motor)
         if abs(motor) < self._motor_limit or motor * error < 0.0:
             self._sum = self._clipped_speed(self._sum + TICK_S * share * gains.torque_i * error)
         self._error = error
         return Asked(motor, brake_A, command)
-
-    def _calming(self, speed_rad_s: float) -> float:
-        """Damping that answers a shaking arm: it grows with each reversal but the first and fades within a second.
-
-        A pull does not reverse; an arm that is let go on a steep profile does, again and again.
-        """
-        self._shaken *= 1.0 - TICK_S / CALM_S
-        if abs(speed_rad_s) > SWUNG_RAD_S:
-            went, self._went = self._went, copysign(1.0, speed_rad_s)
-            if went * self._went < 0.0:
-                self._shaken = min(self._shaken + ONE_TURN, 1.0)
-        return self._gains.calming_Nm_s_rad * max(0.0, self._shaken - ONE_TURN)
 
     def _inner(self, miss_rad_s: float, feed_Nm: float) -> float:
         asked = feed_Nm + self._gains.velocity_p * miss_rad_s
@@ -136,11 +134,6 @@ class Cascade:
     def follow(self, brake_A: float) -> None:
         """Keep track of what the brake's coil does with its command."""
         self._feed += self._lag * (brake_A - self._feed)
-
-    def _friction(self, speed_rad_s: float) -> float:
-        """What bearing and brake are thought to take, in the direction of motion."""
-        friction = self._dry + self._brake.gain_Nm_A * self._feed
-        return friction * min(max(speed_rad_s / SLOW_RAD_S, -1.0), 1.0)
 
     def _clipped_speed(self, speed_rad_s: float) -> float:
         return speed_rad_s if abs(speed_rad_s) <= self._speed_limit else copysign(self._speed_limit, speed_rad_s)

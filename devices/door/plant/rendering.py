@@ -21,7 +21,17 @@ class Rendered:
     __slots__ = ("_last", "_torque", "end_rad", "stiffness")
 
     def __init__(self, torque_Nm: Sequence[float], end_rad: float, stiffness_Nm_rad: float) -> None:
-        _check(torque_Nm, end_rad)
+        if len(torque_Nm) != POINTS:
+            raise PlantError(f"A profile for the door machine has {POINTS} torques, this one has {len(torque_Nm)}.")
+        wrong = next((i for i, value in enumerate(torque_Nm) if not math.isfinite(value)), None)
+        if wrong is not None:
+            raise PlantError(
+                f"A profile for the door machine: torque {wrong} is {torque_Nm[wrong]}, a finite number is needed."
+            )
+        if not 0 < end_rad <= math.radians(MAX_ANGLE_DEG) + 1e-9:
+            raise PlantError(
+                f"The end of a profile is {end_rad} rad: above 0 and up to {MAX_ANGLE_DEG} degrees is needed."
+            )
         self.end_rad, self.stiffness = end_rad, stiffness_Nm_rad
         self._last = min(int(end_rad / STEP_RAD + 1e-9), POINTS - 1)
         # What stands behind the end is padding; holding the last value keeps a step out of the handle.
@@ -87,15 +97,3 @@ class Passage(Rendered):
         pairs = zip(self._before.torques(), self._torque, strict=True)
         torque = [old + self._share * (new - old) for old, new in pairs]
         return Rendered(torque, self.end_rad, self.stiffness)
-
-
-def _check(torque_Nm: Sequence[float], end_rad: float) -> None:
-    if len(torque_Nm) != POINTS:
-        raise PlantError(f"A profile for the door machine has {POINTS} torques, this one has {len(torque_Nm)}.")
-    wrong = next((i for i, value in enumerate(torque_Nm) if not math.isfinite(value)), None)
-    if wrong is not None:
-        raise PlantError(
-            f"A profile for the door machine: torque {wrong} is {torque_Nm[wrong]}, a finite number is needed."
-        )
-    if not 0 < end_rad <= math.radians(MAX_ANGLE_DEG) + 1e-9:
-        raise PlantError(f"The end of a profile is {end_rad} rad: above 0 and up to {MAX_ANGLE_DEG} degrees is needed.")

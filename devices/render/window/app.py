@@ -171,16 +171,6 @@ class RendererApp(WindowApp):
     def turn(self) -> None:
         """Pass on what was done, and show what is played."""
         self._scene.turn()
-        self._do()
-        now_s = self.shell.now_s()
-        if now_s - self._asked_s >= TELL_S:
-            self._asked_s = now_s
-            self._ask()
-        if now_s - self._looked_s >= LOOK_S:
-            self._looked_s = now_s
-            self._look()
-
-    def _do(self) -> None:
         main, before = self.main, self.choice
         for request in (main.requests.pop(0) for _ in range(len(main.requests))):
             if request == "close":
@@ -189,13 +179,23 @@ class RendererApp(WindowApp):
                 self._play()
             else:
                 self._be_silent()
-        self._push()
+        strokes, self.main.strokes = self.main.strokes, []
+        reports = list(self.stylus()) if self.stylus is not None else [self._report(stroke) for stroke in strokes]
+        if reports and self.plays is not None and self.plays.running:
+            self._safely(lambda plays: plays.push(reports))
         if main.choice != before:
             self.choice = main.choice
             if (main.choice.texture, main.choice.method) != (before.texture, before.method):
                 self._play()
             elif main.choice.volume != before.volume:
                 self._safely(lambda plays: plays.volume(main.choice.volume))
+        now_s = self.shell.now_s()
+        if now_s - self._asked_s >= TELL_S:
+            self._asked_s = now_s
+            self._ask()
+        if now_s - self._looked_s >= LOOK_S:
+            self._looked_s = now_s
+            self._look()
 
     def _play(self) -> None:
         """Play the texture that is chosen. What cannot be played is said, and the last one goes on."""
@@ -213,12 +213,6 @@ class RendererApp(WindowApp):
             self._say(" ".join(filter(None, (texts("switched", **names) + ".", self.notice))))
         except ValueError as error:
             self._say(self.page.texts("cannot", why=str(error)), wrong=True)
-
-    def _push(self) -> None:
-        strokes, self.main.strokes = self.main.strokes, []
-        reports = list(self.stylus()) if self.stylus is not None else [self._report(stroke) for stroke in strokes]
-        if reports and self.plays is not None and self.plays.running:
-            self._safely(lambda plays: plays.push(reports))
 
     def _report(self, stroke: Stroke) -> Report:
         """The mouse as a stylus would report it, pressed as firmly as the slider says."""

@@ -69,7 +69,8 @@ class RendererScreen(AppScreen):
         if event.name == "escape":
             self.do("close")
         elif name in SLIDERS and event.name in STEPS and self.by_key:
-            self._slide(name, 0.05 * STEPS[event.name])
+            share = self.view.track(name, self.choice).share or 0.0
+            self._put(name, min(max(share + (0.05 * STEPS[event.name]), 0.0), 1.0))
         elif event.name in ("left", "right"):
             textures = tuple(self.view.models)
             texture = beside(textures, self.choice.texture, STEPS[event.name])
@@ -88,10 +89,6 @@ class RendererScreen(AppScreen):
             self.strokes.append(Stroke(event.t_s, *self.view.mm_at(event.x, event.y), touching and inside))
         elif name in SLIDERS:
             self._put(name, self.view.track(name, self.choice).share_at(event.x))
-
-    def _slide(self, name: str, by: float) -> None:
-        share = self.view.track(name, self.choice).share or 0.0
-        self._put(name, min(max(share + by, 0.0), 1.0))
 
     def _put(self, name: str, share: float) -> None:
         if name == "volume":

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from palpate.devices.device import closed_on_failure
 from palpate.devices.render.priority import by_itself
-from palpate.devices.render.window.photo import Photo, at_true_size, read_photo
+from palpate.devices.render.window.photo import at_true_size, read_photo
 from palpate.devices.window.geometry import Box, WindowError
 from palpate.protocols.interrupts import uninterrupted
 from palpate.signals.textures.sounds import RenderError
@@ -106,14 +106,11 @@ class Canvas:
         width, height = self.image.size
         self.image.paste(GROUND, (0, 0, width, height))
         if picture is not None:
-            self._paste(read_photo(picture))
+            x, y = self.middle_px
+            room = 2 * min(x, self.image.width - x), 2 * min(y, self.image.height - y)
+            shown = at_true_size(read_photo(picture), self.px_per_mm, room)
+            self.image.paste(shown, (x - shown.width // 2, y - shown.height // 2))
         self.shell.show(self.image, [Box(0, 0, width, height)])
-
-    def _paste(self, photo: Photo) -> None:
-        x, y = self.middle_px
-        room = 2 * min(x, self.image.width - x), 2 * min(y, self.image.height - y)
-        shown = at_true_size(photo, self.px_per_mm, room)
-        self.image.paste(shown, (x - shown.width // 2, y - shown.height // 2))
 
 
 def _serve(display: Display, talk: Connection) -> None:

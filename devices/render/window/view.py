@@ -79,8 +79,25 @@ class RendererView(AppView):
         yield from self._head()
         yield Card("touch", place.touch, radius=radius)
         yield Card("played", place.played, radius=radius)
-        yield from self._picture(choice)
-        yield from self._sliders(choice, status.silent)
+        card = self.models[choice.texture][choice.method]
+        if card not in self._pictures:
+            self._pictures[card] = self._read(card)
+        found = self._pictures[card]
+        name = "" if found.photo is None else str(found.photo.path)
+        yield Touched("picture", self.layout.picture, "touch", shown=found.shown, of=f"{choice.texture} {name}")
+        if found.shown is None:
+            box = self.layout.picture.grown(-self.page.metrics.unit(6))
+            said = " ".join(filter(None, (self.page.texts("no_picture") + ".", found.why)))
+            laid = self.setter.cut(said, box.width, box.height, WORD_STEPS)
+            yield Label("no picture", box, "picture", laid, QUIET, "centre")
+        texts = self.page.texts
+        volume = texts("silent") if status.silent else texts("volume_value", percent=f"{100 * choice.volume:.0f}")
+        yield from self._slider("volume", texts("volume"), volume, self.layout.volume)
+        yield self.track("volume", choice)
+        if self.by_mouse:
+            force = texts("force_value", force=f"{choice.force_N:.1f}")
+            yield from self._slider("press", texts("press"), force, self.layout.press)
+            yield self.track("press", choice)
         yield from self._plots(choice, heard)
         yield from self._gauges(heard)
         yield from self._figures(heard, status.record)
@@ -109,22 +126,6 @@ class RendererView(AppView):
                     align="right")  # fmt: skip
         yield self.close_button(place.close)
 
-    def _picture(self, choice: Choice) -> Iterator[Element]:
-        found = self._photo(choice)
-        name = "" if found.photo is None else str(found.photo.path)
-        yield Touched("picture", self.layout.picture, "touch", shown=found.shown, of=f"{choice.texture} {name}")
-        if found.shown is None:
-            box = self.layout.picture.grown(-self.page.metrics.unit(6))
-            said = " ".join(filter(None, (self.page.texts("no_picture") + ".", found.why)))
-            laid = self.setter.cut(said, box.width, box.height, WORD_STEPS)
-            yield Label("no picture", box, "picture", laid, QUIET, "centre")
-
-    def _photo(self, choice: Choice) -> Picture:
-        card = self.models[choice.texture][choice.method]
-        if card not in self._pictures:
-            self._pictures[card] = self._read(card)
-        return self._pictures[card]
-
     def _read(self, path: Path) -> Picture:
         card, room = self._card(path), self.layout.picture
         file = None if card is None else photo_file(card, path.parent)
@@ -146,23 +147,17 @@ class RendererView(AppView):
                 self._cards[path] = None
         return self._cards[path]
 
-    def _sliders(self, choice: Choice, silent: bool) -> Iterator[Element]:
-        texts = self.page.texts
-        volume = texts("silent") if silent else texts("volume_value", percent=f"{100 * choice.volume:.0f}")
-        yield from self._slider("volume", texts("volume"), volume, self.layout.volume)
-        yield self.track("volume", choice)
-        if self.by_mouse:
-            force = texts("force_value", force=f"{choice.force_N:.1f}")
-            yield from self._slider("press", texts("press"), force, self.layout.press)
-            yield self.track("press", choice)
-
     def _slider(self, name: str, said: str, value: str, place: Slider) -> Iterator[Element]:
         yield self.setter.label(f"{name} label", said, place.label, within="touch")
         yield self.setter.label(f"{name} value", value, place.value, QUIET, "right", within="touch")
 
     def _plots(self, choice: Choice, heard: Heard) -> Iterator[Element]:
         texts, place = self.page.texts, self.layout
-        scale = self._scale(choice, heard)
+        # The axis holds what the texture is recorded with, and what is played.
+        card = self._card(self.models[choice.texture][choice.method])
+        usual = 0.0 if card is None or card.texture is None else 3 * card.texture.rms_m_s2
+        samples = heard.samples
+        scale = scale_for(max(usual, float(abs(samples).max()) if samples.size else 0.0))
         yield self.setter.label("output", texts("output"), place.wave.name, QUIET, steps=SMALL_STEPS, within="played")
         yield Wave("wave", place.wave.box, "played", heard.acceleration, scale)
         yield from self._numbers("wave", {scale: 0.0, 0.0: 0.5, -scale: 1.0}, place.wave.numbers)
@@ -174,13 +169,6 @@ class RendererView(AppView):
         levels = {float(level): (MOST_DB - level) / (MOST_DB - LEAST_DB) for level in inner}
         yield from self._numbers("spectrum", levels, place.spectrum.numbers)
         yield from self._hertz(spectrum)
-
-    def _scale(self, choice: Choice, heard: Heard) -> float:
-        """The axis holds what the texture is recorded with, and what is played."""
-        card = self._card(self.models[choice.texture][choice.method])
-        usual = 0.0 if card is None or card.texture is None else 3 * card.texture.rms_m_s2
-        samples = heard.samples
-        return scale_for(max(usual, float(abs(samples).max()) if samples.size else 0.0))
 
     def _numbers(self, name: str, places: Mapping[float, float], box: Box) -> Iterator[Element]:
         line = line_px(self.page, 3.8)

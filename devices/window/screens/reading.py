@@ -43,7 +43,10 @@ class InstructionScreen(Base):
     """A page of instructions, by its name; read to its end, then on."""
 
     def __init__(self, request: Instruct, page: Page) -> None:
-        text = page.say(_text_of(request, page))
+        # The page's text. Raises WindowError where the study has no such page.
+        if request.page not in page.pages:
+            raise WindowError(f"no text for the page {request.page!r}; {nearest(request.page, page.pages)}")
+        text = page.say(page.pages[request.page])
         left, right = (Choice("back", page.texts("back")),), (Choice("next", page.texts("next"), primary=True),)
         frame = Frame(page, page.texts("instructions_title"), page.texts("page_hint"), left, right)
         self._pages = paged(page, text, frame.body)
@@ -97,13 +100,6 @@ class ConsentScreen(Base):
     def show(self, answers: Mapping[str, Any]) -> None:
         self.agreed, self.sheet = answers.get("agreed"), self.sheets - 1
         self.turned()
-
-
-def _text_of(request: Instruct, page: Page) -> str:
-    """The page's text. Raises WindowError where the study has no such page."""
-    if request.page not in page.pages:
-        raise WindowError(f"no text for the page {request.page!r}; {nearest(request.page, page.pages)}")
-    return page.pages[request.page]
 
 
 def paragraphs(text: str) -> list[Paragraph]:

@@ -63,7 +63,17 @@ class SimilarityScreen(SliderScreen):
         self.switching = Switching(form.sides)
         self._revising = ask.previous is not None
         super().__init__(ask, form, page, t0_ns)
-        self._sides = self._place_sides()
+        room, unit, count = self._room, self.page.metrics.unit, len(self.form.sides)
+        gap = unit(6)
+        width = min(unit(WIDE), (room.width - (count - 1) * gap) // count)
+        left = room.left + (room.width - count * width - (count - 1) * gap) // 2
+        top, height = room.top + self._told_height + self._apart, self.page.metrics.target(TALL)
+        found = {}
+        for n, side in enumerate(self.form.sides):
+            words = f"{n + 1}   {_called(self.page, side)}"
+            laid = fitted(self.page, words, width - unit(6), height, (7.0, 6.2, *STEPS), bold=True)
+            found[f"{SIDE}{n}"] = Button(f"{SIDE}{n}", Box(left + n * (width + gap), top, width, height), laid=laid)
+        self._sides = found
 
     def body(self) -> Iterator[Element]:
         yield self._told
@@ -84,7 +94,12 @@ class SimilarityScreen(SliderScreen):
         self._switch(self._side(name))
 
     def typed(self, _name: str | None, text: str, /) -> None:
-        side = _keys(self.page, self.form.sides).get(text.strip().lower())
+        # What can be typed for a side: its number, and its first letter where no other side has it.
+        letters = [_called(self.page, side)[:1].lower() for side in self.form.sides]
+        by_letter = {
+            letter: side for letter, side in zip(letters, self.form.sides, strict=True) if letters.count(letter) == 1
+        }
+        side = (by_letter | {str(n): side for n, side in enumerate(self.form.sides, start=1)}).get(text.strip().lower())
         if side is not None:
             self._switch(side)
 
@@ -132,19 +147,6 @@ class SimilarityScreen(SliderScreen):
         box = Box(room.left, room.top, room.width, self._told_height)
         return Label("side told", box, laid=fitted(self.page, words, box.width, box.height, STEPS), align="centre")
 
-    def _place_sides(self) -> dict[str, Button]:
-        room, unit, count = self._room, self.page.metrics.unit, len(self.form.sides)
-        gap = unit(6)
-        width = min(unit(WIDE), (room.width - (count - 1) * gap) // count)
-        left = room.left + (room.width - count * width - (count - 1) * gap) // 2
-        top, height = room.top + self._told_height + self._apart, self.page.metrics.target(TALL)
-        found = {}
-        for n, side in enumerate(self.form.sides):
-            words = f"{n + 1}   {_called(self.page, side)}"
-            laid = fitted(self.page, words, width - unit(6), height, (7.0, 6.2, *STEPS), bold=True)
-            found[f"{SIDE}{n}"] = Button(f"{SIDE}{n}", Box(left + n * (width + gap), top, width, height), laid=laid)
-        return found
-
     def _side(self, name: str) -> str:
         return self.form.sides[int(name.removeprefix(SIDE))]
 
@@ -153,10 +155,3 @@ def _called(page: Page, side: str) -> str:
     """A side's name for the participant."""
     words = page.say(side).replace("_", " ")
     return words[:1].upper() + words[1:]
-
-
-def _keys(page: Page, sides: Sequence[str]) -> dict[str, str]:
-    """What can be typed for a side: its number, and its first letter where no other side has it."""
-    letters = [_called(page, side)[:1].lower() for side in sides]
-    by_letter = {letter: side for letter, side in zip(letters, sides, strict=True) if letters.count(letter) == 1}
-    return by_letter | {str(n): side for n, side in enumerate(sides, start=1)}

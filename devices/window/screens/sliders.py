@@ -17,7 +17,6 @@ from palpate.devices.window.screens.base import Base, Missing, back_and_next
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.frame import Choice, Frame
 from palpate.devices.window.screens.rows import Row, rows
-from palpate.devices.window.screens.targets import Track
 from palpate.protocols.forms import Sliders
 from palpate.protocols.requests import Ask, Samples
 
@@ -53,7 +52,10 @@ class SliderScreen(Base):
     def body(self) -> Iterator[Element]:
         for row in self._sheets[self.sheet]:
             yield from row.fixed
-            yield self._track(row)
+            answer = self.marks.answers.get(self.form.attributes[self._attribute(row.track.name)].name)
+            scale = self.form.scale
+            share = None if answer is None else (answer - scale.low) / (scale.high - scale.low)
+            yield replace(row.track, share=share, held=row.track.name == self.held)
 
     def missing(self) -> Sequence[Missing]:
         asked = [(row.track.name, self._attribute(row.track.name)) for row in self._sheets[self.sheet]]
@@ -89,12 +91,7 @@ class SliderScreen(Base):
             self.focus = name = self._sheets[self.sheet][0].track.name
         if name is None or not name.startswith("slider "):
             return False
-        return self._by_key(self._attribute(name), event)
-
-    def show(self, answers: Mapping[str, Any]) -> None:
-        self.marks.answers.update(answers)
-
-    def _by_key(self, number: int, event: Key) -> bool:
+        number = self._attribute(name)
         scale = self.form.scale
         step = float(scale.step) if scale.step is not None else (scale.high - scale.low) / FINE
         moves = {"left": -step, "right": step, "pagedown": -COARSE * step, "pageup": COARSE * step}
@@ -110,6 +107,9 @@ class SliderScreen(Base):
         self._put(number, value)
         return True
 
+    def show(self, answers: Mapping[str, Any]) -> None:
+        self.marks.answers.update(answers)
+
     def _set_from(self, name: str, event: Pressed | Moved | Released) -> None:
         row = next(row for row in self._sheets[self.sheet] if row.track.name == name)
         scale = self.form.scale
@@ -118,12 +118,6 @@ class SliderScreen(Base):
     def _put(self, number: int, value: float) -> None:
         self.marks.put(number, value, self.now_s)
         self.notice = ()
-
-    def _track(self, row: Row) -> Track:
-        answer = self.marks.answers.get(self.form.attributes[self._attribute(row.track.name)].name)
-        scale = self.form.scale
-        share = None if answer is None else (answer - scale.low) / (scale.high - scale.low)
-        return replace(row.track, share=share, held=row.track.name == self.held)
 
     @staticmethod
     def _attribute(name: str) -> int:

@@ -83,7 +83,16 @@ class WordScreen(Base):
         if event.name == "space":
             self._toggle(name)
             return True
-        return self._walk(name, event.name)
+        # To the neighbour in the grid; at its edges the focus stays.
+        names = [tick.name for tick in self._cells[self.sheet]]
+        place = names.index(name)
+        moves = {"left": place - 1, "right": place + 1, "up": place - self._columns, "down": place + self._columns,
+                 "home": 0, "end": len(names) - 1}  # fmt: skip
+        if event.name not in moves:
+            return False
+        if 0 <= moves[event.name] < len(names):
+            self.focus = names[moves[event.name]]
+        return True
 
     def go_on(self) -> None:
         nothing = not self.ticked and not (self.field is not None and self.field.writing.words(SEPARATORS))
@@ -99,18 +108,6 @@ class WordScreen(Base):
         words = [tick.name for tick in self._cells[self.sheet]]
         here = self.focus if self.focus in words else words[0]
         return [name for name in super().stops() if name == here or not name.startswith("word ")]
-
-    def _walk(self, name: str, key: str) -> bool:
-        """To the neighbour in the grid; at its edges the focus stays."""
-        names = [tick.name for tick in self._cells[self.sheet]]
-        place = names.index(name)
-        moves = {"left": place - 1, "right": place + 1, "up": place - self._columns, "down": place + self._columns,
-                 "home": 0, "end": len(names) - 1}  # fmt: skip
-        if key not in moves:
-            return False
-        if 0 <= moves[key] < len(names):
-            self.focus = names[moves[key]]
-        return True
 
     def _toggle(self, name: str) -> None:
         word = self._word(name)

@@ -70,7 +70,13 @@ class FieldOn:
             self.writing.insert(text)
             return
         for character in text:
-            self._compose(character)
+            # Write one key's letter, joined to the syllable that is being composed; anything else ends that.
+            jamo, composing = KEYS.get(character), self._composing
+            if jamo is not None and composing:
+                self.writing.replace_last(joined(composing, jamo))
+            else:
+                self.writing.insert(jamo or character)
+            self.composed_to = None if jamo is None else self.writing.caret
 
     def key(self, event: Key) -> bool:
         """A key while writing; False for one that means something to the screen."""
@@ -101,15 +107,6 @@ class FieldOn:
         """The character that is being composed, if one is."""
         caret = self.writing.caret
         return self.writing.text[caret - 1 : caret] if self.composed_to == caret > 0 else ""
-
-    def _compose(self, character: str) -> None:
-        """Write one key's letter, joined to the syllable that is being composed; anything else ends that."""
-        jamo, composing = KEYS.get(character), self._composing
-        if jamo is not None and composing:
-            self.writing.replace_last(joined(composing, jamo))
-        else:
-            self.writing.insert(jamo or character)
-        self.composed_to = None if jamo is None else self.writing.caret
 
 
 def with_hangul(page: Page, hint: str) -> str:
