@@ -68,7 +68,7 @@ def _anchors(study: Study) -> Iterator[Problem]:
     if study.anchors is None:
         return
     task = TASKS[study.task]
-    if task.form is None:
+    if not task.asks:
         yield Problem(
             ("anchors",), f"task {study.task} records stimuli and asks nothing, so there is nothing to anchor"
         )

@@ -6,8 +6,9 @@ A reply's value holds `answers`, in a shape that the form fixes; how and when th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from typing import Any, Literal, Protocol
 
 from palpate.protocols.known_tasks import FORM_PLACES
@@ -19,7 +20,11 @@ MOST_WORDS = 200
 
 
 class Form(Protocol):
-    """What is put before a participant, as plain data."""
+    """What is put before a participant, as plain data.
+
+    A form that may be left and come back to (go: try) has `tries = True`, and `unfinished(answers)`, where there is
+    one, says why answers to it are none to go on with.
+    """
 
     @property
     def name(self) -> str:
@@ -272,10 +277,39 @@ class AnchorForm:
         good = isinstance(answers, Mapping) and set(answers) == {"felt"} and type(answers["felt"]) is int
         return None if good and answers["felt"] >= 0 else f"felt: a whole number expected, found {answers!r:.80}"
 
+    def unfinished(self, answers: Mapping[str, Any]) -> str | None:
+        """Why these answers are none to go on with, or None."""
+        return "the reference was not felt yet" if answers == {"felt": 0} else None
+
     def describe(self) -> dict[str, Any]:
         """Return what the ledger keeps of the reference beside its stimulus."""
         told = {"number": self.number, "of": self.of, "block": self.block}
         return {**told, **self.anchor.model_dump(mode="json", exclude_none=True)}
+
+
+@dataclass(frozen=True)
+class OwnColumn:
+    """A column of an `OwnTable`, and what it means; with the number of the reply, `key` columns name a row."""
+
+    name: str
+    description: str
+    kind: Literal["text", "number", "whole", "truth"] = "text"
+    unit: str = ""
+    key: bool = False
+
+
+@dataclass(frozen=True)
+class OwnTable:
+    """A collected table of one form's answers, which are numbers by item.
+
+    `rows` makes its rows of an answered form in a trial: from the form, what was answered, and the whole reply. Whose
+    answer it was, in which trial, and whether it counts is added to each row by those who collect.
+    """
+
+    name: str
+    description: str
+    columns: tuple[OwnColumn, ...]
+    rows: Callable[[Any, Mapping[str, Any], Mapping[str, Any]], Iterable[dict[str, Any]]]
 
 
 @dataclass(frozen=True)
@@ -291,7 +325,7 @@ class FormKind:
 
     doing: str
     simulate: Callable[..., Any]
-    table: Literal["words", "anchors"] | None = None
+    table: Literal["words", "anchors"] | OwnTable | None = None
     answer_kind: Literal["text", "points", "agreed", "by question"] = "text"
     title: str = ""
     timed: bool = False
@@ -351,7 +385,15 @@ FORMS: Registry[FormKind] = Registry(
 def table_of(name: Any) -> str | None:
     """Return the table of a form's own answers, by its name in a ledger; None where it has none, or is unknown."""
     kind = FORMS.get(name) if isinstance(name, str) else None
-    return None if kind is None else kind.table
+    table = None if kind is None else kind.table
+    return table.name if isinstance(table, OwnTable) else table
+
+
+@cache
+def own_tables() -> Mapping[str, OwnTable]:
+    """Return the tables that forms bring with them, by their names."""
+    tables = (FORMS[name].table for name in FORM_PLACES)
+    return {table.name: table for table in tables if isinstance(table, OwnTable)}
 
 
 @dataclass(frozen=True)

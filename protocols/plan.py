@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import lcm
@@ -56,7 +56,11 @@ class Plan:
                 "study": self.study.conditions(),
                 "who": [self.who.participant, self.who.group, self.who.row],
                 "seed": self.seed,
-                "order": [[t.number, t.block, t.practice, t.stimulus.id, t.rest_before] for t in self.trials],
+                "order": [
+                    [t.number, t.block, t.practice, t.stimulus.id, t.rest_before]
+                    + ([[stimulus.id for stimulus in t.stimuli]] if t.stimuli else [])
+                    for t in self.trials
+                ],
             }
             | ({} if self.lab_forms is None else {"lab_forms": self.lab_forms.definition()})
             | ({} if self.session == 1 else {"session": self.session})
@@ -81,8 +85,13 @@ class Plan:
 
     @property
     def presented(self) -> tuple[Trial, ...]:
-        """Everything that is felt: the trials, and the references before their blocks."""
-        return (*self.trials, *(anchor for several in self.anchors.values() for anchor in several))
+        """Everything that is felt: the stimuli of the trials, and the references before their blocks."""
+        return (*self.felt_in_trials, *(anchor for several in self.anchors.values() for anchor in several))
+
+    @property
+    def felt_in_trials(self) -> tuple[Trial, ...]:
+        """The trials, each once for every stimulus that is felt in it."""
+        return tuple(one for trial in self.trials for one in trial.each())
 
     @property
     def opening(self) -> tuple[Form, ...]:
@@ -130,13 +139,14 @@ def compile_plan(
     _check(study, who, seed)
     if not 1 <= session < LARGEST_ROW:
         raise PlanError(f"participant {who.participant}: session {session}; sessions count from 1")
-    make = TASKS[study.task].form
-    form = None if make is None else make(study, who, seed, session)
-    practice = [("practice", stimulus) for stimulus in _practice(study)]
-    main = list(main_order(study, who, seed, session))
+    task = TASKS[study.task]
+    form = None if task.form is None else task.form(study, who, seed, session)
+    gathered = _singly if task.block_form is None else _in_sets
+    practice = list(gathered(("practice", stimulus) for stimulus in _practice(study)))
+    main = list(gathered(main_order(study, who, seed, session)))
     trials = [
-        _trial(study, form, number, block, stimulus, number - 1 - len(practice))
-        for number, (block, stimulus) in enumerate([*practice, *main], start=1)
+        _trial(study, form, number, block, stimuli, number - 1 - len(practice))
+        for number, (block, stimuli) in enumerate([*practice, *main], start=1)
     ]
     return Plan(study, who, seed, tuple(trials), lab_forms if study.opening else None, session)
 
@@ -151,6 +161,31 @@ def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 
     first = (session - 1) * repeats if study.over_sessions == "next_row" else 0
     trials = [one for turn in range(first, first + repeats) for one in _one_pass(study, who, seed, turn, stimuli)]
     yield from reversed(trials) if study.is_mirrored(session) else trials
+
+
+def _singly(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[Stimulus, ...]]]:
+    yield from ((block, (stimulus,)) for block, stimulus in felt)
+
+
+def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[Stimulus, ...]]]:
+    """Gather what is felt in a row: a set ends with its block, and before a stimulus that it has already."""
+    last, together = "", list[Stimulus]()
+    for block, stimulus in felt:
+        if together and (block != last or stimulus in together):
+            yield last, tuple(together)
+            together = []
+        last = block
+        together.append(stimulus)
+    if together:
+        yield last, tuple(together)
+
+
+def count_trials(study: Study, stimuli: Sequence[Stimulus]) -> int:
+    """Return how many trials, without practice, a session has that is about these stimuli."""
+    if TASKS[study.task].block_form is None:
+        return len(stimuli) * study.order.repeats
+    blocks = study.order.blocks
+    return (1 if blocks is None else len({stimulus.columns[blocks.by] for stimulus in stimuli})) * study.order.repeats
 
 
 def ordered(
@@ -233,18 +268,22 @@ def _recording(study: Study, stimulus: Stimulus) -> Recording | None:
     )
 
 
-def _trial(study: Study, form: Form | None, number: int, block: str, stimulus: Stimulus, counted: int) -> Trial:
+def _trial(
+    study: Study, form: Form | None, number: int, block: str, stimuli: tuple[Stimulus, ...], counted: int
+) -> Trial:
     """`counted` is the 0-based place among the counted trials, negative in practice."""
+    make = TASKS[study.task].block_form
     first_of_phase = number == 1 or counted == 0
     return Trial(
         number=number,
         block=block,
         practice=counted < 0,
-        stimulus=stimulus,
-        form=form,
+        stimulus=stimuli[0],
+        form=form if make is None else make(study, stimuli),
         may_go_back=study.navigation == "back_and_forward" and not first_of_phase,
         rest_before=_rests_before(study, counted),
-        recording=_recording(study, stimulus),
+        recording=_recording(study, stimuli[0]),
+        stimuli=() if make is None else stimuli,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,8 +71,9 @@ class Ask:
         answers = reply.value.get("answers")
         if problem := self.form.problem(answers):
             raise ReplyError(f"{where}: {problem}")
-        if go is None and isinstance(self.form, AnchorForm) and answers == {"felt": 0}:
-            raise ReplyError(f"{where}: the reply goes on, and the reference was not felt yet")
+        unfinished: Callable[[Any], str | None] = getattr(self.form, "unfinished", lambda _answers: None)
+        if go is None and (problem := unfinished(answers)):
+            raise ReplyError(f"{where}: the reply goes on, and {problem}")
 
     def body(self) -> dict[str, Any]:
         """What the ledger keeps of the request."""

@@ -13,6 +13,9 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    SerializeAsAny,
+    ValidationInfo,
+    field_validator,
     model_validator,
 )
 from pydantic_core import PydanticKnownError
@@ -20,6 +23,7 @@ from pydantic_core import PydanticKnownError
 from palpate.protocols.known_tasks import TASK_PLACES
 from palpate.protocols.needs import NEEDS, needs_with
 from palpate.protocols.orders import Design
+from palpate.protocols.registry import load_object
 
 LARGEST_STUDY = 5000
 MOST_ADJECTIVES = 80
@@ -449,6 +453,7 @@ class Study(Strict):
     lexicon: Lexicon | None = None
     capture: Capture | None = None
     live: Live | None = None
+    settings: SerializeAsAny[Strict] | None = None
     closing: tuple[Literal["suggestions", "questionnaire", "interview"], ...] = ()
     interview: Annotated[tuple[Item, ...], Field(max_length=10)] = ()
     questionnaire: Questionnaire | None = None
@@ -462,6 +467,18 @@ class Study(Strict):
     console: Console | None = None
     analysis: Analysis | None = None
     simulation: Simulation | None = None
+
+    @field_validator("settings", mode="plain")
+    @classmethod
+    def _of_the_task(cls, value: Any, info: ValidationInfo) -> Strict | None:
+        """Read the settings by the schema that the task declares; where the task is wrong, only that is a fault."""
+        if value is None or "task" not in info.data:
+            return None
+        task = info.data["task"]
+        schema: type[Strict] | None = load_object(TASK_PLACES[task]).settings
+        if schema is None:
+            raise ValueError(f"task {task} has no settings; leave this key out")
+        return schema.model_validate(value)
 
     def definition(self) -> dict[str, Any]:
         """The study as JSON data, only what its author set: a default added later changes no digest."""

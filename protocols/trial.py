@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from palpate.protocols.forms import Form
@@ -29,7 +29,11 @@ class Recording:
 
 @dataclass(frozen=True)
 class Trial:
-    """One stimulus and what is asked about it, or recorded; `attempt`, `previous` are set when it is met again."""
+    """One stimulus and what is asked about it, or recorded; `attempt`, `previous` are set when it is met again.
+
+    A trial about a set has all its `stimuli`, in the order of the plan; `stimulus` is then the one to be felt, and the
+    first where the trial is meant as a whole.
+    """
 
     number: int
     block: str
@@ -41,3 +45,8 @@ class Trial:
     recording: Recording | None = None
     attempt: int = 1
     previous: Mapping[str, Any] | None = None
+    stimuli: tuple[Stimulus, ...] = ()
+
+    def each(self) -> tuple[Trial, ...]:
+        """Return the trial once for each stimulus that is felt in it."""
+        return tuple(replace(self, stimulus=stimulus) for stimulus in self.stimuli) or (self,)

@@ -37,6 +37,8 @@ def studies(lab: Path, as_json: bool) -> None:
 
 def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
     """A study's line in the list; a broken one is listed with its complaint."""
+    from palpate.protocols.tasks import TASKS
+
     try:
         study = read(path).study
     except ValueError as error:
@@ -53,7 +55,7 @@ def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
         "title": study.title or "",
         "stimuli": len(study.stimuli),
         "attributes": len(study.attributes),
-        "asked": _asked(study),
+        "asked": TASKS[study.task].asked(study),
         "file": str(path),
     }
 
@@ -127,16 +129,18 @@ def _demand_playable(found: Found) -> None:
 
 def _summary(found: Found) -> str:
     from palpate.protocols.canonical import digest
+    from palpate.protocols.plan import count_trials
+    from palpate.protocols.tasks import TASKS
 
     study = found.study
-    counts = {group: len(study.stimuli_of(group)) for group in study.groups} or {"all": len(study.stimuli)}
+    stimuli = {group: study.stimuli_of(group) for group in study.groups} or {"all": study.stimuli}
     lines = [
         f"ok: {study.study}: {study.title or ''}".rstrip(": "),
         f"    {count(len(study.stimuli), 'stimulus', 'stimuli')}; "
         + ", ".join(
-            f"group {name}: {count(number * study.order.repeats, 'trial')}" for name, number in sorted(counts.items())
+            f"group {name}: {count(count_trials(study, own), 'trial')}" for name, own in sorted(stimuli.items())
         ),
-        f"    {_asked(study)}; "
+        f"    {TASKS[study.task].asked(study)}; "
         f"order: {study.order.design} within {study.order.within}; needs {', '.join(study.needs) or 'nothing'}",
         f"    digest {digest(study.conditions())}",
     ]
@@ -144,18 +148,6 @@ def _summary(found: Found) -> str:
         several, before = len(study.anchors.stimuli), study.anchors.before
         lines.insert(2, f"    {several} reference{'s' if several != 1 else ''} before each {before}")
     return "\n".join(lines)
-
-
-def _asked(study: Study) -> str:
-    """What a trial asks or records, in words."""
-    if study.scale is not None:
-        count = len(study.attributes)
-        return f"{count} attribute{'s' if count != 1 else ''} on {study.scale.low}..{study.scale.high}"
-    if study.adjectives is not None:
-        return f"{len(study.adjectives.words)} adjectives to tick"
-    if study.capture is not None:
-        return f"recorded by {study.capture.device}"
-    return "words of the participant's own"
 
 
 @click.command()
@@ -211,7 +203,8 @@ def plan(
         rest = "  (rest first)" if trial.rest_before else ""
         for anchor in compiled.anchors.get(place, ()):
             click.echo(f"   -  {anchor.block:<10} {anchor.stimulus.id}  (reference)")
-        click.echo(f"{trial.number:>4}  {trial.block:<10} {trial.stimulus.id}{rest}")
+        stimuli = ", ".join(one.stimulus.id for one in trial.each())
+        click.echo(f"{trial.number:>4}  {trial.block:<10} {stimuli}{rest}")
 
 
 def _plan_data(compiled: Plan) -> dict[str, Any]:
@@ -227,7 +220,11 @@ def _plan_data(compiled: Plan) -> dict[str, Any]:
         "session": compiled.session,
         "digest": compiled.digest,
         "planned": sample_of(compiled.study),
-        "trials": [{"trial": t.number, "block": t.block, "stimulus": t.stimulus.id} for t in compiled.trials],
+        "trials": [
+            {"trial": t.number, "block": t.block, "stimulus": t.stimulus.id}
+            | ({"stimuli": [stimulus.id for stimulus in t.stimuli]} if t.stimuli else {})
+            for t in compiled.trials
+        ],
         **({"anchors": _anchors(compiled)} if compiled.anchors else {}),
     }
 

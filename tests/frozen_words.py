@@ -103,8 +103,8 @@ fault.what: emergency_stop firmware heartbeat_lost limit link_lost not_a_number 
 """The words that faults are counted by: a ledger holds them, and analyses select by them."""
 STUDIES = """
 study: adjectives analysis anchors attributes capture closing console eligible groups instructions interview lexicon
-    live minutes navigation needs noise opening order participants practice questionnaire questions rest scale setup
-    sides simulation stimuli study task title
+    live minutes navigation needs noise opening order participants practice questionnaire questions rest scale settings
+    setup sides simulation stimuli study task title
 study.adjectives: further order words
 study.adjectives.order =: as_listed random
 study.adjectives.words: source word

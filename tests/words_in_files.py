@@ -199,7 +199,8 @@ def of_collected() -> Words:
 def of_studies() -> Words:
     """Return the keys of a study, which its plan and its digest are made of, and the names of tasks and needs."""
     names = {"tasks": set(TASKS), "study.task =": set(TASKS), "study.needs =": set(NEEDS)}
-    return of_models(study=Study) | names | {"study.capture.device =": set(needs_with("records"))}
+    settings = {f"settings of {name}": task.settings for name, task in TASKS.items() if task.settings is not None}
+    return of_models(study=Study, **settings) | names | {"study.capture.device =": set(needs_with("records"))}
 
 
 def of_participants() -> Words:

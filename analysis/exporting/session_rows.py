@@ -11,6 +11,7 @@ from typing import Any
 from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.tabular import Row
 from palpate.protocols.events import NS
+from palpate.protocols.forms import own_tables
 from palpate.studies.collecting import schema
 
 Key = tuple[int, int]
@@ -122,6 +123,13 @@ class SessionRows:
         for row in self.source.of(self.session, schema.anchors, "seq"):
             same = ("block", "number", "stimulus", "label", "attribute", "value", "felt")
             yield {**self._who(), **{name: row[name] for name in same}, "onset_s": self.request_s[row["seq"]]}
+
+    def own(self, name: str) -> Iterator[Row]:
+        """Yield the rows of a table that a form brings with it."""
+        names = [column.name for column in own_tables()[name].columns]
+        for row in self.source.of(self.session, schema.own_tables[name], "seq", *names):
+            values = {name: row[name] for name in names}
+            yield {**self._of_trial(row["trial"], row["attempt"]), **values, "counts": bool(row["counts"])}
 
     def streams(self) -> Iterator[Row]:
         """Yield each recording of a stream: its blocks joined, the samples that are missing between them counted."""

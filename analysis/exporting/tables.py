@@ -12,7 +12,7 @@ from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.stimuli import stimulus_table
 from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, cell_text
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.forms import FORMS
+from palpate.protocols.forms import FORMS, OwnTable, own_tables
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 
@@ -82,7 +82,7 @@ class DataSet:
 
     def rows_of(self, name: str, session: SharedSession) -> list[Row]:
         """Return the rows of one session in a table that has some."""
-        return list(ROWS[name](SessionRows(self.source, session)))
+        return list(_rows_of(name, SessionRows(self.source, session)))
 
 
 def build_data_set(
@@ -161,6 +161,8 @@ def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
     if TASKS[study.task].answers == "ratings":
         description = "One row for each rating, revised ones too."
         yield _table(source, "ratings", description, _rating_columns(study))
+    if (own := own_tables().get(TASKS[study.task].answers)) is not None:
+        yield _table(source, own.name, own.description, _own_columns(own))
     if TASKS[study.task].answers == "words" or "suggestions" in study.closing:
         yield _table(source, "words", "One row for each word that was ticked or written.", _word_columns())
     if study.opening or {"questionnaire", "interview"} & set(study.closing):
@@ -181,9 +183,22 @@ def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
 def _table(source: Source, name: str, description: str, columns: tuple[Column, ...]) -> Table:
     def rows() -> Iterator[Row]:
         for session in source.sessions:
-            yield from ROWS[name](SessionRows(source, session))
+            yield from _rows_of(name, SessionRows(source, session))
 
     return Table(name, description, (*SESSION_COLUMNS, *columns), rows)
+
+
+def _rows_of(name: str, session: SessionRows) -> Iterable[Row]:
+    return ROWS[name](session) if name in ROWS else session.own(name)
+
+
+def _own_columns(own: OwnTable) -> tuple[Column, ...]:
+    """The columns of a table that a form brings with it; its own take the place of the trial's of the same name."""
+    columns = tuple(
+        Column(column.name, column.description, column.kind, column.unit, key=column.key) for column in own.columns
+    )
+    names = {column.name for column in columns}
+    return (*(c for c in TRIAL_COLUMNS if c.name not in names), ATTEMPT, ONSET, *columns, COUNTS)
 
 
 def _session_columns(dates: bool) -> tuple[Column, ...]:

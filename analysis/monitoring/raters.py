@@ -11,6 +11,7 @@ from palpate.analysis.ratings.word_diagnostics import Worded, diagnose_words
 from palpate.protocols.events import NS
 from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Answer, Pause, SessionState, TrialState, active_ns
+from palpate.protocols.tasks import TASKS
 
 BINS = 21
 
@@ -46,7 +47,7 @@ class _Trial:
 
 
 def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
-    """Return the diagnostics of a session; None where nothing is answered, or its task asks nothing (a capture).
+    """Return the diagnostics of a session; None where nothing is answered, or its task asks for no ratings or words.
 
     `over` says that every planned trial is owed; else those that the participant has come past.
     """
@@ -56,7 +57,7 @@ def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
         for number, trial in sorted(state.trials.items())
         if (counting := trial.counting) is not None and counting.answer is not None
     ]
-    if all(trial.practice for trial in trials):
+    if all(trial.practice for trial in trials) or TASKS[plan.study.task].answers not in ("ratings", "words"):
         return None
     owed = len(plan.trials) - len(practice) if over else sum(number not in practice for number in _passed(state))
     scale = plan.study.scale

@@ -69,7 +69,7 @@ class _Known:
     @property
     def order(self) -> tuple[str, ...]:
         """The stimuli of the plan, without practice."""
-        return tuple(trial.stimulus.id for trial in self.plan.trials if not trial.practice)
+        return tuple(trial.stimulus.id for trial in self.plan.felt_in_trials if not trial.practice)
 
     def diagnosed(self, over: bool) -> Rated | None:
         at = (len(self.followed.times_ns), over)

@@ -28,6 +28,7 @@ from palpate.analysis.ratings.reading import (
 )
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.study import Study
+from palpate.protocols.tasks import gives_ratings
 from palpate.studies.sessions.model_versions import models_in
 from palpate.studies.sessions.tables import session_number
 
@@ -173,7 +174,7 @@ def read_material(
     }  # fmt: skip
     with engine.connect() as connection:
         study, choice = chosen(connection, name, **options)
-        ratings = read_ratings(connection, name, **options) if study.attributes else None
+        ratings = read_ratings(connection, name, **options) if gives_ratings(study) else None
         rows = Rows(*(_rows(connection, query, study, choice) for query in (_TRIALS, _WORDS, _ANSWERS)))
         versions = (*_study_versions(study, choice), *_model_versions(connection, study, choice))
     return replace(material_of(study, choice, ratings, rows), versions=versions)

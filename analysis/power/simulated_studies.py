@@ -15,6 +15,7 @@ from palpate.protocols.requests import Present, Reply, Request
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.study import Study
+from palpate.protocols.tasks import gives_ratings
 from palpate.protocols.worlds import Done, Simulated, VirtualClock
 from palpate.studies.participants.lab_forms import lab_forms
 from palpate.studies.participants.row_assignment import allocate
@@ -67,7 +68,7 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
         answers=[_with_person(plan, row) for plan, answers in answered for row in answers.answers],
     )
     ratings = [rating for plan, answers in answered for rating in _ratings(plan, answers)]
-    return material_of(study, choice, assembled(study, choice, ratings) if study.attributes else None, rows)
+    return material_of(study, choice, assembled(study, choice, ratings) if gives_ratings(study) else None, rows)
 
 
 def _session(plan: Plan) -> str:

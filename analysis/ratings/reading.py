@@ -29,7 +29,9 @@ from palpate.analysis.ratings.dataset import (
 from palpate.analysis.ratings.sample import DoneSession, achieved_sample
 from palpate.protocols.canonical import parse
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.forms import own_tables
 from palpate.protocols.study import Study
+from palpate.protocols.tasks import TASKS, gives_ratings
 from palpate.protocols.wording import count, some
 from palpate.studies.messages import database_reason, describe_url
 
@@ -239,10 +241,12 @@ def _definition(connection: Connection, study: str, digest: str) -> Study:
 
 def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Ratings:
     """Return the ratings of these sessions, wherever their rows come from. Raises DataRefused as `read_ratings`."""
-    if not study.attributes:
+    if not gives_ratings(study):
+        own = own_tables().get(TASKS[study.task].answers)
+        where = "tables words, answers and streams" if own is None else f"table {own.name}"
         raise DataRefused(
             f"study {study.study!r}: its task is {study.task}, which gives no ratings; what was answered lies in the"
-            " tables words, answers and streams of the collected database"
+            f" {where} of the collected database"
         )
     sessions = {session.session for session in choice.kept}
     counted = [rating for rating in ratings if rating.session in sessions and not rating.practice]

@@ -4,8 +4,26 @@ from __future__ import annotations
 
 from palpate.protocols.known_tasks import TASK_PLACES
 from palpate.protocols.registry import Registry
+from palpate.protocols.study import Study
 from palpate.protocols.tasks.steps import Answered, Captured, Outcome, Steps, Task, TaskError, WentBack, feel_anchor
 
 TASKS: Registry[Task] = Registry(TASK_PLACES)
 
-__all__ = ["TASKS", "Answered", "Captured", "Outcome", "Steps", "Task", "TaskError", "WentBack", "feel_anchor"]
+
+def gives_ratings(study: Study) -> bool:
+    """Return whether what is answered in the study's trials are ratings of its attributes."""
+    return TASKS[study.task].answers == "ratings"
+
+
+__all__ = [
+    "TASKS",
+    "Answered",
+    "Captured",
+    "Outcome",
+    "Steps",
+    "Task",
+    "TaskError",
+    "WentBack",
+    "feel_anchor",
+    "gives_ratings",
+]

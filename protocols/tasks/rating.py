@@ -12,6 +12,7 @@ from palpate.protocols.requests import Ask, Present
 from palpate.protocols.study import Study
 from palpate.protocols.tasks.steps import Steps, Task, feel_and_answer, form_of, outcome_of
 from palpate.protocols.trial import ParticipantRow, Trial
+from palpate.protocols.wording import count
 
 RATED = ("attributes", "scale")
 
@@ -41,6 +42,11 @@ def _sliders(study: Study, _who: ParticipantRow, _seed: int, _session: int, trie
     )  # fmt: skip
 
 
+def _rated(study: Study) -> str:
+    on = "" if study.scale is None else f" on {study.scale.low}..{study.scale.high}"
+    return f"{count(len(study.attributes), 'attribute')}{on}"
+
+
 def _two_sides(study: Study) -> Iterator[Problem]:
     if len(set(study.sides)) < 2:
         yield Problem(("sides",), "two different sides to switch between are expected, as [real, virtual]")
@@ -48,18 +54,19 @@ def _two_sides(study: Study) -> Iterator[Problem]:
 
 SLIDER_RATING = Task(
     "A stimulus is felt and rated on bipolar attributes.",
-    feel_and_answer, keys=RATED, required=RATED, form=_sliders, answers="ratings",
+    feel_and_answer, keys=RATED, required=RATED, form=_sliders, answers="ratings", asked=_rated,
 )  # fmt: skip
 MATCHING = Task(
     "A stimulus that was made for a wish is felt and rated on bipolar attributes.",
-    feel_and_answer, keys=RATED, required=RATED, form=_sliders, answers="ratings",
+    feel_and_answer, keys=RATED, required=RATED, form=_sliders, answers="ratings", asked=_rated,
 )  # fmt: skip
 SIMILARITY = Task(
     "Two sides are felt in turns, and their similarity is rated.",
-    feel_and_answer, keys=(*RATED, "sides"), required=RATED, form=_sliders, answers="ratings", check=_two_sides,
+    feel_and_answer, keys=(*RATED, "sides"), required=RATED, form=_sliders, answers="ratings", asked=_rated,
+    check=_two_sides,
 )  # fmt: skip
 AUTHORING = Task(
     "Attributes are set, what is made for them is felt, until it is as wished.",
-    author, keys=(*RATED, "live"), required=RATED, form=partial(_sliders, tries=True), answers="ratings",
+    author, keys=(*RATED, "live"), required=RATED, form=partial(_sliders, tries=True), answers="ratings", asked=_rated,
     forward_only=True, makes=True, device=lambda _study: "door_generator",
 )  # fmt: skip

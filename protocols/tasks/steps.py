@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 from palpate.protocols.forms import AnchorForm, Form
 from palpate.protocols.problems import Problem
 from palpate.protocols.requests import Ask, Present, Reply, Request
-from palpate.protocols.study import Study
+from palpate.protocols.study import Stimulus, Strict, Study
 from palpate.protocols.trial import ParticipantRow, Trial
 
 
@@ -42,11 +42,14 @@ class TaskError(ValueError):
 class Task:
     """A kind of task: which keys of a study file belong to it, what is asked in a trial, and how a trial goes.
 
-    `description` is what exports say of it. `keys` are the keys of the file that only tasks which name them may have,
-    `required` those of them that must be there. `form` makes what is asked in every trial, from the study, the
-    participant's row, the seed and the session's number; None asks nothing. `answers` is the collected table that holds
-    the answers. `forward_only` tasks have nothing to go back to. `device` names the need that the task cannot do
-    without, `makes` says that what is felt is made from a wish. `check` yields what else is wrong with a study.
+    `description` is what exports say of it, `asked` says in a few words what a trial asks or records. `keys` are the
+    keys of the file that only tasks which name them may have, `required` those of them that must be there; `settings`
+    is the schema of the key `settings`. `form` makes what is asked in every trial, from the study, the participant's
+    row, the seed and the session's number; None asks nothing. `block_form` stands in its place where a trial is about
+    all stimuli of a block: it makes the form from the study and these stimuli, in the order in which they are felt.
+    `answers` is the collected table that holds the answers. `forward_only` tasks have nothing to go back to. `device`
+    names the need that the task cannot do without, `makes` says that what is felt is made from a wish. `check` yields
+    what else is wrong with a study.
     """
 
     description: str
@@ -54,7 +57,10 @@ class Task:
     keys: tuple[str, ...] = ()
     required: tuple[str, ...] = ()
     form: Callable[[Study, ParticipantRow, int, int], Form | None] | None = None
-    answers: Literal["ratings", "words", "trials"] = "trials"
+    block_form: Callable[[Study, tuple[Stimulus, ...]], Form | None] | None = None
+    settings: type[Strict] | None = None
+    answers: str = "trials"
+    asked: Callable[[Study], str] = lambda _study: "answers of its own"
     forward_only: bool = False
     makes: bool = False
     device: Callable[[Study], str | None] = lambda _study: None
@@ -63,7 +69,7 @@ class Task:
     @property
     def asks(self) -> bool:
         """Whether a trial asks the participant anything; where it does not, devices record."""
-        return self.form is not None
+        return self.form is not None or self.block_form is not None
 
 
 def feel_and_answer(trial: Trial) -> Steps:

@@ -28,8 +28,10 @@ def _own_words(study: Study, _who: ParticipantRow, _seed: int, _session: int) ->
 ADJECTIVE_SELECTION = Task(
     "A stimulus is felt, and the adjectives of a list that describe it are ticked.",
     feel_and_answer, keys=("adjectives",), required=("adjectives",), form=_list_of, answers="words",
+    asked=lambda study: f"{len(study.adjectives.words if study.adjectives else ())} adjectives to tick",
 )  # fmt: skip
 FREE_LEXICON = Task(
     "A stimulus is felt and described in words of the participant's own.",
     feel_and_answer, keys=("lexicon",), form=_own_words, answers="words",
+    asked=lambda _study: "words of the participant's own",
 )  # fmt: skip

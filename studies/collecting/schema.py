@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 from sqlalchemy import (
     BigInteger,
     Boolean,
@@ -19,6 +22,10 @@ from sqlalchemy import (
     select,
     true,
 )
+from sqlalchemy.types import TypeEngine
+
+from palpate.protocols import forms
+from palpate.protocols.forms import OwnTable
 
 VERSION = 4
 NAME = String(200)
@@ -186,6 +193,34 @@ ledgers = Table(
     Column("wal_mtime_ns", BigInteger, nullable=False),
 )
 """The state of each session's file when it was read: one that is still in it is not read again."""
+OF_KINDS: Mapping[str, Callable[[bool], TypeEngine[Any]]] = {
+    "text": lambda key: NAME if key else Text(),
+    "number": lambda _key: Float(53),
+    "whole": lambda _key: Integer(),
+    "truth": lambda _key: Boolean(),
+}
+"""The type of a column of an own table, by its kind and by whether it is part of the key."""
+
+
+def _own_table(own: OwnTable) -> Table:
+    """The table that a form brings with it: whose answers, its own columns, and whether they count."""
+    return Table(
+        own.name,
+        metadata,
+        Column("session", NAME, primary_key=True),  # no foreign key: as for `ledgers`
+        Column("seq", Integer, primary_key=True),
+        Column("participant", NAME, nullable=False),
+        Column("trial", Integer, nullable=False),
+        Column("attempt", Integer, nullable=False),
+        Column("block", NAME, nullable=False),
+        Column("practice", Boolean, nullable=False),
+        *(Column(column.name, OF_KINDS[column.kind](column.key), primary_key=column.key) for column in own.columns),
+        Column("counts", Boolean, nullable=False),
+    )
+
+
+own_tables = {name: _own_table(own) for name, own in forms.own_tables().items()}
+"""The tables of tasks that bring one with them, by their names."""
 RATINGS = "ratings"
 
 

@@ -25,12 +25,11 @@ from rich.segment import ControlType
 from rich.table import Table
 from rich.text import Text
 
-from palpate.devices.samples import described
 from palpate.protocols.events import NS
 from palpate.studies.console.display import View
 from palpate.studies.console.orders import KEYS, Entry
 from palpate.studies.console.status import SessionStatus
-from palpate.studies.console.words import about, clock, doing, how_to_answer, standing
+from palpate.studies.console.words import about, about_trial, clock, doing, how_to_answer, standing
 
 HELP = (
     ("Enter", "the demand is done: the sample is in place, the number is typed"),
@@ -167,10 +166,10 @@ def _stimuli(status: SessionStatus) -> RenderableType:
     rows.add_column(overflow="ellipsis", no_wrap=True)
     trial, blind = status.current(), status.plan.study.blind
     if trial is not None:
-        rows.add_row("now", Text(described(trial.stimulus, blind), style="bold"))
+        rows.add_row("now", Text(about_trial(trial, blind), style="bold"))
     for name, coming in zip(("next", "then"), status.coming(2), strict=False):
         rest = "  (after a rest)" if coming.rest_before else ""
-        rows.add_row(name, f"{described(coming.stimulus, blind)}{rest}")
+        rows.add_row(name, f"{about_trial(coming, blind)}{rest}")
     if not status.coming(1):
         rows.add_row("next", Text("none: this is the last", style="dim"))
     return rows

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from palpate.devices.desk import Prompt
 from palpate.devices.samples import described
 from palpate.protocols.events import NS, Event
 from palpate.protocols.forms import FORMS
+from palpate.protocols.trial import Trial
+from palpate.protocols.wording import phrase
 from palpate.studies.console.status import SessionStatus
 
 DOING = {
@@ -110,5 +112,10 @@ def where(status: SessionStatus) -> str:
     if trial is None:
         return standing(status)
     coming, blind = status.coming(1), status.plan.study.blind
-    then = f"; next {described(coming[0].stimulus, blind)}" if coming else ""
-    return f"{standing(status)}: {described(trial.stimulus, blind)}{then}"
+    then = f"; next {about_trial(coming[0], blind)}" if coming else ""
+    return f"{standing(status)}: {about_trial(trial, blind)}{then}"
+
+
+def about_trial(trial: Trial, blind: Sequence[str] = ()) -> str:
+    """Return what a trial is about: its stimulus, or all of a set."""
+    return phrase(list(dict.fromkeys(described(one.stimulus, blind) for one in trial.each())))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from palpate.protocols.canonical import canonical, digest
 from palpate.protocols.events import NS, Event
 from palpate.protocols.files import file_sha256
-from palpate.protocols.forms import FORMS, table_of
+from palpate.protocols.forms import FORMS, OwnTable, own_tables, table_of
 from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Answer, SessionState, fold
 from palpate.protocols.study import Study, conditions_of
@@ -34,6 +35,8 @@ class Answers:
     answers: list[Row]
     switches: list[Row]
     anchors: list[Row]
+    own: defaultdict[str, list[Row]]
+    """Rows of the tables that forms bring with them, by table."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +81,16 @@ def answers_of(plan: Plan, session: str, events: Sequence[Event]) -> Answers:
 
 
 def _answers(plan: Plan, session: str, state: SessionState, events: Sequence[Event]) -> Answers:
-    rows = Answers([_trial_row(session, trial, state) for trial in plan.trials], [], [], [], [], [])
+    rows = Answers([_trial_row(session, trial, state) for trial in plan.trials], [], [], [], [], [], defaultdict(list))
     antonyms = {attribute.name: attribute.high for attribute in plan.study.attributes}
     questions = plan.lab_forms.questions if plan.lab_forms is not None else ()
     kinds = {question.name: question.kind for question in questions}
     for answer in state.answers:
         request, reply = events[answer.request].value, events[answer.seq].value
         table = table_of(answer.form)
-        if table == "anchors":
+        if (own := own_tables().get(table or "")) is not None and answer.trial is not None:
+            rows.own[own.name] += _own_rows(own, plan, session, answer, reply, state.counts(answer))
+        elif table == "anchors":
             rows.anchors.append(_anchor_row(session, answer, request["anchor"]))
         elif table == "words":
             rows.words.extend(_word_rows(session, answer, state.counts(answer)))
@@ -125,6 +130,19 @@ def _response_rows(
             **shared,
             "antonym": antonyms.get(attribute),
         }
+
+
+def _own_rows(
+    table: OwnTable, plan: Plan, session: str, answer: Answer, reply: Mapping[str, Any], counts: bool
+) -> Iterator[Row]:
+    """The rows of a form with a table of its own, and whose they are."""
+    trial = plan.trials[(answer.trial or 1) - 1]
+    shared = {
+        "session": session, "seq": answer.seq, "participant": plan.who.participant, "trial": trial.number,
+        "attempt": answer.attempt, "block": trial.block, "practice": trial.practice,
+    }  # fmt: skip
+    for row in table.rows(trial.form, answer.values, reply):
+        yield {**shared, **row, "counts": counts}
 
 
 def _word_rows(session: str, answer: Answer, counts: bool) -> Iterator[Row]:

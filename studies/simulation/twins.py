@@ -60,11 +60,11 @@ class Twins:
 
     def check(self, plan: Plan) -> None:
         """Raise RigError, or a device's own error, if a stimulus of the plan cannot be had."""
-        for trial in plan.trials:
+        for trial in plan.felt_in_trials:
             for device in (self.presents, *self.records.values()):
                 device.check(trial)
         if not TASKS[plan.study.task].makes:  # a wish was checked with the study
-            for anchor in plan.presented[len(plan.trials) :]:
+            for anchor in plan.presented[len(plan.felt_in_trials) :]:
                 self.presents.check(anchor)
 
     def __call__(self, request: Request, t_ns: int) -> Done:

@@ -20,11 +20,14 @@ from palpate.protocols.forms import (
     Sliders,
     Words,
 )
+from palpate.protocols.known_tasks import FORM_PLACES
+from palpate.protocols.registry import load_object, place_in
 from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
 from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
 from palpate.protocols.trial import Trial
 from palpate.protocols.yaml_text import load
 
+SCREENS = "palpate.devices.window.screens"
 TRIALS = 45
 RATED = Scale.model_validate({"from": 0, "to": 100})
 FOLDER = Path(__file__).resolve().parents[1] / "texts" / "specimens"
@@ -41,7 +44,12 @@ class Specimen:
 def specimens(words: Wording | None = None) -> dict[str, Specimen]:
     """Specimens by name, one for every kind of screen, in English or in other words."""
     words = words or wording()
-    return {**_trials(words), **_questions(words), **_pages()}
+    return {**_trials(words), **_of_tasks(words), **_questions(words), **_pages()}
+
+
+def _of_tasks(words: Wording) -> dict[str, Specimen]:
+    """The specimens of forms that one task has for itself: `SPECIMEN` beside their screens."""
+    return {name: load_object(place_in(SCREENS, name, "SPECIMEN"))(words) for name in FORM_PLACES}
 
 
 def _trials(words: Wording) -> dict[str, Specimen]:
