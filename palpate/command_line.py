@@ -44,7 +44,7 @@ VERBS = {
         "palpate.devices.render.commands:render",
         "Feel a texture; or play it for a recorded or simulated hand.",
     ),
-    "samples": ("palpate.analysis.commands_samples:samples", "Write sample files to try commands on."),
+    "samples": ("palpate.analysis.commands:samples", "Write sample files to try commands on."),
     "import": ("palpate.analysis.commands:import_", "Read a foreign table of ratings into a lab."),
     "regenerate": (
         "palpate.analysis.regenerating.commands:regenerate",

@@ -14,7 +14,7 @@ from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 if TYPE_CHECKING:
     import socket
 
-    from palpate.analysis.monitoring.access import Access
+    from palpate.analysis.monitoring.app import Access
     from palpate.analysis.monitoring.watching import Watch
 
 
@@ -46,7 +46,7 @@ def monitor(lab: Path, port: int, host: str, token: str | None, once: Path | Non
       palpate monitor --lab LAB
       palpate monitor --lab LAB --once monitor.html
     """
-    from palpate.analysis.monitoring.access import access_for
+    from palpate.analysis.monitoring.app import access_for
     from palpate.analysis.monitoring.watching import Watch
 
     watch = Watch(lab)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,7 +13,6 @@ from typing import Any
 from palpate.analysis.monitoring.balance_grid import Holder, StudyBalance, balance_of
 from palpate.analysis.monitoring.finished import Finished, load_finished, save_finished
 from palpate.analysis.monitoring.following import Followed, catch_up, follow
-from palpate.analysis.monitoring.people import People, people_of
 from palpate.analysis.monitoring.raters import Rated, rated
 from palpate.analysis.monitoring.sessions import Session, session_of, status_of
 from palpate.analysis.ratings.diagnostics import DiagnosticsError
@@ -22,12 +21,47 @@ from palpate.protocols.canonical import digest
 from palpate.protocols.plan import Plan
 from palpate.protocols.progress import Progress
 from palpate.protocols.study import Study
-from palpate.studies.participants.allocations import Allocation
+from palpate.studies.participants.allocations import Allocation, every_allocation
+from palpate.studies.participants.lab import ParticipantError
+from palpate.studies.participants.registry import find_registry, withdrawn
 from palpate.studies.sessions.ledger_state import FileState, file_state, held
 from palpate.studies.sessions.record import LedgerError
 from palpate.studies.sessions.replay import plan_from_header
 from palpate.studies.sessions.session_files import ledgers_in, others_in
 from palpate.studies.workers import map_in_order, workers_for
+
+AGAIN_S = 5.0
+"""The registry may lie on a server: it is not read at every look."""
+
+
+@dataclass(frozen=True)
+class People:
+    """Pseudonyms that withdrew, and the allocations by study; `problem` says why they are not known."""
+
+    withdrawn: frozenset[str] = frozenset()
+    allocations: Mapping[str, tuple[Allocation, ...]] = field(default_factory=dict)
+    problem: str | None = None
+    read_at: float = float("-inf")
+
+
+def read_people(lab: Path, known: People, now: float) -> People:
+    """Return what the lab's registry says, nothing where it has none; `known` where it was read a moment ago.
+
+    Where the registry cannot be read, the last known stands, with the problem.
+    """
+    if 0 <= now - known.read_at < AGAIN_S:
+        return known
+    try:
+        registry = find_registry(lab)
+        if registry is None:
+            return People(read_at=now)
+        by_study: dict[str, list[Allocation]] = {}
+        for allocation in every_allocation(registry):
+            by_study.setdefault(allocation.study, []).append(allocation)
+        allocations = {study: tuple(own) for study, own in by_study.items()}
+        return People(frozenset(withdrawn(lab)), allocations, read_at=now)
+    except ParticipantError as error:
+        return replace(known, problem=f"Who withdrew or holds a row may be out of date: {error}", read_at=now)
 
 
 class MonitorError(ValueError):
@@ -134,7 +168,7 @@ class Watch:
         self.finished = {path: one for path, one in self.finished.items() if states.get(path) == one.state}
         unread = self._read({path: at for path, at in states.items() if path not in self.finished}, budget_s)
         now = self.now()
-        self.people = people_of(self.lab, self.people, now)
+        self.people = read_people(self.lab, self.people, now)
         sessions = tuple(self._sessions(self.finished, now))
         return Snapshot(
             lab=str(self.lab.resolve()),

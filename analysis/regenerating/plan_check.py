@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
+from typing import Any
 
 from palpate.analysis.figures.figure_kind import FigureKind, FigureSettings
 from palpate.analysis.plans.answers import COLUMNS, Kind, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
+from palpate.analysis.plans.material import ANSWER, CLOSED
 from palpate.analysis.plans.reading import Plan, Rule
-from palpate.analysis.plans.study_columns import StudyColumns, study_columns
-from palpate.analysis.plans.where import Condition, Range, first_word, levels_of
+from palpate.analysis.plans.where import Condition, Range, Where, first_word, keeps, levels_of
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import column_name
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.forms import Question
 from palpate.protocols.problems import Problem
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import STUDY_FILE, find, names, read_study
@@ -181,3 +185,164 @@ def _level_problems(column: str, condition: Condition, columns: Mapping[str, Col
     for level in levels_of(condition):
         if columns[column] and level not in columns[column]:
             yield Problem(("where", column), f"no {column} {level!r}; {nearest(level, sorted(columns[column]))}")
+
+
+Rows = Sequence[Mapping[str, str]]
+CROSSED = {"icc", "kendall_w"}
+"""Kinds of test in which every one of the `raters` rates every one of the `targets`."""
+TRIAL = "trial"
+"""The place of a trial in its session: everybody has each, with a stimulus of their own order."""
+VARYING = {"friedman", "nemenyi"}
+"""Kinds of test whose `factor` varies within participants."""
+
+
+@dataclass(frozen=True)
+class StudyColumns:
+    """`met`: for each group, what one participant meets: a row of columns for each stimulus in each session.
+
+    `people`: what may be asked about participants, by name: the kind of the answer and its levels (none: any).
+    """
+
+    study: Study
+    met: Mapping[str, Rows]
+    people: Mapping[str, tuple[str, tuple[str, ...]]]
+
+    def problems(self, settings: StatisticSettings, outcomes: Collection[str]) -> Iterator[Problem]:
+        """What no data could answer: a factor of one level, in the wrong place, or crossed with gaps."""
+        groups = self._groups(settings.where, outcomes)
+        factor = "within" if settings.test in VARYING else "any"
+        places = {"within": "within", "between": "between", "factor": factor, "by": "any", "fixed": "any"}
+        for key, wanted in places.items():
+            for name in _texts(getattr(settings, key, None)):
+                if message := self._misplaced(name, wanted, groups, settings.where):
+                    yield Problem((key,), message)
+        for name in _texts(getattr(settings, "numeric", None)):
+            if not self._is_numeric(name):
+                yield Problem(("numeric",), f"{name!r} holds words, not numbers")
+        if settings.test in CROSSED:
+            yield from self._uncrossed(
+                getattr(settings, "targets", ""), getattr(settings, "raters", ""), groups, settings.where
+            )
+        crossed = self._crossed(settings, groups)
+        if TRIAL in crossed and set(crossed) - {TRIAL, "session"}:
+            yield Problem(("within",), f"{TRIAL!r} is not met with every level of another factor")
+        for group, rows in groups.items():
+            if TRIAL not in crossed and crossed and (gap := _gap(rows, crossed, list(groups.values()))):
+                place = f" in group {group}" if group else ""
+                yield Problem(("within" if hasattr(settings, "within") else "factor",), f"nobody{place} meets {gap}")
+
+    def _uncrossed(self, targets: str, raters: str, groups: Mapping[str, Rows], where: Where) -> Iterator[Problem]:
+        """What keeps every rater from rating every target."""
+        if targets == raters:
+            yield Problem(("raters",), f"{raters!r} is named in `targets`, too")
+            return
+        for key, name, other in (("targets", targets, raters), ("raters", raters, targets)):
+            kind = self._varies(name, groups, where)
+            if kind not in ("participant", "within", "unknown") or (name == "trial" and other != "participant"):
+                yield Problem((key,), f"not every level of {name!r} is met with every level of {other!r}")
+                return
+        names = [n for n in (targets, raters) if n != TRIAL and self._varies(n, groups, where) == "within"]
+        for rows in groups.values():
+            if names and (gap := _gap(rows, names, list(groups.values()))):
+                yield Problem(("targets",), f"nobody meets {gap}")
+                return
+
+    def _groups(self, where: Where, outcomes: Collection[str]) -> dict[str, Rows]:
+        """What is met of each group under `where`; a group that meets nothing is not among them."""
+        kept: dict[str, Rows] = {}
+        for group, met in self.met.items():
+            rows = [{**row, "attribute": outcome} for row in met for outcome in outcomes]
+            chosen = [row for row in rows if all(keeps(wanted, row[c]) for c, wanted in where.items() if c in row)]
+            if chosen:
+                kept[group] = chosen
+        return kept
+
+    def _misplaced(self, name: str, wanted: str, groups: Mapping[str, Rows], where: Where) -> str:
+        """Why a column cannot be the factor that is wanted ("within", "between" or "any"), or an empty text."""
+        kind = self._varies(name, groups, where)
+        if kind in ("unknown", *(("within", "between") if wanted == "any" else (wanted,))):
+            return ""
+        if kind == "one level":
+            more = "; the study declares one session" if name == "session" and self.study.sessions == 1 else ""
+            return f"{name!r} has one level here, and a factor has two or more{more}"
+        if kind == "number":
+            return f"{name!r} is a number with many levels; a model takes it in `numeric`"
+        if kind == "participant":
+            return f"{name!r} tells participants apart and is no factor"
+        other = "it is the same in all answers of a participant" if kind == "between" else "a participant meets several"
+        return f"{name!r} is no factor {wanted} participants: {other}" + (f"; name it in `{kind}`" * (wanted != "any"))
+
+    def _varies(self, name: str, groups: Mapping[str, Rows], where: Where) -> str:
+        if name == "participant":
+            return "participant"
+        if name == TRIAL:
+            return "within"
+        if name in self.people:
+            kind, levels = self.people[name]
+            wanted = where.get(name)
+            chosen = (
+                levels if wanted is None else levels_of(wanted) or [level for level in levels if keeps(wanted, level)]
+            )
+            return "number" if kind == "number" else "one level" if len(chosen) == 1 else "between"
+        met = [{row[name] for row in rows} for rows in groups.values() if name in rows[0]]
+        if not met:
+            return "unknown"
+        if all(len(levels) == 1 for levels in met):
+            return "between" if len(set().union(*met)) > 1 else "one level"
+        return "within"
+
+    def _is_numeric(self, name: str) -> bool:
+        if name in self.people:
+            return self.people[name][0] in ("number", "points")
+        values = {row[name] for rows in self.met.values() for row in rows if name in row}
+        return all(_is_number(value) for value in values)
+
+    def _crossed(self, settings: StatisticSettings, groups: Mapping[str, Rows]) -> list[str]:
+        """The factors whose combinations everybody must meet: those within participants."""
+        names = [*_texts(getattr(settings, "within", None)), *_texts(getattr(settings, "factor", None))]
+        return [name for name in names if self._varies(name, groups, settings.where) == "within"]
+
+
+def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
+    """What the study's answers will have; `questions` are those that it asks about a person."""
+    groups: Sequence[str | None] = [*study.groups] or [None]
+    met = {group or "": tuple(_met(study, group)) for group in groups}
+    levels: dict[str, tuple[str, tuple[str, ...]]] = {
+        question.name: (question.kind, tuple(value for value, _ in question.levels))
+        for question in questions
+        if question.kind in CLOSED
+    }
+    if study.questionnaire is not None:
+        points = tuple(str(n) for n in range(1, study.questionnaire.points + 1))
+        levels |= {item.name: ("points", points) for item in study.questionnaire.items}
+    columns = {column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())}
+    people = {name: told for name, told in levels.items() if name not in columns}
+    return StudyColumns(study, met, people | {f"{ANSWER}{name}": told for name, told in levels.items()})
+
+
+def _met(study: Study, group: str | None) -> Iterator[dict[str, str]]:
+    for session, stimulus in product(range(1, study.sessions + 1), study.stimuli_of(group)):
+        block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
+        columns = {column_name(name): level for name, level in stimulus.columns.items()}
+        yield {**columns, "stimulus": stimulus.id, "group": group or "", "session": str(session), "block": block}
+
+
+def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
+    """The first combination of levels (of all groups) that is not among the rows, in words."""
+    levels = [dict.fromkeys(row[name] for group in everybody for row in group) for name in crossed]
+    there = {tuple(row[name] for name in crossed) for row in rows}
+    for cell in product(*levels):
+        if cell not in there:
+            return " with ".join(f"{name} {level}" for name, level in zip(crossed, cell, strict=True))
+    return ""
+
+
+def _texts(value: Any) -> tuple[str, ...]:
+    return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, tuple) else ()
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return float(text) - float(text) == 0
+    except ValueError:
+        return False

@@ -4,8 +4,7 @@ import re
 
 import pytest
 
-from palpate.analysis.monitoring.access import Access, access_for
-from palpate.analysis.monitoring.app import make_app
+from palpate.analysis.monitoring.app import Access, access_for, make_app
 from palpate.analysis.monitoring.watching import MonitorError, Watch
 from tests.analysis.monitoring.people_for_tests import run
 from tests.studies.labs import Lab

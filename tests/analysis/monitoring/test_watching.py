@@ -11,8 +11,7 @@ from itertools import pairwise
 import pytest
 
 from palpate.analysis.monitoring import finished, following, watching
-from palpate.analysis.monitoring.people import People
-from palpate.analysis.monitoring.watching import MonitorError, Watch
+from palpate.analysis.monitoring.watching import MonitorError, People, Watch
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.plan import compile_plan

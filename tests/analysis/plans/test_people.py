@@ -9,10 +9,9 @@ from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import people_of
 from palpate.analysis.plans.reading import AnalysisPlan, Plan
 from palpate.analysis.plans.selecting import Selecting
-from palpate.analysis.plans.study_columns import study_columns
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.regenerating.plan_check import problems_of_test
+from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
 from palpate.analysis.regenerating.plan_tests import run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load

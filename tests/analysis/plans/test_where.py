@@ -7,10 +7,9 @@ from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import people_of
 from palpate.analysis.plans.reading import Rule
-from palpate.analysis.plans.study_columns import study_columns
 from palpate.analysis.plans.where import Range, keeps, kept_rows
 from palpate.analysis.power.simulated_studies import people, simulated_material
-from palpate.analysis.regenerating.plan_check import problems_of_test
+from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
 from palpate.protocols.study import Study
 from palpate.studies.participants.lab_forms import lab_forms
 from tests.analysis.plans.test_people import LAB, STUDY, answered, plan_of
