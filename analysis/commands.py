@@ -107,7 +107,10 @@ def analyse(
         files = [folder / path.relative_to(draft) for path in drafts]
     comparisons = _compared(analysis, reference)
     if as_json:
-        echo_json(_summary(analysis, files) | {"reference": [_compared_row(comparison) for comparison in comparisons]})
+        echo_json(
+            _summary(analysis, files)
+            | {"reference": [{**vars(comparison), "agrees": comparison.agrees} for comparison in comparisons]}
+        )
     else:
         _show(analysis, files, comparisons)
     if not all(comparison.agrees for comparison in comparisons):
@@ -249,18 +252,6 @@ def _show(analysis: Analysis, files: list[Path], compared: list[Compared]) -> No
     from rich.console import Console
 
     console = Console(highlight=False)
-    _show_data(console, analysis)
-    _show_headlines(console, analysis)
-    if compared:
-        from palpate.analysis.first_look.compare_reference import comparison_table
-
-        console.print(comparison_table(compared, "Beside the reference values"))
-    for folder in dict.fromkeys(path.parent for path in files):
-        names = ", ".join(path.name for path in files if path.parent == folder)
-        click.echo(f"Written to {folder}: {names}")
-
-
-def _show_data(console: Console, analysis: Analysis) -> None:
     from rich.markup import escape
 
     from palpate.analysis.first_look.page_data import inclusions
@@ -281,6 +272,14 @@ def _show_data(console: Console, analysis: Analysis) -> None:
         *data_notes(design.notes, ratings.exclusions, ratings.sessions),
     ):
         console.print(f"[yellow]{escape(line)}[/yellow]", soft_wrap=True)
+    _show_headlines(console, analysis)
+    if compared:
+        from palpate.analysis.first_look.compare_reference import comparison_table
+
+        console.print(comparison_table(compared, "Beside the reference values"))
+    for folder in dict.fromkeys(path.parent for path in files):
+        names = ", ".join(path.name for path in files if path.parent == folder)
+        click.echo(f"Written to {folder}: {names}")
 
 
 def _show_headlines(console: Console, analysis: Analysis) -> None:
@@ -316,10 +315,6 @@ def _summary(analysis: Analysis, files: list[Path]) -> dict[str, Any]:
         "not_tested": list(refusals(analysis)),
         "files": [str(path) for path in files],
     }
-
-
-def _compared_row(comparison: Compared) -> dict[str, Any]:
-    return {**vars(comparison), "agrees": comparison.agrees}
 
 
 TABLES = Path(__file__).resolve().with_name("samples")

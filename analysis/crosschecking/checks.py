@@ -313,7 +313,11 @@ def _model_pairs(
         yield Pair(f"standard error of {name}", row["se"], numbers[plain, "se"])
     for row in effects:
         source = str(row["Source"])
-        own = [plain for name, plain in columns.items() if _effect_of(name) == set(source.split(":"))]
+        own = [
+            plain
+            for name, plain in columns.items()
+            if set(re.sub(r"\[.*?\](?=:|$)", "", name).split(":")) == set(source.split(":"))
+        ]
         yield Pair(f"F of {source}", row["F"], packages.wald_f(fitted, own), NEAR_ZERO)
     total = math.fsum(float(row["variance"] or 0.0) for row in answer.more["variances"]) if not slopes else 0.0
     for row in answer.more["variances"]:
@@ -336,11 +340,6 @@ def _covariances(answer: Answer) -> dict[str, Any]:
                 matrix[i, j] = matrix[j, i] = float(row["covariance"] or 0.0)
         matrices[group] = matrix / float(residual["variance"] or 1.0)
     return matrices
-
-
-def _effect_of(coefficient: str) -> set[str]:
-    """Return the factors of a coefficient: "car[K8]:damping" is of car and damping."""
-    return set(re.sub(r"\[.*?\](?=:|$)", "", coefficient).split(":"))
 
 
 def _no_counterpart(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001

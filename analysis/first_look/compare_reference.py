@@ -86,7 +86,10 @@ def read_reference(choice: str, name: str) -> Mapping[str, Any]:
         raise DataRefused(f"{path}: no JSON ({error}); a reference is a JSON object of named entries") from None
     if not isinstance(entries, dict) or key not in entries:
         raise DataRefused(f"{path}: no entry {key!r}; {nearest(key, list(entries))}")
-    return _checked(entries[key], f"{path}#{key}")
+    effects = entries[key].get("effects") if isinstance(entries[key], dict) else None
+    if not isinstance(effects, dict) or not all(isinstance(numbers, dict) for numbers in effects.values()):
+        raise DataRefused(f"{path}#{key}: no analysis of variance; an object `effects` of named numbers is expected")
+    return {"effects": effects}
 
 
 def fitting_test(tests: Iterable[Test], reference: Mapping[str, Any]) -> Test:
@@ -134,13 +137,6 @@ def _relative_error(ours: float | None, reference: float) -> float | None:
     if reference == 0:
         return 0.0 if ours == 0 else float("inf")
     return abs(ours - reference) / abs(reference)
-
-
-def _checked(entry: Any, where: str) -> Mapping[str, Any]:
-    effects = entry.get("effects") if isinstance(entry, dict) else None
-    if not isinstance(effects, dict) or not all(isinstance(numbers, dict) for numbers in effects.values()):
-        raise DataRefused(f"{where}: no analysis of variance; an object `effects` of named numbers is expected")
-    return {"effects": effects}
 
 
 def _text(value: float | None) -> str:

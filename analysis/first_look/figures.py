@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
 
 import pandas as pd
 
@@ -52,7 +51,8 @@ def pictures(ratings: Ratings) -> Iterator[Picture]:
     given, settings = FigureInput(all_ratings(ratings)), {"by": factors, "families": _families(ratings)}
     means = MEANS.data(given, MeansSettings(name="means", figure="means", **settings))
     yield Picture("means", means, MEANS.draw)
-    if _follow_each_other(means.words["levels"]):
+    sizes = [len(list(own)) for _, own in groupby(means.words["levels"], key=lambda level: level["family"])]
+    if len(sizes) > 1 and max(sizes) > 1:
         trends = TrendsSettings(name="trends", figure="trends", whiskers="none", **settings)
         yield Picture("trends", TRENDS.data(given, trends), TRENDS.draw)
 
@@ -61,9 +61,3 @@ def _families(ratings: Ratings) -> str | None:
     """Return the column that groups the levels of the one factor; several factors group themselves by the first."""
     factors = shown_factors(ratings)
     return ratings.families if ratings.families not in ("", *factors) and len(factors) == 1 else None
-
-
-def _follow_each_other(levels: Sequence[Mapping[str, Any]]) -> bool:
-    """Return whether there are several families, one of them with several levels."""
-    sizes = [len(list(own)) for _, own in groupby(levels, key=lambda level: level["family"])]
-    return len(sizes) > 1 and max(sizes) > 1

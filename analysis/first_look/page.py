@@ -19,7 +19,6 @@ from palpate.analysis.first_look.page_tests import (
     refusals,
     variance_tables,
 )
-from palpate.analysis.ratings.dataset import Ratings
 from palpate.analysis.ratings.design_report import data_notes
 from palpate.analysis.reports.page import (
     SIMULATED,
@@ -227,11 +226,7 @@ def methods(analysis: Analysis) -> Iterator[str]:
         yield f"{BETWEEN} {groups_met(analysis)}".rstrip()
     if "pairs" in kinds:
         yield PAIRS
-    yield _what_was_not_done(ratings)
-
-
-def _what_was_not_done(ratings: Ratings) -> str:
-    """Return what was not done: adjusting across attributes, rounding p to zero, imputing."""
+    # What was not done: adjusting across attributes, rounding p to zero, imputing.
     own = len(ratings.attributes)
     apart = f"The {own} attributes are tested one by one and p values are not adjusted across them. " if own > 1 else ""
     merged, means = averaged(ratings)
@@ -239,7 +234,7 @@ def _what_was_not_done(ratings: Ratings) -> str:
         imputed = f"No value is imputed, but {merged:,} ratings that shared cells are replaced by {means:,} means."
     else:
         imputed = "No value is replaced or imputed, and a missing cell is never averaged away: its tests are not made."
-    return f"{apart}No p value is ever rounded to zero. {imputed}"
+    yield f"{apart}No p value is ever rounded to zero. {imputed}"
 
 
 MEANS = (

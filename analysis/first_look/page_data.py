@@ -32,9 +32,20 @@ def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
     if ratings.scale is not None:
         low, high = (f"{end:g}".replace("-", "−") for end in (ratings.scale.low, ratings.scale.high))
         yield "Scale", f"{low} to {high}" + (f", steps of {ratings.scale.step:g}" if ratings.scale.step else "")
-    yield from _origins(ratings)
+    # Where the stimuli and the answers come from, as far as the study says.
+    if ratings.stimulus_sources:
+        sources = ", ".join(f"{number:,} {source}" for source, number in ratings.stimulus_sources.items())
+        yield "Stimuli", f"{sum(ratings.stimulus_sources.values()):,}: {sources}"
+    if ratings.seeds:
+        yield "Simulation seed" if len(ratings.seeds) == 1 else "Simulation seeds", some(ratings.seeds, MOST_SEEDS)
+    if ratings.interrupted:
+        yield "Interrupted sessions", f"{len(ratings.interrupted):,} included"
     yield "Left out", left_out(ratings.exclusions)
-    yield from _not_left_out(ratings.exclusions)
+    merged = [line for line in ratings.exclusions if line.what == "averaged"]
+    if merged:
+        yield "Averaged", f"{_rows(merged):,} into {sum(line.into for line in merged):,}"
+    if rows := _rows([line for line in ratings.exclusions if line.what == "rows"]):
+        yield "Rows without a rating", f"{rows:,}"
     for name, text in (("Source", ratings.source), ("Licence", ratings.licence)):
         if text:
             yield name, text
@@ -117,25 +128,6 @@ def inputs(ratings: Ratings) -> Table:
 
 def _rows(lines: list[Exclusion]) -> int:
     return sum(line.rows for line in lines)
-
-
-def _origins(ratings: Ratings) -> Iterator[tuple[str, str]]:
-    """Yield where the stimuli and the answers come from, as far as the study says."""
-    if ratings.stimulus_sources:
-        sources = ", ".join(f"{number:,} {source}" for source, number in ratings.stimulus_sources.items())
-        yield "Stimuli", f"{sum(ratings.stimulus_sources.values()):,}: {sources}"
-    if ratings.seeds:
-        yield "Simulation seed" if len(ratings.seeds) == 1 else "Simulation seeds", some(ratings.seeds, MOST_SEEDS)
-    if ratings.interrupted:
-        yield "Interrupted sessions", f"{len(ratings.interrupted):,} included"
-
-
-def _not_left_out(exclusions: tuple[Exclusion, ...]) -> Iterator[tuple[str, str]]:
-    merged = [line for line in exclusions if line.what == "averaged"]
-    if merged:
-        yield "Averaged", f"{_rows(merged):,} into {sum(line.into for line in merged):,}"
-    if rows := _rows([line for line in exclusions if line.what == "rows"]):
-        yield "Rows without a rating", f"{rows:,}"
 
 
 def _levels_met(ratings: Ratings, factor: str) -> str:

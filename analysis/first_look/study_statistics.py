@@ -144,7 +144,12 @@ def _answer(ratings: Ratings, faults: Faults, question: Question, attribute: str
         rows = _test(table, question, ratings)
     except ValueError as refusal:
         return Test(question, attribute, refused=str(refusal))
-    per_level = _ratings_per_level(table, question, ratings)
+    factor = question.factors[0]
+    unit = ["participant", *(question.factors if question.kind != "between" else ())]
+    sizes = table.groupby(unit, as_index=False).agg(level=(factor, "first"), size=("value", "size"))
+    by_level = {str(level): own["size"] for level, own in sizes.groupby("level")}
+    order = (level for level in ratings.levels(factor) if level in by_level)
+    per_level = {level: (int(by_level[level].min()), int(by_level[level].max())) for level in order}
     ends = (min(least for least, _ in per_level.values()), max(most for _, most in per_level.values()))
     return Test(question, attribute, table["participant"].nunique(), rows, ends, ratings_per_level=per_level)
 
@@ -183,15 +188,6 @@ def _test(table: pd.DataFrame, question: Question, ratings: Ratings) -> tuple[Ro
 def _rows(table: pd.DataFrame) -> tuple[Row, ...]:
     """Return a table's rows as plain values; a number that is none becomes None (the row's note says why)."""
     return tuple({str(name): _plain(value) for name, value in row.items()} for row in table.to_dict("records"))
-
-
-def _ratings_per_level(table: pd.DataFrame, question: Question, ratings: Ratings) -> dict[str, tuple[int, int]]:
-    factor = question.factors[0]
-    unit = ["participant", *(question.factors if question.kind != "between" else ())]
-    sizes = table.groupby(unit, as_index=False).agg(level=(factor, "first"), size=("value", "size"))
-    by_level = {str(level): own["size"] for level, own in sizes.groupby("level")}
-    order = (level for level in ratings.levels(factor) if level in by_level)
-    return {level: (int(by_level[level].min()), int(by_level[level].max())) for level in order}
 
 
 def _plain(value: Any) -> Any:

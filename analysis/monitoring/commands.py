@@ -47,37 +47,28 @@ def monitor(lab: Path, port: int, host: str, token: str | None, once: Path | Non
       palpate monitor --lab LAB --once monitor.html
     """
     from palpate.analysis.monitoring.app import access_for
-    from palpate.analysis.monitoring.watching import Watch
+    from palpate.analysis.monitoring.watching import MonitorError, Watch
 
     watch = Watch(lab)
     if once is not None or as_json:
-        _show_once(watch, once, as_json)
+        from palpate.analysis.monitoring.data import as_data
+        from palpate.analysis.monitoring.page import Pages
+        from palpate.protocols.files import reason, write_text
+
+        with progress_bar(as_json) as watch.progress:
+            snapshot = watch.look()
+        if once is not None:
+            page = Pages().still(snapshot)
+            try:
+                write_text(once, page)
+            except OSError as error:
+                raise MonitorError(f"--once {once}: cannot be written ({reason(error)}); name another file") from None
+        if as_json:
+            echo_json(as_data(snapshot))
+        else:
+            click.echo(f"{count(len(snapshot.sessions), 'session')}, {len(snapshot.refused)} refused: {once}")
         return
     _serve(watch, host, port, access_for(host, token))
-
-
-def _show_once(watch: Watch, once: Path | None, as_json: bool) -> None:
-    from palpate.analysis.monitoring.data import as_data
-    from palpate.analysis.monitoring.page import Pages
-
-    with progress_bar(as_json) as watch.progress:
-        snapshot = watch.look()
-    if once is not None:
-        _write(once, Pages().still(snapshot))
-    if as_json:
-        echo_json(as_data(snapshot))
-    else:
-        click.echo(f"{count(len(snapshot.sessions), 'session')}, {len(snapshot.refused)} refused: {once}")
-
-
-def _write(file: Path, page: str) -> None:
-    from palpate.analysis.monitoring.watching import MonitorError
-    from palpate.protocols.files import reason, write_text
-
-    try:
-        write_text(file, page)
-    except OSError as error:
-        raise MonitorError(f"--once {file}: cannot be written ({reason(error)}); name another file") from None
 
 
 def _serve(watch: Watch, host: str, port: int, access: Access) -> None:

@@ -63,7 +63,11 @@ def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
     scale = plan.study.scale
     if scale is not None and all(_numeric(trial.answer.values) for trial in trials):
         return _ratings(trials, (float(scale.low), float(scale.high)), owed)
-    return _words(trials, owed)
+    worded = [_worded(trial) for trial in trials]
+    numbers = [float(len(trial.words)) for trial in worded if not trial.practice]
+    most = max([*numbers, 1.0])
+    signs = diagnose_words(worded, owed)
+    return Rated("words", signs, _seconds(trials), _histogram(numbers, 0.0, most), (0.0, most))
 
 
 def _passed(state: SessionState) -> Iterator[int]:
@@ -93,14 +97,6 @@ def _ratings(trials: Sequence[_Trial], scale: tuple[float, float], owed: int) ->
     values = [float(value) for trial in answered if not trial.practice for value in trial.values.values()]
     signs = diagnose(answered, low, high, owed)
     return Rated("ratings", signs, _seconds(trials), _histogram(values, low, high), scale)
-
-
-def _words(trials: Sequence[_Trial], owed: int) -> Rated:
-    worded = [_worded(trial) for trial in trials]
-    numbers = [float(len(trial.words)) for trial in worded if not trial.practice]
-    most = max([*numbers, 1.0])
-    signs = diagnose_words(worded, owed)
-    return Rated("words", signs, _seconds(trials), _histogram(numbers, 0.0, most), (0.0, most))
 
 
 def _worded(trial: _Trial) -> Worded:

@@ -311,12 +311,18 @@ class Watch:
             if session.status == "complete" and not session.withdrawn:
                 one = DoneSession(session.participant, session.group, session.number, session.elapsed_s / 60)
                 done.setdefault(session.digest, []).append(one)
-        for name, met in holders.items():
+        for name, with_session in holders.items():
             study = self.studies[name]
-            found = (*met, *_waiting(met, self.people.allocations.get(study.study, ())))
+            started = {holder.participant for holder in with_session}
+            without_session = [
+                Holder(allocation.participant, allocation.group, allocation.row, "allocated")
+                for allocation in self.people.allocations.get(study.study, ())
+                if allocation.holds and allocation.participant not in started
+            ]
+            everybody = (*with_session, *without_session)
             sample = achieved_sample(study, done.get(name, ()))
-            if name not in self.balances or self.balances[name][0] != (found, sample):
-                self.balances[name] = (found, sample), balance_of(study, name, found, sample)
+            if name not in self.balances or self.balances[name][0] != (everybody, sample):
+                self.balances[name] = (everybody, sample), balance_of(study, name, everybody, sample)
             yield self.balances[name][1]
 
 
@@ -332,10 +338,3 @@ def _standing(session: Session, given: Sequence[Allocation]) -> str:
         return "withdrawn"
     released = any(each.participant == session.participant and not each.holds for each in given)
     return "released" if released else session.status
-
-
-def _waiting(met: Sequence[Holder], given: Sequence[Allocation]) -> list[Holder]:
-    """Participants with a row and no session yet."""
-    there = {holder.participant for holder in met}
-    waiting = [each for each in given if each.holds and each.participant not in there]
-    return [Holder(each.participant, each.group, each.row, "allocated") for each in waiting]

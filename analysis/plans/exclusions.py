@@ -35,33 +35,48 @@ def apply_exclusions(material: Material, declared: AnalysisPlan) -> Left:
     lines: list[Exclusion] = []
     whole = material
     for rule in declared.exclusions:
-        _demand_known(whole, rule)
-        material, found = _applied(material, rule)
-        lines += found or [Exclusion("nothing", "nobody", rule.because, 0)]
+        # The data as they were read must have every person, column and level; an earlier rule may have left it out.
+        where = dict(rule.where or {})
+        people = () if isinstance(where.get("participant"), Range) else levels_of(where.pop("participant", ()))
+        for who in (*(rule.participants or ()), *people):
+            if who not in whole.participants and not any(line.who.split(",")[0] == who for line in whole.exclusions):
+                near = nearest(who, whole.participants)
+                raise DataRefused(f"{whole.name!r}: the plan leaves out {who!r}, who has no session; {near}")
+        matching(whole.people.added(whole.trials, tuple(where)), where, whole.name)
+        material, own = _applied(material, rule)
+        lines += own or [Exclusion("nothing", "nobody", rule.because, 0)]
     if not material.participants:
         raise DataRefused(f"{material.name!r}: the plan's exclusions leave nobody; see exclusions of the plan")
     return Left(material, tuple(lines))
 
 
-def _demand_known(whole: Material, rule: Rule) -> None:
-    """Raise DataRefused on a person, column or level that the data never had; an earlier rule may have left it out."""
-    where = dict(rule.where or {})
-    people = () if isinstance(where.get("participant"), Range) else levels_of(where.pop("participant", ()))
-    for who in (*(rule.participants or ()), *people):
-        if who not in whole.participants and not _knew(whole, who):
-            told = nearest(who, whole.participants)
-            raise DataRefused(f"{whole.name!r}: the plan leaves out {who!r}, who has no session; {told}")
-    matching(whole.people.added(whole.trials, tuple(where)), where, whole.name)
-
-
 def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]:
     where = rule.where or {}
     if where and len(material.people.named(material.trials, where)) == len(where):
-        return _without_people(material, _who_answered(material, where), rule.because)
+        # The participants with these answers about themselves, also those without a trial.
+        everybody = material.people.added(pd.DataFrame({"participant": list(material.participants)}), tuple(where))
+        people = [str(who) for who in everybody.loc[_keeps(everybody, where), "participant"]]
+        return _without_people(material, people, rule.because)
     if rule.outlying is not None:
         return _without_outlying(material, rule.outlying, rule.because)
     if rule.faster_than_s is not None or rule.slower_than_s is not None or rule.where is not None:
-        return _without_trials(material, _bad_trials(material, rule), rule.because)
+        # A trial is known by its session and place, in an imported table by all that it says about it.
+        trials = _bad_trials(material, rule)
+        key = TRIAL if "session" in trials.columns else [name for name in trials.columns if name not in OF_A_RATING]
+        gone = set(zip(*(trials[name].tolist() for name in key), strict=True))
+        whose = ["participant", "session"] if "session" in trials.columns else ["participant"]
+        lines = [
+            Exclusion("trials", ", session ".join(map(str, names)), rule.because, len(rows))
+            for names, rows in trials.groupby(whose, sort=True)
+        ]
+
+        def stays(table: pd.DataFrame) -> pd.Series[bool]:
+            if not set(key) <= set(table.columns):
+                return pd.Series(True, index=table.index)
+            keys = zip(*(table[name].tolist() for name in key), strict=True)
+            return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
+
+        return _kept(material, stays), lines
     return _without_people(material, _bad_people(material, rule), rule.because)
 
 
@@ -69,38 +84,21 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
     if rule.participants is not None:
         return [who for who in material.participants if who in rule.participants]
     if rule.fewer_than is not None:
-        return _unfinished(material, rule.fewer_than)
-    return _flagged(material, rule.flagged or 1)
-
-
-def _who_answered(material: Material, where: Where) -> list[str]:
-    """The participants with these answers about themselves, also those without a trial."""
-    everybody = material.people.added(pd.DataFrame({"participant": list(material.participants)}), tuple(where))
-    return [str(who) for who in everybody.loc[_met(everybody, where), "participant"]]
-
-
-def _knew(material: Material, who: str) -> bool:
-    """Whether the person was left out already, as one with an unfinished session."""
-    return any(line.who.split(",")[0] == who for line in material.exclusions)
-
-
-def _unfinished(material: Material, share: float) -> list[str]:
-    """Also somebody who answered a form and no trial at all."""
-    if "session" not in material.trials.columns:
-        raise DataRefused(f"{material.name!r}: no session is on record, which `fewer_than` counts; leave it out")
-    answered = material.trials["session"].value_counts()
-    whose = pd.concat([table[["session", "participant"]] for table in (material.trials, material.forms)])
-    return sorted(
-        {
-            str(who)
-            for session, who in whose.drop_duplicates().itertuples(index=False)
-            if (planned := material.planned.get(session, 0)) and answered.get(session, 0) / planned < share
-        }
-    )
-
-
-def _flagged(material: Material, least: int) -> list[str]:
-    """Participants on whom at least so many of the rater diagnostics raise a flag."""
+        # Those with too few answered trials, also somebody who answered a form and no trial at all.
+        if "session" not in material.trials.columns:
+            raise DataRefused(f"{material.name!r}: no session is on record, which `fewer_than` counts; leave it out")
+        answered = material.trials["session"].value_counts()
+        whose = pd.concat([table[["session", "participant"]] for table in (material.trials, material.forms)])
+        return sorted(
+            {
+                str(who)
+                for session, who in whose.drop_duplicates().itertuples(index=False)
+                if (planned := material.planned.get(session, 0))
+                and answered.get(session, 0) / planned < rule.fewer_than
+            }
+        )
+    # Those on whom at least so many of the rater diagnostics raise a flag.
+    least = rule.flagged or 1
     ratings = material.ratings
     if ratings is None or ratings.scale is None:
         raise DataRefused(f"{material.name!r}: `flagged` needs ratings on a declared scale")
@@ -118,7 +116,7 @@ def _flagged(material: Material, least: int) -> list[str]:
 def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
     """The trials (participant, session, trial) that a rule leaves out."""
     if rule.where is not None:
-        return material.trials[_met(material.people.added(material.trials, tuple(rule.where)), rule.where)]
+        return material.trials[_keeps(material.people.added(material.trials, tuple(rule.where)), rule.where)]
     if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
         raise DataRefused(f"{material.name!r}: no response times are on record; leave faster_than_s, slower_than_s out")
     seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
@@ -140,10 +138,10 @@ def matching(table: pd.DataFrame, where: Where, name: str) -> pd.Series[bool]:
         for level in levels_of(wanted):
             if level not in known and known:
                 raise DataRefused(f"{name!r}: no {column} {level!r}; {nearest(level, sorted(known))}")
-    return _met(table, where)
+    return _keeps(table, where)
 
 
-def _met(table: pd.DataFrame, where: Where) -> pd.Series[bool]:
+def _keeps(table: pd.DataFrame, where: Where) -> pd.Series[bool]:
     kept = pd.Series(True, index=table.index)
     for column, wanted in where.items():
         kept &= kept_rows(table[column], wanted)
@@ -158,25 +156,6 @@ def _without_people(material: Material, people: list[str], why: str) -> tuple[Ma
 def _rows_of(material: Material, who: str) -> int:
     table = material.trials if material.ratings is None else material.ratings.table
     return int((table["participant"] == who).sum())
-
-
-def _without_trials(material: Material, trials: pd.DataFrame, why: str) -> tuple[Material, list[Exclusion]]:
-    """A trial is known by its session and place, in an imported table by all that it says about it."""
-    key = TRIAL if "session" in trials.columns else [name for name in trials.columns if name not in OF_A_RATING]
-    gone = set(zip(*(trials[name].tolist() for name in key), strict=True))
-    whose = ["participant", "session"] if "session" in trials.columns else ["participant"]
-    lines = [
-        Exclusion("trials", ", session ".join(map(str, names)), why, len(rows))
-        for names, rows in trials.groupby(whose, sort=True)
-    ]
-
-    def stays(table: pd.DataFrame) -> pd.Series[bool]:
-        if not set(key) <= set(table.columns):
-            return pd.Series(True, index=table.index)
-        keys = zip(*(table[name].tolist() for name in key), strict=True)
-        return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
-
-    return _kept(material, stays), lines
 
 
 def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Material, list[Exclusion]]:

@@ -34,7 +34,8 @@ def idle_settings(settings: Any, kind: Any) -> list[Idle]:
     for setting in (*_of_rows(settings, kind), *settings.idle()):
         if setting.name not in type(settings).model_fields:
             continue
-        value = _counts_as(settings, setting)
+        field = type(settings).model_fields[setting.name]
+        value = field.get_default(call_default_factory=True) if setting.instead is None else setting.instead
         if getattr(settings, setting.name) != value:
             found.setdefault(setting.name, setting._replace(instead=value))
     return list(found.values())
@@ -73,8 +74,3 @@ def idle_notes(settings: Any, kind: Any) -> tuple[str, ...]:
 def idle_note(name: str, where: str) -> str:
     """Return the sentence for a setting that changes nothing there."""
     return f"The plan's `{name}` has no effect {where}."
-
-
-def _counts_as(settings: Any, each: Idle) -> Any:
-    field = type(settings).model_fields[each.name]
-    return field.get_default(call_default_factory=True) if each.instead is None else each.instead

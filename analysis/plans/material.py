@@ -295,12 +295,9 @@ def _trials(found: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame:
         for row in found
         if not row["practice"] and row["status"] in ("answered", "captured")
     ]
-    head = ["participant", "session", "group", "trial", "block", "stimulus", *_stimulus_columns(study)]
+    own = [column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())]
+    head = ["participant", "session", "group", "trial", "block", "stimulus", *own]
     return _sorted(rows, head, ("participant", "session", "trial"))
-
-
-def _stimulus_columns(study: Study) -> list[str]:
-    return [column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())]
 
 
 def _words(found: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataFrame:

@@ -13,7 +13,6 @@ from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.one_sample import NAN, OneSample, one_sample
 from palpate.analysis.ratings.person_cells import NO_LEVELS, Label, Levels, PersonCells, person_cells
 from palpate.analysis.statistics.cells import numbers_of
-from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count, some
@@ -49,14 +48,28 @@ def category_cells(
     `category` and `by`. Raises DataRefused where an attribute has no category.
     """
     cells = person_cells(data, ("attribute", *by), subject=subject, levels=levels)
-    members = _of_category(cells, categories)
-    owed = {category: {cells.cells[j][0] for at in places.values() for j in at} for category, places in members.items()}
+    # The cells of each category and combination of the other columns.
+    attributes = list(dict.fromkeys(cell[0] for cell in cells.cells))
+    if without := [name for name in attributes if name not in categories]:
+        raise DataRefused(
+            f"no category is declared for {listed(without, len(without))}; say `category` in the study's attributes"
+        )
+    cells_of: dict[str, dict[Label, list[int]]] = {categories[name]: {} for name in attributes}
+    for j, (name, *rest) in enumerate(cells.cells):
+        cells_of[categories[name]].setdefault(tuple(rest), []).append(j)
+    order = {rest: j for j, rest in enumerate(dict.fromkeys(cell[1:] for cell in cells.cells))}
+    members = {name: dict(sorted(places.items(), key=lambda item: order[item[0]])) for name, places in cells_of.items()}
+    expected = {
+        category: {cells.cells[j][0] for at in places.values() for j in at} for category, places in members.items()
+    }
     labels = [(category, *rest) for category, places in members.items() for rest in places]
     columns, counts = [], []
     for category, places in members.items():
         for at in places.values():
-            incomplete = len(at) < len(owed[category])
-            mean = _row_means(cells.values[:, at])
+            incomplete = len(at) < len(expected[category])
+            mean = np.array(
+                [math.fsum(row) / len(row) if not math.isnan(sum(row)) else NAN for row in cells.values[:, at].tolist()]
+            )
             columns.append(np.full_like(mean, NAN) if incomplete else mean)
             counts.append(cells.counts[:, at].sum(axis=1))
     values = np.column_stack(columns)
@@ -67,24 +80,6 @@ def category_cells(
         ("category", *by),
         tuple(labels),
     )
-
-
-def _of_category(cells: PersonCells, categories: Mapping[str, str]) -> dict[str, dict[Label, list[int]]]:
-    """Return the cells of each category and combination of the other columns."""
-    attributes = list(dict.fromkeys(cell[0] for cell in cells.cells))
-    if without := [name for name in attributes if name not in categories]:
-        raise DataRefused(
-            f"no category is declared for {listed(without, len(without))}; say `category` in the study's attributes"
-        )
-    cells_of: dict[str, dict[Label, list[int]]] = {categories[name]: {} for name in attributes}
-    for j, (name, *rest) in enumerate(cells.cells):
-        cells_of[categories[name]].setdefault(tuple(rest), []).append(j)
-    order = {rest: j for j, rest in enumerate(dict.fromkeys(cell[1:] for cell in cells.cells))}
-    return {name: dict(sorted(places.items(), key=lambda item: order[item[0]])) for name, places in cells_of.items()}
-
-
-def _row_means(values: Floats) -> Floats:
-    return np.array([math.fsum(row) / len(row) if not math.isnan(sum(row)) else NAN for row in values.tolist()])
 
 
 def two_categories(categories: Mapping[str, str], attributes: Sequence[str]) -> tuple[str, str]:

@@ -70,7 +70,24 @@ def _summary(values: Sequence[float], reason: str) -> tuple[int, float, float | 
 
 def _cells(ratings: Ratings, by: tuple[str, ...]) -> list[tuple[tuple[str, ...], list[float]]]:
     """Return the values of each combination of `by` that occurs, in the order of the study."""
-    _check(ratings, by)
+    known = [*map(str, ratings.table.columns), "category"]
+    for name in by:
+        if name not in known:
+            raise DataRefused(f"data set {ratings.name!r}: no column {name!r}; {nearest(name, known)}")
+    if "category" in by and (without := [a for a in ratings.attributes if a not in ratings.categories]):
+        raise DataRefused(f"data set {ratings.name!r}: {some(without)}: no category is declared")
+    if len(ratings.attributes) > 1 and not {"attribute", "category"} & set(by):
+        raise DataRefused(
+            f"data set {ratings.name!r}: {len(ratings.attributes)} attributes would be averaged;"
+            " name 'attribute' or 'category' among the columns"
+        )
+    bad = [place for place, value in enumerate(ratings.table["value"].tolist()) if not isfinite(value)]
+    if bad:
+        first = ratings.table.iloc[bad[0]]
+        raise DataRefused(
+            f"data set {ratings.name!r}: {count(len(bad), 'value is', 'values are')} not finite, the first is"
+            f" {first['value']} of {first['participant']} on {first['attribute']}; the design check names them all"
+        )
     columns = [_labels(ratings, name) for name in by]
     cells: dict[tuple[str, ...], list[float]] = {}
     for *label, value in zip(*columns, ratings.table["value"].tolist(), strict=True):
@@ -94,27 +111,6 @@ def _ordered(ratings: Ratings, name: str, labels: Sequence[str]) -> list[str]:
     if name in ("attribute", ratings.families, *ratings.within, *ratings.between):
         return list(ratings.levels(name))
     return sorted(set(labels), key=natural_key)
-
-
-def _check(ratings: Ratings, by: tuple[str, ...]) -> None:
-    known = [*map(str, ratings.table.columns), "category"]
-    for name in by:
-        if name not in known:
-            raise DataRefused(f"data set {ratings.name!r}: no column {name!r}; {nearest(name, known)}")
-    if "category" in by and (without := [a for a in ratings.attributes if a not in ratings.categories]):
-        raise DataRefused(f"data set {ratings.name!r}: {some(without)}: no category is declared")
-    if len(ratings.attributes) > 1 and not {"attribute", "category"} & set(by):
-        raise DataRefused(
-            f"data set {ratings.name!r}: {len(ratings.attributes)} attributes would be averaged;"
-            " name 'attribute' or 'category' among the columns"
-        )
-    bad = [place for place, value in enumerate(ratings.table["value"].tolist()) if not isfinite(value)]
-    if bad:
-        first = ratings.table.iloc[bad[0]]
-        raise DataRefused(
-            f"data set {ratings.name!r}: {count(len(bad), 'value is', 'values are')} not finite, the first is"
-            f" {first['value']} of {first['participant']} on {first['attribute']}; the design check names them all"
-        )
 
 
 def _frame(rows: Sequence[tuple[object, ...]], columns: Sequence[str]) -> pd.DataFrame:

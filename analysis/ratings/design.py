@@ -184,7 +184,14 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
     width = 1 + len(rows.cells)
     keys = rows.labels((rows.participant, *rows.cells, *rows.nested))
     filled = Counter(key[:width] for key in keys)
-    _demand_possible(plan)
+    # A column that is no factor, such as a time, would cross to more cells than there is memory.
+    cells = sum(prod(map(len, levels.values())) for levels in plan.values())
+    if cells > MOST_CELLS:
+        widest = max((column for levels in plan.values() for column in levels.items()), key=lambda item: len(item[1]))
+        raise DataRefused(
+            f"the design check: the factors cross to {cells:,} cells, at most {MOST_CELLS:,} are expected;"
+            f" {widest[0]!r} has {len(widest[1]):,} levels: is it a factor?"
+        )
     owed = {(person, *cell): repeats for person, levels in plan.items() for cell in product(*levels.values())}
     if rows.nested and repeats == 1:
         owed = _items_owed(rows, keys, owed)
@@ -210,17 +217,6 @@ def _items_owed(rows: _Rows, keys: Sequence[Label], owed: Mapping[Label, int]) -
         place = (*group_of[key[0]], *key[1:])
         most[place] = max(items, most.get(place, 1))
     return {key: most.get((*group_of[key[0]], *key[1:]), 1) for key in owed}
-
-
-def _demand_possible(plan: Plan) -> None:
-    """A column that is no factor, such as a time, would cross to more cells than there is memory."""
-    cells = sum(prod(map(len, levels.values())) for levels in plan.values())
-    if cells > MOST_CELLS:
-        widest = max((column for levels in plan.values() for column in levels.items()), key=lambda item: len(item[1]))
-        raise DataRefused(
-            f"the design check: the factors cross to {cells:,} cells, at most {MOST_CELLS:,} are expected;"
-            f" {widest[0]!r} has {len(widest[1]):,} levels: is it a factor?"
-        )
 
 
 def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) -> list[Place]:
@@ -347,7 +343,7 @@ class Faults:
 
     def _line(self, words: str, who: str, places: Sequence[Place]) -> str:
         of = f"{len(places):,} of {count(self.owed, 'cell')}" if self.owed else count(len(places), "cell")
-        first = _cell(places[0])
+        first = ", ".join(f"{column} {level}" for column, level in places[0].cell.items() if column != "attribute")
         line = f"{who} {words.format(cells=of)}"
         return line + (f" ({'the first: ' if len(places) > 1 else ''}{first})" if first else "")
 
@@ -387,7 +383,3 @@ def without_incomplete(ratings: Ratings) -> Ratings:
     ]
     complete = ratings.table[~whose.isin(gone)].reset_index(drop=True)
     return replace(ratings, table=complete, exclusions=(*ratings.exclusions, *lines))
-
-
-def _cell(place: Place) -> str:
-    return ", ".join(f"{column} {level}" for column, level in place.cell.items() if column != "attribute")

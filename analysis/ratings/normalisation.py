@@ -44,7 +44,22 @@ def normalised(table: pd.DataFrame, scale: Ends | None, how: How) -> tuple[pd.Da
     values = numbers_of(table["value"], "value")
     if how in ("to_0_100", "to_-100_100"):
         ends = ENDS[how]
-        return table.assign(value=_stretched(values, _given(scale, how), ends, table)), ends
+        if scale is None:
+            raise DataRefused(
+                f"normalisation {how!r} needs the ends of the rating scale, and none is declared; declare a scale in"
+                " the study, or choose z_within_participant or range_within_participant"
+            )
+        if not (math.isfinite(scale[0]) and math.isfinite(scale[1]) and scale[0] < scale[1]):
+            raise DataRefused(f"a scale from {scale[0]:g} to {scale[1]:g}: two finite ends, the lower one first")
+        beyond = np.flatnonzero((values < scale[0]) | (values > scale[1])).tolist()
+        if beyond:
+            people = table["participant"].tolist()
+            listing = listed((f"{values[row]:g} of {people[row]} in row {row + 1}" for row in beyond), len(beyond))
+            raise DataRefused(
+                f"ratings beyond the declared scale from {scale[0]:g} to {scale[1]:g}: {listing};"
+                " correct them or declare the scale that they were given on"
+            )
+        return table.assign(value=rescaled_values(values, scale, ends)), ends
     rule = _z if how == "z_within_participant" else _ranged
     return table.assign(value=_own(values, table, rule, how)), ENDS.get(how)
 
@@ -55,29 +70,6 @@ def rescaled_values(values: Floats, old: Ends, new: Ends) -> Floats:
         return values.copy()
     stretched: Floats = (new[1] - new[0]) * (values - old[0]) / (old[1] - old[0]) + new[0]
     return np.where(values == old[1], new[1], stretched)
-
-
-def _given(scale: Ends | None, how: str) -> Ends:
-    if scale is None:
-        raise DataRefused(
-            f"normalisation {how!r} needs the ends of the rating scale, and none is declared; declare a scale in the"
-            " study, or choose z_within_participant or range_within_participant"
-        )
-    if not (math.isfinite(scale[0]) and math.isfinite(scale[1]) and scale[0] < scale[1]):
-        raise DataRefused(f"a scale from {scale[0]:g} to {scale[1]:g}: two finite ends, the lower one first")
-    return scale
-
-
-def _stretched(values: Floats, scale: Ends, ends: Ends, table: pd.DataFrame) -> Floats:
-    beyond = np.flatnonzero((values < scale[0]) | (values > scale[1])).tolist()
-    if beyond:
-        people = table["participant"].tolist()
-        listing = listed((f"{values[row]:g} of {people[row]} in row {row + 1}" for row in beyond), len(beyond))
-        raise DataRefused(
-            f"ratings beyond the declared scale from {scale[0]:g} to {scale[1]:g}: {listing};"
-            " correct them or declare the scale that they were given on"
-        )
-    return rescaled_values(values, scale, ends)
 
 
 def _own(values: Floats, table: pd.DataFrame, rule: Callable[[Floats], Floats | str], how: str) -> Floats:

@@ -40,7 +40,16 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
     if folder.exists() and (others := _other_files(folder)):
         raise DataRefused(f"{folder}: holds {others[0]}, which no import made; move it away, or give another name")
     kinds = {str(column): _kind(ratings.table[column], str(column)) for column in ratings.table.columns}
-    table = _csv(ratings.table, kinds)
+    # Texts quoted, numbers not; a float by its shortest text that reads back as the same float.
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n")
+    writer.writerow(list(kinds))
+    columns = [
+        [str(v).lower() for v in ratings.table[c].tolist()] if kind == "truth" else ratings.table[c].tolist()
+        for c, kind in kinds.items()
+    ]
+    writer.writerows(zip(*columns, strict=True))
+    table = text.getvalue().encode("utf-8")
     described = json_text(_description(ratings, kinds, table), indent=2)
     with staged_folder(folder) as draft:
         write_bytes(draft / TABLE, table)
@@ -82,19 +91,6 @@ def _kind(column: pd.Series[Any], name: str) -> str:
         if not isinstance(value, str):
             raise DataRefused(f"column {name!r}, row {row + 1}: {value!r} is no text; a text is expected")
     return "text"
-
-
-def _csv(table: pd.DataFrame, kinds: dict[str, str]) -> bytes:
-    """Texts quoted, numbers not; a float by its shortest text that reads back as the same float."""
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n")
-    writer.writerow(list(kinds))
-    columns = [
-        [str(v).lower() for v in table[c].tolist()] if kind == "truth" else table[c].tolist()
-        for c, kind in kinds.items()
-    ]
-    writer.writerows(zip(*columns, strict=True))
-    return text.getvalue().encode("utf-8")
 
 
 def _description(ratings: Ratings, kinds: dict[str, str], table: bytes) -> dict[str, Any]:

@@ -92,15 +92,11 @@ def _from_database(engine: Engine, request: DataRequest) -> tuple[Ratings, str]:
         simulated=request.simulated,
         withdrawn=withdrawn(request.lab),
     )
-    return ratings, _title(engine, ratings)
-
-
-def _title(engine: Engine, ratings: Ratings) -> str:
-    """Return the title that stands in the study's definition; its digest is the first input of the ratings."""
+    # The title stands in the study's definition, whose digest is the first input of the ratings.
     query = text("SELECT title FROM studies WHERE study_digest = :digest")
     with engine.connect() as connection:
         title = connection.execute(query, {"digest": ratings.inputs[0].sha256}).scalar_one_or_none()
-    return str(title) if title else ""
+    return ratings, str(title) if title else ""
 
 
 def both_of(name: str, folder: Path) -> DataRefused:

@@ -61,7 +61,15 @@ def target_errors(
     """
     check_columns(data, ["value", "attribute", subject, attribute_column, target])
     refuse_idle_levels(levels, ("attribute",))
-    own = _manipulated(data, attribute_column)
+    attributes, targets = texts_of(data, "attribute"), texts_of(data, attribute_column)
+    unknown = sorted(set(targets) - set(attributes))
+    own = data[[a == w for a, w in zip(attributes, targets, strict=True)]].reset_index(drop=True)
+    if not len(own):
+        first = unknown[0] if unknown else ""
+        raise DataRefused(
+            f"no rating is on the attribute that column {attribute_column!r} names: {first!r} is not rated here;"
+            f" {nearest(first, dict.fromkeys(attributes))}"
+        )
     aims = _targets(own, target, scale, target_scale)
     values = numbers_of(own["value"], "value")
     errors = own.assign(end=_ends(own, aims), absolute=np.abs(values - aims), signed=values - aims)
@@ -72,19 +80,6 @@ def target_errors(
     ]
     goal = dict(zip(zip(errors["attribute"], errors["end"], strict=True), aims.tolist(), strict=True))
     return tuple(_all(both, goal, categories or {}, confidence))
-
-
-def _manipulated(data: pd.DataFrame, attribute_column: str) -> pd.DataFrame:
-    attributes, targets = texts_of(data, "attribute"), texts_of(data, attribute_column)
-    unknown = sorted(set(targets) - set(attributes))
-    own = data[[a == w for a, w in zip(attributes, targets, strict=True)]].reset_index(drop=True)
-    if not len(own):
-        first = unknown[0] if unknown else ""
-        raise DataRefused(
-            f"no rating is on the attribute that column {attribute_column!r} names: {first!r} is not rated here;"
-            f" {nearest(first, dict.fromkeys(attributes))}"
-        )
-    return own
 
 
 def _targets(own: pd.DataFrame, target: str, scale: Ends | None, target_scale: Ends | None) -> Floats:

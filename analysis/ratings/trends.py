@@ -176,18 +176,13 @@ def _slope(
         why = "one level has no slope" if len(at) < 2 else "its levels share one number: no slope"
         return one_sample(np.array([]), confidence=confidence)._replace(note=why)
     family = family.only(range(len(at)), _there(family, missing))
-    weights = _weights(x)
-    rises = _rises(family.values, weights)
-    floor = family.floor() * float(np.abs(weights).sum())
-    return one_sample(rises, floor=floor, confidence=confidence, what="slopes")
-
-
-def _weights(x: Floats) -> Floats:
-    """Return what each level's value counts in a least-squares slope: (x - mean) / sum of squares."""
+    # The weight of each level's value in a least-squares slope: (x - mean) / sum of squares.
     away = x - x[0]
     away = away - math.fsum(away.tolist()) / len(away)
     weights: Floats = away / math.fsum((away * away).tolist())
-    return weights
+    rises = _rises(family.values, weights)
+    floor = family.floor() * float(np.abs(weights).sum())
+    return one_sample(rises, floor=floor, confidence=confidence, what="slopes")
 
 
 def _rises(values: Floats, weights: Floats) -> Floats:

@@ -155,19 +155,14 @@ def _halves(values: Floats, method: Interval, confidence: float) -> list[_Half]:
         return [_Half(NAN, NAN, "one participant has no spread")] * m
     if m < 2:
         return [_Half(NAN, NAN, "one cell within participants has no within-participant interval")]
-    own = _without_person(values)
+    # Each participant's values minus their own mean: differences first, so that no offset costs a digit.
+    high, low = differences((values, None), 1)
+    change: Floats = high if low is None else high + low
+    own: Floats = centred(change, 1) / values.shape[1]
     if method == "loftus_masson":
         return [_pooled(own, confidence)] * m
     factor = math.sqrt(m / (m - 1))
     return [_student(column * factor, confidence) for column in own.T]
-
-
-def _without_person(values: Floats) -> Floats:
-    """Return each participant's values minus their own mean: differences first, so that no offset costs a digit."""
-    high, low = differences((values, None), 1)
-    change: Floats = high if low is None else high + low
-    own: Floats = centred(change, 1) / values.shape[1]
-    return own
 
 
 def _student(values: Floats, confidence: float) -> _Half:

@@ -212,22 +212,22 @@ def times_of(study: RegeneratedStudy, lab: Path) -> dict[int, float]:
     known = {key: value for key, value in entries if isinstance(value, float) and 0 <= value < math.inf}
     seconds, fresh = {}, False
     for place, result in enumerate(study.answered):
-        key = _key(result, study)
+        # A time belongs to the question with all that the plan says about it, its inputs and the software.
+        question = {
+            "asked": result.settings.model_dump(mode="json"),
+            "outcome": result.outcome,
+            "inputs": result.inputs,
+        }
+        declared, policy = study.plan.declared, result.missing.policy
+        plan = {"alpha": declared.alpha, "seed": declared.seed, "draws": declared.draws, "missing": policy}
+        text = json.dumps(question | plan | {"software": dict(study.software)}, sort_keys=True)
+        key = hashlib.sha256(text.encode()).hexdigest()[:24]
         if key not in known:
             known[key], fresh = float(f"{result.seconds:.2g}"), True
         seconds[place] = known[key]
     if fresh:
         write_text(file, json_text(known, indent=0, sort_keys=True))
     return seconds
-
-
-def _key(result: QuestionResult, study: RegeneratedStudy) -> str:
-    """Return the key of a time: the question with all that the plan says about it, its inputs and the software."""
-    declared = study.plan.declared
-    settings = {"asked": result.settings.model_dump(mode="json"), "outcome": result.outcome, "inputs": result.inputs}
-    plans = {"alpha": declared.alpha, "seed": declared.seed, "draws": declared.draws, "missing": result.missing.policy}
-    text = json.dumps(settings | plans | {"software": dict(study.software)}, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
 class PlaceRefused(ValueError):

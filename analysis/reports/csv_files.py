@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,11 +40,14 @@ def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
 def table_csv(table: pd.DataFrame) -> str:
     """Return a table as CSV, the same text as that of its rows, built column by column, some thousand rows a time."""
     parts = (table.iloc[first : first + ROWS] for first in range(0, len(table), ROWS))
-    return table_text([str(name) for name in table.columns], (row for part in parts for row in _lines(part)))
-
-
-def _lines(table: pd.DataFrame) -> Iterable[Sequence[str]]:
-    return zip(*(_cells(str(name), _values(table[name])) for name in table.columns), strict=True)
+    return table_text(
+        [str(name) for name in table.columns],
+        (
+            row
+            for part in parts
+            for row in zip(*(_cells(str(name), _values(part[name])) for name in part.columns), strict=True)
+        ),
+    )
 
 
 def _cells(name: str, values: Sequence[Any]) -> list[str]:

@@ -75,7 +75,7 @@ def _longtable(numbered: NumberedTable) -> list[str]:
     for place, row in enumerate(table.rows):
         if place in table.groups:
             lines += [rf"\multicolumn{{{len(table.heads)}}}{{@{{}}l}}{{\itshape {escaped(table.groups[place])}}}\\*"]
-        lines.append(_row(row))
+        lines.append(" & ".join(map(escaped, row)) + r" \\")
     return [*lines, r"\end{longtable}"]
 
 
@@ -90,7 +90,3 @@ def _head(head: Head) -> str:
     side = "r" if head.kind == "number" else "l"
     stacked = r"\\".join(map(escaped, words))
     return rf"\shortstack[{side}]{{{stacked}}}" if len(words) > 1 else escaped(head.name)
-
-
-def _row(cells: Sequence[str]) -> str:
-    return " & ".join(map(escaped, cells)) + r" \\"

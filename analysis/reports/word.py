@@ -6,13 +6,9 @@ import io
 import re
 import zipfile
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
 from palpate.analysis.reports.tables import NumberedTable, Table, table_letters
-
-if TYPE_CHECKING:
-    from docx.document import Document
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """The date on every part of the file: a Word file otherwise holds the hour it was saved."""
@@ -24,6 +20,10 @@ _RULE = '<w:{side} w:val="single" w:sz="{size}" w:space="0" w:color="1F2328"/>'
 def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
     """Return every table with its number, title and notes; wide ones on turned pages, heads repeated on each page."""
     from docx import Document as new_document
+    from docx.enum.section import WD_ORIENT, WD_SECTION
+    from docx.oxml import parse_xml
+    from docx.oxml.ns import nsdecls
+    from docx.shared import Cm
 
     document = new_document()
     properties = document.core_properties
@@ -35,36 +35,28 @@ def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
     for table in tables:
         if (table_letters(table.table) > UPRIGHT) != turned:
             turned = not turned
-            _turn(document, turned)
-        _add(document, table)
-    return _timeless(document)
+            # A section whose pages lie on their side, or stand again.
+            section = document.add_section(WD_SECTION.NEW_PAGE)
+            section.orientation = WD_ORIENT.LANDSCAPE if turned else WD_ORIENT.PORTRAIT
+            section.page_width, section.page_height = section.page_height, section.page_width
+            section.left_margin = section.right_margin = Cm(2)
+        end = document.add_paragraph()
+        for xml in (_label(table.number), _line(table.title, "<w:i/>", with_next=True), _grid(table.table)):
+            end._p.addprevious(parse_xml(xml.replace(">", f" {nsdecls('w')}>", 1)))
+        for note in table.notes:
+            end._p.addprevious(parse_xml(_line(note, '<w:sz w:val="17"/>').replace(">", f" {nsdecls('w')}>", 1)))
+    # The same date on every part, for equal bytes.
+    saved, result = io.BytesIO(), io.BytesIO()
+    document.save(saved)
+    with zipfile.ZipFile(saved) as original, zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as timeless:
+        for name in original.namelist():
+            timeless.writestr(zipfile.ZipInfo(name, EPOCH), original.read(name), zipfile.ZIP_DEFLATED)
+    return result.getvalue()
 
 
 def allowed(text: str) -> str:
     """Without the characters that no XML can hold."""
     return re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]", "", text)
-
-
-def _turn(document: Document, turned: bool) -> None:
-    """Begin a section whose pages lie on their side, or stand again."""
-    from docx.enum.section import WD_ORIENT, WD_SECTION
-    from docx.shared import Cm
-
-    section = document.add_section(WD_SECTION.NEW_PAGE)
-    section.orientation = WD_ORIENT.LANDSCAPE if turned else WD_ORIENT.PORTRAIT
-    section.page_width, section.page_height = section.page_height, section.page_width
-    section.left_margin = section.right_margin = Cm(2)
-
-
-def _add(document: Document, numbered: NumberedTable) -> None:
-    from docx.oxml import parse_xml
-    from docx.oxml.ns import nsdecls
-
-    end = document.add_paragraph()
-    for xml in (_label(numbered.number), _line(numbered.title, "<w:i/>", with_next=True), _grid(numbered.table)):
-        end._p.addprevious(parse_xml(xml.replace(">", f" {nsdecls('w')}>", 1)))
-    for note in numbered.notes:
-        end._p.addprevious(parse_xml(_line(note, '<w:sz w:val="17"/>').replace(">", f" {nsdecls('w')}>", 1)))
 
 
 def _label(number: int) -> str:
@@ -116,13 +108,3 @@ def _group(table: Table, name: str, size: int) -> str:
     words = _run(name, f'<w:i/><w:sz w:val="{size}"/>')
     span = f'<w:tcPr><w:gridSpan w:val="{len(table.heads)}"/></w:tcPr>'
     return f"<w:tr><w:trPr><w:cantSplit/></w:trPr><w:tc>{span}<w:p>{layout}{words}</w:p></w:tc></w:tr>"
-
-
-def _timeless(document: Document) -> bytes:
-    """Return the file with the same date on every part."""
-    saved, result = io.BytesIO(), io.BytesIO()
-    document.save(saved)
-    with zipfile.ZipFile(saved) as original, zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as timeless:
-        for name in original.namelist():
-            timeless.writestr(zipfile.ZipInfo(name, EPOCH), original.read(name), zipfile.ZIP_DEFLATED)
-    return result.getvalue()

@@ -243,7 +243,10 @@ def unpaired(labels: Sequence[Hashable], groups: Sequence[Floats]) -> Iterator[C
             spread = math.sqrt((a.ss + b.ss) / (a.n + b.n))
             note = "" if spread > floor else _same(mean, floor, spread, "values of each group")
             if a.n != b.n and not note:
-                error, df = _welch(a, b)
+                # Standard error and degrees of freedom of Welch 1947.
+                va, vb = a.ss / (a.n - 1) / a.n, b.ss / (b.n - 1) / b.n
+                share = va / (va + vb)
+                error, df = math.sqrt(va + vb), 1 / (share**2 / (a.n - 1) + (1 - share) ** 2 / (b.n - 1))
             else:
                 error = math.sqrt((a.ss + b.ss) / (a.n + b.n - 2) * (1 / a.n + 1 / b.n))
         size = math.nan if note else hedges_g(mean, a.ss + b.ss, a.n + b.n)
@@ -258,13 +261,6 @@ def _sample(label: Hashable, part: Floats, pivot: float) -> _Sample:
     high = float(mean)
     floor = ROUNDING_ULPS * float(np.spacing(np.abs(part).max()))
     return _Sample(label, len(part), high, float(mean - type(mean)(high)), deviation_ss(part), floor)
-
-
-def _welch(a: _Sample, b: _Sample) -> tuple[float, float]:
-    """Return the standard error and degrees of freedom of Welch 1947."""
-    va, vb = a.ss / (a.n - 1) / a.n, b.ss / (b.n - 1) / b.n
-    share = va / (va + vb)
-    return math.sqrt(va + vb), 1 / (share**2 / (a.n - 1) + (1 - share) ** 2 / (b.n - 1))
 
 
 def hedges_g(mean: float, ss: float, n: int) -> float:

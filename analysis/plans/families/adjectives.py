@@ -108,7 +108,10 @@ def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
         "kept_chance": f"share of the draws in which the word reaches {settings.threshold:g}",
     }
     method = f"Relevance of adjectives by {settings.normalisation}, kept from {settings.threshold:g} on."
-    headline = _kept_headline(found, settings)
+    kept = found.loc[found["kept"], "word"].tolist()
+    more = f"; and {len(kept) - LISTED} more" if len(kept) > LISTED else ""
+    names = f": {'; '.join(kept[:LISTED])}{more}" if kept else ""
+    headline = f"{len(kept)} of {len(found)} words reach {settings.threshold:g} {TOLD[settings.normalisation]}{names}."
     return _answer(selected, selections, plain_rows(found, finite=True), method, kinds, headline)
 
 
@@ -222,13 +225,6 @@ def _selections(selected: Selected) -> Selections:
         raise DataRefused("no adjectives were chosen here: this test needs a study in which words are ticked")
     ticked = selected.table[selected.table["kind"] == TICKED]
     return gather_selections(ticked, selected.trials, selected.offered)
-
-
-def _kept_headline(found: pd.DataFrame, settings: AskedRelevance) -> str:
-    kept = found.loc[found["kept"], "word"].tolist()
-    more = f"; and {len(kept) - LISTED} more" if len(kept) > LISTED else ""
-    names = f": {'; '.join(kept[:LISTED])}{more}" if kept else ""
-    return f"{len(kept)} of {len(found)} words reach {settings.threshold:g} {TOLD[settings.normalisation]}{names}."
 
 
 def _pair_row(pair: tuple[str, str, bool, bool], score: Mapping[str, float]) -> dict[str, Value]:

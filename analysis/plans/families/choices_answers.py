@@ -67,7 +67,8 @@ def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> A
         rows.append({**where, **row})
         levels += [] if shown is None else [shown.assign(**where)]
         reversals += [each.assign(**where) for each in turned]
-    _refuse_all(rows)
+    if all(row["threshold"] is None and row.get("reversal_threshold") is None for row in rows):
+        raise StatisticsError(f"no threshold could be told: {rows[0]['note']}")
     more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, by, settings.confidence))}
     for name, tables in (("levels", levels), ("reversals", reversals)):
         if tables:
@@ -193,13 +194,11 @@ def _staircases(
     )
 
 
-def _refuse_all(rows: list[dict[str, Any]]) -> None:
-    if all(row["threshold"] is None and row.get("reversal_threshold") is None for row in rows):
-        raise StatisticsError(f"no threshold could be told: {rows[0]['note']}")
-
-
 def _summary(rows: list[dict[str, Any]], by: tuple[str, ...], confidence: float) -> Iterator[Row]:
-    """Means over participants, for each combination of the other columns; those without an estimate are counted."""
+    """Yield means over participants with SD and Student's interval, for each combination of the other columns.
+
+    Participants without an estimate are counted.
+    """
     others = [name for name in by if name != PARTICIPANT]
     groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for row in rows:
@@ -209,17 +208,15 @@ def _summary(rows: list[dict[str, Any]], by: tuple[str, ...], confidence: float)
             values = [float(row[name]) for row in members if row.get(name) is not None]
             if values:
                 where = dict(zip(others, key, strict=True))
-                yield {**where, "quantity": name, **_mean(values, len(members), confidence)}
-
-
-def _mean(values: list[float], settings: int, confidence: float) -> dict[str, Any]:
-    """Mean, SD and Student's interval."""
-    n, mean = len(values), float(np.mean(values))
-    sd = float(np.std(values, ddof=1)) if n > 1 else None
-    half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
-    ends = (None, None) if half is None else (mean - half, mean + half)
-    told = {"n": n, "without_estimate": settings - n, "mean": mean, "sd": sd, "ci_low": ends[0], "ci_high": ends[1]}
-    return {**told, "note": "" if n > 1 else "one value: no spread"}
+                n, mean = len(values), float(np.mean(values))
+                sd = float(np.std(values, ddof=1)) if n > 1 else None
+                half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
+                ends = (None, None) if half is None else (mean - half, mean + half)
+                yield {
+                    **where,
+                    **{"quantity": name, "n": n, "without_estimate": len(members) - n, "mean": mean, "sd": sd},
+                    **{"ci_low": ends[0], "ci_high": ends[1], "note": "" if n > 1 else "one value: no spread"},
+                }
 
 
 def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) -> str:

@@ -172,8 +172,24 @@ def target_error(selected: Selected, settings: TargetErrors) -> Answer:
         " an attribute, attributes within a category, attributes over all, each counting equally; Student's interval"
     )
     rows = [_error_row(each) for each in found]
+    told = [
+        f"{each.attribute} {number(each.error.mean)}, {share(settings.confidence, 'CI')}"
+        f" [{number(each.error.low)}, {number(each.error.high)}]"
+        for each in found
+        if each.of in (CATEGORY, ALL) and each.error.n > 1
+    ]
+    tested = [each.error for each in found if each.of == "difference" and each.error.n > 1]
+    between = [
+        f"categories compared: t({each.df:g}) = {number(each.t)}, {apa_p(each.p)}" for each in tested if not each.note
+    ]
     return answer_of(
-        selected, rows, method, kinds, table=used, headline=_error_headline(found, settings.confidence), notes=notes
+        selected,
+        rows,
+        method,
+        kinds,
+        table=used,
+        headline=f"Mean absolute error: {'; '.join([*told, *between])}." if told else "",
+        notes=notes,
     )
 
 
@@ -199,20 +215,6 @@ def _error_row(each: TargetError) -> Row:
     )
 
 
-def _error_headline(found: Sequence[TargetError], confidence: float) -> str:
-    told = [
-        f"{each.attribute} {number(each.error.mean)}, {share(confidence, 'CI')}"
-        f" [{number(each.error.low)}, {number(each.error.high)}]"
-        for each in found
-        if each.of in (CATEGORY, ALL) and each.error.n > 1
-    ]
-    tested = [each.error for each in found if each.of == "difference" and each.error.n > 1]
-    between = [
-        f"categories compared: t({each.df:g}) = {number(each.t)}, {apa_p(each.p)}" for each in tested if not each.note
-    ]
-    return f"Mean absolute error: {'; '.join([*told, *between])}." if told else ""
-
-
 Pair = tuple[str, str]
 
 
@@ -233,8 +235,17 @@ def categories(selected: Selected, settings: Categories) -> Answer:
         " the jackknife over participants of its logarithm (Miller 1968)"
     )
     spreads = attribute_spreads(table, settings.over)
+    # Both categories' means at each level, and their difference with its p corrected over the levels.
+    found = category_differences(cells, pair, settings.confidence)
+    corrected = adjusted([each.p for _, each in found], CORRECTIONS[settings.correction])
+    rows = []
+    for (label, each), p in zip(found, corrected, strict=True):
+        sides = {name: float(np.nanmean(cells.values[:, cells.cells.index((name, *label))])) for name in pair}
+        rows.append(
+            plain_row({**dict(zip(settings.by, label, strict=True)), **sides, **_difference(each, p, len(found))})
+        )
     more = {
-        "levels": tuple(_level_rows(cells, pair, settings)),
+        "levels": tuple(rows),
         "category_x_level": tuple(_interaction(cells)),
         "attributes": tuple(
             plain_row({"attribute": name, "category": selected.categories[name], "sd": spreads[name]})
@@ -297,19 +308,6 @@ def _kinds(pair: Pair, within: str, confidence: float) -> dict[str, str]:
         "p": "two-sided p, not adjusted",
         "sd": "SD between participants",
     }
-
-
-def _level_rows(cells: PersonCells, pair: Pair, settings: Categories) -> list[Row]:
-    """Both categories' means at each level, and their difference with its p corrected over the levels."""
-    found = category_differences(cells, pair, settings.confidence)
-    corrected = adjusted([each.p for _, each in found], CORRECTIONS[settings.correction])
-    rows = []
-    for (label, each), p in zip(found, corrected, strict=True):
-        sides = {name: float(np.nanmean(cells.values[:, cells.cells.index((name, *label))])) for name in pair}
-        rows.append(
-            plain_row({**dict(zip(settings.by, label, strict=True)), **sides, **_difference(each, p, len(found))})
-        )
-    return rows
 
 
 def _difference(each: OneSample, corrected: float, size: int) -> dict[str, object]:

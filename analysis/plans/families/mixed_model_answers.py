@@ -53,6 +53,9 @@ def model_answer(selected: Selected, settings: MixedModel) -> Answer:
     """One row per coefficient; F tests, variances, correlations and the fit's numbers beside."""
     effects = tuple(dict.fromkeys((*settings.fixed, *settings.numeric)))
     table, notes = _table(selected, (*effects, *_parts(selected.table, settings)), settings.numeric)
+    # The study's order of the levels of each factor of the model, also of those whose slopes vary.
+    slopes = {part for each in settings.random.values() for name in each for part in name.split(":")}
+    factors = {*settings.fixed, *slopes} - set(settings.numeric)
     model = mixed_model(
         table,
         "value",
@@ -62,7 +65,7 @@ def model_answer(selected: Selected, settings: MixedModel) -> Answer:
         interactions=settings.interactions,
         uncorrelated=settings.uncorrelated,
         coding=settings.coding,
-        levels=_levels(selected, settings),
+        levels={name: levels for name, levels in selected.levels.items() if name in factors},
         reml=settings.reml,
         confidence=settings.confidence,
     )
@@ -78,13 +81,6 @@ def model_answer(selected: Selected, settings: MixedModel) -> Answer:
         notes=[*notes, *model.notes],
         more=more,
     )
-
-
-def _levels(selected: Selected, settings: MixedModel) -> dict[str, tuple[str, ...]]:
-    """The study's order of the levels of each factor of the model, also of those whose slopes vary."""
-    slopes = {part for each in settings.random.values() for name in each for part in name.split(":")}
-    factors = {*settings.fixed, *slopes} - set(settings.numeric)
-    return {name: levels for name, levels in selected.levels.items() if name in factors}
 
 
 def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str]) -> Answer:
@@ -143,11 +139,12 @@ def _table(selected: Selected, columns: Iterable[str], numeric: Sequence[str]) -
 def _more(model: Fitted) -> dict[str, tuple[Row, ...]]:
     tables = {"effects": model.effects, "variances": model.variances, "correlations": model.correlations}
     found = {name: plain_rows(table) for name, table in tables.items() if len(table)}
-    return {"effects": (), **found, "groups": _groups(model), "fit": (_fit(model),)}
-
-
-def _groups(model: Fitted) -> tuple[Row, ...]:
-    return tuple({"group": name, "levels": levels} for name, levels in model.groups.items())
+    return {
+        "effects": (),
+        **found,
+        "groups": tuple({"group": name, "levels": levels} for name, levels in model.groups.items()),
+        "fit": (_fit(model),),
+    }
 
 
 def _fit(model: Fitted) -> Row:

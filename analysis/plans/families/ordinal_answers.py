@@ -273,7 +273,8 @@ def nemenyi_answer(selected: Selected, settings: Nemenyi) -> Answer:
 def wilcoxon_answer(selected: Selected, settings: Wilcoxon) -> Answer:
     """One row per pair of levels: signed ranks within participants, rank sums between them."""
     require_columns(selected.table, ("participant", settings.factor, "value"))
-    between = _constant(selected.table, settings.factor)
+    levels = selected.table.groupby("participant", observed=True)[settings.factor].nunique()
+    between = bool((levels <= 1).all())
     table = wilcoxon_tests(
         selected.table,
         "value",
@@ -341,12 +342,6 @@ def aligned_answer(selected: Selected, settings: AlignedRanks) -> Answer:
         f" squares of type {settings.sum_of_squares}"
     )
     return answer_of(selected, plain_rows(table), method, kinds, notes=table_notes(table))
-
-
-def _constant(table: pd.DataFrame, factor: str) -> bool:
-    """Whether no participant has two levels of the factor."""
-    levels = table.groupby("participant", observed=True)[factor].nunique()
-    return bool((levels <= 1).all())
 
 
 def _count_words(factor: str, p: Iterable[float], alpha: float, family: str) -> str:

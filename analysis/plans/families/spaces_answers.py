@@ -188,18 +188,17 @@ def numeric(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
     made = table.copy()
     for name in names:
         if _labels(made[name]):
-            made[name] = _as_numbers(made[name], name)
+            column = made[name]
+            words = {"true": "1", "false": "0", "yes": "1", "no": "0"}
+            texts = [str(value).strip() for value in column.tolist()]
+            numbers = pd.to_numeric(pd.Series([words.get(text.lower(), text) for text in texts]), errors="coerce")
+            wrong = [
+                i for i, (text, number) in enumerate(zip(texts, numbers, strict=True)) if text and math.isnan(number)
+            ]
+            if wrong:
+                raise DataRefused(f"column {name!r} must hold numbers; found {texts[wrong[0]]!r} in row {wrong[0] + 1}")
+            made[name] = pd.Series(numbers.to_numpy(dtype="float64"), index=column.index)
     return made
-
-
-def _as_numbers(column: pd.Series[Any], name: str) -> pd.Series[Any]:
-    words = {"true": "1", "false": "0", "yes": "1", "no": "0"}
-    texts = [str(value).strip() for value in column.tolist()]
-    numbers = pd.to_numeric(pd.Series([words.get(text.lower(), text) for text in texts]), errors="coerce")
-    wrong = [i for i, (text, number) in enumerate(zip(texts, numbers, strict=True)) if text and math.isnan(number)]
-    if wrong:
-        raise DataRefused(f"column {name!r} must hold numbers; found {texts[wrong[0]]!r} in row {wrong[0] + 1}")
-    return pd.Series(numbers.to_numpy(dtype="float64"), index=column.index)
 
 
 def rows_of(table: pd.DataFrame) -> tuple[Row, ...]:
@@ -357,7 +356,17 @@ def procrustes_answer(selected: Selected, settings: Procrustes) -> Answer:
 def _groups(
     selected: Selected, settings: Procrustes, profiles: Profiles
 ) -> tuple[tuple[Row, ...], dict[str, tuple[Row, ...]], str]:
-    parts = _members(selected, settings, profiles)
+    # The participants of each group, by their places.
+    require_columns(selected.table, (settings.groups,))
+    own = selected.table[["participant", settings.groups]].drop_duplicates()
+    if own["participant"].duplicated().any():
+        who = sorted(set(map(str, own.loc[own["participant"].duplicated(), "participant"])))[:5]
+        raise DataRefused(f"{settings.groups!r} has several levels for {', '.join(who)}; groups are of participants")
+    level = {str(who): str(group) for who, group in zip(own["participant"], own[settings.groups], strict=True)}
+    labels = [str(name) for name in coded(own[settings.groups].astype(object), settings.groups).labels]
+    parts = {name: [i for i, who in enumerate(profiles.participants) if level[str(who)] == name] for name in labels}
+    if len(parts) < 2:
+        raise TooFew(f"{settings.groups!r} has one level, {labels[0]!r}; a comparison needs two (or `halves: true`)")
     rows: list[dict[str, Any]] = []
     residuals: list[dict[str, Any]] = []
     for (one, first), (two, second) in combinations(parts.items(), 2):
@@ -369,21 +378,6 @@ def _groups(
         f"{row['group_a']} and {row['group_b']}: r = {row['r']:.2f}, {apa_p(row['p'])}" for row in rows[:3]
     )
     return tuple(rows), {"residuals": tuple(residuals)}, told
-
-
-def _members(selected: Selected, settings: Procrustes, profiles: Profiles) -> dict[str, list[int]]:
-    """The participants of each group, by their places."""
-    require_columns(selected.table, (settings.groups,))
-    own = selected.table[["participant", settings.groups]].drop_duplicates()
-    if own["participant"].duplicated().any():
-        who = sorted(set(map(str, own.loc[own["participant"].duplicated(), "participant"])))[:5]
-        raise DataRefused(f"{settings.groups!r} has several levels for {', '.join(who)}; groups are of participants")
-    level = {str(who): str(group) for who, group in zip(own["participant"], own[settings.groups], strict=True)}
-    labels = [str(name) for name in coded(own[settings.groups].astype(object), settings.groups).labels]
-    parts = {name: [i for i, who in enumerate(profiles.participants) if level[str(who)] == name] for name in labels}
-    if len(parts) < 2:
-        raise TooFew(f"{settings.groups!r} has one level, {labels[0]!r}; a comparison needs two (or `halves: true`)")
-    return parts
 
 
 def _compared(

@@ -55,10 +55,27 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
     records = table.to_dict("records")
     limits = [_limits(row, settings) for row in records]
     rows = [_row(row, own, settings) for row, own in zip(records, limits, strict=True)]
+    kind = f", type {settings.sum_of_squares} sums of squares ({TYPES[settings.sum_of_squares]})"
+    if not settings.between:
+        design = f"Repeated-measures analysis of variance: {' x '.join(settings.within)} within participants"
+    elif not settings.within:
+        design = f"Analysis of variance: {' x '.join(settings.between)} between participants"
+        design += kind if len(settings.between) > 1 else ""
+    else:
+        design = (
+            f"Mixed analysis of variance: {' x '.join(settings.within)} within, {' x '.join(settings.between)} between"
+        )
+        design += f" participants{kind}"
+    corrected = {
+        "GG": "; Greenhouse-Geisser's correction wherever an effect has more than one contrast within participants",
+        "HF": "; Huynh-Feldt's correction (Lecoutre's for groups) wherever an effect has more than one contrast within",
+        "none": "; no correction for sphericity",
+    }
+    end = f"; {100 * settings.interval:g}% intervals of eta squared from the noncentral F (Steiger 2004)"
     return answer_of(
         selected,
         rows,
-        _method(settings),
+        design + (corrected[settings.correction] if settings.within else "") + end,
         _kinds(rows, settings),
         table=used(selected, table),
         headline="; ".join(_sentence(row, settings) for row in records),
@@ -143,27 +160,6 @@ def _sentence(row: Mapping[Hashable, Any], settings: Anova) -> str:
     return f"{row['Source']}: {apa_f(row, settings.eta, correction)}"
 
 
-def _method(settings: Anova) -> str:
-    kind = f", type {settings.sum_of_squares} sums of squares ({TYPES[settings.sum_of_squares]})"
-    if not settings.between:
-        design = f"Repeated-measures analysis of variance: {' x '.join(settings.within)} within participants"
-    elif not settings.within:
-        design = f"Analysis of variance: {' x '.join(settings.between)} between participants"
-        design += kind if len(settings.between) > 1 else ""
-    else:
-        design = (
-            f"Mixed analysis of variance: {' x '.join(settings.within)} within, {' x '.join(settings.between)} between"
-        )
-        design += f" participants{kind}"
-    corrected = {
-        "GG": "; Greenhouse-Geisser's correction wherever an effect has more than one contrast within participants",
-        "HF": "; Huynh-Feldt's correction (Lecoutre's for groups) wherever an effect has more than one contrast within",
-        "none": "; no correction for sphericity",
-    }
-    end = f"; {100 * settings.interval:g}% intervals of eta squared from the noncentral F (Steiger 2004)"
-    return design + (corrected[settings.correction] if settings.within else "") + end
-
-
 def _kinds(rows: Sequence[Row], settings: Anova) -> dict[str, str]:
     named = {"GG": "Greenhouse-Geisser where `correction` says so", "HF": "Huynh-Feldt where `correction` says so"}
     corrected = named.get(settings.correction, "not corrected") if settings.within else "not corrected"
@@ -226,10 +222,17 @@ def pairs_answer(selected: Selected, settings: Pairs) -> Answer:
     family = settings.family or len(table)
     order = selected.levels.get(settings.factor, ())
     rows = [_pair(row, size, settings, family) for row in pairs_in_order(table, order, (size,))]
+    effect = share(settings.interval, "intervals from the noncentral t (Steiger & Fouladi 1997)")
+    if size == "dz":
+        test = f"Paired t tests, two-sided; dz with {effect}"
+    else:
+        sizes = set(table.attrs["group_sizes"].values())
+        kind = "pooled variance" if len(sizes) == 1 else "Welch's where two groups differ in size, else pooled"
+        test = f"t tests between groups, two-sided, {kind}; Hedges' g with {effect}"
     return answer_of(
         selected,
         rows,
-        _pairs_method(table, size, settings, family),
+        f"{test}; {CORRECTED[settings.correction]} over a family of {family}",
         _pair_kinds(size, settings),
         headline=_differing(rows, selected.alpha, f"{CORRECTED[settings.correction]}, family of {family}"),
         table=used(selected, table),
@@ -288,17 +291,6 @@ def _pair(row: Mapping[str, Any], size: str, settings: Pairs, family: int) -> Ro
             "note": row["note"],
         }
     )
-
-
-def _pairs_method(table: pd.DataFrame, size: str, settings: Pairs, family: int) -> str:
-    effect = share(settings.interval, "intervals from the noncentral t (Steiger & Fouladi 1997)")
-    if size == "dz":
-        test = f"Paired t tests, two-sided; dz with {effect}"
-    else:
-        sizes = set(table.attrs["group_sizes"].values())
-        kind = "pooled variance" if len(sizes) == 1 else "Welch's where two groups differ in size, else pooled"
-        test = f"t tests between groups, two-sided, {kind}; Hedges' g with {effect}"
-    return f"{test}; {CORRECTED[settings.correction]} over a family of {family}"
 
 
 def _pair_kinds(size: str, settings: Pairs) -> dict[str, str]:

@@ -278,6 +278,6 @@ def test_the_next_monitor_reads_no_finished_session_again(lab, monkeypatch):
 def test_a_finished_session_that_was_kept_is_marked_when_its_participant_withdraws(lab, monkeypatch):
     run(lab, "P001")
     assert Watch(lab.path).look().sessions[0].rated is not None
-    monkeypatch.setattr(watching, "people_of", lambda *_: People(withdrawn=frozenset({"P001"})))
+    monkeypatch.setattr(watching, "read_people", lambda *_: People(withdrawn=frozenset({"P001"})))
     [session] = Watch(lab.path).look().sessions
     assert session.withdrawn and session.rated is None
