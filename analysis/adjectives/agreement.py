@@ -83,11 +83,21 @@ def _by_word(selections: Selections, drawn: Floats, confidence: float) -> Iterat
     for i, (word, alpha, (low, high)) in enumerate(zip(names, alphas, bounds, strict=True)):
         own = ticks[:, [i]] if i < len(selections.words) else ticks.reshape(-1, 1)
         raters_of = m if i < len(selections.words) else np.repeat(m, ticks.shape[1], axis=0)
-        kappa, why = _kappa(own, raters_of)
+        kappa, notes = math.nan, []
+        if math.isnan(alpha):
+            notes.append("undefined: everyone ticked it everywhere, or nobody anywhere")
+        elif len(m) < 2:
+            notes.append("no interval: it needs two stimuli or more")
+        elif math.isnan(low):
+            notes.append("no interval: most draws are undefined or none were asked for")
+        try:
+            kappa = fleiss_kappa(np.concatenate((own, raters_of - own), axis=1)).kappa
+        except StatisticsError:
+            notes.append("kappa is undefined: stimuli differ in participants")
         yield {
             **{"word": word, "share_ticked": float(own.sum() / raters_of.sum()), "alpha": alpha},
             **{"ci_low": low, "ci_high": high, "kappa": kappa, "stimuli": len(m)},
-            "note": "; ".join(filter(None, (_alpha_note(alpha, low, len(m)), why))),
+            "note": "; ".join(notes),
         }
 
 
@@ -102,21 +112,6 @@ def _alphas(ticks: Floats, m: Floats, w: Floats, together: bool = False) -> Floa
     return alphas
 
 
-def _kappa(ticks: Floats, m: Floats) -> tuple[float, str]:
-    try:
-        return fleiss_kappa(np.concatenate((ticks, m - ticks), axis=1)).kappa, ""
-    except StatisticsError:
-        return math.nan, "kappa is undefined: stimuli differ in participants"
-
-
-def _alpha_note(alpha: float, low: float, stimuli: int) -> str:
-    if math.isnan(alpha):
-        return "undefined: everyone ticked it everywhere, or nobody anywhere"
-    if stimuli < 2:
-        return "no interval: it needs two stimuli or more"
-    return "no interval: most draws are undefined or none were asked for" if math.isnan(low) else ""
-
-
 def _by_stimulus(
     selections: Selections, draws: int, rng: np.random.Generator, confidence: float
 ) -> Iterator[dict[str, object]]:
@@ -127,14 +122,13 @@ def _by_stimulus(
         blocks = [mean_overlap(overlap, w) for w in weights(rng, n, draws)] if n > 1 and draws else []
         low, high = percentile(np.concatenate(blocks) if blocks else np.empty(0), confidence)
         ticked = selections.any_ticked[there, i].sum(axis=1)
-        empty = int(np.isnan(overlap[np.triu_indices(n, 1)]).sum())
+        empty, pairs = int(np.isnan(overlap[np.triu_indices(n, 1)]).sum()), n * (n - 1) // 2
+        note = f"{empty} of {pairs} pairs ticked nothing, both of them, and have no overlap" if empty else ""
         yield {
-            **{
-                "stimulus": stimulus,
-                "participants": n,
-                "words_per_participant": float(ticked.mean()) if n else math.nan,
-            },
-            **{"jaccard": float(value), "ci_low": low, "ci_high": high, "note": _overlap_note(n, empty)},
+            **{"stimulus": stimulus, "participants": n},
+            "words_per_participant": float(ticked.mean()) if n else math.nan,
+            **{"jaccard": float(value), "ci_low": low, "ci_high": high},
+            "note": note if n > 1 else "overlap needs two participants or more",
         }
 
 
@@ -158,10 +152,3 @@ def mean_overlap(overlap: Floats, w: Floats) -> Floats:
     total = ((w @ np.where(defined, overlap, 0)) * w).sum(axis=1)
     means: Floats = np.divide(total, pairs, out=np.full(len(w), np.nan), where=pairs > 0)
     return means
-
-
-def _overlap_note(participants: int, empty: int) -> str:
-    if participants < 2:
-        return "overlap needs two participants or more"
-    pairs = participants * (participants - 1) // 2
-    return f"{empty} of {pairs} pairs ticked nothing, both of them, and have no overlap" if empty else ""

@@ -66,7 +66,7 @@ def antonym_table(table: pd.DataFrame, offered: Sequence[str] = ()) -> tuple[tup
     partner: dict[str, tuple[int, str]] = {}
     for line, raw in enumerate(zip(table["word"].tolist(), table["antonym"].tolist(), strict=True), start=2):
         word, antonym = (cell.strip() if isinstance(cell, str) else "" for cell in raw)
-        if mistake := _mistake(word, antonym, offered) or _conflict(word, antonym, partner, pairs):
+        if mistake := _mistake(word, antonym, offered, partner, pairs):
             mistakes.append(f"line {line}: {mistake}")
         elif word not in partner:
             pairs[word, antonym] = line
@@ -76,16 +76,20 @@ def antonym_table(table: pd.DataFrame, offered: Sequence[str] = ()) -> tuple[tup
     return tuple(pairs)
 
 
-def _mistake(word: str, antonym: str, offered: Sequence[str]) -> str:
+def _mistake(
+    word: str,
+    antonym: str,
+    offered: Sequence[str],
+    partner: dict[str, tuple[int, str]],
+    pairs: dict[tuple[str, str], int],
+) -> str:
+    """Return what is wrong with a line, also beside those before it (numbers in `partner` and `pairs`), else ""."""
     if not word or not antonym:
         return f"a word and its antonym are expected, found {word!r} and {antonym!r}"
     if word.casefold() == antonym.casefold():
         return f"{word!r} is its own antonym"
-    strange = [name for name in (word, antonym) if offered and name not in offered]
-    return f"{strange[0]!r} was not offered; {nearest(strange[0], offered)}" if strange else ""
-
-
-def _conflict(word: str, antonym: str, partner: dict[str, tuple[int, str]], pairs: dict[tuple[str, str], int]) -> str:
+    if strange := [name for name in (word, antonym) if offered and name not in offered]:
+        return f"{strange[0]!r} was not offered; {nearest(strange[0], offered)}"
     if line := pairs.get((word, antonym)):
         return f"{word!r} and {antonym!r} stand already in line {line}"
     for one, other in ((word, antonym), (antonym, word)):

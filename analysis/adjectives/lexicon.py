@@ -112,11 +112,13 @@ def merge_word_lists(
     if normalisation not in KINDS:
         raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, KINDS))}")
     stands_for = _synonyms(synonyms or {}, normalisation)
-    written = [
-        (source, word, _key(source, word, normalisation, inflected))
-        for source, words in lists.items()
-        for word in words
-    ]
+    written: list[tuple[str, str, str]] = []
+    for source, words in lists.items():
+        for word in words:
+            if not isinstance(word, str) or not word.strip():
+                raise BadValue(f"the list {shown(source)}: a word is expected, found {shown(word)}")
+            key = normalised(word, normalisation)
+            written.append((source, word, " ".join(key.replace("-", " ").split()) if inflected else key))
     if empty := [source for source in lists if source not in {source for source, _, _ in written}]:
         raise BadValue(f"the list {shown(empty[0])} has no words")
     known = {key for _, _, key in written}
@@ -127,15 +129,21 @@ def merge_word_lists(
             base = next((form for form in _base_forms(key) if form in known), key)
             base = stands_for.get(base, base)
         merged[base].append((source, word, key))
-    rows = [_merged_row(base, entries) for base, entries in merged.items()]
+    rows = []
+    for base, entries in merged.items():
+        forms = list(dict.fromkeys(" ".join(word.split()) for _, word, _ in entries))
+        first = " ".join(next((word for _, word, key in entries if key == base), base).split())
+        times = Counter(source for source, _, _ in entries)
+        notes = [f"{count} times in {source}" for source, count in times.items() if count > 1]
+        if others := [form for form in forms if form != first]:
+            notes.append(f"counts also: {', '.join(others)}")
+        rows.append(
+            {
+                **{"word": first, "sources": "; ".join(times), "n_sources": len(times)},
+                **{"forms": "; ".join(forms), "note": "; ".join(notes)},
+            }
+        )
     return pd.DataFrame(rows, columns=["word", "sources", "n_sources", "forms", "note"])
-
-
-def _key(source: str, word: Any, normalisation: str, inflected: bool) -> str:
-    if not isinstance(word, str) or not word.strip():
-        raise BadValue(f"the list {shown(source)}: a word is expected, found {shown(word)}")
-    key = normalised(word, normalisation)
-    return " ".join(key.replace("-", " ").split()) if inflected else key
 
 
 def _base_forms(word: str) -> Iterator[str]:
@@ -148,24 +156,6 @@ def _base_forms(word: str) -> Iterator[str]:
             yield f"{stem}e"
             yield from [stem[:-1]] if len(stem) > 3 and stem[-1] == stem[-2] else []
             yield from [f"{stem}le"] if ending == "ly" else []  # gently, of gentle
-
-
-def _merged_row(base: str, entries: Sequence[tuple[str, str, str]]) -> dict[str, Any]:
-    forms = list(dict.fromkeys(" ".join(word.split()) for _, word, _ in entries))
-    first = next((word for _, word, key in entries if key == base), base)
-    sources = list(dict.fromkeys(source for source, _, _ in entries))
-    notes = []
-    for source in sources:
-        own = [word for origin, word, _ in entries if origin == source]
-        if len(own) > 1:
-            notes.append(f"{len(own)} times in {source}")
-    others = [form for form in forms if form != " ".join(first.split())]
-    if others:
-        notes.append(f"counts also: {', '.join(others)}")
-    return {
-        "word": " ".join(first.split()), "sources": "; ".join(sources), "n_sources": len(sources),
-        "forms": "; ".join(forms), "note": "; ".join(notes),
-    }  # fmt: skip
 
 
 def synonym_table(table: pd.DataFrame) -> dict[str, str]:

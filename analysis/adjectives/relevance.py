@@ -63,7 +63,13 @@ def relevance(
     drawn = np.empty((0, len(observed)))
     if draws and n > 1:
         drawn = np.concatenate([scored(batch) for batch in weights(generator(seed, "relevance"), n, draws, 100)])
-    limits = list(_limits(observed, drawn, scored, n, interval, confidence))
+    limits = [(math.nan, math.nan)] * len(observed)
+    if len(drawn) and interval == "percentile":
+        limits = [percentile(column, confidence) for column in drawn.T]
+    elif len(drawn):
+        jackknife = np.concatenate([scored(block) for block in np.array_split(left_out(n), max(1, n // 100))])
+        parts = zip(observed.tolist(), drawn.T, jackknife.T, strict=True)
+        limits = [bca(estimate, column, others, confidence) for estimate, column, others in parts]
     table = pd.DataFrame(_rows(selections, observed, drawn, limits, threshold))
     table = table.sort_values("relevance", ascending=False, kind="stable", ignore_index=True)
     sizes = {"participants": len(selections.participants), "stimuli": len(selections.stimuli)}
@@ -105,43 +111,26 @@ def _any_stimulus(selections: Selections) -> Scored:
     return scored
 
 
-def _limits(
-    observed: Floats, drawn: Floats, scored: Scored, n: int, interval: Interval, confidence: float
-) -> Iterator[tuple[float, float]]:
-    if not len(drawn):
-        yield from [(math.nan, math.nan)] * len(observed)
-        return
-    if interval == "percentile":
-        for column in drawn.T:
-            yield percentile(column, confidence)
-        return
-    jackknife = np.concatenate([scored(block) for block in np.array_split(left_out(n), max(1, n // 100))])
-    for estimate, column, others in zip(observed.tolist(), drawn.T, jackknife.T, strict=True):
-        yield bca(estimate, column, others, confidence)
-
-
 def _rows(
     selections: Selections, observed: Floats, drawn: Floats, limits: list[tuple[float, float]], threshold: float
 ) -> Iterator[dict[str, Any]]:
-    ticked = selections.ticked
     for i, word in enumerate(selections.words):
-        low, high = limits[i]
+        ticked, (low, high), note = selections.ticked[:, :, i], limits[i], ""
+        if not len(drawn):
+            alone = len(selections.participants) < 2
+            note = "no interval: it needs two participants or more" if alone else "no interval was asked for"
+        elif not ticked.any():
+            note = "never ticked: every draw gives 0"
+        elif math.isnan(low):
+            note = "no interval: the draws lie on one side of the estimate; use percentile"
         yield {
-            **{"word": word, "ticks": int(ticked[:, :, i].sum())},
-            "participants": int(ticked[:, :, i].any(axis=1).sum()),
-            "stimuli": int(ticked[:, :, i].any(axis=0).sum()),
+            **{"word": word, "ticks": int(ticked.sum())},
+            "participants": int(ticked.any(axis=1).sum()),
+            "stimuli": int(ticked.any(axis=0).sum()),
             **{"relevance": float(observed[i]), "ci_low": low, "ci_high": high, "kept": bool(observed[i] >= threshold)},
             "kept_chance": float((drawn[:, i] >= threshold).mean()) if len(drawn) else math.nan,
-            "note": _note(bool(ticked[:, :, i].any()), len(selections.participants), len(drawn), low),
+            "note": note,
         }
-
-
-def _note(ticked: bool, participants: int, draws: int, low: float) -> str:
-    if not draws:
-        return "no interval: it needs two participants or more" if participants < 2 else "no interval was asked for"
-    if not ticked:
-        return "never ticked: every draw gives 0"
-    return "no interval: the draws lie on one side of the estimate; use percentile" if math.isnan(low) else ""
 
 
 def demand_interval(interval: object) -> None:

@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.analysis.reliability.crossed import combine_labels
-from palpate.analysis.statistics.cells import Coded, check_columns
+from palpate.analysis.statistics.cells import check_columns
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, BadValue, UnknownColumn, listed
 from palpate.protocols.did_you_mean import nearest
@@ -65,7 +65,11 @@ def gather_selections(
     check_words(words, [*names, word])
     listed_words = _offered(words, offered, word)
     where, keys = combine_labels(trials, [*names, stimulus]), combine_labels(trials, names)
-    _refuse_two_stimuli(where, keys)
+    stimulus_of: dict[Any, Hashable] = {}
+    for label in where.labels:
+        parts: Any = label
+        if (other := stimulus_of.setdefault(parts[:-1], parts[-1])) != parts[-1]:
+            raise BadValue(f"the trial {parts[:-1]!r} has two stimuli, {other!r} and {parts[-1]!r}; name every trial")
     who, what = combine_labels(trials, [participant]), combine_labels(trials, [stimulus])
     at = {label: code for code, label in enumerate(keys.labels)}
     first = np.zeros(len(keys.labels), dtype=np.intp)
@@ -73,8 +77,16 @@ def gather_selections(
     met = np.zeros((len(who.labels), len(what.labels)), dtype=np.intp)
     np.add.at(met, (who.codes[first], what.codes[first]), 1)
     ticked = np.zeros((*met.shape, len(listed_words)), dtype=np.intp)
-    rows, columns = _ticks(words, names, at, listed_words, word)
-    np.add.at(ticked, (who.codes[first[rows]], what.codes[first[rows]], columns), 1)
+    if len(words):
+        named = combine_labels(words, names)
+        if lost := [label for label in named.labels if label not in at]:
+            raise BadValue(f"words of trials that are not among the trials: {listed(map(repr, lost), len(lost))}")
+        place = {offered_word: i for i, offered_word in enumerate(listed_words)}
+        rows = np.array([at[label] for label in named.labels], dtype=np.intp)[named.codes]
+        columns = np.array([place[offered_word] for offered_word in words[word].tolist()], dtype=np.intp)
+        both = np.unique(rows * len(listed_words) + columns)  # the trial and the word of every tick, each once
+        rows, columns = first[both // len(listed_words)], both % len(listed_words)
+        np.add.at(ticked, (who.codes[rows], what.codes[rows], columns), 1)
     return Selections(ticked, met, who.labels, what.labels, listed_words, bool(offered))
 
 
@@ -107,30 +119,3 @@ def _offered(words: pd.DataFrame, offered: Sequence[str], word: str) -> list[str
         )
         raise BadValue(f"words that were not offered: {listing}; keep ticked words only, or offer them")
     return list(offered)
-
-
-def _refuse_two_stimuli(where: Coded, keys: Coded) -> None:
-    if len(where.labels) == len(keys.labels):
-        return
-    seen: dict[Any, Any] = {}
-    for label in where.labels:
-        parts: Any = label
-        if (other := seen.setdefault(parts[:-1], parts[-1])) != parts[-1]:
-            raise BadValue(f"the trial {parts[:-1]!r} has two stimuli, {other!r} and {parts[-1]!r}; name every trial")
-
-
-def _ticks(
-    words: pd.DataFrame, names: Sequence[str], at: dict[Hashable, int], listed_words: list[str], word: str
-) -> tuple[Counts, Counts]:
-    """Return the trial and the word of every tick, each once."""
-    if not len(words):
-        return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
-    keys = combine_labels(words, names)
-    lost = [label for label in keys.labels if label not in at]
-    if lost:
-        raise BadValue(f"words of trials that are not among the trials: {listed(map(repr, lost), len(lost))}")
-    place = {offered_word: i for i, offered_word in enumerate(listed_words)}
-    trial = np.array([at[label] for label in keys.labels], dtype=np.intp)[keys.codes]
-    columns = np.array([place[offered_word] for offered_word in words[word].tolist()], dtype=np.intp)
-    both = np.unique(trial * len(listed_words) + columns)
-    return both // len(listed_words), both % len(listed_words)

@@ -10,7 +10,6 @@ import pandas as pd
 from palpate.analysis.choices.counted import Counted, gather_choices
 from palpate.analysis.choices.scales import (
     SUM_ZERO,
-    Maximum,
     Scale,
     constraint_matrix,
     effect_table,
@@ -57,32 +56,7 @@ def bradley_terry(
         for context, answer in np.argwhere(counts > 0).tolist()
     ]
     refuse_separated(np.unique(np.concatenate(advantages), axis=0), [*map(repr, counted.items[1:]), *names])
-    return _scale(counted, maximise_likelihood(design, counts), counts, turn, names, constraint, confidence)
-
-
-def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Floats]:
-    """Return what each parameter adds to each alternative's utility; the first item's value is 0."""
-    pairs, items = len(counted.one), len(counted.items)
-    design = np.zeros((pairs, 3 if ties else 2, items + ties + position))
-    rows = np.arange(pairs)
-    design[rows, 0, counted.one] = design[rows, 1, counted.two] = 1.0
-    if ties:
-        design[rows, 2, counted.one] = design[rows, 2, counted.two] = 0.5
-        design[:, 2, items] = 1.0
-    if position:
-        design[:, 1, -1] = -1.0
-    return design[:, :, 1:], counted.counts[:, : design.shape[1]]
-
-
-def _scale(
-    counted: Counted,
-    most: Maximum,
-    counts: Floats,
-    turn: Floats,
-    names: list[str],
-    constraint: Hashable,
-    confidence: float,
-) -> Scale:
+    most = maximise_likelihood(design, counts)
     size = len(counted.items)
     raw = np.concatenate(([0.0], most.parameters[: size - 1]))
     spread = np.zeros((size, size))
@@ -105,6 +79,20 @@ def _scale(
         model + (", bias for the first place" if "position" in names else ""),
         notes,
     )
+
+
+def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Floats]:
+    """Return what each parameter adds to each alternative's utility; the first item's value is 0."""
+    pairs, items = len(counted.one), len(counted.items)
+    design = np.zeros((pairs, 3 if ties else 2, items + ties + position))
+    rows = np.arange(pairs)
+    design[rows, 0, counted.one] = design[rows, 1, counted.two] = 1.0
+    if ties:
+        design[rows, 2, counted.one] = design[rows, 2, counted.two] = 0.5
+        design[:, 2, items] = 1.0
+    if position:
+        design[:, 1, -1] = -1.0
+    return design[:, :, 1:], counted.counts[:, : design.shape[1]]
 
 
 def pair_table(counted: Counted, fitted: Floats) -> pd.DataFrame:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -70,11 +69,26 @@ def gather_choices(
         raise BadValue(f"an item is compared with itself: {listing}; correct or leave out these rows")
     lead = np.minimum(won, lost) if first is None else both.codes[2 * size :]
     if first is not None:
-        _refuse_strangers(first, (lead != won) & (lead != lost))
-    weights = np.ones(size) if count is None else _whole(data[count], count)
+        rows = np.flatnonzero((lead != won) & (lead != lost)).tolist()
+        if rows:
+            listing = listed((f"row {row + 1}" for row in rows), len(rows))
+            raise BadValue(f"column {first!r} names neither winner nor loser in {listing}")
+    weights = np.ones(size)
+    if count is not None:
+        weights = numbers_of(data[count], count)
+        wrong = np.flatnonzero(~((weights >= 0) & (weights == np.floor(weights)))).tolist()
+        if wrong:
+            listing = listed((f"{weights[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+            raise BadValue(f"column {count!r} must count comparisons (0, 1, 2, ...); found {listing}")
     outcome = np.where(lead == won, 0, 1)
     if tie is not None:
-        outcome = np.where(_truths(data[tie], tie), 2, outcome)
+        column = data[tie]
+        texts = [str(value).strip().lower() for value in column.tolist()]
+        wrong = [row for row, text in enumerate(texts) if text not in TRUE + FALSE]
+        if wrong:
+            listing = listed((f"{column.iloc[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+            raise BadValue(f"column {tie!r} must say true or false; found {listing}")
+        outcome = np.where(np.array([text in TRUE for text in texts]), 2, outcome)
     items = tuple(both.labels)
     two = won + lost - lead
     ordered = first is not None
@@ -86,28 +100,3 @@ def gather_choices(
     if not len(pairs):
         raise BadValue("no comparison has a count above 0")
     return Counted(items, pairs[:, 0], pairs[:, 1], cells[pairs[:, 0], pairs[:, 1]], ordered)
-
-
-def _refuse_strangers(first: Hashable, strange: Any) -> None:
-    rows = np.flatnonzero(strange).tolist()
-    if rows:
-        listing = listed((f"row {row + 1}" for row in rows), len(rows))
-        raise BadValue(f"column {first!r} names neither winner nor loser in {listing}")
-
-
-def _whole(column: pd.Series[Any], name: Hashable) -> Floats:
-    counts = numbers_of(column, name)
-    wrong = np.flatnonzero(~((counts >= 0) & (counts == np.floor(counts)))).tolist()
-    if wrong:
-        listing = listed((f"{counts[row]!r} in row {row + 1}" for row in wrong), len(wrong))
-        raise BadValue(f"column {name!r} must count comparisons (0, 1, 2, ...); found {listing}")
-    return counts
-
-
-def _truths(column: pd.Series[Any], name: Hashable) -> Any:
-    texts = [str(value).strip().lower() for value in column.tolist()]
-    wrong = [row for row, text in enumerate(texts) if text not in TRUE + FALSE]
-    if wrong:
-        listing = listed((f"{column.iloc[row]!r} in row {row + 1}" for row in wrong), len(wrong))
-        raise BadValue(f"column {name!r} must say true or false; found {listing}")
-    return np.array([text in TRUE for text in texts])

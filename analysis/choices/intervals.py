@@ -12,7 +12,7 @@ from scipy.special import ndtri
 
 from palpate.analysis.choices.maximising import DONE, Fitted, Problem, best_of_starts, maximise, shares
 from palpate.analysis.choices.psychometric import Psychometric, deviance_residuals
-from palpate.analysis.choices.shapes import Coordinates, by_jnd, by_threshold
+from palpate.analysis.choices.shapes import by_jnd, by_threshold
 from palpate.analysis.choices.specification import FunctionSpec, Levels, problem_of, quantities, to_level, to_size
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.draws import check_draws, check_share, p_of_draws, stream
@@ -94,7 +94,9 @@ def profile_ends(
     low[:2], high[:2] = (-1e12, float(second.min()) - reach), (1e12, float(second.max()) + reach)
     if by.ends_in_spread:
         low[1], high[1] = problem.low[1], problem.high[1]
-    turned, place = replace(problem, coordinates=by, low=low, high=high, free=free), _placed(most, by)
+    first, second = by.of(most.parameters[:, 0], most.parameters[:, 1])
+    result: Floats = np.column_stack([first, second, most.parameters[:, 2:]])
+    turned, place = replace(problem, coordinates=by, low=low, high=high, free=free), result
     factor = _bartlett(problem, turned, place, most, draws, seeds) if draws else np.ones(len(place))
     allowed = most.log_likelihood - 0.5 * factor * float(ndtri((1 + confidence) / 2)) ** 2
     # The first coordinate's standard error from the expected information, guess and lapse held.
@@ -109,12 +111,6 @@ def profile_ends(
     if spec.falling and which == "threshold":
         ends = ends[:, ::-1]
     return (to_level if which == "threshold" else to_size)(ends, spec, answers)
-
-
-def _placed(most: Fitted, by: Coordinates) -> Floats:
-    first, second = by.of(most.parameters[:, 0], most.parameters[:, 1])
-    result: Floats = np.column_stack([first, second, most.parameters[:, 2:]])
-    return result
 
 
 def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: float) -> Floats:

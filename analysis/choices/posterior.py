@@ -107,7 +107,30 @@ def posterior_of(
     fine = FINE if len(axes[2][0]) == 1 else FINE_WITH_GUESS
     ranges = [_span(axis[0], mass, i) for i, axis in enumerate(axes)]
     axes = [(_even if i < 2 else _gauss)(*ranges[i], fine[i]) for i in range(len(axes))]
-    return _summary(axes, _mass(axes, problem, spec, of), answers, spec, confidence)
+    mass = _mass(axes, problem, spec, of)
+    plane = mass.sum(axis=(2, 3, 4))
+    place, width = (axis.ravel() for axis in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
+    spread = width / (spec.shape.place(0.95) - spec.shape.place(0.05))
+    native = np.column_stack([place - spec.shape.place(0.5) * spread, np.log(spread)])
+    at, size = quantities(spec, answers, native)
+    weights = plane.ravel()
+    means = [float((mass.sum(axis=tuple(j for j in range(5) if j != i)) * axes[i][0]).sum()) for i in range(1, 5)]
+    means[1] = means[2] if spec.equal_rates else means[1]
+    return Posterior(
+        spec.shape.name,
+        spec.threshold,
+        float(weights @ at),
+        _tails(at, weights, confidence),
+        float(weights @ size),
+        spec.jnd,
+        _tails(size, weights, confidence),
+        means[0] * unit_of(answers, spec),
+        means[1],
+        means[2],
+        means[3],
+        confidence,
+        spec.assumed,
+    )
 
 
 def _even(low: float, high: float, count: int) -> Axis:
@@ -165,32 +188,6 @@ def _log_share(hit: Floats, miss: Floats, hits: float, trials: float, eta: Float
     a, b = hit * scale, miss * scale
     grown = gammaln(hits + a) - gammaln(a) + gammaln(trials - hits + b) - gammaln(b)
     return np.where(eta < 1e-4, plain, grown - (gammaln(trials + scale) - gammaln(scale)))
-
-
-def _summary(axes: list[Axis], mass: Floats, answers: Levels, spec: FunctionSpec, confidence: float) -> Posterior:
-    plane = mass.sum(axis=(2, 3, 4))
-    place, width = (axis.ravel() for axis in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
-    spread = width / (spec.shape.place(0.95) - spec.shape.place(0.05))
-    native = np.column_stack([place - spec.shape.place(0.5) * spread, np.log(spread)])
-    at, size = quantities(spec, answers, native)
-    weights = plane.ravel()
-    means = [float((mass.sum(axis=tuple(j for j in range(5) if j != i)) * axes[i][0]).sum()) for i in range(1, 5)]
-    means[1] = means[2] if spec.equal_rates else means[1]
-    return Posterior(
-        spec.shape.name,
-        spec.threshold,
-        float(weights @ at),
-        _tails(at, weights, confidence),
-        float(weights @ size),
-        spec.jnd,
-        _tails(size, weights, confidence),
-        means[0] * unit_of(answers, spec),
-        means[1],
-        means[2],
-        means[3],
-        confidence,
-        spec.assumed,
-    )
 
 
 def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:

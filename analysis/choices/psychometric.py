@@ -105,7 +105,53 @@ def fit_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
     problem = problem_of(answers, spec)
     fits = best_of_starts(problem, STARTS)
     refuse_no_estimate(answers, spec, problem, fits, 0)
-    return _described(answers, spec, problem, fits)
+    centre, log_spread, guess, lapse = fits.parameters[0].tolist()
+    spread = math.exp(log_spread) * unit_of(answers, spec)
+    at, size = (float(value[0]) for value in quantities(spec, answers, fits.parameters))
+    hit = shares(problem, fits.parameters)[0][0]
+    expected = hit[::-1] if spec.falling else hit
+    residuals = deviance_residuals(answers.hits, answers.trials, expected)
+    columns = {"level": answers.levels, "n": answers.trials.astype(int), "hits": answers.hits.astype(int)}
+    shared = {"share": answers.hits / answers.trials, "expected": expected, "deviance_residual": residuals}
+    table = pd.DataFrame(columns | shared)
+    steep = float(spec.shape.steepness(np.array([spec.shape.place(spec.threshold)]))[0]) / spread
+    chain = 1 / at if spec.shape.logarithmic else (-1.0 if spec.falling else 1.0)
+    offset = math.log(answers.levels[0]) if spec.shape.logarithmic else 0.0
+    # The part of the log likelihood that does not depend on the function: log binomial coefficients.
+    misses = answers.trials - answers.hits
+    constant = float((gammaln(answers.trials + 1) - gammaln(answers.hits + 1) - gammaln(misses + 1)).sum())
+    notes = []
+    if not answers.levels[0] <= at <= answers.levels[-1]:
+        notes.append(f"the threshold lies outside the levels tested ({answers.levels[0]:g} to {answers.levels[-1]:g})")
+    for place, name in ((2, "guess"), (3, "lapse")):
+        value, high = float(fits.parameters[0, place]), float(problem.high[place])
+        if problem.free[place] and value >= high:
+            notes.append(f"the {name} rate is at its upper bound {high:g}: the data would take it higher")
+    if len(answers.levels) <= int(problem.free.sum()):
+        notes.append("as many parameters as levels: the fit cannot be tested")
+    return Psychometric(
+        spec.shape.name,
+        at,
+        spec.threshold,
+        guess + (1 - guess - lapse) * spec.threshold,
+        size,
+        spec.jnd,
+        centre + offset if spec.shape.logarithmic else float(to_level(np.array(centre), spec, answers)),
+        spread,
+        (1 - guess - lapse) * steep * chain,
+        guess,
+        lapse,
+        float(fits.log_likelihood[0]) + constant,
+        float((table["deviance_residual"] ** 2).sum()),
+        len(answers.levels) - int(problem.free.sum()),
+        table,
+        spec.falling,
+        spec.assumed,
+        tuple(notes),
+        spec,
+        answers,
+        fits,
+    )
 
 
 def refuse_no_estimate(answers: Levels, spec: FunctionSpec, problem: Problem, fits: Fitted, i: int) -> None:
@@ -129,66 +175,9 @@ def refuse_no_estimate(answers: Levels, spec: FunctionSpec, problem: Problem, fi
         raise NoEstimate("the fit is a step between two levels: the slope has no estimate; test levels in between")
 
 
-def _described(answers: Levels, spec: FunctionSpec, problem: Problem, fits: Fitted) -> Psychometric:
-    centre, log_spread, guess, lapse = fits.parameters[0].tolist()
-    spread = math.exp(log_spread) * unit_of(answers, spec)
-    at, size = (float(value[0]) for value in quantities(spec, answers, fits.parameters))
-    hit = shares(problem, fits.parameters)[0][0]
-    expected = hit[::-1] if spec.falling else hit
-    residuals = deviance_residuals(answers.hits, answers.trials, expected)
-    columns = {"level": answers.levels, "n": answers.trials.astype(int), "hits": answers.hits.astype(int)}
-    shared = {"share": answers.hits / answers.trials, "expected": expected, "deviance_residual": residuals}
-    table = pd.DataFrame(columns | shared)
-    steep = float(spec.shape.steepness(np.array([spec.shape.place(spec.threshold)]))[0]) / spread
-    chain = 1 / at if spec.shape.logarithmic else (-1.0 if spec.falling else 1.0)
-    offset = math.log(answers.levels[0]) if spec.shape.logarithmic else 0.0
-    return Psychometric(
-        spec.shape.name,
-        at,
-        spec.threshold,
-        guess + (1 - guess - lapse) * spec.threshold,
-        size,
-        spec.jnd,
-        centre + offset if spec.shape.logarithmic else float(to_level(np.array(centre), spec, answers)),
-        spread,
-        (1 - guess - lapse) * steep * chain,
-        guess,
-        lapse,
-        float(fits.log_likelihood[0]) + _ways(answers),
-        float((table["deviance_residual"] ** 2).sum()),
-        len(answers.levels) - int(problem.free.sum()),
-        table,
-        spec.falling,
-        spec.assumed,
-        tuple(_notes(answers, at, problem, fits)),
-        spec,
-        answers,
-        fits,
-    )
-
-
-def _ways(answers: Levels) -> float:
-    """Return the part of the log likelihood that does not depend on the function: log binomial coefficients."""
-    misses = answers.trials - answers.hits
-    return float((gammaln(answers.trials + 1) - gammaln(answers.hits + 1) - gammaln(misses + 1)).sum())
-
-
 def deviance_residuals(hits: Floats, trials: Floats, expected: Floats) -> Floats:
     """Return the signed roots of each level's share of the deviance."""
     share = hits / trials
     parts = trials * (rel_entr(share, expected) + rel_entr(1 - share, 1 - expected))
     result: Floats = np.sign(share - expected) * np.sqrt(2 * np.maximum(parts, 0.0))
     return result
-
-
-def _notes(answers: Levels, at: float, problem: Problem, fits: Fitted) -> list[str]:
-    notes = []
-    if not answers.levels[0] <= at <= answers.levels[-1]:
-        notes.append(f"the threshold lies outside the levels tested ({answers.levels[0]:g} to {answers.levels[-1]:g})")
-    for place, name in ((2, "guess"), (3, "lapse")):
-        value, high = float(fits.parameters[0, place]), float(problem.high[place])
-        if problem.free[place] and value >= high:
-            notes.append(f"the {name} rate is at its upper bound {high:g}: the data would take it higher")
-    if len(answers.levels) <= int(problem.free.sum()):
-        notes.append("as many parameters as levels: the fit cannot be tested")
-    return notes

@@ -122,10 +122,10 @@ def by_jnd(shape: Shape, kind: JndKind) -> Coordinates:
     """Return the coordinates (log JND, the remaining one): the centre, or for a logarithmic shape the log spread."""
     weight, high, low = ends(kind)
     up, down = shape.place(high), shape.place(low)
-    return _logarithmic(weight, up, down) if shape.logarithmic else _linear(weight * (up - down))
+    if shape.logarithmic:
+        return _logarithmic(weight, up, down)
+    unit = weight * (up - down)
 
-
-def _linear(unit: float) -> Coordinates:
     def native(first: Floats, second: Floats) -> Mapped:
         slopes = np.zeros((*first.shape, 2, 2))
         slopes[..., 0, 1] = slopes[..., 1, 0] = 1.0

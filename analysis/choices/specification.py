@@ -170,7 +170,13 @@ def rates_of(
     if task != "forced_choice":
         refuse_idle("alternatives", alternatives, None, "except with task='forced_choice'")
     if task == "forced_choice":
-        return _forced_choice(alternatives, guess, estimated if lapse is None else lapse)
+        if guess is not None:
+            raise BadOption("guess has no effect: in a forced choice it is 1 / alternatives; give `alternatives`")
+        if isinstance(alternatives, bool) or not isinstance(alternatives, int) or alternatives < 2:
+            raise BadOption(f"alternatives={shown(alternatives)}: a forced choice needs their number, 2 or more")
+        high = _bounds(estimated if lapse is None else lapse, "lapse")
+        words = f"forced choice, guess rate fixed at 1/{alternatives}, lapse rate {_words(high)}"
+        return Rates((1 / alternatives, 1 / alternatives), high, False, words)
     if task == "symmetric":
         if guess is not None:
             raise BadOption("guess has no effect: both sides of a symmetric task have the lapse rate; give `lapse`")
@@ -181,16 +187,6 @@ def rates_of(
     high = _bounds((WICHMANN_HILL if task is None else estimated) if lapse is None else lapse, "lapse")
     name = "no task declared" if task is None else "yes/no task"
     return Rates(low, high, False, f"{name}, guess rate {_words(low)}, lapse rate {_words(high)}")
-
-
-def _forced_choice(alternatives: int | None, guess: Rate | None, lapse: Rate) -> Rates:
-    if guess is not None:
-        raise BadOption("guess has no effect: in a forced choice it is 1 / alternatives; give `alternatives`")
-    if isinstance(alternatives, bool) or not isinstance(alternatives, int) or alternatives < 2:
-        raise BadOption(f"alternatives={shown(alternatives)}: a forced choice needs their number, 2 or more")
-    high = _bounds(lapse, "lapse")
-    words = f"forced choice, guess rate fixed at 1/{alternatives}, lapse rate {_words(high)}"
-    return Rates((1 / alternatives, 1 / alternatives), high, False, words)
 
 
 def _words(rate: Bounds) -> str:

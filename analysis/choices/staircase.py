@@ -60,7 +60,20 @@ def staircase(
     """
     if isinstance(last, bool) or not isinstance(last, int) or last < 2 or last % 2:
         raise BadOption(f"last={shown(last)}: expected an even number of reversals from 2")
-    levels, hits = _in_order(data, level, correct, order)
+    check_columns(data, [level, correct] if order is None else [level, correct, order])
+    levels, hits = (numbers_of(data[name], name) for name in (level, correct))
+    for name, values in ((level, levels), (correct, hits)):
+        if np.isnan(values).any():
+            row = int(np.flatnonzero(np.isnan(values))[0]) + 1
+            raise BadValue(f"column {name!r} has no value in row {row}; a staircase needs every trial")
+    if not np.isin(hits, (0, 1)).all():
+        raise BadValue(f"column {correct!r} must be 0 or 1 (or true and false) in each trial of a staircase")
+    if order is not None:
+        numbers = numbers_of(data[order], order)
+        if len(np.unique(numbers)) != len(numbers) or np.isnan(numbers).any():
+            raise BadValue(f"column {order!r} does not give each trial a place of its own; is this one staircase?")
+        sorting = np.argsort(numbers)
+        levels, hits = levels[sorting], hits[sorting]
     if not np.diff(levels).any():
         raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is no staircase")
     # Where the direction of the moves turns: the last trial at the turning level.
@@ -90,24 +103,6 @@ def staircase(
     if rule is None:
         notes.append("no up-down rule explains the moves: where the reversals converge is unknown")
     return Staircase(table, float(chosen.mean()), float(chosen.std(ddof=1)), used, rule, tuple(notes))
-
-
-def _in_order(data: pd.DataFrame, level: Hashable, correct: Hashable, order: Hashable | None) -> tuple[Floats, Floats]:
-    check_columns(data, [level, correct] if order is None else [level, correct, order])
-    columns = [numbers_of(data[name], name) for name in (level, correct)]
-    for name, values in zip((level, correct), columns, strict=True):
-        if np.isnan(values).any():
-            row = int(np.flatnonzero(np.isnan(values))[0]) + 1
-            raise BadValue(f"column {name!r} has no value in row {row}; a staircase needs every trial")
-    if not np.isin(columns[1], (0, 1)).all():
-        raise BadValue(f"column {correct!r} must be 0 or 1 (or true and false) in each trial of a staircase")
-    if order is None:
-        return columns[0], columns[1]
-    places = numbers_of(data[order], order)
-    if len(np.unique(places)) != len(places) or np.isnan(places).any():
-        raise BadValue(f"column {order!r} does not give each trial a place of its own; is this one staircase?")
-    sorting = np.argsort(places)
-    return columns[0][sorting], columns[1][sorting]
 
 
 def explaining_rule(levels: Floats, hits: Floats) -> Rule | None:
@@ -154,19 +149,13 @@ def _rest(down: int, up: int, ratio: float) -> float:
     low, high = 0.0, 1.0
     for _ in range(60):
         p = (low + high) / 2
-        falls = _first(p, down, up)
+        falls, q = p, 1 - p
+        if p not in (0.0, 1.0):  # `down` hits in a row come before `up` misses in a row (Feller 1968, XIII.7)
+            hits_first = p ** (down - 1) * -math.expm1(up * math.log(q))
+            misses_first = q ** (up - 1) * -math.expm1(down * math.log(p))
+            falls = hits_first / (hits_first + misses_first)
         if falls * ratio < 1 - falls:
             low = p
         else:
             high = p
     return (low + high) / 2
-
-
-def _first(p: float, down: int, up: int) -> float:
-    """Return the probability that `down` hits in a row come before `up` misses in a row (Feller 1968, XIII.7)."""
-    q = 1 - p
-    if p in (0.0, 1.0):
-        return p
-    hits_first = p ** (down - 1) * -math.expm1(up * math.log(q))
-    misses_first = q ** (up - 1) * -math.expm1(down * math.log(p))
-    return hits_first / (hits_first + misses_first)

@@ -65,17 +65,6 @@ def thurstone(
         raw, fitted = _least_squares(counted)
         spread, value = np.full((len(raw), len(raw)), math.nan), math.nan
         model = "Thurstone, case V, least squares"
-    return _scale(counted, turn, (raw, spread, fitted, value), (model, constraint, confidence))
-
-
-def _scale(
-    counted: Counted,
-    turn: Floats,
-    estimate: tuple[Floats, Floats, Floats, float],
-    options: tuple[str, Hashable, float],
-) -> Scale:
-    raw, spread, fitted, value = estimate
-    model, constraint, confidence = options
     covariance = turn @ spread @ turn.T
     shares = np.column_stack([fitted, 1 - fitted])
     deviance, df, p, notes = fit_against_free(counted.counts[:, :2], shares, len(raw) - 1)
@@ -124,7 +113,12 @@ def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
     for _ in range(STEPS):
         value, slope, bend = _around(design, counts, place)
         step: Floats = np.asarray(np.linalg.solve(bend, slope), dtype=np.float64)
-        moved = _uphill(design, counts, place, step, value)
+        moved: Floats | None = None
+        for halving in range(HALVINGS):
+            further = place + step * 0.5**halving
+            if _around(design, counts, further)[0] > value:
+                moved = further
+                break
         if float(step @ slope) <= DONE * max(1.0, abs(value)) or moved is None:
             break
         place = moved
@@ -138,14 +132,6 @@ def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
     result: Floats = (design.T * (total * weight)) @ design
     spread[1:, 1:] = inverse(result)
     return np.concatenate(([0.0], place)), spread, shares, value
-
-
-def _uphill(design: Floats, counts: Floats, place: Floats, step: Floats, value: float) -> Floats | None:
-    for halving in range(HALVINGS):
-        moved: Floats = place + step * 0.5**halving
-        if _around(design, counts, moved)[0] > value:
-            return moved
-    return None
 
 
 def _around(design: Floats, counts: Floats, place: Floats) -> tuple[float, Floats, Floats]:
