@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from palpate.analysis.mixed_models.model import Fit, MixedModel
-from palpate.analysis.mixed_models.problem import Batch, block_factor, outside, whiten, whitening
+from palpate.analysis.mixed_models.problem import block_factor, outside, whiten, whitening
 from palpate.analysis.statistics.doubles import Floats
 
 
@@ -20,7 +20,13 @@ def random_effects(model: MixedModel) -> pd.DataFrame:
     """
     fit = model.fit
     factors = fit.best.parameters.factors(fit.best.free)
-    late = _outside(fit, factors)
+    width, triangle = fit.at.width, fit.at.triangle
+    known = triangle[:width, -1] - triangle[:width, width:-1] @ fit.at.coefficients
+    spherical = np.linalg.solve(triangle[:width, :width], known) if width else known
+    late: dict[int, Floats] = {}  # internal effects of the terms outside the blocks, (levels, effects)
+    for i, (term, start) in zip(fit.problem.layout.outside, outside(fit.problem), strict=True):
+        stop = start + len(term.levels) * term.size
+        late[i] = spherical[start:stop].reshape(-1, term.size) @ factors[i].T
     inner = {**late, **_inside(fit, factors, late)}
     tables = []
     for i, term in enumerate(fit.problem.random):
@@ -31,25 +37,15 @@ def random_effects(model: MixedModel) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True).astype({"group": "str", "level": "str", "effect": "str"})
 
 
-def _outside(fit: Fit, factors: Sequence[Floats]) -> dict[int, Floats]:
-    """Return the internal effects of the terms outside the blocks, (levels, effects) each."""
-    width, triangle = fit.at.width, fit.at.triangle
-    known = triangle[:width, -1] - triangle[:width, width:-1] @ fit.at.coefficients
-    spherical = np.linalg.solve(triangle[:width, :width], known) if width else known
-    effects = {}
-    for i, (term, start) in zip(fit.problem.layout.outside, outside(fit.problem), strict=True):
-        stop = start + len(term.levels) * term.size
-        effects[i] = spherical[start:stop].reshape(-1, term.size) @ factors[i].T
-    return effects
-
-
 def _inside(fit: Fit, factors: Sequence[Floats], late: dict[int, Floats]) -> dict[int, Floats]:
     """Return the internal effects of the terms inside the blocks."""
     problem = fit.problem
     inside = block_factor(problem, factors)
     other = np.concatenate([*(late[i].ravel() for i in problem.layout.outside), fit.at.coefficients])
     blocks = np.zeros((problem.layout.blocks, problem.layout.width))
-    for batch, rest in _rests(fit, other):
+    for batch in fit.parts.batches:
+        # What a block sees of y once all other effects are taken off, (blocks, r, 1).
+        rest = batch.seen[:, :, -1:] - (batch.seen[:, :, :-1] @ other)[:, :, None]
         lower = whitening(batch, inside)[batch.which]
         weights = np.linalg.solve(lower.transpose(0, 2, 1), whiten(lower, rest))
         spherical = (batch.through[batch.which] @ inside).transpose(0, 2, 1) @ weights
@@ -62,9 +58,3 @@ def _inside(fit: Fit, factors: Sequence[Floats], late: dict[int, Floats]) -> dic
         first = block.start + block.slots * term.size if block.count > 1 else np.full(len(home), block.start)
         effects[block.term] = blocks[home[:, None], first[:, None] + np.arange(term.size)]
     return effects
-
-
-def _rests(fit: Fit, other: Floats) -> Iterator[tuple[Batch, Floats]]:
-    """Yield what a block sees of y once all other effects are taken off, (blocks, r, 1)."""
-    for batch in fit.parts.batches:
-        yield batch, batch.seen[:, :, -1:] - (batch.seen[:, :, :-1] @ other)[:, :, None]

@@ -93,21 +93,17 @@ def refuse_indistinguishable(problem: Problem) -> None:
                 "apart; take one of them out"
             )
     few = [term for term in problem.random if len(term.levels) <= problem.columns]
-    basis = np.linalg.qr(problem.fixed.columns(slice(None), len(problem.y)))[0] if few else None
+    basis = np.linalg.qr(problem.fixed.columns(slice(None), len(problem.y)))[0] if few else np.empty((0, 0))
     for term in few:
-        if basis is not None and _explained(basis, term):
+        # Whether every group's indicator is a combination of the fixed effects, whose orthonormal columns are `basis`.
+        sums = np.zeros((len(term.levels), basis.shape[1]))
+        np.add.at(sums, term.codes, basis)
+        sizes = np.bincount(term.codes, minlength=len(term.levels))
+        if ((sums**2).sum(axis=1) > sizes * (1 - DEPENDENT)).all():
             raise NotIdentified(
                 f"the fixed effects tell the levels of grouping factor {term.name!r} apart already, so the data say "
                 "nothing of a variance between them; take the grouping factor or those fixed effects out"
             )
-
-
-def _explained(basis: Floats, term: Random) -> bool:
-    """Return whether every group's indicator is a combination of the fixed effects (`basis`: orthonormal columns)."""
-    sums = np.zeros((len(term.levels), basis.shape[1]))
-    np.add.at(sums, term.codes, basis)
-    sizes = np.bincount(term.codes, minlength=len(term.levels))
-    return bool(((sums**2).sum(axis=1) > sizes * (1 - DEPENDENT)).all())
 
 
 def refuse_unit(exponent: int, dv: Hashable) -> None:

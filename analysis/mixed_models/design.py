@@ -217,7 +217,15 @@ def type_three(design: Design, triangle: Floats) -> dict[Effect, Floats]:
     """Return each effect's rows; `design` reports sum coding, `triangle` is that of its columns (X'X = its square)."""
     effects = [effect for effect in design.effects if effect]
     if len(effects) == 1:
-        return {effects[0]: _doolittle(design, triangle)}
+        # The effect's rows of L', where X'X = L D L' in treatment coding; a triangle of X is D^(1/2) L'.
+        back = design.back().copy()
+        effect = design.effects[-1]
+        if design.variables[effect[0]].table is not None:
+            back[1:] = _against_first(design, effect) @ back[1:]
+            back[0, 1:] = np.asarray(design.variables[effect[0]].table)[0]
+        upper = triangle_of(triangle @ np.linalg.inv(back))
+        rows: Floats = (upper / np.diag(upper)[:, None])[1:] @ back
+        return {effects[0]: rows}
     back, places = design.back(), design.places
     return {effect: _against_first(design, effect) @ back[places[effect]] for effect in effects}
 
@@ -232,18 +240,6 @@ def _differences(variable: Variable) -> Floats:
         return np.ones((1, 1))
     differences: Floats = variable.table[1:] - variable.table[:1]
     return differences
-
-
-def _doolittle(design: Design, triangle: Floats) -> Floats:
-    """Return the effect's rows of L', where X'X = L D L' in treatment coding; a triangle of X is D^(1/2) L'."""
-    back = design.back().copy()
-    effect = design.effects[-1]
-    if design.variables[effect[0]].table is not None:
-        back[1:] = _against_first(design, effect) @ back[1:]
-        back[0, 1:] = np.asarray(design.variables[effect[0]].table)[0]
-    upper = triangle_of(triangle @ np.linalg.inv(back))
-    rows: Floats = (upper / np.diag(upper)[:, None])[1:] @ back
-    return rows
 
 
 @dataclass(frozen=True)

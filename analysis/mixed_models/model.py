@@ -6,7 +6,7 @@ R squared: Nakagawa & Schielzeth 2013, Johnson 2014.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -131,7 +131,12 @@ def mixed_model(
     """
     check_call(fixed, random, numeric, uncorrelated, coding, reml, confidence)
     fixed = tuple(dict.fromkeys([*fixed, *numeric])) if len(set(fixed)) == len(fixed) else tuple(fixed)
-    slopes = [part for of_group in random.values() for slope in of_group for part in _columns(slope, data)]
+    slopes = [
+        part
+        for of_group in random.values()
+        for slope in of_group
+        for part in ([slope] if slope in data.columns else slope.split(":"))
+    ]
     used = list(dict.fromkeys([*fixed, *slopes]))
     numbers = [name for name in used if name in numeric]
     groups = group_columns(list(random), list(data.columns))
@@ -149,10 +154,6 @@ def mixed_model(
     )
     with one_thread():
         return _fitted(formula, reml, confidence)
-
-
-def _columns(slope: str, data: pd.DataFrame) -> list[str]:
-    return [slope] if slope in data.columns else slope.split(":")
 
 
 def _fitted(formula: _Formula, reml: bool, confidence: float) -> MixedModel:
@@ -319,15 +320,11 @@ def read_table(
     y = y[~empty]
     if len(y) < 3:
         raise TooFew(f"{len(y)} rows have a value in column {dv!r}; a mixed model needs many more")
-    order = np.lexsort(list(_keys(complete, y, factors, numbers)))
+    # The last key sorts first; rows that share all of them are the same in everything.
+    values = [numbers_of(complete[name], name) for name in numbers]
+    codes = [coded(complete[name], name).codes for name in sorted(factors)]
+    order = np.lexsort([y, *values, *codes])
     return Table(complete.iloc[order].reset_index(drop=True), y[order], int(empty.sum()))
-
-
-def _keys(complete: pd.DataFrame, y: Floats, factors: Sequence[str], numbers: Sequence[str]) -> Iterable[Any]:
-    """Yield what rows are sorted by, the last key first; rows that share all of them are the same in everything."""
-    yield y
-    yield from (numbers_of(complete[name], name) for name in numbers)
-    yield from (coded(complete[name], name).codes for name in sorted(factors))
 
 
 def refuse_constant(y: Floats, dv: Hashable) -> None:

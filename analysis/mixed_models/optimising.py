@@ -74,22 +74,32 @@ class Counted:
 
 
 def find_optimum(counted: Counted, parameters: Parameters) -> Optimum:
-    """Return the smallest deviance. Raises NotConverged where no start leads to a point that is proved to be one."""
-    sizes = _scanned(counted, parameters)
-    starts = (np.maximum(sizes, 0.1), np.maximum(0.4 * sizes, 0.4))
-    results = [_descended(counted, parameters, parameters.diagonal(start)) for start in starts]
-    best = results[0] if results[0][0] <= results[1][0] + 1e-6 else results[1]
-    return _proved(counted, parameters.around(best[1]), best[1])
+    """Return the smallest deviance, away from saddles, down to the last digit, variances of nothing set to zero.
 
-
-def _scanned(counted: Counted, parameters: Parameters) -> Floats:
-    """Return the best of `SIZES` for each effect in turn, twice."""
+    Raises NotConverged where no start leads to a point that is proved to be one.
+    """
+    # The best of `SIZES` for each effect in turn, twice.
     sizes = np.ones(sum(term.size for term in parameters.random))
     for _ in range(2):
         for i in range(len(sizes)):
             tried = [np.where(np.arange(len(sizes)) == i, size, sizes) for size in SIZES]
             sizes = min(tried, key=lambda candidate: counted.at(parameters.diagonal(candidate)))
-    return sizes
+    starts = (np.maximum(sizes, 0.1), np.maximum(0.4 * sizes, 0.4))
+    results = [_descended(counted, parameters, parameters.diagonal(start)) for start in starts]
+    best = results[0] if results[0][0] <= results[1][0] + 1e-6 else results[1]
+    near = parameters.around(best[1])
+    snapped = _snapped(counted, near, _polished(counted, near, best[1]))
+    parameters = near.around(snapped)
+    value, free = counted.of(parameters), parameters.free_of(snapped)
+    slope, curved = gradient(value, free), hessian(value, free)
+    _, distance, lowest = _newton(slope, curved)
+    values, steepest = np.linalg.eigvalsh(curved), float(np.abs(slope).max())
+    if lowest is not None or distance > CONVERGED or steepest > 1e-3 * max(1.0, float(values.max())):
+        raise NotConverged(
+            f"the likelihood's maximum was not reached: a step still promises {distance:.2g} in deviance, the slope is "
+            f"{steepest:.2g}, the smallest curvature {values.min():.2g}; take random slopes out or rescale the outcome"
+        )
+    return Optimum(parameters, free, value(free), distance, steepest, curved, counted.evaluations)
 
 
 def _descended(counted: Counted, parameters: Parameters, factors: list[Floats]) -> tuple[float, list[Floats]]:
@@ -105,22 +115,6 @@ def _descended(counted: Counted, parameters: Parameters, factors: list[Floats]) 
             break
         last = float(result.fun)
     return float(result.fun), factors
-
-
-def _proved(counted: Counted, parameters: Parameters, factors: list[Floats]) -> Optimum:
-    """Return a proven minimum: away from saddles, down to the last digit, variances of nothing set to zero."""
-    snapped = _snapped(counted, parameters, _polished(counted, parameters, factors))
-    parameters = parameters.around(snapped)
-    value, free = counted.of(parameters), parameters.free_of(snapped)
-    slope, curved = gradient(value, free), hessian(value, free)
-    _, distance, lowest = _newton(slope, curved)
-    values, steepest = np.linalg.eigvalsh(curved), float(np.abs(slope).max())
-    if lowest is not None or distance > CONVERGED or steepest > 1e-3 * max(1.0, float(values.max())):
-        raise NotConverged(
-            f"the likelihood's maximum was not reached: a step still promises {distance:.2g} in deviance, the slope is "
-            f"{steepest:.2g}, the smallest curvature {values.min():.2g}; take random slopes out or rescale the outcome"
-        )
-    return Optimum(parameters, free, value(free), distance, steepest, curved, counted.evaluations)
 
 
 def _polished(counted: Counted, parameters: Parameters, factors: list[Floats]) -> list[Floats]:
@@ -179,19 +173,15 @@ def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) ->
         u, s, _ = np.linalg.svd(factors[i] / unit[:, None])
         for place in np.flatnonzero(s < NEAR_ZERO).tolist():
             remaining = np.where(np.arange(term.size) < place, s, 0.0)
-            rebuilt = (
-                unit[:, None] * triangular(u * remaining) if term.correlated else _without(factors[i], unit, s[place])
-            )
+            if term.correlated:
+                rebuilt = unit[:, None] * triangular(u * remaining)
+            else:  # without the effects of at most this size
+                rebuilt = np.where(factors[i] / unit[:, None] <= s[place], 0.0, factors[i])
             tried = [rebuilt if j == i else factor for j, factor in enumerate(factors)]
             if counted.at(tried) <= counted.at(factors) + SAME:
                 factors = tried
                 break
     return factors
-
-
-def _without(factor: Floats, unit: Floats, largest: float) -> Floats:
-    """Return a diagonal factor without its effects of at most this size."""
-    return np.where(factor / unit[:, None] <= largest, 0.0, factor)
 
 
 @dataclass(frozen=True)

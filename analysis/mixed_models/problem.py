@@ -85,9 +85,13 @@ def _layout(random: Sequence[Random], outer: int, nested: bool) -> Layout:
     for i, term in enumerate(random):
         if i == outer or not nested or (home := _home(term, codes)) is None:
             continue
-        slots, count = _slots(home, blocks)
-        inside.append(Block(i, slots, count, width))
-        width += count * term.size
+        order = np.argsort(home, kind="stable")
+        counts = np.bincount(home, minlength=blocks)
+        starts = np.cumsum(counts) - counts
+        slots = np.empty(len(home), dtype=np.intp)
+        slots[order] = np.arange(len(home)) - starts[home[order]]
+        inside.append(Block(i, slots, int(counts.max()), width))
+        width += int(counts.max()) * term.size
     placed = {block.term for block in inside}
     return Layout(codes, blocks, tuple(inside), tuple(i for i in range(len(random)) if i not in placed), width)
 
@@ -97,15 +101,6 @@ def _home(term: Random, blocks: Codes) -> Codes | None:
     home = np.zeros(len(term.levels), dtype=np.intp)
     home[term.codes] = blocks
     return home if bool((home[term.codes] == blocks).all()) else None
-
-
-def _slots(home: Codes, blocks: int) -> tuple[Codes, int]:
-    order = np.argsort(home, kind="stable")
-    counts = np.bincount(home, minlength=blocks)
-    starts = np.cumsum(counts) - counts
-    slots = np.empty(len(home), dtype=np.intp)
-    slots[order] = np.arange(len(home)) - starts[home[order]]
-    return slots, int(counts.max())
 
 
 def _cost(layout: Layout, random: Sequence[Random], fixed: int) -> tuple[float, float]:

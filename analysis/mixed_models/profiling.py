@@ -101,19 +101,20 @@ def profile_intervals(model: MixedModel, confidence: float = 0.95) -> pd.DataFra
 
 
 def _intervals(fit: Fit, allowed: float) -> Iterator[tuple[str, str, float, float, float]]:
-    best = _ml(fit)
+    problem, parts = fit.problem, fit.parts
+    if degrees_of_freedom(problem, False) < 3:
+        raise NotConverged("too few values for a profile")
+    counted = Counted(lambda factors: deviance(problem, solve(problem, parts, factors), False))
+    best = find_optimum(counted, natural_parameters(problem))
     for group, effect, ratio, term in _ratios(fit.problem):
         profile = _Profile(fit.problem, fit.parts, best, ratio, term)
-        sd, smallest = profile.sigma * ratio(profile.factors), _nothing(profile)
+        # A standard deviation so small that the data cannot distinguish it from none.
+        unit = 1.0 if profile.term is None else profile.ratio_of(np.diag(profile.best.parameters.natural[profile.term]))
+        smallest = SMALLEST_SHARE * profile.sigma * unit
+        sd = profile.sigma * ratio(profile.factors)
         low, high = _low(profile, sd, smallest, allowed), _high(profile, max(sd, smallest), allowed)
         sd, low, high = (rescaled(x, fit.y_exponent) for x in (sd, low, high))
         yield group, effect, sd, low, high
-
-
-def _nothing(profile: _Profile) -> float:
-    """Return a standard deviation so small that the data cannot distinguish it from none."""
-    unit = 1.0 if profile.term is None else profile.ratio_of(np.diag(profile.best.parameters.natural[profile.term]))
-    return SMALLEST_SHARE * profile.sigma * unit
 
 
 def _low(profile: _Profile, sd: float, smallest: float, allowed: float) -> float:
@@ -143,14 +144,6 @@ def _crossing(profile: _Profile, low: float, high: float, allowed: float) -> flo
         return profile.rise(math.exp(log_sd)) - allowed
 
     return math.exp(float(brentq(beyond, math.log(low), math.log(high), xtol=1e-7)))
-
-
-def _ml(fit: Fit) -> Optimum:
-    problem, parts = fit.problem, fit.parts
-    if degrees_of_freedom(problem, False) < 3:
-        raise NotConverged("too few values for a profile")
-    counted = Counted(lambda factors: deviance(problem, solve(problem, parts, factors), False))
-    return find_optimum(counted, natural_parameters(problem))
 
 
 def _ratios(problem: Problem) -> Iterator[tuple[str, str, Ratio, int | None]]:

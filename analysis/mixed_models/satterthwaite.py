@@ -8,9 +8,8 @@ psi the free numbers and log sigma, and A twice the inverse of the deviance's se
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -141,15 +140,14 @@ def _sizes(variance: float, exponent: int) -> tuple[float, float]:
 
 def correlations_table(random: Sequence[Random], covariance: Sequence[Floats], exponent: int) -> pd.DataFrame:
     """Return one row per pair of correlated random effects of a grouping factor."""
-    rows = [row for term, matrix in zip(random, covariance, strict=True) for row in _pairs(term, matrix, exponent)]
+    rows = []
+    for term, matrix in zip(random, covariance, strict=True):
+        sd = np.sqrt(np.diag(matrix))
+        for i in range(term.size if term.correlated else 0):
+            for j in range(i):
+                product = float(sd[i] * sd[j])
+                r = min(1.0, max(-1.0, float(matrix[i, j]) / product)) if product else math.nan
+                shared = rescaled(float(matrix[i, j]), 2 * exponent)
+                note = "" if product else NO_CORRELATION
+                rows.append((term.name, term.effects[j], term.effects[i], shared, r, note))
     return pd.DataFrame(rows, columns=CORRELATIONS)
-
-
-def _pairs(term: Random, covariance: Floats, exponent: int) -> Iterator[tuple[Any, ...]]:
-    sd = np.sqrt(np.diag(covariance))
-    for i in range(term.size if term.correlated else 0):
-        for j in range(i):
-            product = float(sd[i] * sd[j])
-            r = min(1.0, max(-1.0, float(covariance[i, j]) / product)) if product else math.nan
-            shared = rescaled(float(covariance[i, j]), 2 * exponent)
-            yield term.name, term.effects[j], term.effects[i], shared, r, "" if product else NO_CORRELATION

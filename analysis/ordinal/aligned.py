@@ -105,23 +105,18 @@ def alignments(design: Design) -> Iterator[Aligned]:
         for part in _parts(tuple(range(len(sizes)))):
             if part not in means:
                 means[part] = _means(y, codes, sizes, part)
-        effect = sum((sign * means[part] for sign, part in _signed(term)), np.zeros_like(y))
+        # An effect is a signed sum of means: AB = mean(AB) - mean(A) - mean(B) + mean.
+        signed = ((-1) ** (len(term) - len(part)) * means[part] for part in _parts(term))
+        effect = sum(signed, np.zeros_like(y))
         aligned = y - means[tuple(range(len(sizes)))] + effect
         # How far rounding may have moved a rating: whole numbers are exact, whatever their offset.
         whole = bool((values % 1 == 0).all()) and float(np.abs(values).max()) <= WHOLE_END
-        yield _ranked(
-            design.source(between, axes),
-            aligned.reshape(values.shape),
-            ROUNDING_ULPS * float(np.spacing(np.abs(y if whole else values).max())),
-            len(term),
-        )
-
-
-def _ranked(source: str, aligned: Floats, unsure: float, order: int) -> Aligned:
-    """Return the ranks of aligned values, tied where closer than the rounding of the means they are made of."""
-    room = np.full((1, aligned.size), (2 + 2**order) * unsure)
-    ranks = doubled_ranks(aligned.reshape(1, -1), room, computed=True) / 2
-    return Aligned(source, aligned, ranks.reshape(aligned.shape))
+        # Aligned values are tied where closer than the rounding of the means that they are made of.
+        aligned = aligned.reshape(values.shape)
+        unsure = ROUNDING_ULPS * float(np.spacing(np.abs(y if whole else values).max()))
+        room = np.full((1, aligned.size), (2 + 2 ** len(term)) * unsure)
+        ranks = doubled_ranks(aligned.reshape(1, -1), room, computed=True) / 2
+        yield Aligned(design.source(between, axes), aligned, ranks.reshape(aligned.shape))
 
 
 def _codes(design: Design) -> tuple[list[Counts], list[int]]:
@@ -153,16 +148,13 @@ def _parts(term: Term) -> Iterator[Term]:
         yield from combinations(term, size)
 
 
-def _signed(term: Term) -> Iterator[tuple[int, Term]]:
-    """Yield an effect as a signed sum of means: AB = mean(AB) - mean(A) - mean(B) + mean."""
-    for part in _parts(term):
-        yield (-1) ** (len(term) - len(part)), part
-
-
 def _row(design: Design, alignment: Aligned, kind: SumOfSquares) -> dict[str, Any]:
     effects = mixed_effects(replace(design, cells=replace(design.cells, values=alignment.ranks)), kind)
     contrasts, effect = next((contrasts, effect) for contrasts, effect in effects if effect.source == alignment.source)
-    left = _other_f(design, alignment, kind)
+    # The largest F of an effect that was aligned away; 0 where nothing was, or where nothing varies.
+    of_aligned = mixed_effects(replace(design, cells=replace(design.cells, values=alignment.values)), kind)
+    others = [effect.f for _, effect in of_aligned if effect.source != alignment.source and not math.isnan(effect.f)]
+    left = max(others, default=0.0)
     size = float(np.abs(alignment.values).sum())
     notes = [effect.note]
     if left > CLEAN:
@@ -175,10 +167,3 @@ def _row(design: Design, alignment: Aligned, kind: SumOfSquares) -> dict[str, An
         "other_F": left,
         "note": "; ".join(filter(None, notes)),
     }
-
-
-def _other_f(design: Design, alignment: Aligned, kind: SumOfSquares) -> float:
-    """Return the largest F of an effect that was aligned away; 0 where nothing was, or where nothing varies."""
-    effects = mixed_effects(replace(design, cells=replace(design.cells, values=alignment.values)), kind)
-    others = [effect.f for _, effect in effects if effect.source != alignment.source and not math.isnan(effect.f)]
-    return max(others, default=0.0)

@@ -203,11 +203,23 @@ def exact_tail(ranks: Ints) -> float:
     observed = int((centred.sum(axis=0) ** 2).sum())
     sums, weights, done = rows[:1], np.ones(1), 0
     for row in rows[1:]:
-        orders = _orders(row)
+        if len(row) <= 7:
+            orders = np.array(sorted(set(permutations(row.tolist()))), dtype=np.int64)
+        else:
+            orders = np.array(list(_distinct(tuple(row.tolist()))), dtype=np.int64)
         done += len(sums) * len(orders)
         if done > MOST_SUMS:
             return math.nan
-        sums, weights = _step(sums, weights, orders)
+        # Each set of sums with each order of this participant; equal outcomes (in any column order) are joined.
+        added = np.sort((sums[:, None, :] + orders[None, :, :]).reshape(-1, k), axis=1)
+        base = int(added.max() - added.min()) + 1
+        key = np.zeros(len(added), dtype=np.int64)
+        for column in range(k):
+            key = key * base + (added[:, column] - added.min())
+        _, first, place = np.unique(key, return_index=True, return_inverse=True)
+        shares = np.repeat(weights / len(orders), len(orders))
+        summed: Floats = np.bincount(place, weights=shares).astype(np.float64)
+        sums, weights = added[first].astype(np.int64), summed
     reached = (sums * sums).sum(axis=1) >= observed
     return min(1.0, max(float(weights[reached].sum()), SMALLEST))
 
@@ -224,13 +236,6 @@ def _order_count(row: Ints) -> int:
     return math.factorial(len(row)) // math.prod(math.factorial(count) for count in counts)
 
 
-def _orders(row: Ints) -> Ints:
-    """Return every distinct order of a row, one after the other."""
-    if len(row) <= 7:
-        return np.array(sorted(set(permutations(row.tolist()))), dtype=np.int64)
-    return np.array(list(_distinct(tuple(row.tolist()))), dtype=np.int64)
-
-
 def _distinct(row: tuple[int, ...]) -> set[tuple[int, ...]]:
     """Return the distinct orders of many values of which most are tied."""
     if len(row) == 1:
@@ -240,17 +245,3 @@ def _distinct(row: tuple[int, ...]) -> set[tuple[int, ...]]:
         for value in set(row)
         for rest in _distinct(row[: row.index(value)] + row[row.index(value) + 1 :])
     }
-
-
-def _step(sums: Ints, weights: Floats, orders: Ints) -> tuple[Ints, Floats]:
-    """Add one participant: each set of sums with each order, equal outcomes (in any column order) joined."""
-    k = sums.shape[1]
-    added = np.sort((sums[:, None, :] + orders[None, :, :]).reshape(-1, k), axis=1)
-    base = int(added.max() - added.min()) + 1
-    key = np.zeros(len(added), dtype=np.int64)
-    for column in range(k):
-        key = key * base + (added[:, column] - added.min())
-    _, first, place = np.unique(key, return_index=True, return_inverse=True)
-    shares = np.repeat(weights / len(orders), len(orders))
-    summed: Floats = np.bincount(place, weights=shares).astype(np.float64)
-    return added[first].astype(np.int64), summed

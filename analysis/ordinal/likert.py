@@ -28,7 +28,14 @@ def likert(data: pd.DataFrame, dv: Hashable, item: Hashable, points: Sequence[fl
     answers above the middle of the scale, `disagree` below it, and `note`.
     Raises a StatisticsError (a ValueError) that names what is wrong with the table.
     """
-    scale = _scale(points)
+    given = [] if isinstance(points, str) else list(points)
+    finite = (isinstance(p, int | float) and not isinstance(p, bool) and math.isfinite(p) for p in given)
+    if not 2 <= len(given) <= MOST_POINTS or not all(finite):
+        raise BadOption(f"points={shown(points)}: 2 to {MOST_POINTS} numbers are expected, such as range(1, 8)")
+    scale = np.array(given, dtype=np.float64)
+    if not np.all(np.diff(scale) > 0):
+        raise BadOption(f"points={given}: each point must be above the one before it")
+    refuse_huge(scale)
     check_columns(data, [dv, item])
     values, items = numbers_of(data[dv], dv), coded(data[item], item)
     rows = []
@@ -39,21 +46,6 @@ def likert(data: pd.DataFrame, dv: Hashable, item: Hashable, points: Sequence[fl
             {"item": label, "n": len(answers), "missing": len(own) - len(answers)} | _summary(answers, scale, label)
         )
     return pd.DataFrame(rows)
-
-
-def _scale(points: Sequence[float]) -> Floats:
-    values = [] if isinstance(points, str) else list(points)
-    if not 2 <= len(values) <= MOST_POINTS or not all(map(_is_number, values)):
-        raise BadOption(f"points={shown(points)}: 2 to {MOST_POINTS} numbers are expected, such as range(1, 8)")
-    scale = np.array(values, dtype=np.float64)
-    if not np.all(np.diff(scale) > 0):
-        raise BadOption(f"points={values}: each point must be above the one before it")
-    refuse_huge(scale)
-    return scale
-
-
-def _is_number(point: object) -> bool:
-    return isinstance(point, int | float) and not isinstance(point, bool) and math.isfinite(point)
 
 
 def _summary(answers: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
@@ -78,14 +70,11 @@ def _summary(answers: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
         return per_point | undefined | {"mode": "", "note": "no answer was given"}
     modes = [name for name, count in zip(names, counts, strict=True) if count == max(counts)]
     note = "sd is undefined: one answer" if n == 1 else ""
-    return per_point | _numbers(np.sort(scale[place]), scale) | {"mode": ", ".join(modes), "note": note}
-
-
-def _numbers(answers: Floats, scale: Floats) -> dict[str, float]:
-    n, middle = len(answers), (scale[0] + scale[-1]) / 2
+    answers, middle = np.sort(scale[place]), (scale[0] + scale[-1]) / 2
     q1, median, q3 = np.quantile(answers, [0.25, 0.5, 0.75]).tolist()
     first = float(answers[0])
     mean = float(Fraction(first) + exact_sum(answers, first) / n)
     sd = math.sqrt(deviation_ss(answers) / (n - 1)) if n > 1 else math.nan
     above, below = int(np.count_nonzero(answers > middle)), int(np.count_nonzero(answers < middle))
-    return {"median": median, "q1": q1, "q3": q3, "mean": mean, "sd": sd, "agree": above / n, "disagree": below / n}
+    numbers = {"median": median, "q1": q1, "q3": q3, "mean": mean, "sd": sd, "agree": above / n, "disagree": below / n}
+    return per_point | numbers | {"mode": ", ".join(modes), "note": note}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal, TypeAlias
@@ -57,14 +57,22 @@ def ordinal_data(
     Raises UnknownColumn, BadValue, IncompleteCells, BadOption or TooFew.
     """
     check_columns(data, [dv, *predictors.names, *([] if subject is None else [subject])])
-    answers, names = _answers(data, dv, levels)
+    if levels is not None:
+        answers, names = _labelled(data, dv, list(levels))
+    else:
+        answers, names = _numbered(numbers_of(data[dv], dv), dv)
+    if len(names) < 3:
+        different = f"{count(len(names), 'different answer')} ({', '.join(names)})"
+        raise TooFew(f"column {dv!r} holds {different}; an ordinal model needs three")
+    if len(names) > MOST_POINTS:
+        raise BadOption(f"column {dv!r} holds {len(names):,} different answers, more than {MOST_POINTS}: not ordinal")
     terms = terms_of(data, predictors, orders)
     people = np.zeros(len(answers), dtype=np.intp)
-    count = None
+    participants = None
     if subject is not None:
         people, labels = coded(data[subject], subject)
-        count = len(labels)
-        if count < 2:
+        participants = len(labels)
+        if participants < 2:
             raise TooFew(f"one participant, {labels[0]!r}; a random intercept needs two or more")
     # Where each different row stands, in sorted order, and how often it occurs.
     rows = np.column_stack((people, answers, *(term.values for term in terms)))
@@ -75,22 +83,7 @@ def ordinal_data(
     shared = tuple(Term(term.name, term.parts, term.columns, term.values[distinct]) for term in terms)
     refuse_aliased(shared)
     starts = np.flatnonzero(np.diff(people[distinct], prepend=-1)).astype(np.int64)
-    return OrdinalData(answers[distinct], names, shared, weights, starts, count)
-
-
-def _answers(data: pd.DataFrame, dv: Hashable, levels: Sequence[Hashable] | None) -> tuple[Ints, tuple[str, ...]]:
-    if levels is not None:
-        codes, names = _labelled(data, dv, list(levels))
-    else:
-        codes, names = _numbered(numbers_of(data[dv], dv), dv)
-    if len(names) < 3:
-        listing = ", ".join(names)
-        raise TooFew(
-            f"column {dv!r} holds {count(len(names), 'different answer')} ({listing}); an ordinal model needs three"
-        )
-    if len(names) > MOST_POINTS:
-        raise BadOption(f"column {dv!r} holds {len(names):,} different answers, more than {MOST_POINTS}: not ordinal")
-    return codes, names
+    return OrdinalData(answers[distinct], names, shared, weights, starts, participants)
 
 
 def _numbered(values: Floats, dv: Hashable) -> tuple[Ints, tuple[str, ...]]:
@@ -168,12 +161,33 @@ def terms_of(data: pd.DataFrame, predictors: Predictors, orders: Orders) -> list
     UnknownColumn, BadValue, BadOption or TooFew.
     """
     built = {name: _factor(data, name, predictors.coding, orders.get(name)) for name in predictors.fixed}
-    built |= {name: [(name, _numbers(data, name))] for name in predictors.numeric}
+    for name in predictors.numeric:
+        values = numbers_of(data[name], name)
+        if rows := np.flatnonzero(np.isnan(values)).tolist():
+            where = listed((f"row {row + 1}" for row in rows), len(rows))
+            raise BadValue(f"column {name!r} has no number in {where}; take these rows out")
+        refuse_huge(values)
+        built[name] = [(name, values)]
     terms = [_term(name, frozenset((name,)), named) for name, named in built.items()]
     for name in predictors.interactions:
-        parts = _parts(name, built)
-        terms.append(_term(name, frozenset(parts), _products([built[part] for part in parts])))
-    _refuse_twice([term.name for term in terms], [term.parts for term in terms])
+        parts = name.split(":")
+        if strange := [part for part in parts if part not in built]:
+            raise UnknownColumn(
+                f"the interaction {name!r} names {strange[0]!r}, which is no predictor: {', '.join(built)}"
+            )
+        if len(parts) < 2 or len(set(parts)) < len(parts):
+            raise BadOption(f"interaction {name!r}: two or more different predictors are expected, as in 'a:b'")
+        crossed: Named = []
+        for columns in product(*(built[part] for part in parts)):
+            label = ":".join(column for column, _ in columns)
+            crossed.append((label, np.prod([values for _, values in columns], axis=0)))
+        terms.append(_term(name, frozenset(parts), crossed))
+    if not terms:
+        raise BadOption("no predictor is named; give `fixed`, `numeric` or both")
+    columns_of = [term.parts for term in terms]
+    twice = sorted({repr(term.name) for term in terms if columns_of.count(term.parts) > 1})
+    if twice:
+        raise BadOption(f"{listed(twice, len(twice))} named twice; name every term once")
     return terms
 
 
@@ -186,55 +200,13 @@ def _factor(data: pd.DataFrame, name: str, coding: Coding, order: Sequence[Hasha
     if len(labels) < 2:
         raise TooFew(f"factor {name!r} has one level, {labels[0]!r}; a comparison needs two or more")
     if order is not None:
-        codes, labels = _reordered(codes, labels, list(order), name)
+        lost = [repr(label) for label in labels if label not in order]
+        if lost:
+            raise BadOption(f"the order of {name!r} lacks {listed(lost, len(lost))}; give every level that has rows")
+        ordered_labels = [label for label in dict.fromkeys(order) if label in labels]
+        place = np.array([ordered_labels.index(label) for label in labels], dtype=np.intp)
+        codes, labels = place[codes], ordered_labels
     if coding == "treatment":
         return [(f"{name}[{label}]", (codes == i) * 1.0) for i, label in enumerate(labels) if i]
     last = len(labels) - 1
     return [(f"{name}[{labels[i]}]", (codes == i) * 1.0 - (codes == last)) for i in range(last)]
-
-
-def _reordered(
-    codes: np.ndarray, labels: list[Hashable], order: list[Hashable], name: str
-) -> tuple[np.ndarray, list[Hashable]]:
-    lost = [repr(label) for label in labels if label not in order]
-    if lost:
-        raise BadOption(f"the order of {name!r} lacks {listed(lost, len(lost))}; give every level that has rows")
-    ordered_labels = [label for label in dict.fromkeys(order) if label in labels]
-    place = np.array([ordered_labels.index(label) for label in labels], dtype=np.intp)
-    return place[codes], ordered_labels
-
-
-def _numbers(data: pd.DataFrame, name: str) -> Floats:
-    values = numbers_of(data[name], name)
-    rows = np.flatnonzero(np.isnan(values)).tolist()
-    if rows:
-        where = listed((f"row {row + 1}" for row in rows), len(rows))
-        raise BadValue(f"column {name!r} has no number in {where}; take these rows out")
-    refuse_huge(values)
-    return values
-
-
-def _parts(name: str, columns: Iterable[str]) -> list[str]:
-    known, parts = list(columns), name.split(":")
-    for part in parts:
-        if part not in known:
-            raise UnknownColumn(f"the interaction {name!r} names {part!r}, which is no predictor: {', '.join(known)}")
-    if len(parts) < 2 or len(set(parts)) < len(parts):
-        raise BadOption(f"interaction {name!r}: two or more different predictors are expected, as in 'a:b'")
-    return parts
-
-
-def _products(parts: list[Named]) -> Named:
-    products = []
-    for combination in product(*parts):
-        label = ":".join(name for name, _ in combination)
-        products.append((label, np.prod([values for _, values in combination], axis=0)))
-    return products
-
-
-def _refuse_twice(names: list[str], parts: list[frozenset[str]]) -> None:
-    if not names:
-        raise BadOption("no predictor is named; give `fixed`, `numeric` or both")
-    twice = sorted({repr(name) for name, own in zip(names, parts, strict=True) if parts.count(own) > 1})
-    if twice:
-        raise BadOption(f"{listed(twice, len(twice))} named twice; name every term once")

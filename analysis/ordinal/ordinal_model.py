@@ -105,23 +105,20 @@ def ordinal_model(
     if link not in LINKS:
         raise BadOption(f"link={shown(link)} is unknown: 'logit' or 'probit'")
     answers = ordinal_data(data, dv, predictors, random, levels, orders or {})
-    return _model(answers, fit(answers, answers.terms, link), link, confidence)
-
-
-def _model(data: OrdinalData, fitted_model: Fitted, link: Link, confidence: float) -> OrdinalModel:
+    model = fit(answers, answers.terms, link)
     return OrdinalModel(
-        coefficients(data, fitted_model, confidence),
-        pd.DataFrame(list(term_tests(data, fitted_model, link))),
-        pd.DataFrame([_proportional(data, term, fitted_model, link) for term in data.terms]),
-        fitted_model.log_likelihood,
-        2 * fitted_model.parameters - 2 * fitted_model.log_likelihood,
-        int(data.weights.sum()),
-        data.people,
-        fitted_model.sigma,
-        fitted_model.sigma_error,
+        coefficients(answers, model, confidence),
+        pd.DataFrame(list(term_tests(answers, model, link))),
+        pd.DataFrame([_proportional(answers, term, model, link) for term in answers.terms]),
+        model.log_likelihood,
+        2 * model.parameters - 2 * model.log_likelihood,
+        int(answers.weights.sum()),
+        answers.people,
+        model.sigma,
+        model.sigma_error,
         link,
-        data.names,
-        NO_SPREAD if fitted_model.sigma == 0 else "",
+        answers.names,
+        NO_SPREAD if model.sigma == 0 else "",
     )
 
 

@@ -53,7 +53,10 @@ def _maximum(model: Marginal, start: Floats) -> Fit:
     at = start
     value, gradient, information = marginal_derivatives(model, at)
     for steps in range(MOST_STEPS):
-        step = _ascent(information, gradient)
+        # Newton's direction, with the size of every curvature: the likelihood need not be concave.
+        values, vectors = np.linalg.eigh(information)
+        least = max(float(np.abs(values).max()) * 1e-12, math.ulp(1.0))
+        step: Floats = vectors @ ((vectors.T @ gradient) / np.maximum(np.abs(values), least))
         gain = float(gradient @ step)
         if gain <= SETTLED * model.rows.answers:
             return Fit(at, information, value, steps)
@@ -67,14 +70,6 @@ def _maximum(model: Marginal, start: Floats) -> Fit:
             raise NotConverged("the participants' standard deviation grows without end: nearly each gives one answer")
         value, gradient, information = marginal_derivatives(model, at)
     raise NotConverged(f"no maximum of the ordinal model's likelihood in {MOST_STEPS} steps; leave predictors out")
-
-
-def _ascent(information: Floats, gradient: Floats) -> Floats:
-    """Return a direction upwards: Newton's, with the size of every curvature (the likelihood need not be concave)."""
-    values, vectors = np.linalg.eigh(information)
-    least = max(float(np.abs(values).max()) * 1e-12, math.ulp(1.0))
-    step: Floats = vectors @ ((vectors.T @ gradient) / np.maximum(np.abs(values), least))
-    return step
 
 
 def _uphill(model: Marginal, at: Floats, step: Floats, value: float) -> tuple[Floats, float]:

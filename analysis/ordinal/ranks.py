@@ -80,8 +80,10 @@ def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool | Truths = 
 
 def written(values: Floats) -> Truths:
     """Return whether each value is whole or a decimal of at most 15 digits, which arithmetic has not blurred."""
-    return np.array([_is_written(value) for value in values.tolist()], dtype=bool)
-
-
-def _is_written(value: float) -> bool:
-    return float(f"{value:.{WRITTEN_DIGITS}g}") == value or (abs(value) <= WHOLE_END and value.is_integer())
+    return np.array(
+        [
+            float(f"{value:.{WRITTEN_DIGITS}g}") == value or (abs(value) <= WHOLE_END and value.is_integer())
+            for value in values.tolist()
+        ],
+        dtype=bool,
+    )

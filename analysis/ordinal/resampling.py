@@ -63,15 +63,9 @@ def _resampled(centred: Floats, interval: Interval) -> Floats:
     parts = []
     for start in range(0, interval.draws, size := max(1, BATCH // n)):
         counts = rng.multinomial(n, np.full(n, 1 / n), size=min(size, interval.draws - start)).astype(np.float64)
-        parts.append(_agreement(counts, centred, squares))
+        twice = counts * counts
+        together, total = ((counts @ centred) ** 2).sum(axis=1) - twice @ squares, counts @ squares
+        pairs = n * n - twice.sum(axis=1)
+        r = np.divide(together * n, pairs * total, out=np.full(len(counts), np.nan), where=(pairs > 0) & (total > 0))
+        parts.append(np.clip((1 + (n - 1) * r) / n, 0.0, 1.0))
     return np.concatenate(parts)
-
-
-def _agreement(counts: Floats, centred: Floats, squares: Floats) -> Floats:
-    n = len(centred)
-    twice = counts * counts
-    together, total = ((counts @ centred) ** 2).sum(axis=1) - twice @ squares, counts @ squares
-    pairs = n * n - twice.sum(axis=1)
-    r = np.divide(together * n, pairs * total, out=np.full(len(counts), np.nan), where=(pairs > 0) & (total > 0))
-    w: Floats = np.clip((1 + (n - 1) * r) / n, 0.0, 1.0)
-    return w

@@ -128,28 +128,19 @@ def rank_sums(a: Floats, b: Floats, confidence: float = 0.95) -> RankComparison:
         return RankComparison(sizes, 0, *(math.nan,) * 5, shift, "W is undefined: all values are the same")
     total = int(ranks[: len(a)].sum())
     u = (total - len(a) * (len(a) + 1)) / 2
-    z, p_normal = corrected_z(total - len(a) * (len(both) + 1), _sd(ranks, *sizes))
-    p_exact = _exact(ranks, sizes)
+    # The standard deviation of a doubled rank sum, drawn without replacement from these ranks.
+    n, centred = len(both), ranks - (len(both) + 1)
+    sd = math.sqrt(len(a) * len(b) * float(np.dot(centred, centred)) / (n * (n - 1)))
+    z, p_normal = corrected_z(total - len(a) * (len(both) + 1), sd)
+    # From the smaller group: its distance from the mean is the same.
+    small = min(len(a), len(b))
+    own = ranks[len(a) :] if len(b) < len(a) else ranks[: len(a)]
+    chances, p_exact = rank_sum_chances(ranks, small), math.nan
+    if chances is not None:
+        p_exact = max(two_sided(chances, int(own.sum()), 2 * small * (n + 1)), SMALLEST)
     notes = [NO_EXACT_MANY if math.isnan(p_exact) else "", shift.note, p_note([p_normal, p_exact])]
     size = (total - len(a) * (len(both) + 1)) / (len(a) * len(b))  # 2 U / (n_a n_b) - 1, in whole numbers
     return RankComparison(sizes, 0, u, z, p_normal, p_exact, size, shift, "; ".join(filter(None, notes)))
-
-
-def _sd(ranks: Ints, n_a: int, n_b: int) -> float:
-    """Return the standard deviation of a doubled rank sum, drawn without replacement from these ranks."""
-    n = n_a + n_b
-    centred = ranks - (n + 1)
-    return math.sqrt(n_a * n_b * float(np.dot(centred, centred)) / (n * (n - 1)))
-
-
-def _exact(ranks: Ints, sizes: tuple[int, int]) -> float:
-    """Return the exact p, from the smaller group: its distance from the mean is the same."""
-    small = int(sizes[1] < sizes[0])
-    own = ranks[sizes[0] :] if small else ranks[: sizes[0]]
-    chances = rank_sum_chances(ranks, sizes[small])
-    if chances is None:
-        return math.nan
-    return max(two_sided(chances, int(own.sum()), 2 * sizes[small] * (len(ranks) + 1)), SMALLEST)
 
 
 def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: float = 0.95) -> RankComparison:
@@ -167,7 +158,10 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
     if lost == len(a):
         return RankComparison(pairs, lost, *(math.nan,) * 5, shift, "V is undefined: every difference is zero")
     ranked = np.ones_like(zero) if zeros == "pratt" else ~zero
-    if _is_doubtful(size[ranked], allowed[ranked]):
+    order = np.argsort(size[ranked])
+    gaps, room = np.diff(size[ranked][order]), allowed[ranked][order]
+    # Where two sizes differ by no more than rounding may have moved them.
+    if ((gaps > 0) & (gaps <= np.maximum(room[1:], room[:-1]))).any():
         exact = written(a) & written(b)
         # a - b, of short decimals without the rounding that subtracting doubles has: 0.3 - 0.2 is 0.2 - 0.1.
         differences = a - b
@@ -192,13 +186,6 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
     notes += [shift.note, p_note([p_normal, p_exact])]
     note = "; ".join(filter(None, notes))
     return RankComparison(pairs, lost, positive / 2, z, p_normal, p_exact, biserial, shift, note)
-
-
-def _is_doubtful(size: Floats, allowed: Floats) -> bool:
-    """Return whether any two sizes differ by no more than rounding may have moved them."""
-    order = np.argsort(size)
-    gaps, room = np.diff(size[order]), allowed[order]
-    return bool(((gaps > 0) & (gaps <= np.maximum(room[1:], room[:-1]))).any())
 
 
 def corrected_z(apart: float, sd: float) -> tuple[float, float]:
@@ -226,27 +213,20 @@ def adjust_in_family(p: list[float], method: str, family: int | None) -> list[fl
 def _table(factor: Hashable, paired: bool, pairs: list[LevelPair], method: str, family: int | None) -> pd.DataFrame:
     adjusted_p = adjust_in_family([comparison.p for _, _, comparison in pairs], method, family)
     size = len(pairs) if family is None else family
-    rows = [
-        {"Contrast": str(factor), "A": a, "B": b, "Paired": paired}
-        | _numbers(comparison)
-        | {"p_corr": p, "p_adjust": method, "family": size, "note": comparison.note}
-        for (a, b, comparison), p in zip(pairs, adjusted_p, strict=True)
-    ]
+    rows = []
+    for (a, b, comparison), p in zip(pairs, adjusted_p, strict=True):
+        shift = comparison.shift
+        rows.append(
+            {
+                **{"Contrast": str(factor), "A": a, "B": b, "Paired": paired},
+                **{"n_A": comparison.n[0], "n_B": comparison.n[1], "zeros": comparison.zeros},
+                **{"W": comparison.statistic, "z": comparison.z, "rank_biserial": comparison.size},
+                **{"shift": shift.estimate, "ci_low": shift.low, "ci_high": shift.high},
+                **{"p_normal": comparison.p_normal, "p_exact": comparison.p_exact, "p_unc": comparison.p},
+                **{"p_corr": p, "p_adjust": method, "family": size, "note": comparison.note},
+            }
+        )
     return pd.DataFrame(rows)
-
-
-def _numbers(comparison: RankComparison) -> dict[str, float | int]:
-    sizes = {"n_A": comparison.n[0], "n_B": comparison.n[1], "zeros": comparison.zeros}
-    tests = {"W": comparison.statistic, "z": comparison.z, "rank_biserial": comparison.size}
-    shift = {"shift": comparison.shift.estimate, "ci_low": comparison.shift.low, "ci_high": comparison.shift.high}
-    return {
-        **sizes,
-        **tests,
-        **shift,
-        "p_normal": comparison.p_normal,
-        "p_exact": comparison.p_exact,
-        "p_unc": comparison.p,
-    }
 
 
 @dataclass(frozen=True)
@@ -298,7 +278,7 @@ def _signed_count(n: int, tail: float) -> int:
     """Return how many pairwise means to count off: R's qsignrank(tail, n); 0 where no interval is wide enough."""
     if n > MOST_SIGNED:
         return round(n * (n + 1) / 4 + float(ndtri(tail)) * math.sqrt(n * (n + 1) * (2 * n + 1) / 24))
-    return _count(signed_rank_chances(np.arange(1, n + 1, dtype=np.int64)), tail)
+    return lower_quantile(signed_rank_chances(np.arange(1, n + 1, dtype=np.int64)), tail)
 
 
 def _sum_count(n_a: int, n_b: int, tail: float) -> int:
@@ -307,12 +287,7 @@ def _sum_count(n_a: int, n_b: int, tail: float) -> int:
     chances = rank_sum_chances(np.arange(1, n + 1, dtype=np.int64), small)
     if chances is None:
         return round(n_a * n_b / 2 + float(ndtri(tail)) * math.sqrt(n_a * n_b * (n + 1) / 12))
-    return _count(chances[small * (small + 1) // 2 :], tail)
-
-
-def _count(chances: Floats, tail: float) -> int:
-    """Return the least count whose tail exceeds the one given; 0 where the outermost value alone weighs more."""
-    return lower_quantile(chances, tail)
+    return lower_quantile(chances[small * (small + 1) // 2 :], tail)
 
 
 def signed_rank_chances(ranks: Ints) -> Floats:
