@@ -78,21 +78,20 @@ def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: in
     chi2 = m * (n - 1) * w
     asymptotic = chi2_tail(chi2, n - 1)
     p_value, kind, why = _p(ranks, spread, asymptotic, p, draws, seed) if largest else (math.nan, "none", "")
+    still_note = f"{still} of {m} raters put all targets level and say nothing of their order" if still else ""
+    if still == m:
+        still_note = "W is undefined: every rater puts all targets level"
     return {
         **{"W": w, "mean_rank_r": (m * w - 1) / (m - 1), "chi2": chi2, "df": n - 1, "p_chi2": asymptotic},
-        **{"p": p_value, "p_kind": kind, "raters": m, "targets": n, "raters_with_ties": _with_ties(ranks)},
-        "note": "; ".join(filter(None, (_still_note(still, m), why))),
+        **{
+            "p": p_value,
+            "p_kind": kind,
+            "raters": m,
+            "targets": n,
+            "raters_with_ties": sum(len(np.unique(row)) < len(row) for row in ranks),
+        },
+        "note": "; ".join(filter(None, (still_note, why))),
     }
-
-
-def _with_ties(ranks: Ints) -> int:
-    return sum(len(np.unique(row)) < len(row) for row in ranks)
-
-
-def _still_note(still: int, raters: int) -> str:
-    if still == raters:
-        return "W is undefined: every rater puts all targets level"
-    return f"{still} of {raters} raters put all targets level and say nothing of their order" if still else ""
 
 
 def _p(ranks: Ints, spread: int, asymptotic: float, kind: PKind, draws: int, seed: int) -> tuple[float, str, str]:

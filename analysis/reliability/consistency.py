@@ -79,7 +79,29 @@ def cronbach_alpha(
         if name not in table.columns:
             raise UnknownColumn(f"reverse names {name!r}, which is no item; the items are {table.columns}")
     signs = np.array([-1.0 if name in reverse else 1.0 for name in table.columns])
-    return _alpha_of(table.values, signs, table.columns, confidence, tuple(table.dropped), table.values_per_cell)
+    values = table.values
+    keyed = values * signs
+    alpha, correlation = alpha_value(keyed), _average_r(keyed)
+    low, high = feldt_interval(alpha, len(values), values.shape[1], confidence) if alpha < 1 else (math.nan, math.nan)
+    k = values.shape[1]
+    total = 1 + (k - 1) * correlation
+    standardised = k * correlation / total if total > 0 else math.nan
+    per_item = pd.DataFrame(_item(values, keyed, i, name) for i, name in enumerate(table.columns))
+    notes = []
+    if math.isnan(alpha):
+        notes.append("alpha is undefined: the sums of the items do not vary")
+    elif alpha < 0:
+        notes.append("negative: the items run against each other")
+    elif alpha == 1:
+        notes.append("the items agree exactly: the interval is undefined")
+    if math.isnan(standardised):
+        still = [str(name) for name, sd in zip(per_item["item"], per_item["sd"], strict=True) if sd == 0]
+        why = f"{', '.join(still)} does not vary" if still else "the correlations leave a sum without variance"
+        notes.append(f"standardised alpha is undefined: {why}")
+    return Alpha(
+        *(alpha, low, high, standardised, correlation, len(values), per_item, confidence),
+        *(tuple(table.dropped), table.values_per_cell, "; ".join(notes)),
+    )
 
 
 def alpha_value(values: Floats) -> float:
@@ -92,38 +114,6 @@ def feldt_interval(alpha: float, cases: int, items: int, confidence: float) -> t
     """Return Feldt's interval (1965): (1 - alpha) over its true value is distributed as F."""
     df1, df2, tail = cases - 1, (cases - 1) * (items - 1), (1 - confidence) / 2
     return 1 - (1 - alpha) * f_upper(tail, df1, df2), 1 - (1 - alpha) / f_upper(tail, df2, df1)
-
-
-def _alpha_of(
-    values: Floats,
-    signs: Floats,
-    names: list[Hashable],
-    confidence: float,
-    dropped: tuple[Hashable, ...],
-    values_per_cell: tuple[int, int],
-) -> Alpha:
-    keyed = values * signs
-    alpha, correlation = alpha_value(keyed), _average_r(keyed)
-    low, high = feldt_interval(alpha, len(values), values.shape[1], confidence) if alpha < 1 else (math.nan, math.nan)
-    k = values.shape[1]
-    total = 1 + (k - 1) * correlation
-    standardised = k * correlation / total if total > 0 else math.nan
-    items = pd.DataFrame(_item(values, keyed, i, name) for i, name in enumerate(names))
-    notes = []
-    if math.isnan(alpha):
-        notes.append("alpha is undefined: the sums of the items do not vary")
-    elif alpha < 0:
-        notes.append("negative: the items run against each other")
-    elif alpha == 1:
-        notes.append("the items agree exactly: the interval is undefined")
-    if math.isnan(standardised):
-        still = [str(name) for name, sd in zip(items["item"], items["sd"], strict=True) if sd == 0]
-        why = f"{', '.join(still)} does not vary" if still else "the correlations leave a sum without variance"
-        notes.append(f"standardised alpha is undefined: {why}")
-    note = "; ".join(notes)
-    return Alpha(
-        *(alpha, low, high, standardised, correlation, len(values), items, confidence, dropped, values_per_cell, note)
-    )
 
 
 def _average_r(keyed: Floats) -> float:
@@ -147,17 +137,13 @@ def _item(values: Floats, keyed: Floats, at: int, name: Hashable) -> Item:
     with_all = product_moment(own, deviations_of_sum(keyed))
     with_rest = product_moment(own, deviations_of_sum(others))
     without = alpha_value(others) if others.shape[1] > 1 else math.nan
-    return Item(name, mean, sd, with_all, with_rest, without, _item_note(own, with_rest, others.shape[1]))
-
-
-def _item_note(own: Floats, with_rest: float, others: int) -> str:
-    if not own.any():
-        return "does not vary: its correlations are undefined"
     notes = []
-    if with_rest < 0:
+    if not own.any():
+        notes.append("does not vary: its correlations are undefined")
+    elif with_rest < 0:
         notes.append("runs against the other items: reverse it if it is keyed the other way round")
     elif math.isnan(with_rest):
         notes.append("the sum of the other items does not vary")
-    if others < 2:
+    if own.any() and others.shape[1] < 2:
         notes.append("alpha without it is undefined: one item would be left")
-    return "; ".join(notes)
+    return Item(name, mean, sd, with_all, with_rest, without, "; ".join(notes))

@@ -71,7 +71,19 @@ def cross_table(
     check_columns(data, [dv, columns, *names])
     y, across, down = numbers_of(data[dv], dv), coded(data[columns], columns), combine_labels(data, names)
     where = (" and ".join(map(str, names)), str(columns))
-    values, count = _filled(y, down, across, aggregate, where)
+    shape = (len(down.labels), len(across.labels))
+    if math.prod(shape) > max(LARGEST, 16 * len(y)):
+        raise IncompleteCells(
+            f"{shape[0]:,} {where[0]} by {shape[1]:,} {where[1]} make {math.prod(shape):,} cells for {len(y):,} rows; "
+            "check the columns"
+        )
+    flat = down.codes * shape[1] + across.codes
+    count = np.bincount(flat, minlength=math.prod(shape))
+    if count.max(initial=0) > 1 and aggregate is None:
+        several = np.flatnonzero(count > 1)
+        listing = listed((_place(int(at), down.labels, across.labels, where) for at in several), len(several))
+        raise DuplicatedCells(f"several values at {listing}; pass aggregate='mean' to average them")
+    values, count = cell_means(y, flat, count).reshape(shape), count.reshape(shape)
     if gaps != "keep" and np.isnan(values).any():
         return _without_gaps(values, count, (down.labels, across.labels), gaps, where)
     return Crossed(values, down.labels, across.labels, [], _range(count))
@@ -99,24 +111,6 @@ def refuse_few(table: Crossed, rows: str, columns: str, least: tuple[int, int] =
             left = f" ({len(table.dropped)} left out for missing values)" if table.dropped else ""
             named = f", {labels[0]!r}" if len(labels) == 1 else ""
             raise TooFew(f"too few {what}: {len(labels)}{named}{left}; at least {needed} are needed")
-
-
-def _filled(
-    y: Floats, down: Coded, across: Coded, aggregate: Aggregate, where: tuple[str, str]
-) -> tuple[Floats, Codes]:
-    shape = (len(down.labels), len(across.labels))
-    if math.prod(shape) > max(LARGEST, 16 * len(y)):
-        raise IncompleteCells(
-            f"{shape[0]:,} {where[0]} by {shape[1]:,} {where[1]} make {math.prod(shape):,} cells for {len(y):,} rows; "
-            "check the columns"
-        )
-    flat = down.codes * shape[1] + across.codes
-    count = np.bincount(flat, minlength=math.prod(shape))
-    if count.max(initial=0) > 1 and aggregate is None:
-        several = np.flatnonzero(count > 1)
-        listing = listed((_place(int(at), down.labels, across.labels, where) for at in several), len(several))
-        raise DuplicatedCells(f"several values at {listing}; pass aggregate='mean' to average them")
-    return cell_means(y, flat, count).reshape(shape), count.reshape(shape)
 
 
 def _place(at: int, rows: list[Hashable], columns: list[Hashable], where: tuple[str, str]) -> str:

@@ -6,7 +6,7 @@ From the mean squares of a complete table of rows by columns, without loss where
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -97,26 +97,20 @@ def demand_confidence(confidence: object) -> None:
 def iccs(values: Floats, confidence: float = 0.95) -> list[Icc]:
     """Return the six intraclass correlations of an array (targets, raters), at least 2 by 2, without gaps."""
     ms, tail = mean_squares(values), (1 - confidence) / 2
-    return [*_singles(ms, tail), *_averages(ms, tail)]
-
-
-def _singles(ms: MeanSquares, tail: float) -> Iterator[Icc]:
-    k = ms.k
-    one, two = _one_way(ms, tail), _two_way(ms, tail)
-    yield _row("ICC1", _share(ms.rows - ms.within, ms.rows + (k - 1) * ms.within), one, *_single_limits(one, k))
+    n, k = ms.n, ms.k
+    one = _ratio(ms.rows, ms.within, n - 1, n * (k - 1), tail)
+    two = _ratio(ms.rows, ms.residual, n - 1, (n - 1) * (k - 1), tail)
     agreement = absolute(ms)
-    yield _row("ICC2", agreement, two, *_agreement_limits(ms, agreement, tail))
-    yield _row("ICC3", _share(ms.rows - ms.residual, ms.rows + (k - 1) * ms.residual), two, *_single_limits(two, k))
-
-
-def _averages(ms: MeanSquares, tail: float) -> Iterator[Icc]:
-    one, two = _one_way(ms, tail), _two_way(ms, tail)
-    yield _row("ICC1k", _share(ms.rows - ms.within, ms.rows), one, 1 - 1 / one.low, 1 - 1 / one.high)
-    total = ms.rows + (ms.columns - ms.residual) / ms.n
-    estimate = _share(ms.rows - ms.residual, total)
-    single = _agreement_limits(ms, absolute(ms) if estimate <= 1 else math.nan, tail)
-    yield _row("ICC2k", estimate, two, *(_stepped_up(limit, ms.k) for limit in single))
-    yield _row("ICC3k", _share(ms.rows - ms.residual, ms.rows), two, 1 - 1 / two.low, 1 - 1 / two.high)
+    mean_agreement = _share(ms.rows - ms.residual, ms.rows + (ms.columns - ms.residual) / n)
+    single = _agreement_limits(ms, agreement if mean_agreement <= 1 else math.nan, tail)
+    return [
+        _row("ICC1", _share(ms.rows - ms.within, ms.rows + (k - 1) * ms.within), one, *_single_limits(one, k)),
+        _row("ICC2", agreement, two, *_agreement_limits(ms, agreement, tail)),
+        _row("ICC3", _share(ms.rows - ms.residual, ms.rows + (k - 1) * ms.residual), two, *_single_limits(two, k)),
+        _row("ICC1k", _share(ms.rows - ms.within, ms.rows), one, 1 - 1 / one.low, 1 - 1 / one.high),
+        _row("ICC2k", mean_agreement, two, *(_stepped_up(limit, k) for limit in single)),
+        _row("ICC3k", _share(ms.rows - ms.residual, ms.rows), two, 1 - 1 / two.low, 1 - 1 / two.high),
+    ]
 
 
 def absolute(ms: MeanSquares) -> float:
@@ -127,14 +121,6 @@ def absolute(ms: MeanSquares) -> float:
 
 def _share(part: float, total: float) -> float:
     return part / total if total > 0 else math.nan
-
-
-def _one_way(ms: MeanSquares, tail: float) -> _F:
-    return _ratio(ms.rows, ms.within, ms.n - 1, ms.n * (ms.k - 1), tail)
-
-
-def _two_way(ms: MeanSquares, tail: float) -> _F:
-    return _ratio(ms.rows, ms.residual, ms.n - 1, (ms.n - 1) * (ms.k - 1), tail)
 
 
 def _ratio(top: float, bottom: float, df1: int, df2: int, tail: float) -> _F:
@@ -180,23 +166,20 @@ def _stepped_up(single: float, k: int) -> float:
 def _row(kind: str, estimate: float, f: _F, low: float, high: float) -> Icc:
     name, description = NAMES[kind]
     p = f_tail(f.value, f.df1, f.df2)
-    note = "; ".join(_notes(estimate, f, low, high, p))
-    return Icc(kind, name, description, estimate, f.value, f.df1, f.df2, p, low, high, note)
-
-
-def _notes(estimate: float, f: _F, low: float, high: float, p: float) -> Iterator[str]:
+    notes = []
     if math.isnan(estimate):
-        yield NO_TOTAL if f.value >= 0 else "undefined: the targets do not differ and the ratings of a target agree"
+        alike = "undefined: the targets do not differ and the ratings of a target agree"
+        notes.append(NO_TOTAL if f.value >= 0 else alike)
     elif estimate < 0:
-        yield NEGATIVE
+        notes.append(NEGATIVE)
     if math.isnan(f.value) and not math.isnan(estimate):
-        yield "the raters agree exactly, or but for a constant of each: F and the interval are undefined"
+        notes.append("the raters agree exactly, or but for a constant of each: F and the interval are undefined")
     elif f.value == 0:
-        yield "the targets' means are equal: F = 0 and the interval is undefined"
+        notes.append("the targets' means are equal: F = 0 and the interval is undefined")
     elif not math.isnan(estimate) and (math.isnan(low) or math.isnan(high)):
-        yield "the interval has no lower limit" if not math.isnan(high) else NO_LIMITS
-    if note := p_note([p]):
-        yield note
+        notes.append("the interval has no lower limit" if not math.isnan(high) else NO_LIMITS)
+    note = "; ".join(filter(None, [*notes, p_note([p])]))
+    return Icc(kind, name, description, estimate, f.value, f.df1, f.df2, p, low, high, note)
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,14 @@ def krippendorff_alpha(
         raise BadOption(f"values of level {level!r} have no mean; keep one value per unit and rater")
     refuse_without_draws(draws, seed=(seed, 0), confidence=(confidence, 0.95))
     check_columns(data, [dv])
-    table = cross_table(_numbered(data, dv, level), dv, units, raters, gaps="keep", aggregate=aggregate)
+    if level == "nominal":  # labels as numbers; a row without a label is a missing value
+        there = data[dv].notna().to_numpy()
+        numbers = np.full(len(data), np.nan)
+        if there.any():
+            numbers[there] = coded(data[dv][there], dv).codes
+        data = data.copy()
+        data[dv] = numbers
+    table = cross_table(data, dv, units, raters, gaps="keep", aggregate=aggregate)
     alpha = krippendorff(table.values, level, draws=draws, seed=seed, confidence=confidence)
     return replace(alpha, values_per_cell=table.values_per_cell)
 
@@ -111,19 +118,6 @@ def krippendorff(
     )
 
 
-def _numbered(data: pd.DataFrame, dv: Hashable, level: Level) -> pd.DataFrame:
-    """Return the table with its labels as numbers at level nominal; a row without a label is a missing value."""
-    if level != "nominal":
-        return data
-    there = data[dv].notna().to_numpy()
-    values = np.full(len(data), np.nan)
-    if there.any():
-        values[there] = coded(data[dv][there], dv).codes
-    numbered = data.copy()
-    numbered[dv] = values
-    return numbered
-
-
 def _notes(alpha: float, drawn: Floats, units: int, draws: int) -> list[str]:
     if not units:
         return ["undefined: no unit has values of two raters"]
@@ -146,14 +140,7 @@ def disagreement_of(values: Floats, level: str) -> Weighted:
     """
     if level == "interval":
         return _interval(values)
-    counts, levels = _counts(values)
-    if level == "nominal":
-        return _nominal(counts)
-    return _ordinal(counts) if level == "ordinal" else _ratio(counts, levels)
-
-
-def _counts(values: Floats) -> tuple[Floats, Floats]:
-    """Return how often each different value occurs in each unit, and the values; those only rounding apart are one."""
+    # How often each different value occurs in each unit; values that are only rounding apart are one.
     units, _ = np.nonzero(~np.isnan(values))
     distinct, places = np.unique(values[~np.isnan(values)], return_inverse=True)
     refuse_huge(distinct)
@@ -161,7 +148,10 @@ def _counts(values: Floats) -> tuple[Floats, Floats]:
     starts = np.append(True, ~same_value(distinct[1:], distinct[:-1], np.maximum(room[1:], room[:-1])))
     counts = np.zeros((len(values), int(starts.sum())))
     np.add.at(counts, (units, (np.cumsum(starts) - 1)[places]), 1.0)
-    return counts, distinct[starts]
+    levels = distinct[starts]
+    if level == "nominal":
+        return _nominal(counts)
+    return _ordinal(counts) if level == "ordinal" else _ratio(counts, levels)
 
 
 def _alpha(observed: Floats, expected: Floats, n: Floats) -> Floats:

@@ -54,7 +54,8 @@ def _signs(values: Floats, raters: list[Hashable]) -> Iterator[RaterSign]:
     present = ~np.isnan(values)
     x = np.where(present, x - x.flat[int(np.argmax(present))], 0)
     others, count = _without_own(x), _without_own(present.astype(np.float64))
-    spreads = [_variance(x[present[:, i], i]) for i in range(len(raters))]
+    columns = [x[present[:, i], i] for i in range(len(raters))]
+    variances = [deviation_ss(own) / (len(own) - 1) if len(own) > 1 else math.nan for own in columns]
     for i, name in enumerate(raters):
         shared = present[:, i] & (count[:, i] > 0)
         own, rest = x[shared, i], others[shared, i] / count[shared, i]
@@ -66,11 +67,19 @@ def _signs(values: Floats, raters: list[Hashable]) -> Iterator[RaterSign]:
             notes.append("no target is shared with another rater")
         r = pearson(own, rest) if len(own) else None
         notes += [r.note.replace("first", "rater's").replace("second", "others'")] if r and math.isnan(r.r) else []
-        spread, why = _spread(spreads, i)
+        of_others = [value for j, value in enumerate(variances) if j != i and not math.isnan(value)]
+        pooled = math.fsum(of_others) / len(of_others) if of_others else math.nan
+        spread = math.nan
+        if math.isnan(variances[i]):
+            notes.append("one value has no spread")
+        elif math.isnan(pooled) or pooled == 0:
+            notes.append("spread is undefined: no other rater's values vary")
+        else:
+            spread = math.sqrt(variances[i] / pooled)
         there = int(present[:, i].sum())
         yield RaterSign(
             *(name, there, len(x) - there, len(own), r.r if r else math.nan, shift, spread),
-            note="; ".join([*notes, *filter(None, [why])]),
+            note="; ".join(notes),
         )
 
 
@@ -81,17 +90,3 @@ def _without_own(x: Floats) -> Floats:
     after = np.cumsum(np.concatenate((zero, x[:, :0:-1]), axis=1), axis=1)[:, ::-1]
     total: Floats = before + after
     return total
-
-
-def _variance(own: Floats) -> float:
-    return deviation_ss(own) / (len(own) - 1) if len(own) > 1 else math.nan
-
-
-def _spread(variances: list[float], at: int) -> tuple[float, str]:
-    others = [value for i, value in enumerate(variances) if i != at and not math.isnan(value)]
-    pooled = math.fsum(others) / len(others) if others else math.nan
-    if math.isnan(variances[at]):
-        return math.nan, "one value has no spread"
-    if math.isnan(pooled) or pooled == 0:
-        return math.nan, "spread is undefined: no other rater's values vary"
-    return math.sqrt(variances[at] / pooled), ""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -72,15 +72,27 @@ def retest(
     meetings, turn = combine_labels(data, [subject, *names]), combine_labels(data, places)
     first, second, further = _meetings(meetings, turn)
     whole = ~(np.isnan(y[first]) | np.isnan(y[second]))
-    pairs = _pairs(meetings, y, first[whole], second[whole], [str(subject), *map(str, names)])
+    first, second = first[whole], second[whole]
+    labels: list[Any] = [meetings.labels[int(code)] for code in meetings.codes[first]]
+    columns = {str(name): [label[i] for label in labels] for i, name in enumerate((subject, *names))}
+    pairs = pd.DataFrame({**columns, "first": y[first], "second": y[second], "difference": y[second] - y[first]})
     if len(pairs) < 2:
         raise TooFew(
             f"{count(len(pairs), 'pair')} of answers to the same {' and '.join(map(str, names))} by one {subject}; "
             "two or more are needed: let stimuli be met again"
         )
     measures = pd.DataFrame(_measures(pairs["first"].to_numpy(), pairs["second"].to_numpy(), confidence))
-    people = pd.DataFrame(_people(pairs, str(subject)))
-    return Retest(measures, people, pairs, further, int((~whole).sum()), confidence)
+    people = []
+    for who, own in pairs.groupby(str(subject), sort=False, observed=True):
+        correlation = pearson(own["first"].to_numpy(), own["second"].to_numpy())
+        away = own["difference"].tolist()
+        people.append(
+            {
+                **{str(subject): who, "pairs": len(own), "r": correlation.r, "bias": math.fsum(away) / len(away)},
+                **{"mean_absolute_difference": math.fsum(map(abs, away)) / len(away), "note": correlation.note},
+            }
+        )
+    return Retest(measures, pd.DataFrame(people), pairs, further, int((~whole).sum()), confidence)
 
 
 def _meetings(meetings: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
@@ -99,22 +111,12 @@ def _meetings(meetings: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
     return rows[second - 1], rows[second], int((place > 1).sum())
 
 
-def _pairs(meetings: Coded, y: Floats, first: Codes, second: Codes, names: Sequence[str]) -> pd.DataFrame:
-    labels = [meetings.labels[int(code)] for code in meetings.codes[first]]
-    columns = {name: [label[i] for label in labels] for i, name in enumerate(names)}  # type: ignore[index]
-    return pd.DataFrame({**columns, "first": y[first], "second": y[second], "difference": y[second] - y[first]})
-
-
 def _measures(first: Floats, second: Floats, confidence: float) -> Iterator[Measure]:
     r = pearson(first, second, confidence)
     yield Measure("Pearson r", r.r, r.ci_low, r.ci_high, r.note)
     for coefficient in iccs(np.stack((first, second), axis=1), confidence):
         if coefficient.type in ("ICC2", "ICC3"):
             yield Measure(coefficient.name, coefficient.icc, coefficient.ci_low, coefficient.ci_high, coefficient.note)
-    yield from _agreement(first, second, confidence)
-
-
-def _agreement(first: Floats, second: Floats, confidence: float) -> Iterator[Measure]:
     n, tail = len(first), (1 - confidence) / 2
     bias, sd, square, exponent = _differences(first, second)
     z, t = normal_upper(0.025), t_critical(n - 1, confidence)  # limits of agreement hold 95 % by convention
@@ -147,14 +149,3 @@ def _differences(first: Floats, second: Floats) -> tuple[float, float, float, in
     ss = deviation_ss(high + low)
     ss = ss if ss > x.size * ROUNDING**2 else 0.0
     return bias, math.sqrt(ss / (n - 1)), ss / n + bias * bias, exponent
-
-
-def _people(pairs: pd.DataFrame, subject: str) -> Iterator[dict[str, object]]:
-    for who, own in pairs.groupby(subject, sort=False, observed=True):
-        first, second = own["first"].to_numpy(), own["second"].to_numpy()
-        correlation = pearson(first, second)
-        away = own["difference"].tolist()
-        yield {
-            **{subject: who, "pairs": len(own), "r": correlation.r, "bias": math.fsum(away) / len(away)},
-            **{"mean_absolute_difference": math.fsum(map(abs, away)) / len(away), "note": correlation.note},
-        }

@@ -156,7 +156,12 @@ def pair_dissimilarities(
         return result
 
     how = f"{highest:.15g} - mean similarity" if meaning == "similarity" else "mean dissimilarity"
-    _refuse_negative(highest - means if meaning == "similarity" else means, labels, how)
+    cells = highest - means if meaning == "similarity" else means
+    size = float(np.abs(cells).max())
+    negative = np.argwhere(np.triu(squareform(cells < -1e-9 * size))).tolist()
+    if negative:
+        names = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in negative), len(negative))
+        raise BadValue(f"{how} is negative for {names}; name the scale's right end (top=) or its meaning")
     known = ratings if participant is not None else None
     return _checked(Dissimilarities(remade(means), labels, f"{how} of each pair", known, remade))
 
@@ -170,14 +175,6 @@ def _own_pairs(values: Floats, one: Counts, two: Counts, people: Counts, size: i
     flat = people.astype(np.intp) * pairs + pair
     count = np.bincount(flat, minlength=persons * pairs)
     return Ratings(cell_means(values, flat, count).reshape(persons, pairs))
-
-
-def _refuse_negative(cells: Floats, labels: tuple[Hashable, ...], how: str) -> None:
-    size = float(np.abs(cells).max())
-    negative = np.argwhere(np.triu(squareform(cells < -1e-9 * size))).tolist()
-    if negative:
-        names = listed((f"{labels[i]!r} and {labels[j]!r}" for i, j in negative), len(negative))
-        raise BadValue(f"{how} is negative for {names}; name the scale's right end (top=) or its meaning")
 
 
 def _checked(result: Dissimilarities) -> Dissimilarities:

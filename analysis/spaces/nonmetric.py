@@ -81,12 +81,22 @@ def nonmetric_mds(
     points = unit_size(principal(best.points))
     fitted = disparities(pdist(points), order)
     flaws = degeneracies(points, fitted, order, best.stress, between.labels)
+    first, second = np.triu_indices(len(between.labels), 1)
+    shepard = pd.DataFrame(
+        {
+            "a": [between.labels[i] for i in first.tolist()],
+            "b": [between.labels[i] for i in second.tolist()],
+            "dissimilarity": squareform(between.values, checks=False),
+            "distance": pdist(points),
+            "disparity": fitted,
+        }
+    )
     return NonMetric(
         frame_of(points, between.labels, [f"Dim{i + 1}" for i in range(dimensions)]),
         best.stress,
         best.starts,
         sum(stress <= best.stress + ALIKE for stress in best.starts),
-        _shepard(between, pdist(points), fitted),
+        shepard,
         ties,
         bool(flaws),
         (*between.notes, *_rare(best), *too_few_points(len(points), dimensions), *flaws),
@@ -110,19 +120,6 @@ def checked_order(between: Dissimilarities, ties: Ties) -> Order:
     if len(order.sizes) < 2:
         raise BadOption("every pair is equally dissimilar: there is no order that a map could follow")
     return order
-
-
-def _shepard(between: Dissimilarities, distances: Floats, fitted: Floats) -> pd.DataFrame:
-    first, second = np.triu_indices(len(between.labels), 1)
-    return pd.DataFrame(
-        {
-            "a": [between.labels[i] for i in first.tolist()],
-            "b": [between.labels[i] for i in second.tolist()],
-            "dissimilarity": squareform(between.values, checks=False),
-            "distance": distances,
-            "disparity": fitted,
-        }
-    )
 
 
 def too_few_points(points: int, dimensions: int) -> list[str]:

@@ -32,7 +32,16 @@ def property_vectors(
     """
     if draws is None:
         refuse_idle("seed", seed, 0, "without `draws`: nothing is shuffled")
-    place, values = _matched(matrix_of(points), matrix_of(properties))
+    place, values = matrix_of(points), matrix_of(properties)
+    lonely = set(place.rows) ^ set(values.rows)
+    if lonely:
+        names = listed(sorted(map(repr, lonely)), len(lonely))
+        raise IncompleteCells(f"only one of the tables holds {names}; the map and the properties need the same objects")
+    objects, dimensions = place.values.shape
+    if objects - 1 <= dimensions:
+        raise TooFew(f"{objects} objects in {dimensions} dimensions fit any property exactly; expected more objects")
+    if not varies(place.values).all():
+        raise TooFew("a dimension of the map is the same for every object; leave it out")
     # An orthonormal basis of the map's columns, and what turns its coefficients into slopes along the dimensions.
     left, sizes, right = np.linalg.svd(centred(place.values), full_matrices=False)
     if sizes[-1] <= sizes[0] * len(left) * np.finfo(float).eps:
@@ -46,19 +55,6 @@ def property_vectors(
     return pd.DataFrame(rows)
 
 
-def _matched(place: Matrix, values: Matrix) -> tuple[Matrix, Matrix]:
-    lonely = set(place.rows) ^ set(values.rows)
-    if lonely:
-        names = listed(sorted(map(repr, lonely)), len(lonely))
-        raise IncompleteCells(f"only one of the tables holds {names}; the map and the properties need the same objects")
-    objects, dimensions = place.values.shape
-    if objects - 1 <= dimensions:
-        raise TooFew(f"{objects} objects in {dimensions} dimensions fit any property exactly; expected more objects")
-    if not varies(place.values).all():
-        raise TooFew("a dimension of the map is the same for every object; leave it out")
-    return place, values
-
-
 def _row(
     place: Matrix, name: Hashable, about: Floats, basis: Floats, back: Floats, p: float, varied: bool
 ) -> dict[Hashable, object]:
@@ -68,6 +64,11 @@ def _row(
     length = float(np.sqrt(slopes @ slopes))
     cosines = slopes / length if varied and length > 0 else np.full(len(slopes), math.nan)
     r2 = min(1.0, float(weights @ weights) / float((about / size) @ (about / size))) if varied else math.nan
+    note = ""
+    if math.isnan(r2):
+        note = "the same value for every object: it has no direction"
+    elif 1 - r2 <= NEAR:
+        note = "the map explains it without remainder: F has no error to be held against"
     named: dict[Hashable, object] = {"property": name}
     named.update(zip(place.columns, cosines.tolist(), strict=True))
     # R squared and the F test of a regression; no F where nothing is left to hold it against.
@@ -78,14 +79,8 @@ def _row(
     return (
         named
         | {"r2": r2, "r": math.sqrt(r2), "F": f, "df1": df1, "df2": df2, "p_F": f_tail(f, df1, df2)}
-        | {"p": p if varied else math.nan, "note": _note(r2)}
+        | {"p": p if varied else math.nan, "note": note}
     )
-
-
-def _note(r2: float) -> str:
-    if math.isnan(r2):
-        return "the same value for every object: it has no direction"
-    return "the map explains it without remainder: F has no error to be held against" if 1 - r2 <= NEAR else ""
 
 
 def _reached(basis: Floats, values: Matrix, draws: int | None, seed: int) -> list[float]:
