@@ -168,15 +168,11 @@ def _about_oneself(person: Perceiver, question: Question) -> Any:
         case "choice":
             return question.levels[math.floor(share * len(question.levels))][0]
         case "number":
-            return _number(person, question, share)
+            # An adult's age; any other number is a share of the years since; always one that the question allows.
+            youngest, oldest = AGES
+            years = (oldest - youngest) * uniform(*person.trait("about oneself", "age"))
+            drawn = round(youngest + years if question.name == "age" else share * years)
+            above = drawn if question.low is None else max(drawn, question.low)
+            return above if question.high is None else min(above, question.high)
         case _:
             return None if question.optional else "not stated"
-
-
-def _number(person: Perceiver, question: Question, share: float) -> float:
-    """An adult's age; any other number is a share of the years since; always one that the question allows."""
-    youngest, oldest = AGES
-    years = (oldest - youngest) * uniform(*person.trait("about oneself", "age"))
-    drawn = round(youngest + years if question.name == "age" else share * years)
-    above = drawn if question.low is None else max(drawn, question.low)
-    return above if question.high is None else min(above, question.high)

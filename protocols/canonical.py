@@ -110,10 +110,6 @@ def _plain(value: Json, place: str) -> Json:
         return {key: _plain(inner, f"{place}.{key}") for key, inner in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(inner, f"{place}[{index}]") for index, inner in enumerate(value)]
-    return _scalar(value, place)
-
-
-def _scalar(value: Json, place: str) -> Json:
     if value is None or type(value) in (bool, int, str):
         return value
     if type(value) is float:

@@ -81,7 +81,19 @@ def fit_clock(arrivals: Sequence[Point], rate_hz: float) -> Clock:
             a rate that is not positive, or arrivals that came at one moment.
     """
     _demand_rate(rate_hz)
-    _demand_sound(arrivals)
+    if not arrivals:
+        raise ClockError("no arrivals: nothing tells when the samples came")
+    for place, (n, t) in enumerate(arrivals):
+        if not (math.isfinite(n) and math.isfinite(t)):
+            raise ClockError(f"arrival {place + 1} is sample {n} at {t} s: finite numbers are needed")
+        if place and n <= arrivals[place - 1][0]:
+            raise ClockError(
+                f"arrival {place + 1} is sample {n}, after sample {arrivals[place - 1][0]}: they must rise"
+            )
+        if place and t < arrivals[place - 1][1]:
+            raise ClockError(
+                f"arrival {place + 1} came at {t} s, before the one before it ({arrivals[place - 1][1]} s)"
+            )
     n0, t0 = arrivals[0]
     points = [(float(n - n0), (t - t0) - (n - n0) / rate_hz) for n, t in arrivals]  # the drift alone: no digits lost
     if len(points) < 2:
@@ -113,22 +125,6 @@ def _placed(clock: Clock, n0: float) -> Clock:
 def _demand_rate(rate_hz: float) -> None:
     if not (math.isfinite(rate_hz) and rate_hz > 0):
         raise ClockError(f"the nominal rate is {rate_hz} Hz: a positive number is needed")
-
-
-def _demand_sound(arrivals: Sequence[Point]) -> None:
-    if not arrivals:
-        raise ClockError("no arrivals: nothing tells when the samples came")
-    for place, (n, t) in enumerate(arrivals):
-        if not (math.isfinite(n) and math.isfinite(t)):
-            raise ClockError(f"arrival {place + 1} is sample {n} at {t} s: finite numbers are needed")
-        if place and n <= arrivals[place - 1][0]:
-            raise ClockError(
-                f"arrival {place + 1} is sample {n}, after sample {arrivals[place - 1][0]}: they must rise"
-            )
-        if place and t < arrivals[place - 1][1]:
-            raise ClockError(
-                f"arrival {place + 1} came at {t} s, before the one before it ({arrivals[place - 1][1]} s)"
-            )
 
 
 def _line_under(points: Sequence[Point]) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from palpate.protocols.wording import count, some_lines
 from palpate.protocols.yaml_text import Document, Path
 
 MOST_SHOWN = 8
+_UNION_MEMBERS = {"constrained-int", "constrained-float", "int", "float", "float-constraint"}
 
 
 def listed(problems: Sequence[Problem], document: Document, name: str) -> str:
@@ -36,15 +37,10 @@ def translated(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
     """What a schema has found wrong with a file's data, in words of the file."""
     found: dict[Path, Problem] = {}
     for each in error.errors(include_url=False):
-        path = _file_path(tuple(each["loc"]))
+        # pydantic's location holds names of union members, which the file does not
+        path = tuple(part for part in each["loc"] if part not in _UNION_MEMBERS and "[" not in str(part))
         found.setdefault(path, Problem(path, _message(dict(each), path, model)))
     return list(found.values())
-
-
-def _file_path(loc: Path) -> Path:
-    """pydantic's location without the names of union members, which the file does not hold."""
-    members = {"constrained-int", "constrained-float", "int", "float", "float-constraint"}
-    return tuple(part for part in loc if part not in members and "[" not in str(part))
 
 
 def _message(each: dict[str, Any], path: Path, model: type[BaseModel]) -> str:

@@ -107,7 +107,8 @@ def open_bytes(path: Path, check: Check | None = None) -> Iterator[IO[bytes]]:
                 _copy_mode(target, draft)
                 draft.replace(target)
         except BaseException:
-            _remove(draft)
+            with holding_interrupts(), suppress(OSError):
+                draft.unlink(missing_ok=True)
             raise
         sync_folder(target.parent)
 
@@ -344,11 +345,6 @@ def _temporary(folder: Path) -> Iterator[None]:
 def _copy_mode(target: Path, draft: Path) -> None:
     with suppress(FileNotFoundError):
         draft.chmod(stat.S_IMODE(target.stat().st_mode))
-
-
-def _remove(path: Path) -> None:
-    with holding_interrupts(), suppress(OSError):
-        path.unlink(missing_ok=True)
 
 
 def _sync_tree(folder: Path) -> None:

@@ -136,7 +136,15 @@ def compile_plan(
     `lab_forms` are needed to run a study that opens with them; they do not touch the order.
     Raises PlanError on an unknown group, a group where the study has none, or a row, seed or session out of range.
     """
-    _check(study, who, seed)
+    if not 0 <= who.row < LARGEST_ROW:
+        raise PlanError(f"participant {who.participant}: row {who.row}; a row from 0 to {LARGEST_ROW - 1} is expected")
+    if not -LARGEST_SEED <= seed < LARGEST_SEED:
+        raise PlanError(f"seed {seed}: a whole number of at most 63 bits is expected")
+    if study.groups and who.group not in study.groups:
+        known = ", ".join(sorted(study.groups))
+        raise PlanError(f"participant {who.participant}: group {who.group!r}; {study.study} has groups {known}")
+    if not study.groups and who.group is not None:
+        raise PlanError(f"participant {who.participant}: group {who.group!r}, but {study.study} has no groups")
     if not 1 <= session < LARGEST_ROW:
         raise PlanError(f"participant {who.participant}: session {session}; sessions count from 1")
     task = TASKS[study.task]
@@ -274,6 +282,7 @@ def _trial(
     """`counted` is the 0-based place among the counted trials, negative in practice."""
     make = TASKS[study.task].block_form
     first_of_phase = number == 1 or counted == 0
+    every = study.rest.every if study.rest is not None else None
     return Trial(
         number=number,
         block=block,
@@ -281,24 +290,7 @@ def _trial(
         stimulus=stimuli[0],
         form=form if make is None else make(study, stimuli),
         may_go_back=study.navigation == "back_and_forward" and not first_of_phase,
-        rest_before=_rests_before(study, counted),
+        rest_before=every is not None and counted > 0 and counted % every == 0,
         recording=_recording(study, stimuli[0]),
         stimuli=() if make is None else stimuli,
     )
-
-
-def _rests_before(study: Study, counted: int) -> bool:
-    every = study.rest.every if study.rest is not None else None
-    return every is not None and counted > 0 and counted % every == 0
-
-
-def _check(study: Study, who: ParticipantRow, seed: int) -> None:
-    if not 0 <= who.row < LARGEST_ROW:
-        raise PlanError(f"participant {who.participant}: row {who.row}; a row from 0 to {LARGEST_ROW - 1} is expected")
-    if not -LARGEST_SEED <= seed < LARGEST_SEED:
-        raise PlanError(f"seed {seed}: a whole number of at most 63 bits is expected")
-    if study.groups and who.group not in study.groups:
-        known = ", ".join(sorted(study.groups))
-        raise PlanError(f"participant {who.participant}: group {who.group!r}; {study.study} has groups {known}")
-    if not study.groups and who.group is not None:
-        raise PlanError(f"participant {who.participant}: group {who.group!r}, but {study.study} has no groups")

@@ -153,7 +153,8 @@ def _walk(plan: Plan, record: _Recorder) -> None:
         trial = plan.trials[position]
         if position > progress.furthest:
             if trial.rest_before:
-                _rest(plan, position, record)
+                practice = sum(trial.practice for trial in plan.trials)
+                record.perform(Rest(position - practice, len(plan.trials) - practice))
             for anchor in plan.anchors.get(position, ()):
                 _feel(anchor, record)
         progress.furthest = max(progress.furthest, position)
@@ -177,12 +178,6 @@ def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder
     return -1 if isinstance(outcome, WentBack) else 1
 
 
-def _rest(plan: Plan, position: int, record: _Recorder) -> None:
-    counted = [trial for trial in plan.trials if not trial.practice]
-    practice = len(plan.trials) - len(counted)
-    record.perform(Rest(position - practice, len(counted)))
-
-
 def _feel(anchor: Trial, record: _Recorder) -> None:
     """Let a reference be felt, outside all trials; where a device fails, from the beginning again."""
     record.in_anchor, felt = True, False
@@ -202,19 +197,10 @@ def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:
         record.note("trial_ended", {"as": again.ended_as})
         record.trial = None
         raise
-    record.note("trial_ended", {"as": _ended_as(outcome)})
+    ended_as = LEFT if isinstance(outcome, WentBack) else ANSWERED if isinstance(outcome, Answered) else CAPTURED
+    record.note("trial_ended", {"as": ended_as})
     record.trial = None
     return outcome
-
-
-def _ended_as(outcome: Outcome) -> str:
-    match outcome:
-        case WentBack():
-            return LEFT
-        case Answered():
-            return ANSWERED
-        case _:
-            return CAPTURED
 
 
 def _interact(steps: Steps, record: _Recorder) -> Outcome:

@@ -191,7 +191,11 @@ class Table:
             first = above[-1] if above else ""
         self.delimiter = commonest_delimiter(first, layout.delimiters)
         self._reader = csv.reader(itertools.chain(above, lines), delimiter=self.delimiter, strict=layout.strict)
-        self.header = self._header()
+        try:
+            cells: list[str] = next(filter(any, self._reader) if self.layout.blank_above else self._reader, [])
+        except csv.Error as problem:
+            raise self._quoting(problem) from None
+        self.header = [cell.strip() for cell in cells] if self.layout.strip else cells
         self.places = {name: place for place, name in enumerate(self.header)}
         self.lines = array("Q")
         """The line of each row, once `numbers` has read them."""
@@ -255,13 +259,6 @@ class Table:
         if not math.isfinite(value):
             raise self._refusal(self.layout.number, line=line, column=column, text=text)
         return value
-
-    def _header(self) -> list[str]:
-        try:
-            cells: list[str] = next(filter(any, self._reader) if self.layout.blank_above else self._reader, [])
-        except csv.Error as problem:
-            raise self._quoting(problem) from None
-        return [cell.strip() for cell in cells] if self.layout.strip else cells
 
     def _column(self, batch: Sequence[tuple[int, Sequence[str]]], place: int, finite: bool) -> list[float]:
         """Read a column of some rows. Raises ValueError or IndexError, which cell it is: `_numbers`."""

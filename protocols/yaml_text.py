@@ -50,7 +50,11 @@ def load(text: bytes, name: str) -> Document:
     except yaml.reader.ReaderError as error:
         raise YamlError(f"{name}: character {error.character!r:.12} is not allowed in YAML") from None
     except yaml.MarkedYAMLError as error:
-        raise YamlError(_syntax(error, name)) from None
+        mark = error.problem_mark or error.context_mark
+        where = f" line {mark.line + 1}, column {mark.column + 1}:" if mark else ""
+        in_brackets = "expected ',' or" in (error.problem or "")
+        hint = "; close it, or quote a text that holds ? or : or , within it" if in_brackets else ""
+        raise YamlError(f"{name}:{where} {', '.join(filter(None, (error.context, error.problem)))}{hint}") from None
     except RecursionError:
         raise YamlError(f"{name}: nested deeper than {DEEPEST} levels") from None
 
@@ -110,22 +114,10 @@ def _survey_mapping(node: yaml.MappingNode, path: Path, lines: dict[Path, int], 
         line = key.start_mark.line + 1
         if not isinstance(key, yaml.ScalarNode):
             raise YamlError(f"{name}: line {line}: a key must be plain text")
-        plain = _plain_key(key)
+        # 1, 01 and "1" are the same key
+        whole = key.tag == _PREFIX + "int" and len(key.value) <= LONGEST_NUMBER
+        plain = str(int(key.value)) if whole else str(key.value)
         if plain in seen:
             raise YamlError(f"{name}: line {line}: the key {key.value!r} stands twice")
         seen.add(plain)
         _survey(value, (*path, key.value), lines, name)
-
-
-def _plain_key(key: yaml.ScalarNode) -> str:
-    """The key as text, so that 1, 01 and "1" are the same key."""
-    whole = key.tag == _PREFIX + "int" and len(key.value) <= LONGEST_NUMBER
-    return str(int(key.value)) if whole else str(key.value)
-
-
-def _syntax(error: yaml.MarkedYAMLError, name: str) -> str:
-    mark = error.problem_mark or error.context_mark
-    where = f" line {mark.line + 1}, column {mark.column + 1}:" if mark else ""
-    in_brackets = "expected ',' or" in (error.problem or "")
-    hint = "; close it, or quote a text that holds ? or : or , within it" if in_brackets else ""
-    return f"{name}:{where} {', '.join(filter(None, (error.context, error.problem)))}{hint}"

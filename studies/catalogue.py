@@ -86,21 +86,18 @@ def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:
     if isinstance(named, list):
         yield from ({"id": each} for each in named)
     elif isinstance(named, str):
-        yield from _table(path.parent, named, f"{path}: line {document.lines[('stimuli',)]}: stimuli")
+        where = f"{path}: line {document.lines[('stimuli',)]}: stimuli"
+        table = _inside(path.parent, named, where)
+        if not table.is_file():
+            raise StudyError(f"{where}: no file {named!r} in {path.parent}; {nearest(named, _csv_files(path.parent))}")
+        for row in stimulus_rows(table):
+            columns = {key: value for key, value in row.cells.items() if key != "id"}
+            stimulus = {"id": row["id"], "columns": columns}
+            if columns.get("file"):
+                stimulus["sha256"] = _file_digest(path.parent, columns["file"], f"{table}: line {row.line}")
+            yield stimulus
     elif named is not None:
         raise StudyError(f"{path}: stimuli: found {named!r:.60}, expected the name of a CSV file or a list of ids")
-
-
-def _table(folder: Path, name: str, where: str) -> Iterator[dict[str, Any]]:
-    table = _inside(folder, name, where)
-    if not table.is_file():
-        raise StudyError(f"{where}: no file {name!r} in {folder}; {nearest(name, _csv_files(folder))}")
-    for row in stimulus_rows(table):
-        columns = {key: value for key, value in row.cells.items() if key != "id"}
-        stimulus = {"id": row["id"], "columns": columns}
-        if columns.get("file"):
-            stimulus["sha256"] = _file_digest(folder, columns["file"], f"{table}: line {row.line}")
-        yield stimulus
 
 
 def stimulus_rows(path: Path) -> Iterator[Row]:

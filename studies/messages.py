@@ -88,20 +88,16 @@ def _describe(error: BaseException) -> str | None:
         where = error.filename if isinstance(error.filename, str | os.PathLike) else _place(error.__traceback__)
         return f"{where}: {reason(error)}" if where else reason(error)
     if isinstance(error, shutil.Error) and error.args and isinstance(error.args[0], list):
-        return _describe_copies(error.args[0])
+        # The first file that `shutil.copytree` could not copy, and why: it keeps the reasons as texts.
+        _, target, why = error.args[0][0]
+        number = re.match(r"\[Errno (\d+)\]", why)
+        return f"{target}: {reason(OSError(int(number[1]), why)) if number else why}"
     if isinstance(error, ModuleNotFoundError) and (name := (error.name or "").partition(".")[0]) in EXTRAS:
         return missing_sentence("this", [name])
     if isinstance(error, MemoryError):
         return "the machine has not enough memory for this; close other programs, or give less data at once"
     kind = _kind(error)
     return None if kind is None else f"{_place(error.__traceback__) or kind[0]}: {kind[1]}"
-
-
-def _describe_copies(failed: list[tuple[str, str, str]]) -> str:
-    """Return the first file that `shutil.copytree` could not copy, and why: it keeps the reasons as texts."""
-    _, target, why = failed[0]
-    number = re.match(r"\[Errno (\d+)\]", why)
-    return f"{target}: {reason(OSError(int(number[1]), why)) if number else why}"
 
 
 def _kind(error: BaseException) -> tuple[str, str] | None:

@@ -359,7 +359,18 @@ def _demand_continuation(connection: Connection, session: SessionTables, path: P
 
 
 def _insert(connection: Connection, session: SessionTables) -> None:
-    _insert_missing(connection, session)
+    # Study and participant may be there from an earlier session. Of one version of a study (its sample may change) the
+    # definition of the session that started last stands.
+    study, who = session.study, session.participant
+    mine = schema.studies.c.study_digest == study["study_digest"]
+    held = connection.execute(select(schema.studies.c.definition).where(mine)).scalar_one_or_none()
+    if held is None:
+        connection.execute(insert(schema.studies), study)
+    elif held != study["definition"] and _is_latest(connection, session):
+        connection.execute(update(schema.studies).where(mine).values(study))
+    same = (schema.participants.c.study == who["study"]) & (schema.participants.c.participant == who["participant"])
+    if not connection.execute(select(schema.participants.c.row).where(same)).first():
+        connection.execute(insert(schema.participants), who)
     connection.execute(insert(schema.sessions), session.session)
     for table, rows in (
         (schema.trials, session.trials),
@@ -392,25 +403,8 @@ def _statement(table: Table, names: tuple[str, ...], dialect: Dialect) -> tuple[
     return str(statement), itemgetter(*statement.positiontup or names)
 
 
-def _insert_missing(connection: Connection, session: SessionTables) -> None:
-    """The study and the participant, where no earlier session brought them.
-
-    Of one version of a study (its sample may change) the definition of the session that was begun last stands.
-    """
-    study, who = session.study, session.participant
-    mine = schema.studies.c.study_digest == study["study_digest"]
-    held = connection.execute(select(schema.studies.c.definition).where(mine)).scalar_one_or_none()
-    if held is None:
-        connection.execute(insert(schema.studies), study)
-    elif held != study["definition"] and _is_latest(connection, session):
-        connection.execute(update(schema.studies).where(mine).values(study))
-    same = (schema.participants.c.study == who["study"]) & (schema.participants.c.participant == who["participant"])
-    if not connection.execute(select(schema.participants.c.row).where(same)).first():
-        connection.execute(insert(schema.participants), who)
-
-
 def _is_latest(connection: Connection, session: SessionTables) -> bool:
-    """Whether no session of the same version of the study was begun later, by time and name."""
+    """Return whether no session of the same version of the study started later, by time and name."""
     row, table = session.session, schema.sessions
-    begun = select(table.c.started_at, table.c.session).where(table.c.study_digest == row["study_digest"])
-    return all(tuple(other) <= (row["started_at"], row["session"]) for other in connection.execute(begun))
+    starts = select(table.c.started_at, table.c.session).where(table.c.study_digest == row["study_digest"])
+    return all(tuple(other) <= (row["started_at"], row["session"]) for other in connection.execute(starts))

@@ -62,9 +62,17 @@ class Hardware:
             simulated(self.found.study, self.found.folder, self.lab).check(plan)
         if self.file is not None:
             from palpate.devices.rig.opened import open_rig
+            from palpate.studies.live.station import demand_follows, demand_within_limits
 
             self.opened = open_rig(self.file, self._names())
-            self._look_at(self.opened, plan)
+            try:
+                self.description.update(self.opened.describe())
+                demand_within_limits(self.opened, self.found, plan)
+                demand_follows(self.opened, plan, self.begun)
+                self._open_tablet(plan)
+            except BaseException:
+                self.close()
+                raise
 
     def safe(self) -> None:
         """Bring every device to rest; also where none is open."""
@@ -89,19 +97,6 @@ class Hardware:
 
             return rig_station(self.opened, self.found, plan, self.lab, self.tablet)
         return twin_station(plan, self.found.folder, self.twins, self.lab)
-
-    def _look_at(self, opened: OpenRig, plan: Plan) -> None:
-        """What the devices are; every profile is within the door's limits. Raises DeviceError; then none is open."""
-        from palpate.studies.live.station import demand_follows, demand_within_limits
-
-        try:
-            self.description.update(opened.describe())
-            demand_within_limits(opened, self.found, plan)
-            demand_follows(opened, plan, self.begun)
-            self._open_tablet(plan)
-        except BaseException:
-            self.close()
-            raise
 
     def changed_firmware(self) -> list[str]:
         """Sentences for the record: which devices have another firmware than when the session was begun."""

@@ -117,7 +117,10 @@ class RigRenderer:
         """Raises RigError, RenderError, ModelFileError, DeviceError."""
         card = self.renderings.card(trial.stimulus)
         seed = keyed_bits("rendered", *drawn(self.plan, trial)) % 2**31
-        plays = self._running()
+        if self.plays is None or not self.plays.running:
+            self.close()
+            self.plays = self.begin()
+        plays = self.plays
         plays.switch(Sounds(card, seed))
         self.on, record = True, plays.record()
         self.counted = counts_of(record)
@@ -140,12 +143,6 @@ class RigRenderer:
         if self.tablet is not None:
             seen = self.on and (VIRTUAL not in self.plan.study.sides or self.side == VIRTUAL)
             self.tablet.show(self.picture if seen else None)
-
-    def _running(self) -> Plays:
-        if self.plays is None or not self.plays.running:
-            self.close()
-            self.plays = self.begin()
-        return self.plays
 
     def _fault(self, error: Exception) -> Fault:
         """The trial is marked, and met again once somebody has seen to it."""

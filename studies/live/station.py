@@ -24,7 +24,7 @@ from palpate.studies.stimuli.scenes import pictures_of, scenes_for
 if TYPE_CHECKING:
     from palpate.devices.door.link.simulator import DoorSimulator
     from palpate.devices.scene import Scene
-    from palpate.devices.sound.device import Masked, MaskingNoise
+    from palpate.devices.sound.device import MaskingNoise
     from palpate.devices.streams.beside import BesideRecorder
     from palpate.studies.live.renderer import RigRenderer, Shows
 
@@ -37,7 +37,11 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows
     shown on the `tablet`."""
     records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
-        records["camera"] = _camera(rig, lab)
+        # its twin must know what it sees, and both where the pictures go
+        camera: Any = rig.of("camera")["camera"]
+        camera.pictures_of = pictures_of
+        camera.keep_in(lab)
+        records["camera"] = cast(Records, camera)
     renderer = _renderer(rig, found, plan, lab, tablet)
     presents = _door(rig, found, plan, lab) if renderer is None else renderer
     made = compose_station(plan.study, presents, records, lambda: _stage(rig, plan))
@@ -46,20 +50,15 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows
         made = replace(made, switch_side=renderer.switch_side)
     if "masking_noise" not in plan.study.needs:
         return made
-    masked = _masked(rig, made.presents)
+    from palpate.devices.sound.device import Masked
+
+    noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
+    masked = Masked(made.presents, noise)
     return replace(made, presents=masked, heed=masked.heed)
 
 
 def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
     return [need for need in plan.study.needs if need in among]
-
-
-def _camera(rig: OpenRig, lab: Path) -> Records:
-    """The camera, told what its twin sees and where its pictures go."""
-    camera: Any = rig.of("camera")["camera"]
-    camera.pictures_of = pictures_of
-    camera.keep_in(lab)
-    return cast(Records, camera)
 
 
 def _door(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Presents | None:
@@ -188,10 +187,3 @@ def _stage(rig: OpenRig, plan: Plan) -> Presents:
     stage.hand.blind = plan.study.blind
     stage.known = known_codes([trial.stimulus for trial in plan.presented])
     return cast(Presents, stage)
-
-
-def _masked(rig: OpenRig, presents: Presents) -> Masked:
-    from palpate.devices.sound.device import Masked
-
-    noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
-    return Masked(presents, noise)

@@ -139,7 +139,9 @@ class Mounted:
         if not isinstance(came, Reply):
             return came
         by_hand, self.mounted = self.mounted[1], None
-        return _both(by_hand, came)
+        seconds = round(by_hand.value["seconds"] + came.value.get("seconds", 0.0), 3)
+        value = {**by_hand.value, **came.value, "by": f"experimenter, {came.value.get('by', 'device')}"}
+        return Reply({**value, "seconds": seconds}, came.samples)
 
 
 class Beside(Protocol):
@@ -211,9 +213,3 @@ def compose_station(
     if "samples" in study.needs:
         return Station(Mounted(device, stage()), records)
     return Station(device, records)
-
-
-def _both(by_hand: Reply, by_device: Reply) -> Reply:
-    seconds = round(by_hand.value["seconds"] + by_device.value.get("seconds", 0.0), 3)
-    value = {**by_hand.value, **by_device.value, "by": f"experimenter, {by_device.value.get('by', 'device')}"}
-    return Reply({**value, "seconds": seconds}, by_device.samples)

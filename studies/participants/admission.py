@@ -26,7 +26,7 @@ def admit(
     is another's, or a folder that is no lab.
     """
     if live:
-        return _live(lab, study, participant, group, row)
+        return allocate_row(_registry_with(lab, participant), study, participant, group, row)
     registry = find_registry(lab)
     if registry is None:
         return None
@@ -37,10 +37,6 @@ def admit(
     with reading(registry) as connection:
         own = allocation_of(connection, study.study, participant)
     return ParticipantRow(participant, own.group, own.row) if own is not None and own.holds else None
-
-
-def _live(lab: Path, study: Study, participant: str, group: str | None, row: int | None) -> ParticipantRow:
-    return allocate_row(_registry_with(lab, participant), study, participant, group, row)
 
 
 def _registry_with(lab: Path, participant: str) -> Registry:

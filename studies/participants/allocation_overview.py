@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from palpate.protocols.balance import Balance, certificates
 from palpate.protocols.study import Study
@@ -61,7 +60,11 @@ def group_allocations(registry: Registry, study: Study, seed: int = 0) -> list[G
     held_places = places(allocations, recorded_rows(registry.lab, study.study), withdrawn(registry.lab))
     known = {allocation.participant: allocation for allocation in allocations if allocation.holds}
     groups: list[str | None] = [*sorted(study.groups)]
-    seeds = _seeds(registry.lab, study.study, seed)
+    # participant -> the seed of their first session of the study in person
+    seeds: defaultdict[str, int] = defaultdict(lambda: seed)
+    for start in session_starts(reversed(ledgers_in(registry.lab, study.study))):
+        if start.in_person and start.seed is not None:
+            seeds[start.who.participant] = start.seed
     return [_of_group(study, group, held_places, known, seeds) for group in groups or [None]]
 
 
@@ -71,7 +74,16 @@ def overlaps(registry: Registry, study: str) -> list[Overlap]:
     Somebody takes part who holds a row of the study or has a session of it here, in person; who withdrew does not
     count.
     """
-    of = _participation(registry)
+    # study -> who takes part
+    people: dict[str, set[str]] = {}
+    for held in every_allocation(registry):
+        if held.holds:
+            people.setdefault(held.study, set()).add(held.participant)
+    for start in session_starts(ledgers_in(registry.lab)):
+        if start.in_person:
+            people.setdefault(start.study, set()).add(start.who.participant)
+    gone = withdrawn(registry.lab)
+    of = {study: people - gone for study, people in people.items() if people - gone}
     mine = of.pop(study, set())
     return [Overlap(other, len(mine & theirs), len(mine)) for other, theirs in sorted(of.items())]
 
@@ -88,25 +100,3 @@ def _of_group(
         tuple(sorted((row, who) for (of, row), who in places.given_up.items() if of == group)),
         places.offer(group),
     )
-
-
-def _seeds(lab: Path, study: str, otherwise: int) -> Mapping[str, int]:
-    """Return participant -> the seed of their first session of the study in person."""
-    seeds: defaultdict[str, int] = defaultdict(lambda: otherwise)
-    for start in session_starts(reversed(ledgers_in(lab, study))):
-        if start.in_person and start.seed is not None:
-            seeds[start.who.participant] = start.seed
-    return seeds
-
-
-def _participation(registry: Registry) -> dict[str, set[str]]:
-    """Study -> who takes part."""
-    people: dict[str, set[str]] = {}
-    for held in every_allocation(registry):
-        if held.holds:
-            people.setdefault(held.study, set()).add(held.participant)
-    for start in session_starts(ledgers_in(registry.lab)):
-        if start.in_person:
-            people.setdefault(start.study, set()).add(start.who.participant)
-    gone = withdrawn(registry.lab)
-    return {study: people - gone for study, people in people.items() if people - gone}

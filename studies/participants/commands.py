@@ -202,19 +202,15 @@ def export(simulated: bool, lab: Path, as_json: bool) -> None:
             }
         )
     else:
-        _show_export(done)
+        click.echo(f"{count(len(done.participants), 'participant')} in {done.file}")
+        if done.withdrawn:
+            click.echo(f"left out: {len(done.withdrawn)} who withdrew")
+        if done.simulated:
+            click.echo(f"left out: {count(len(done.simulated), 'simulated session')} (--simulated takes them in)")
+        for problem in done.refused:
+            click.echo(f"REFUSED  {problem}")
     if done.refused:
         raise click.exceptions.Exit(1)
-
-
-def _show_export(done: Any) -> None:
-    click.echo(f"{count(len(done.participants), 'participant')} in {done.file}")
-    if done.withdrawn:
-        click.echo(f"left out: {len(done.withdrawn)} who withdrew")
-    if done.simulated:
-        click.echo(f"left out: {count(len(done.simulated), 'simulated session')} (--simulated takes them in)")
-    for problem in done.refused:
-        click.echo(f"REFUSED  {problem}")
 
 
 def _registry(lab: Path, opened: Any) -> Any:

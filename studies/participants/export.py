@@ -18,7 +18,7 @@ from palpate.studies.participants.allocations import every_allocation
 from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.registry import Registry, reading
 from palpate.studies.participants.sidecar import columns, identifying, question, sidecar_file
-from palpate.studies.sessions.record import LedgerError, Record, read
+from palpate.studies.sessions.record import LedgerError, read
 from palpate.studies.sessions.session_files import ledgers_in
 
 STUDIES = "studies"
@@ -56,7 +56,11 @@ def export(registry: Registry, with_simulated: bool = False) -> Exported:
     status = _people(registry)
     gone = {who for who, state in status.items() if state == "withdrawn"}
     everybody = sorted((set(status) | set(answers.given)) - gone)
-    studies = _studies(registry, answers)
+    # participant -> studies, by rows held and by sessions
+    studies = {who: set(studies) for who, studies in answers.studies.items()}
+    for allocation in every_allocation(registry):
+        if allocation.holds:
+            studies.setdefault(allocation.participant, set()).add(allocation.study)
     rows = []
     for who in everybody:
         checked = {name: _checked(sidecar, described, name, *said) for name, said in answers.given.get(who, {}).items()
@@ -85,24 +89,11 @@ def _people(registry: Registry) -> dict[str, str]:
         }
 
 
-def _studies(registry: Registry, answers: Answers) -> dict[str, set[str]]:
-    """Return participant -> studies, by rows held and by sessions."""
-    studies = {who: set(studies) for who, studies in answers.studies.items()}
-    for allocation in every_allocation(registry):
-        if allocation.holds:
-            studies.setdefault(allocation.participant, set()).add(allocation.study)
-    return studies
-
-
 def _checked(file: Path, described: Mapping[str, Any], name: str, value: Any, session: str) -> str:
     """Return an answer as a cell. Raises ParticipantError where participants.json no longer knows it."""
     problem = question(f"{file}: {name}", name, {"Question": name, **described[name]}).problem(value)
     if problem is not None:
         raise ParticipantError(f"{session}: {problem}; {file} must describe every answer that was given")
-    return _told(name, value)
-
-
-def _told(name: str, value: Any) -> str:
     if type(value) not in (int, float):
         return str(value)
     number = min(value, _OLDEST) if name == "age" else value
@@ -127,11 +118,24 @@ def read_table(file: Path, known: Sequence[str]) -> dict[str, Row]:
     except UnicodeDecodeError as error:
         raise ParticipantError(f"{file}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
     header = lines[0].split("\t") if lines else [KEY]
-    _demand_header(file, header, known)
+    if header[0] != KEY or len(set(header)) != len(header):
+        raise ParticipantError(f"{file}: line 1: {KEY} first, and no column twice, is expected; found {some(header)}")
+    for name in header:
+        if word := identifying(name):
+            raise ParticipantError(f"{file}: line 1: a column about {word!r} would say who somebody is; take it out")
+        if name not in known:
+            raise ParticipantError(
+                f"{file}: line 1: column {name!r} is not described in participants.json; add it there"
+            )
     rows: dict[str, Row] = {}
     for number, line in enumerate(lines[1:], start=2):
         if line:
-            row = _read_row(f"{file}: line {number}", header, line.split("\t"))
+            cells = line.split("\t")
+            if len(cells) != len(header):
+                raise ParticipantError(
+                    f"{file}: line {number}: {len(cells)} cells, {len(header)} columns are expected (divided by tabs)"
+                )
+            row = dict(zip(header, cells, strict=True))
             if row[KEY] in rows:
                 raise ParticipantError(
                     f"{file}: line {number}: {row[KEY]} stands there twice; one row each is expected"
@@ -158,24 +162,6 @@ def drop_row(file: Path, participant: str) -> bool:
     return True
 
 
-def _demand_header(file: Path, header: list[str], known: Sequence[str]) -> None:
-    if header[0] != KEY or len(set(header)) != len(header):
-        raise ParticipantError(f"{file}: line 1: {KEY} first, and no column twice, is expected; found {some(header)}")
-    for name in header:
-        if word := identifying(name):
-            raise ParticipantError(f"{file}: line 1: a column about {word!r} would say who somebody is; take it out")
-        if name not in known:
-            raise ParticipantError(
-                f"{file}: line 1: column {name!r} is not described in participants.json; add it there"
-            )
-
-
-def _read_row(where: str, header: list[str], cells: list[str]) -> Row:
-    if len(cells) != len(header):
-        raise ParticipantError(f"{where}: {len(cells)} cells, {len(header)} columns are expected (divided by tabs)")
-    return dict(zip(header, cells, strict=True))
-
-
 def _cell(text: str | None) -> str:
     return " ".join(text.split()) or MISSING if text is not None else MISSING
 
@@ -199,7 +185,13 @@ def demographics(lab: Path, with_simulated: bool = False) -> Answers:
     Simulated people are nobody: their sessions are left out unless asked for.
     """
     answers = Answers()
-    for record in _in_order(lab, answers.refused):
+    records = []
+    for path in ledgers_in(lab):
+        try:
+            records.append(read(path))
+        except LedgerError as error:
+            answers.refused.append(str(error))
+    for record in sorted(records, key=lambda record: (record.sittings[0].value["at"], record.path.name)):
         if record.header["rig"]["kind"] == "simulated" and not with_simulated:
             answers.simulated.append(record.path.name)
             continue
@@ -210,13 +202,3 @@ def demographics(lab: Path, with_simulated: bool = False) -> Answers:
             if answer.form == FORM:
                 given |= {name: (said, record.path.name) for name, said in answer.values.items() if said is not None}
     return answers
-
-
-def _in_order(lab: Path, refused: list[str]) -> list[Record]:
-    records = []
-    for path in ledgers_in(lab):
-        try:
-            records.append(read(path))
-        except LedgerError as error:
-            refused.append(str(error))
-    return sorted(records, key=lambda record: (record.sittings[0].value["at"], record.path.name))

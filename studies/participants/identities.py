@@ -104,7 +104,14 @@ def demand_good(identity: Identity) -> None:
     for what, text in identity.told().items():
         if not text.strip() or not text.isprintable():
             raise ParticipantError(f"{what}: found {text!r:.60}, a text of one line is expected")
-    _demand_date(identity.consented)
+    if identity.consented is None:
+        return
+    try:
+        good = date.fromisoformat(identity.consented).isoformat() == identity.consented
+    except ValueError:
+        good = False
+    if not good:
+        raise ParticipantError(f"consented: found {identity.consented!r}, a date as 2026-03-31 is expected")
 
 
 def demand_nameless(lab: Path, participant: str, why: str) -> None:
@@ -163,35 +170,20 @@ def _wipe(journal: Path) -> None:
     journal.unlink()
 
 
-def _demand_date(text: str | None) -> None:
-    if text is None:
-        return
-    try:
-        good = date.fromisoformat(text).isoformat() == text
-    except ValueError:
-        good = False
-    if not good:
-        raise ParticipantError(f"consented: found {text!r}, a date as 2026-03-31 is expected")
-
-
 @contextmanager
 def _opened(lab: Path) -> Iterator[Connection]:
     demand_private(lab)
-    _make(lab)
-    with _said(lab), _engine(lab).begin() as connection:
-        if not inspect(connection).has_table(table.name):
-            metadata.create_all(connection)
-        yield connection
-
-
-def _make(lab: Path) -> None:
-    """The folder, kept out of version control, and the file: for their owner only before they hold anything."""
+    # The folder, kept out of version control, and the file: for their owner only before they hold anything.
     file = store(lab)
     if not file.parent.exists():
         make_folder(file.parent, 0o700)
         write_text(file.parent / ".gitignore", "*\n")
     with suppress(FileExistsError):
         os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+    with _said(lab), _engine(lab).begin() as connection:
+        if not inspect(connection).has_table(table.name):
+            metadata.create_all(connection)
+        yield connection
 
 
 def _engine(lab: Path, pragmas: tuple[str, ...] = _FORGETTING) -> Engine:

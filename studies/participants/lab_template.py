@@ -29,7 +29,15 @@ def make_lab(lab: Path) -> NewLab:
 
     Raises ParticipantError where the folder is a lab already, is a file, or holds anything else.
     """
-    _demand_room(lab)
+    if lab.exists() and not lab.is_dir():
+        raise ParticipantError(f"{lab} is a file; name a folder that is new or empty")
+    if (lab / SIDECAR).exists():
+        raise ParticipantError(f"{lab} is a lab already (it holds {SIDECAR}); nothing was changed")
+    known = _OF_A_LAB | {source.name for source in template_files()}
+    held = sorted(path.name for path in lab.iterdir()) if lab.exists() else []
+    others = [name for name in held if name not in known and not name.startswith((".git", UNFINISHED))]
+    if others:
+        raise ParticipantError(f"{lab} holds {some(others, 3)}; name a folder that is new or empty")
     folders = [name for name in FOLDERS if not (lab / name).is_dir()]
     files = [source for source in template_files() if not (lab / source.name).exists()]
     with staged_files(lab, last=[SIDECAR]) as draft:
@@ -49,15 +57,3 @@ def template_files() -> list[Path]:
     if not any(path.name == SIDECAR for path in files):
         raise ParticipantError(f"{TEMPLATE}: the template for labs is missing: install Palpate anew")
     return files
-
-
-def _demand_room(lab: Path) -> None:
-    if lab.exists() and not lab.is_dir():
-        raise ParticipantError(f"{lab} is a file; name a folder that is new or empty")
-    if (lab / SIDECAR).exists():
-        raise ParticipantError(f"{lab} is a lab already (it holds {SIDECAR}); nothing was changed")
-    known = _OF_A_LAB | {source.name for source in template_files()}
-    held = sorted(path.name for path in lab.iterdir()) if lab.exists() else []
-    others = [name for name in held if name not in known and not name.startswith((".git", UNFINISHED))]
-    if others:
-        raise ParticipantError(f"{lab} holds {some(others, 3)}; name a folder that is new or empty")

@@ -50,7 +50,19 @@ def allocate_row(
     Raises ParticipantError on an unknown or withdrawn participant, a row that is held, a group that does not exist.
     """
     wish = Wish(group, row, replaces)
-    _demand_possible(study, participant, wish)
+    if wish.replaces == participant:
+        raise ParticipantError(f"{participant} cannot replace {participant}")
+    if wish.replaces is not None and (wish.group is not None or wish.row is not None):
+        raise ParticipantError(f"{participant}: --replaces inherits group and row; leave --group and --row out")
+    if wish.group is not None and wish.group not in study.groups:
+        hint = nearest(wish.group, sorted(study.groups)) if study.groups else "it has no groups"
+        raise ParticipantError(f"{study.study} has no group {wish.group!r}; {hint}")
+    if wish.row is not None and study.groups and wish.group is None:
+        raise ParticipantError(
+            f"row {wish.row} of which group? {study.study} has groups {', '.join(sorted(study.groups))}: give --group"
+        )
+    if wish.row is not None and not 0 <= wish.row < LARGEST_ROW:
+        raise ParticipantError(f"row {wish.row}: a row from 0 to {LARGEST_ROW - 1} is expected")
     recorded = recorded_rows(registry.lab, study.study)
     got = write(registry, lambda connection: _allocated(connection, registry, study, participant, wish, recorded))
     return ParticipantRow(participant, got.group, got.row)
@@ -89,22 +101,6 @@ def _earlier(study: str, participant: str, recorded: Recorded) -> Allocation | N
     return Allocation(study, participant, group, row, "active")
 
 
-def _demand_possible(study: Study, participant: str, wish: Wish) -> None:
-    if wish.replaces == participant:
-        raise ParticipantError(f"{participant} cannot replace {participant}")
-    if wish.replaces is not None and (wish.group is not None or wish.row is not None):
-        raise ParticipantError(f"{participant}: --replaces inherits group and row; leave --group and --row out")
-    if wish.group is not None and wish.group not in study.groups:
-        told = nearest(wish.group, sorted(study.groups)) if study.groups else "it has no groups"
-        raise ParticipantError(f"{study.study} has no group {wish.group!r}; {told}")
-    if wish.row is not None and study.groups and wish.group is None:
-        raise ParticipantError(
-            f"row {wish.row} of which group? {study.study} has groups {', '.join(sorted(study.groups))}: give --group"
-        )
-    if wish.row is not None and not 0 <= wish.row < LARGEST_ROW:
-        raise ParticipantError(f"row {wish.row}: a row from 0 to {LARGEST_ROW - 1} is expected")
-
-
 def _allocated(
     connection: Connection, registry: Registry, study: Study, participant: str, wish: Wish, recorded: Recorded
 ) -> Allocation:
@@ -121,7 +117,13 @@ def _allocated(
     earlier = own or _earlier(study.study, participant, recorded)
     if earlier is not None:
         _demand_same(earlier, wish, place)
-        return _given(connection, _taken_up(earlier, standing))
+        holder = standing.held.get(earlier.place)
+        if holder is not None:
+            raise ParticipantError(
+                f"{earlier.participant} had {earlier.told()} of {earlier.study}, which is {holder}'s now, and a row is "
+                f"allocated once; if {holder} dropped out: {release_command(earlier.study, holder)}"
+            )
+        return _given(connection, replace(earlier, status="active"))
     return _given(
         connection, Allocation(study.study, participant, *_free(study, standing, place, wish), "active", wish.replaces)
     )
@@ -130,17 +132,6 @@ def _allocated(
 def release_command(study: str, participant: str) -> str:
     """Return the command that takes a row from a participant, its reason left to fill in."""
     return f"{shell_command('participants', 'release', study, participant, '--why')} ..."
-
-
-def _taken_up(earlier: Allocation, standing: Places) -> Allocation:
-    """Return the row that the participant had before, if nobody got it meanwhile."""
-    holder = standing.held.get(earlier.place)
-    if holder is not None:
-        raise ParticipantError(
-            f"{earlier.participant} had {earlier.told()} of {earlier.study}, which is {holder}'s now, and a row is "
-            f"allocated once; if {holder} dropped out: {release_command(earlier.study, holder)}"
-        )
-    return replace(earlier, status="active")
 
 
 def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Place:

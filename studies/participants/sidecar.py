@@ -52,7 +52,21 @@ def columns(file: Path) -> Columns:
     if not isinstance(data, dict) or next(iter(data), None) != "participant_id":
         raise ParticipantError(f'{file}: an object is expected whose first key is "participant_id"')
     for name, column in data.items():
-        _demand_column(f"{file}: {name}", name, column)
+        where = f"{file}: {name}"
+        if word := identifying(name):
+            raise ParticipantError(
+                f"{where}: a column about {word!r} would say who somebody is; identities are kept apart "
+                "(palpate participants identify); rename the column if it does not"
+            )
+        if not _NAME.fullmatch(name):
+            raise ParticipantError(f"{where}: a column's name in snake_case is expected, as driving_experience")
+        if not isinstance(column, dict):
+            raise ParticipantError(f"{where}: found {column!r:.60}, an object with Description is expected")
+        for key, value in column.items():
+            _demand_value(f"{where}.{key}", key, value)
+        low, high = column.get("Minimum"), column.get("Maximum")
+        if low is not None and high is not None and low > high:
+            raise ParticipantError(f"{where}: Minimum ({low}) lies above Maximum ({high})")
     return data
 
 
@@ -90,23 +104,6 @@ def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
             raise KeyError(key)
         pairs_by_key[key] = value
     return pairs_by_key
-
-
-def _demand_column(where: str, name: str, column: Any) -> None:
-    if word := identifying(name):
-        raise ParticipantError(
-            f"{where}: a column about {word!r} would say who somebody is; identities are kept apart "
-            "(palpate participants identify); rename the column if it does not"
-        )
-    if not _NAME.fullmatch(name):
-        raise ParticipantError(f"{where}: a column's name in snake_case is expected, as driving_experience")
-    if not isinstance(column, dict):
-        raise ParticipantError(f"{where}: found {column!r:.60}, an object with Description is expected")
-    for key, value in column.items():
-        _demand_value(f"{where}.{key}", key, value)
-    low, high = column.get("Minimum"), column.get("Maximum")
-    if low is not None and high is not None and low > high:
-        raise ParticipantError(f"{where}: Minimum ({low}) lies above Maximum ({high})")
 
 
 def _demand_value(where: str, key: str, value: Any) -> None:

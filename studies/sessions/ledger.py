@@ -43,37 +43,29 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
     Raises LedgerError if the name is taken or the disk is full.
     """
     make_folder(path.parent)
-    _demand_no_leftover(path)
+    # A log that a ledger of this name left behind would be taken for the new one's.
+    log = path.with_name(f"{path.name}-wal")
+    if log.exists() and not path.exists():
+        raise LedgerError(f"{log}: belongs to a ledger that is gone; bring that ledger back, or move this file away")
     draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
     draft.unlink(missing_ok=True)
     try:
         with kept(path, "its first event"):
             _write_first(draft, header, sitting)
-        _publish(draft, path)
+        # Give the draft its name, unless the name is taken (FileExistsError).
+        try:
+            os.link(draft, path)
+        except FileExistsError:
+            raise
+        except OSError:
+            # A file system without hard links: claim the name, then put the draft in its place.
+            path.open("x").close()
+            draft.replace(path)
     except FileExistsError:
         raise LedgerError(f"{path}: a session of this name exists already") from None
     finally:
         draft.unlink(missing_ok=True)
     sync_folder(path.parent)
-
-
-def _demand_no_leftover(path: Path) -> None:
-    """A log that a ledger of this name left behind would be taken for the new one's."""
-    log = path.with_name(f"{path.name}-wal")
-    if log.exists() and not path.exists():
-        raise LedgerError(f"{log}: belongs to a ledger that is gone; bring that ledger back, or move this file away")
-
-
-def _publish(draft: Path, path: Path) -> None:
-    """Give the draft its name, unless the name is taken (FileExistsError)."""
-    try:
-        os.link(draft, path)
-    except FileExistsError:
-        raise
-    except OSError:
-        # A file system without hard links: claim the name, then put the draft in its place.
-        path.open("x").close()
-        draft.replace(path)
 
 
 def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:

@@ -180,21 +180,16 @@ def _answer_rows(session: str, answer: Answer, kinds: Mapping[str, str]) -> Iter
     """The rows of a form outside trials; `kinds` are those of the lab's questions by name."""
     for item in answer.items:
         value = answer.values[item]
+        kind = FORMS[answer.form].answer_kind if answer.form in FORMS else TEXT
         yield {
             "session": session,
             "seq": answer.seq,
             "item": item,
             "form": answer.form,
-            "kind": _kind_of(answer.form, item, kinds),
+            "kind": kinds.get(item, TEXT) if kind == "by question" else kind,
             "value": value if isinstance(value, str) else canonical(value).decode(),
             "number": float(value) if type(value) in (int, float) else None,
         }
-
-
-def _kind_of(form: str, item: str, kinds: Mapping[str, str]) -> str:
-    """What an answer outside trials is: a question's kind, points, or agreed; a text of the participant's own."""
-    kind = FORMS[form].answer_kind if form in FORMS else TEXT
-    return kinds.get(item, TEXT) if kind == "by question" else kind
 
 
 def _switch_rows(session: str, answer: Answer, switches: Sequence[Mapping[str, Any]]) -> Iterator[Row]:

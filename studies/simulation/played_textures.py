@@ -81,7 +81,12 @@ def alike(real: Array, played: Array, hand: Array, friction: float) -> Alike:
         raise RigError(f"{real.shape} real, {played.shape} played, hand {hand.shape}: (n,), (n,), (2, n) are expected")
     if not all(np.isfinite(each).all() for each in (real, played, hand)):
         raise RigError("a texture is compared with a value that is no number")
-    frames = _touching(hand)
+    # the starts of frames in which the hand touches and moves throughout
+    moves = (hand[0] > SLOWEST_MM_S) & (hand[1] > FAINTEST_N)
+    starts = np.arange(0, max(0, len(moves) - FRAME + 1), HOP)
+    frames = np.array([start for start in starts if moves[start : start + FRAME].all()], dtype=np.intp)
+    if len(frames) < FEWEST:
+        raise RigError(f"the hand strokes through {len(frames)} frames of {FRAME} ms; {FEWEST} at least are expected")
     one, other = _band_levels(real, frames), _band_levels(played, frames)
     felt = (one > 0) | (other > 0)
     off = (one - other)[felt]
@@ -92,16 +97,6 @@ def alike(real: Array, played: Array, hand: Array, friction: float) -> Alike:
 def friction_apart(kinetic: float) -> float:
     """How far a surface's kinetic friction is from that of the tablet's glass."""
     return abs(math.log(kinetic / GLASS))
-
-
-def _touching(hand: Array) -> NDArray[np.intp]:
-    """Where frames begin in which the hand touches and moves throughout. Raises RigError."""
-    moves = (hand[0] > SLOWEST_MM_S) & (hand[1] > FAINTEST_N)
-    starts = np.arange(0, max(0, len(moves) - FRAME + 1), HOP)
-    found = np.array([start for start in starts if moves[start : start + FRAME].all()], dtype=np.intp)
-    if len(found) < FEWEST:
-        raise RigError(f"the hand strokes through {len(found)} frames of {FRAME} ms; {FEWEST} at least are expected")
-    return found
 
 
 def _band_levels(signal: Array, frames: NDArray[np.intp]) -> Array:
