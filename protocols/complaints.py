@@ -1,16 +1,25 @@
-"""What is wrong with a file of settings, in its own words: file, line, path and nearest valid name."""
+"""Complaints about a file of settings: file, line, path and nearest valid name."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.problems import Problem
 from palpate.protocols.wording import count, some_lines
 from palpate.protocols.yaml_text import Document, Path
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong at a path of the study file."""
+
+    path: Path
+    message: str
+
 
 MOST_SHOWN = 8
 _UNION_MEMBERS = {"constrained-int", "constrained-float", "int", "float", "float-constraint"}

@@ -1,16 +1,21 @@
-"""From the text of study.yaml to a Study, or to complaints that name file, line, path and nearest valid name."""
+"""From the text of study.yaml to a Study, or to complaints that name file, line, path and nearest valid name.
+
+The parts of a study must fit together: names that are used exist, and nothing stands twice.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from pydantic import ValidationError
 
-from palpate.protocols.complaints import listed, translated
-from palpate.protocols.consistency import inconsistencies
-from palpate.protocols.study import Study
-from palpate.protocols.yaml_text import Document
+from palpate.protocols.complaints import Problem, listed, translated
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.needs import NEEDS
+from palpate.protocols.study import Study, is_number
+from palpate.protocols.tasks import TASKS, Task
+from palpate.protocols.yaml_text import Document, Path
 
 
 class StudyError(ValueError):
@@ -51,3 +56,246 @@ def _texts_as_keys(value: Any) -> Any:
     if isinstance(value, list):
         return [_texts_as_keys(inner) for inner in value]
     return value
+
+
+def inconsistencies(study: Study) -> Iterator[Problem]:
+    """Every misfit between the parts of a study that is well-formed by itself."""
+    yield from _repeated((s.id for s in study.stimuli), ("stimuli",), "the stimulus id")
+    yield from parts_of_task(study)
+    yield from _adjectives(study)
+    yield from _groups(study)
+    yield from _sample(study)
+    if study.order.blocks is not None:
+        yield from _column(study, study.order.blocks.by, ("order", "blocks", "by"))
+    if study.practice is not None:
+        ids = [s.id for s in study.stimuli]
+        for index, wanted in enumerate(study.practice.stimuli):
+            yield from _known(wanted, ids, ("practice", "stimuli", index), "a stimulus id")
+    yield from _anchors(study)
+    for index, column in enumerate(study.blind):
+        yield from _column(study, column, ("console", "blind", index))
+    yield from _analysis(study)
+    yield from _simulation(study)
+
+
+def _adjectives(study: Study) -> Iterator[Problem]:
+    poles = [
+        (("attributes", i, pole), word)
+        for i, a in enumerate(study.attributes)
+        for pole, word in enumerate((a.low, a.high))
+        if a.outcome is None
+    ]
+    listed = study.adjectives.words if study.adjectives is not None else ()
+    yield from _same_words(poles)
+    if any(a.outcome for a in study.attributes):
+        yield from _repeated((a.name for a in study.attributes), ("attributes",), "the name")
+    yield from _same_words([(("adjectives", "words", index), each.word) for index, each in enumerate(listed)])
+
+
+def _same_words(words: Iterable[tuple[Path, str]]) -> Iterator[Problem]:
+    seen: set[str] = set()
+    for path, word in words:
+        key = " ".join(word.casefold().split())
+        if key in seen:
+            yield Problem(path, f"the adjective {word!r} stands twice")
+        seen.add(key)
+
+
+def _groups(study: Study) -> Iterator[Problem]:
+    for group, selection in study.groups.items():
+        problems = [p for c, levels in selection.items() for p in _selection(study, group, c, levels)]
+        yield from problems
+        if not problems and not study.stimuli_of(group):
+            yield Problem(("groups", group), "no stimulus belongs to this group")
+
+
+def _anchors(study: Study) -> Iterator[Problem]:
+    """The anchors are stimuli; what they stand for, or are made from, is on the scale of an attribute."""
+    if study.anchors is None:
+        return
+    task = TASKS[study.task]
+    if not task.asks:
+        yield Problem(
+            ("anchors",), f"task {study.task} records stimuli and asks nothing, so there is nothing to anchor"
+        )
+    names, ids = [attribute.name for attribute in study.attributes], [s.id for s in study.stimuli]
+    for index, anchor in enumerate(study.anchors.stimuli):
+        path: Path = ("anchors", "stimuli", index)
+        yield from _known(anchor.id, ids, (*path, "id"), "a stimulus id")
+        if (anchor.wish is not None) != task.makes:
+            yield Problem(path, "wish: {ATTRIBUTE: VALUE} belongs to the anchors of task authoring, and to no others")
+        stands = {} if anchor.attribute is None or anchor.value is None else {anchor.attribute: anchor.value}
+        for name, value in {**stands, **(anchor.wish or {})}.items():
+            yield from _known(name, names, path, "an attribute, by its name or low adjective")
+            if study.scale is not None and not study.scale.holds(value):
+                yield Problem(path, f"{name}: {value:g} is not on the study's scale")
+    if not study.anchors.rated and task.makes:
+        yield Problem(("anchors", "rated"), "anchors made from wishes are no trials; leave rated out")
+    elif not study.anchors.rated and not study.stimuli_of(None):
+        yield Problem(("anchors", "rated"), "every stimulus is an anchor that is not rated; nothing is left for trials")
+
+
+def _sample(study: Study) -> Iterator[Problem]:
+    """The sample fits the groups, and a rule over sessions has sessions to order."""
+    sample, groups = study.participants, len(study.groups)
+    if sample is not None and sample.per_group is not None:
+        if not groups:
+            yield Problem(("participants", "per_group"), "the study has no groups; say planned")
+        elif sample.planned not in (None, sample.per_group * groups):
+            told = f"{sample.per_group} in each of {groups} groups are {sample.per_group * groups}"
+            yield Problem(("participants", "planned"), f"found {sample.planned}, but {told}")
+    if study.order.over_sessions is not None and study.sessions < 2:
+        yield Problem(("order", "over_sessions"), "needs participants: {sessions: 2} or more")
+    if study.questions is not None and "demographics" not in study.opening:
+        yield Problem(("questions",), "needs opening: [demographics], the form that asks them")
+    yield from _repeated(study.questions or (), ("questions",), "the question")
+
+
+def _selection(study: Study, group: str, column: str, levels: Sequence[str]) -> Iterator[Problem]:
+    path = ("groups", group, column)
+    missing = list(_column(study, column, path))
+    yield from missing
+    if not missing:
+        known = sorted({s.columns[column] for s in study.stimuli})
+        for index, level in enumerate(levels):
+            yield from _known(level, known, (*path, index), f"a level of {column}")
+        yield from _repeated(levels, path, f"the level of {column}")
+
+
+def _analysis(study: Study) -> Iterator[Problem]:
+    if study.analysis is None:
+        return
+    named: list[tuple[Path, str | None]] = [
+        *((("analysis", "within", i), name) for i, name in enumerate(study.analysis.within)),
+        (("analysis", "pooled"), study.analysis.pooled),
+        (("analysis", "families"), study.analysis.families),
+    ]
+    for path, name in named:
+        if name is not None:
+            yield from _column(study, name, path)
+
+
+def _simulation(study: Study) -> Iterator[Problem]:
+    if study.simulation is None:
+        return
+    names = list(_perceived(study))
+    for attribute, weights in study.simulation.latents.items():
+        path = ("simulation", "latents", attribute)
+        yield from _known(
+            attribute, names, path, "an attribute (by its name or low adjective), a word or an item of the study"
+        )
+        for column in weights:
+            if column != "intercept":
+                yield from _numeric_column(study, column, (*path, column))
+
+
+def _perceived(study: Study) -> Iterator[str]:
+    """What simulated participants may have latents for."""
+    yield from (attribute.name for attribute in study.attributes)
+    if study.adjectives is not None:
+        yield from (each.word for each in study.adjectives.words)
+    if study.questionnaire is not None:
+        yield from (item.name for item in study.questionnaire.items)
+
+
+def _numeric_column(study: Study, column: str, path: Path) -> Iterator[Problem]:
+    missing = list(_column(study, column, path))
+    yield from missing
+    if missing:
+        return
+    for stimulus in study.stimuli:
+        if not is_number(stimulus.columns[column]):
+            found = stimulus.columns[column]
+            yield Problem(path, f"stimulus {stimulus.id!r} has {found!r} in {column!r}, not a finite number")
+            return
+
+
+def _column(study: Study, column: str, path: Path) -> Iterator[Problem]:
+    columns = sorted({name for s in study.stimuli for name in s.columns})
+    yield from _known(column, columns, path, "a column of the stimulus table")
+    if column in columns and any(column not in s.columns for s in study.stimuli):
+        yield Problem(path, f"not every stimulus has the column {column!r}")
+
+
+def _known(name: str, names: Iterable[str], path: Path, what: str) -> Iterator[Problem]:
+    names = list(names)
+    if name not in names:
+        yield Problem(path, f"found {name!r}, expected {what}; {nearest(name, names)}")
+
+
+def _repeated(names: Iterable[str], path: Path, what: str) -> Iterator[Problem]:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            yield Problem(path, f"{what} {name!r} stands twice")
+        seen.add(name)
+
+
+def parts_of_task(study: Study) -> Iterator[Problem]:
+    """A part that the task needs and the file lacks, or that no such task has."""
+    task = TASKS[study.task]
+    tasks_with: dict[str, list[str]] = {}
+    for name, other in TASKS.items():
+        for key in other.keys:
+            tasks_with.setdefault(key, []).append(name)
+    present = {key for key in tasks_with if getattr(study, key)}
+    for key in task.required:
+        if key not in present:
+            yield Problem((key,), f"this key is required for task {study.task}")
+    for key in sorted(present - {*task.keys}):
+        yield Problem((key,), f"belongs to task {' or '.join(tasks_with[key])}, and this one is {study.task}")
+    yield from task.check(study)
+    yield from _of_ends(study)
+    if task.forward_only and study.navigation == "back_and_forward":
+        yield Problem(("navigation",), f"task {study.task} goes forward only")
+    yield from _of_devices(study, task)
+
+
+def _of_devices(study: Study, task: Task) -> Iterator[Problem]:
+    """What records the stimuli, or makes what is wished for, is listed; and nothing that the task does not use."""
+    used = task.device(study)
+    if used and used not in study.needs:
+        yield Problem(("needs",), f"task {study.task} needs the device {used}, which is not listed")
+    if study.live is not None and "window" not in study.needs:
+        yield Problem(("live",), "the sliders are moved while the door is felt: needs: [window] goes together with it")
+    if study.noise is not None and "masking_noise" not in study.needs:
+        yield Problem(("noise",), "a level of the noise goes together with needs: [masking_noise]")
+    presenting = [need for need in study.needs if NEEDS[need].role == "presents"]
+    for index, need in enumerate(study.needs):
+        place = ("needs", index)
+        if need in study.needs[:index]:
+            yield Problem(place, f"{need} stands twice")
+        elif NEEDS[need].role == "records" and need != (study.capture and study.capture.device):
+            recording = f", which records with {study.capture.device}" if study.capture is not None else ""
+            yield Problem(place, f"nothing in task {study.task}{recording} records with {need}; leave it out")
+        elif need in presenting and NEEDS[need].makes != task.makes:
+            yield Problem(place, f"nothing in task {study.task} is presented by {need}; leave it out")
+        elif need in presenting[1:]:
+            yield Problem(place, f"{need} would present nothing: {presenting[0]} presents the stimuli; leave one out")
+
+
+def _of_ends(study: Study) -> Iterator[Problem]:
+    for key in ("opening", "closing"):
+        names = getattr(study, key)
+        if len(set(names)) < len(names):
+            yield Problem((key,), f"a form stands twice in {', '.join(names)}")
+    if ("eligibility" in study.opening) != bool(study.eligible):
+        yield Problem(("eligible",), "opening: [eligibility] and eligible: [{name, text, answer}, ...] go together")
+    names = [criterion.name for criterion in study.eligible]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            yield Problem(("eligible", index), f"the question {name!r} stands twice")
+    if ("interview" in study.closing) != bool(study.interview):
+        yield Problem(("interview",), "closing: [interview] and interview: [{name, text}, ...] go together")
+    names = [item.name for item in study.interview]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            yield Problem(("interview", index), f"the question {name!r} stands twice")
+    asked = "questionnaire" in study.closing
+    if asked != (study.questionnaire is not None):
+        yield Problem(("questionnaire",), "closing: [questionnaire] and questionnaire: {items: ...} go together")
+    if study.questionnaire is not None:
+        items = [item.name for item in study.questionnaire.items]
+        for index, name in enumerate(items):
+            if name in items[:index]:
+                yield Problem(("questionnaire", "items", index), f"the item {name!r} stands twice")

@@ -14,9 +14,8 @@ from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import Missing, Normalise, StatisticSettings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.where import Condition
-from palpate.protocols.complaints import listed, translated
+from palpate.protocols.complaints import Problem, listed, translated
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.problems import Problem
 from palpate.protocols.study import Name, Share, Strict, Text, Whole
 from palpate.protocols.yaml_text import Document, load
 

@@ -18,9 +18,9 @@ from palpate.analysis.plans.where import Condition, Range, Where, first_word, ke
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import column_name
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest
+from palpate.protocols.complaints import Problem
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import Question
-from palpate.protocols.problems import Problem
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import STUDY_FILE, find, names, read_study
 from palpate.studies.participants.lab_forms import lab_forms

@@ -23,8 +23,8 @@ from palpate.modeling.textures.metrics import SMOOTHED, density, felt_distance, 
 from palpate.modeling.textures.recording import RATE_HZ, Parts, Recording, Scale
 from palpate.modeling.textures.windows import Stretches
 from palpate.modeling.training.seeding import training_state
-from palpate.protocols.vibration_threshold import BANDS_HZ, threshold_m_s2
 from palpate.signals.arrays import Array
+from palpate.signals.vibration_threshold import BANDS_HZ, threshold_m_s2
 
 ROUNDS, QUICK_ROUNDS, DRAWS = 8, 1, 6
 """Corrections that are tried, one after another; runs of each, with random numbers of their own."""

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from palpate.modeling.textures.recording import RATE_HZ, TextureDataError
-from palpate.protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 from palpate.signals.arrays import Array
+from palpate.signals.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 
 SMOOTHED = 256
 """Samples of the Hann windows whose spectra are averaged: 3.9 Hz apart, an equivalent noise bandwidth of 5.9 Hz."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from palpate.protocols.problems import Problem
+from palpate.protocols.complaints import Problem
 from palpate.protocols.requests import Present, Sense
 from palpate.protocols.study import Study
 from palpate.protocols.tasks.steps import Captured, Steps, Task, TaskError

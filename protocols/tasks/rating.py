@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
+from palpate.protocols.complaints import Problem
 from palpate.protocols.forms import Sliders
-from palpate.protocols.problems import Problem
 from palpate.protocols.requests import Ask, Present
 from palpate.protocols.study import Study
 from palpate.protocols.tasks.steps import Steps, Task, feel_and_answer, form_of, outcome_of

@@ -6,8 +6,8 @@ from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from palpate.protocols.complaints import Problem
 from palpate.protocols.forms import AnchorForm, Form
-from palpate.protocols.problems import Problem
 from palpate.protocols.requests import Ask, Present, Reply, Request
 from palpate.protocols.study import Stimulus, Strict, Study
 from palpate.protocols.trial import ParticipantRow, Trial

@@ -19,7 +19,7 @@ from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.worlds import Done
 from palpate.signals.doors.grid import POINTS_PER_DEG
 from palpate.signals.doors.limits import HANDLE_RADIUS_M
-from palpate.studies.stimuli.live_doors import LiveRecord, Setting
+from palpate.studies.stimuli.made_doors import LiveRecord, Setting
 
 BEGINS_S, MOVES_S = 0.3, 1.5
 """The hand lies at the sliders for so long, and then takes so long to move them."""
@@ -31,14 +31,14 @@ def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) 
 
     In virtual time the models and the line take none: `made` and `taken` are the moment that a setting was seen.
     """
-    form, begun_with = request.live_form, dict(request.wish or {})
+    form, start = request.live_form, dict(request.wish or {})
     if form is None:
         return done
-    setting = dict(begun_with)
-    live: LiveDoor[Setting] = LiveDoor(lambda: dict(setting), doors.force_N, begun_with, count_ns=lambda: 0)
-    force_N = doors.force_N(begun_with)
-    record = LiveRecord(form.items(), begun_with, force_N, live, t_ns)
-    to = _moves(form, begun_with, simulated_participant(plan).leave_sliders(request))
+    setting = dict(start)
+    live: LiveDoor[Setting] = LiveDoor(lambda: dict(setting), doors.force_N, start, count_ns=lambda: 0)
+    force_N = doors.force_N(start)
+    record = LiveRecord(form.items(), start, force_N, live, t_ns)
+    to = _moves(form, start, simulated_participant(plan).leave_sliders(request))
     for tick_ns in range(t_ns, t_ns + round(done.seconds * NS), PERIOD_NS):
         setting.update(to((tick_ns - t_ns) / NS))
         if live.newer(tick_ns) is not None:
@@ -48,14 +48,14 @@ def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) 
     return replace(done, reply=replace(reply, samples=(*reply.samples, *record.take())))
 
 
-def _moves(form: Sliders, begun_with: Setting, end: Mapping[str, float]) -> Callable[[float], Setting]:
+def _moves(form: Sliders, start: Setting, end: Mapping[str, float]) -> Callable[[float], Setting]:
     """The setting at a time: every slider that is moved goes there evenly."""
 
     def at(t_s: float) -> Setting:
         share = min(max((t_s - BEGINS_S) / MOVES_S, 0.0), 1.0)
         return {
-            name: end[name] if share == 1 else form.scale.nearest(start + share * (end[name] - start))
-            for name, start in begun_with.items()
+            name: end[name] if share == 1 else form.scale.nearest(value + share * (end[name] - value))
+            for name, value in start.items()
         }
 
     return at

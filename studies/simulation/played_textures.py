@@ -16,8 +16,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from palpate.protocols.tables import Mistake, TableFormat, read_table
-from palpate.protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 from palpate.signals.arrays import Array
+from palpate.signals.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.stimuli.renderings import MET, SEED, Alike, Rendered, told_of
 

@@ -1,24 +1,125 @@
-"""Doors that are made from wishes while a session runs, and what its record keeps of each."""
+"""Doors made from wishes while a session runs, those that follow the sliders while they are felt, and their record."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from palpate.devices.desk import Desk, Pages
-from palpate.devices.device import Presents
-from palpate.devices.door.live import LiveDoor
+from palpate.devices.device import Presents, interleaved
+from palpate.devices.door.live import RATE_HZ, Change, LiveDoor
 from palpate.devices.door.making import HIGHEST, LOWEST, Doors, maker_for
+from palpate.protocols.events import NS
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Came, Chunk, Fault, Present, Reply
+from palpate.protocols.requests import Aside, Came, Chunk, Fault, Present, Reply, Samples
 from palpate.protocols.trial import Trial
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.studies.sessions.rig import RigError
-from palpate.studies.stimuli.live_doors import LiveForm, LiveRecord, ShowsForms
 
 if TYPE_CHECKING:
     from palpate.devices.door.link.showing import Changes
+
+
+SETTINGS, FORCES = "live_settings", "live_forces"
+Setting = Mapping[str, float]
+PAGE = "feel_now"
+
+
+@runtime_checkable
+class ShowsForms(Protocol):
+    """A window that shows the form of a presentation while it is felt: palpate.devices.window.presenter."""
+
+    def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
+        """Show a page until `ready`, or until the experimenter did something."""
+
+    def show_live(
+        self, request: Present, desk: Desk, ready: Callable[[], bool], moved: Callable[[Setting, bool], None]
+    ) -> Aside | None:
+        """Show the request's form until `ready`; `moved` hears at every look where it stands, and of its Stop."""
+
+
+@dataclass
+class LiveForm:
+    """The window's pages while a door is felt: instead of the page that says to feel it now, the sliders stay on."""
+
+    window: ShowsForms
+    request: Present
+    _setting: dict[str, float] = field(default_factory=dict)
+    _done: bool = False
+
+    def __post_init__(self) -> None:
+        form, wish = self.request.live_form, self.request.wish or {}
+        self._setting = {} if form is None else {name: wish[name] for name in form.items()}
+
+    def setting(self) -> Setting:
+        """Return the present setting."""
+        return dict(self._setting)
+
+    def is_done(self) -> bool:
+        """Return whether the participant has stopped."""
+        return self._done
+
+    def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
+        """Show the sliders in place of the page to feel; show every other page as it is."""
+        if key == PAGE:
+            return self.window.show_live(self.request, desk, ready, self._moved)
+        return self.window.wait_for(key, desk, ready)
+
+    def _moved(self, setting: Setting, done: bool) -> None:
+        self._setting.update(setting)
+        self._done = self._done or done
+
+
+@dataclass
+class LiveRecord:
+    """The streams of one presentation, taken piece by piece; both have one row for every profile.
+
+    `live_settings`: when a setting was seen, made into a profile and taken by the door, in seconds since `t0_ns`,
+    whether the door stayed as it was, and the setting. `live_forces`: its 621 forces. The first row is the profile
+    that the door began with.
+    """
+
+    attributes: Sequence[str]
+    start: Setting
+    force_N: Sequence[float]
+    live: LiveDoor[Setting]
+    t0_ns: int
+    rows: int = 0
+
+    def take(self) -> tuple[Samples, ...]:
+        """Return what has come since the last call."""
+        first_change: Change[Setting] = Change(self.start, tuple(self.force_N), self.t0_ns, self.t0_ns, self.t0_ns)
+        changes, first = [first_change, *self.live.changes][self.rows :], self.rows
+        if not changes:
+            return ()
+        self.rows += len(changes)
+        names, forces = list(self.attributes), [f"{n / POINTS_PER_DEG:g} deg" for n in range(POINTS)]
+        channels = ("time", "made", "taken", "refused", *names)
+        units = ("s", "s", "s", "yes/no", *["scale"] * len(names))
+        settings = [value for change in changes for value in self._row(change)]
+        made = [value for change in changes for value in (self._s(change.seen_ns), *change.force_N)]
+        return (
+            Samples(SETTINGS, channels, units, 0.0, self.t0_ns, interleaved(settings), first),
+            Samples(FORCES, ("time", *forces), ("s", *["N"] * POINTS), 0.0, self.t0_ns, interleaved(made), first),
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """Return what the reply says: where the sliders were left, and how the stream went."""
+        changes = self.live.changes
+        refused = [change.why for change in changes if change.why]
+        live = {"rate_hz": RATE_HZ, "ticks": self.live.ticks, "missed": self.live.missed, "changes": len(changes)}
+        left_at = dict(changes[-1].wish if changes else self.start)
+        return {"left_at": left_at, "live": live | {"refused": len(refused), "why": refused[-1] if refused else ""}}
+
+    def _row(self, change: Change[Setting]) -> list[float]:
+        taken_ns = change.made_ns if change.taken_ns is None else change.taken_ns
+        times = [self._s(t_ns) for t_ns in (change.seen_ns, change.made_ns, taken_ns)]
+        return [*times, float(change.taken_ns is None), *(float(change.wish[name]) for name in self.attributes)]
+
+    def _s(self, t_ns: int) -> float:
+        return (t_ns - self.t0_ns) / NS
 
 
 @dataclass(frozen=True)
@@ -28,7 +129,7 @@ class MadeDoors:
     doors: Doors
 
     def check(self, trial: Trial) -> None:
-        """The trial's attributes and their scale are those that doors can be made from. Raises RigError."""
+        """Raise RigError unless doors can be made from the trial's attributes and their scale."""
         names, form = list(self.doors.maker.attributes), trial.form
         if not isinstance(form, Sliders) or sorted(form.items()) != sorted(names):
             found = "no sliders" if form is None else ", ".join(form.items())
@@ -38,13 +139,13 @@ class MadeDoors:
             raise RigError(f"the door generator needs a scale from 0 to 100; found {found}")
 
     def force_N(self, request: Present) -> tuple[float, ...]:
-        """The 621 forces that are wished for. Raises RigError where there is no wish, DoorDataError on another one."""
+        """Return the 621 forces, in N, of a wish. Raises RigError where there is none, DoorDataError on a bad one."""
         if request.wish is None:
             raise RigError(f"the door generator needs a wish to present, and was asked {request.body()!r}")
         return self.doors.force_N(request.wish)
 
     def on_record(self, force_N: tuple[float, ...], reply: Reply) -> Reply:
-        """The reply with what was made: by which models, and the very forces, which outlast them."""
+        """Return the reply with what was made: by which models, and the forces themselves, which outlast them."""
         made = {"models": dict(self.doors.maker.identity), "force_N": list(force_N)}
         return replace(reply, value={**reply.value, "made": made})
 
@@ -60,7 +161,7 @@ class PresentsMade:
     _following: tuple[Present, LiveForm, LiveRecord] | None = None
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
-        """As the door does. Raises RigError where a live form has no window to stay in."""
+        """Perform as the door does. Raises RigError where a live form has no window to stay in."""
         if request.live_form is None:
             came = self.door.perform(request, window, desk, now_ns)
             return self.made.on_record(self.made.force_N(request), came) if isinstance(came, Reply) else came
@@ -77,7 +178,7 @@ class PresentsMade:
         return came
 
     def _followed(self, request: Present, window: Pages, now_ns: Callable[[], int]) -> tuple[LiveForm, LiveRecord]:
-        """What the door follows while this very request is performed."""
+        """Return what the door follows while this request is performed."""
         if self._following is None or self._following[0] is not request:
             if not isinstance(window, ShowsForms):
                 raise RigError("a live form stays on while the door is felt, and there is no window to show it in")
@@ -95,5 +196,5 @@ class PresentsMade:
 
 
 def made_doors(lab: Path | None) -> MadeDoors:
-    """The doors that wishes come to in a lab. Raises ModelFileError where its models cannot be read."""
+    """Return the doors that a lab's models make from wishes. Raises ModelFileError where its models cannot be read."""
     return MadeDoors(Doors(maker_for(lab)))

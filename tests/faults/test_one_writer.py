@@ -19,7 +19,7 @@ METHODS = {
 EXCEPTIONS = {
     "studies/sessions/ledger.py": "SQLite writes the ledger; its first event is linked or renamed into place by hand",
     "studies/participants/identities.py": "the journal of erased people is overwritten in place, to forget them",
-    "studies/simulation/texture_set_studies.py": "a shipped study is copied into a staged folder, placed as a whole",
+    "studies/simulation/texture_set.py": "a shipped study is copied into a staged folder, placed as a whole",
     "devices/author/designs.py": "renames an earlier work aside, without writing",
     "devices/door/firmware/process.py": "a log of the emulator, appended line by line while it runs",
     "benchmarks/scale.py": "makes the temporary lab of a benchmark",

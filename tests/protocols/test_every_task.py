@@ -2,10 +2,10 @@
 
 import pytest
 
-from palpate.protocols.consistency import inconsistencies
 from palpate.protocols.forms import Demographics, LabForms, Question
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import PlanError, compile_plan
+from palpate.protocols.reading import inconsistencies
 from palpate.protocols.requests import Ask, Reply, ReplyError, Samples
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants.perceiver import Perceiver

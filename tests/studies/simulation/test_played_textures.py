@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.protocols.vibration_threshold import threshold_m_s2
+from palpate.signals.vibration_threshold import threshold_m_s2
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.simulation.played_textures import alike, friction_apart
 

@@ -30,16 +30,21 @@ from palpate.studies.sessions.session import resume, start
 from palpate.studies.sessions.session_files import SessionStart, ledger_path
 from palpate.studies.simulation import texture_set
 from palpate.studies.simulation.rig import simulated
-from palpate.studies.simulation.texture_set import QUICK, Pace, SetWanted, estimate, make_set, room_bytes
-from palpate.studies.simulation.texture_set_rig import Ahead, ToolAhead, felt, rig_for
-from palpate.studies.simulation.texture_set_studies import (
+from palpate.studies.simulation.texture_set import (
     LEAST_S,
+    QUICK,
     STUDIES,
+    Pace,
+    SetOptions,
     TextureSetError,
     all_textures,
-    chosen,
-    planned,
+    estimate,
+    make_set,
+    room_bytes,
+    select_textures,
+    set_studies,
 )
+from palpate.studies.simulation.texture_set_rig import Ahead, ToolAhead, felt, rig_for
 from palpate.studies.simulation.texture_simulator import SimulatedTextures
 from palpate.studies.simulation.twins import ToolTwin
 from palpate.studies.stimuli.scenes import WHOLE, Strokes
@@ -135,9 +140,9 @@ def test_stopped_it_goes_on_and_two_processes_make_the_same(small, tmp_path):
 
 
 def test_palpate_resume_goes_on_with_pictures_too(tmp_path):
-    wanted = chosen(("T46", "T15"), 6.0)
+    selection = select_textures(("T46", "T15"), 6.0)
     found = read_study(SHIPPED / "texture_photos" / "study.yaml")
-    few = found.study.model_copy(update={"stimuli": planned(tmp_path, wanted)["texture_photos"].stimuli})
+    few = found.study.model_copy(update={"stimuli": set_studies(tmp_path, selection)["texture_photos"].stimuli})
     plan = compile_plan(few, ParticipantRow("P001", "all"))
 
     def stop(event):
@@ -242,14 +247,14 @@ def test_what_cannot_be_made_is_told(tmp_path, changed, words):
 def test_a_full_disk_is_told_before_it_begins(tmp_path, monkeypatch):
     monkeypatch.setattr(texture_set.shutil, "disk_usage", lambda _path: type("Usage", (), {"free": 10**6})())
     with pytest.raises(TextureSetError, match=r"0.001 GB free, and the set takes 1.* GB"):
-        make_set(tmp_path / "lab", SetWanted(chosen()), lambda _line: None)
+        make_set(tmp_path / "lab", SetOptions(select_textures()), lambda _line: None)
     assert not (tmp_path / "lab").exists()
 
 
 def test_the_sets_and_their_size():
-    assert len(all_textures()) == 50 and chosen().whole and not chosen(QUICK, 8.0).whole
-    assert 0.8e9 < room_bytes(SetWanted(chosen())) < 2e9
-    assert "50 textures x 60 s, 10 pictures of each, 20 simulated raters" in estimate(SetWanted(chosen()))
+    assert len(all_textures()) == 50 and select_textures().is_shipped and not select_textures(QUICK, 8.0).is_shipped
+    assert 0.8e9 < room_bytes(SetOptions(select_textures())) < 2e9
+    assert "50 textures x 60 s, 10 pictures of each, 20 simulated raters" in estimate(SetOptions(select_textures()))
     classes = {each.id: each.columns["class"] for each in planned_ratings().stimuli}
     assert len({classes[name] for name in QUICK}) == len(QUICK) >= needed(COVERAGE)
 

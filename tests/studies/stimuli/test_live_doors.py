@@ -21,8 +21,7 @@ from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.sessions.session import start
 from palpate.studies.simulation.rig import simulated
-from palpate.studies.stimuli.live_doors import FORCES, SETTINGS
-from palpate.studies.stimuli.made_doors import PresentsMade, made_doors
+from palpate.studies.stimuli.made_doors import FORCES, SETTINGS, PresentsMade, made_doors
 from tests.devices.door.link.lines_for_tests import Bench, Lab
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.shipped import found_study

@@ -14,7 +14,7 @@ from palpate.protocols.requests import Present
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session_files import ledger_path
-from palpate.studies.stimuli.live_doors import FORCES, SETTINGS
+from palpate.studies.stimuli.made_doors import FORCES, SETTINGS
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.window.robot import MOVED, Robot, Sitting, pending
 
