@@ -26,11 +26,10 @@ from palpate.analysis.exporting.description import (
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.session_rows import SessionRows
 from palpate.analysis.exporting.source import SharedSession, Watch
-from palpate.analysis.exporting.stimuli import FILE, StimulusFiles, copy_files, stimulus_files
+from palpate.analysis.exporting.stimuli import FILE, copy_files, stimulus_files
 from palpate.analysis.exporting.tables import ONSET, TRIAL, DataSet, shared_definition
 from palpate.analysis.exporting.tabular import Column, Row, Table, write_tsv
 from palpate.protocols.files import write_text
-from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 
 VERSION = "1.11.1"
@@ -48,29 +47,22 @@ def write_bids(
     files = stimulus_files(data_set.source, data_set.without)
     task = label(data_set.source.study.study)
     _write_participants(data_set, guard, draft)
-    _write_stimuli(data_set, guard, files, draft)
-    _write_sidecars(data_set, task, bool(files.files), draft)
+    if (stimuli := data_set.table("stimuli")) is not None:
+        guard.demand_columns("stimuli/stimuli.tsv", [column.name for column in stimuli.columns])
+        write_tsv(draft / "stimuli/stimuli.tsv", stimuli, guard.watched(stimuli, "stimuli/stimuli.tsv"))
+        write_text(draft / "stimuli/stimuli.json", json_for_people(column_entries(stimuli.columns)))
+        copy_files(files, draft / "stimuli")
+    # One sidecar for each kind of table, at the root: by the inheritance principle it holds for every session.
+    for table in _behaviour_tables(data_set, task, bool(files.files)):
+        about = {**table.about, **column_entries(table.columns)}
+        write_text(draft / f"task-{table.task}_{table.suffix}.json", json_for_people(about))
     recorded = RecordingCounts()
     for session in watch(data_set.source.sessions, "writing"):
         _write_session(data_set, guard, session, task, bool(files.files), draft)
         if recordings and data_set.table("streams") is not None:
             recorded += write_recordings(data_set.source, session, task, draft, guard)
     write_text(draft / "code/study.json", json_for_people(shared_definition(data_set)))
-    write_text(draft / "dataset_description.json", json_for_people(_description(description)))
-    write_text(draft / "CHANGES", changes_text(data_set.source))
-    streams = recorded.notes() if recordings else ["The recordings were left out (--no-recordings)."]
-    contents = [
-        *_content_lines(data_set.source.study, task),
-        files.note,
-        *streams,
-        *withheld_lines(data_set),
-        *redacted_lines(guard),
-    ]
-    write_text(draft / "README.md", readme_text(description, data_set.source, contents))
-
-
-def _description(description: Description) -> dict[str, Any]:
-    return {
+    about = {
         "Name": description.name,
         "BIDSVersion": VERSION,
         "DatasetType": "raw",
@@ -79,6 +71,22 @@ def _description(description: Description) -> dict[str, Any]:
         "GeneratedBy": [{"Name": "Palpate", "Version": palpate_version(), "Description": "palpate export --bids"}],
         "Simulated": description.simulated,
     }
+    write_text(draft / "dataset_description.json", json_for_people(about))
+    write_text(draft / "CHANGES", changes_text(data_set.source))
+    streams = recorded.notes() if recordings else ["The recordings were left out (--no-recordings)."]
+    study = data_set.source.study.study
+    contents = [
+        f"`sub-*/ses-*/beh/*_task-{task}_beh.tsv`: the trials of a session with their answers, one row for each answer;"
+        " a trial without one has a row of its own. What the columns mean stands in `task-*_beh.json`.",
+        "`participants.tsv`, `sub-*/sub-*_sessions.tsv`: who took part, and in which sessions.",
+        f"`code/study.json`: the definition of the study {study}, stimuli included;"
+        " `stimuli/stimuli.tsv`: its stimuli.",
+        files.note,
+        *streams,
+        *withheld_lines(data_set),
+        *redacted_lines(guard),
+    ]
+    write_text(draft / "README.md", readme_text(description, data_set.source, contents))
 
 
 def _write_participants(data_set: DataSet, guard: Guard, draft: Path) -> None:
@@ -86,25 +94,14 @@ def _write_participants(data_set: DataSet, guard: Guard, draft: Path) -> None:
     if table is None:
         return
     guard.demand_columns("participants.tsv", [column.name for column in table.columns])
-    watched = replace(table, rows=lambda: _as_subjects(guard.watched(table, "participants.tsv")))
-    named = watched.renamed({"participant": "participant_id"})
+
+    def subjects() -> Iterator[Row]:
+        for row in guard.watched(table, "participants.tsv"):
+            yield {**row, "participant": f"sub-{row['participant']}"}
+
+    named = replace(table, rows=subjects).renamed({"participant": "participant_id"})
     write_tsv(draft / "participants.tsv", named, named.rows())
     write_text(draft / "participants.json", json_for_people(column_entries(named.columns)))
-
-
-def _as_subjects(rows: Iterator[Row]) -> Iterator[Row]:
-    for row in rows:
-        yield {**row, "participant": f"sub-{row['participant']}"}
-
-
-def _write_stimuli(data_set: DataSet, guard: Guard, files: StimulusFiles, draft: Path) -> None:
-    table = data_set.table("stimuli")
-    if table is None:
-        return
-    guard.demand_columns("stimuli/stimuli.tsv", [column.name for column in table.columns])
-    write_tsv(draft / "stimuli/stimuli.tsv", table, guard.watched(table, "stimuli/stimuli.tsv"))
-    write_text(draft / "stimuli/stimuli.json", json_for_people(column_entries(table.columns)))
-    copy_files(files, draft / "stimuli")
 
 
 def _behaviour_tables(data_set: DataSet, task: str, files: bool) -> Iterator[BehaviourTable]:
@@ -113,15 +110,6 @@ def _behaviour_tables(data_set: DataSet, task: str, files: bool) -> Iterator[Beh
     for make in (questionnaire_table, suggestions_table, switch_table, anchor_table):
         if (table := make(data_set, task)) is not None:
             yield table
-
-
-def _write_sidecars(data_set: DataSet, task: str, files: bool, draft: Path) -> None:
-    """Write one sidecar for each kind of table, at the root: by the inheritance principle it holds for every
-    session.
-    """
-    for table in _behaviour_tables(data_set, task, files):
-        about = {**table.about, **column_entries(table.columns)}
-        write_text(draft / f"task-{table.task}_{table.suffix}.json", json_for_people(about))
 
 
 def _write_session(
@@ -141,7 +129,11 @@ def _write_sessions_table(data_set: DataSet, session: SharedSession, draft: Path
     sessions_table = data_set.table("sessions")
     if session != mine[-1] or sessions_table is None:
         return
-    rows = [_session_row(data_set, one) for one in mine]
+    rows: list[Row] = []
+    for one in mine:
+        [row] = data_set.rows_of("sessions", one)
+        when = str(row["started_at"]).replace("+00:00", "Z")
+        rows.append({**row, "session_id": f"ses-{one.number:02d}", "acq_time": when})
     columns = tuple(c for c in sessions_table.columns if c.name not in ("participant", "session"))
     columns = tuple(replace(c, name="acq_time") if c.name == "started_at" else c for c in columns)
     session_id = Column("session_id", "The session, by its number among the participant's.", key=True)
@@ -151,36 +143,19 @@ def _write_sessions_table(data_set: DataSet, session: SharedSession, draft: Path
     write_text(where.with_suffix(".json"), json_for_people(column_entries(table.columns)))
 
 
-def _session_row(data_set: DataSet, session: SharedSession) -> Row:
-    [row] = data_set.rows_of("sessions", session)
-    when = str(row["started_at"]).replace("+00:00", "Z")
-    return {**row, "session_id": f"ses-{session.number:02d}", "acq_time": when}
-
-
 def column_entries(columns: Sequence[Column]) -> dict[str, Any]:
     """Return a sidecar's entries for columns: Description, Units, Levels, Minimum and Maximum."""
-    return {column.name: _column_entry(column) for column in columns}
-
-
-def _column_entry(column: Column) -> dict[str, Any]:
-    levels = dict(column.levels) or ({"true": "yes", "false": "no"} if column.kind == "truth" else {})
-    return {
-        "Description": column.description,
-        **({"Units": column.unit} if column.unit else {}),
-        **({"Levels": levels} if levels else {}),
-        **({"Minimum": column.low} if column.low is not None else {}),
-        **({"Maximum": column.high} if column.high is not None else {}),
-    }
-
-
-def _content_lines(study: Study, task: str) -> list[str]:
-    return [
-        f"`sub-*/ses-*/beh/*_task-{task}_beh.tsv`: the trials of a session with their answers, one row for each answer;"
-        " a trial without one has a row of its own. What the columns mean stands in `task-*_beh.json`.",
-        "`participants.tsv`, `sub-*/sub-*_sessions.tsv`: who took part, and in which sessions.",
-        f"`code/study.json`: the definition of the study {study.study}, stimuli included;"
-        " `stimuli/stimuli.tsv`: its stimuli.",
-    ]
+    entries = {}
+    for column in columns:
+        levels = dict(column.levels) or ({"true": "yes", "false": "no"} if column.kind == "truth" else {})
+        entries[column.name] = {
+            "Description": column.description,
+            **({"Units": column.unit} if column.unit else {}),
+            **({"Levels": levels} if levels else {}),
+            **({"Minimum": column.low} if column.low is not None else {}),
+            **({"Maximum": column.high} if column.high is not None else {}),
+        }
+    return entries
 
 
 @dataclass(frozen=True)
@@ -241,15 +216,13 @@ def questionnaire_table(data_set: DataSet, task: str) -> BehaviourTable | None:
         for item in form.items if item.name not in data_set.without
     )  # fmt: skip
     about = {"TaskName": f"{data_set.source.study.study} questionnaire", "TaskDescription": "Statements at the end."}
-    return BehaviourTable(
-        f"{task}questionnaire", "beh", columns, about, lambda session: _questionnaire(data_set, session)
-    )
 
+    def rows(session: SharedSession) -> Iterator[Row]:
+        answers = [row for row in data_set.rows_of("answers", session) if row["form"] == "likert"]
+        if answers:
+            yield {str(row["item"]): row["value_number"] for row in answers}
 
-def _questionnaire(data_set: DataSet, session: SharedSession) -> Iterator[Row]:
-    answers = [row for row in data_set.rows_of("answers", session) if row["form"] == "likert"]
-    if answers:
-        yield {str(row["item"]): row["value_number"] for row in answers}
+    return BehaviourTable(f"{task}questionnaire", "beh", columns, about, rows)
 
 
 def suggestions_table(data_set: DataSet, task: str) -> BehaviourTable | None:
@@ -261,11 +234,11 @@ def suggestions_table(data_set: DataSet, task: str) -> BehaviourTable | None:
         Column("word", "The word.", free_answer=True),
     )
     about = {"TaskName": f"{data_set.source.study.study} suggestions", "TaskDescription": "Words that the list lacks."}
-    return BehaviourTable(f"{task}suggestions", "beh", columns, about, lambda session: _suggestions(data_set, session))
 
+    def rows(session: SharedSession) -> Iterator[Row]:
+        return (row for row in data_set.rows_of("words", session) if row["trial"] is None)
 
-def _suggestions(data_set: DataSet, session: SharedSession) -> Iterator[Row]:
-    return (row for row in data_set.rows_of("words", session) if row["trial"] is None)
+    return BehaviourTable(f"{task}suggestions", "beh", columns, about, rows)
 
 
 def anchor_table(data_set: DataSet, task: str) -> BehaviourTable | None:
@@ -275,12 +248,12 @@ def anchor_table(data_set: DataSet, task: str) -> BehaviourTable | None:
         return None
     columns = _bids_columns([column for column in table.columns if column.name not in ("participant", "session")])
     about = {"TaskName": f"{data_set.source.study.study} references", "TaskDescription": "References before a block."}
-    return BehaviourTable(f"{task}references", "beh", columns, about, lambda session: _anchors(data_set, session))
 
+    def rows(session: SharedSession) -> Iterator[Row]:
+        for row in data_set.rows_of("anchors", session):
+            yield {BIDS_NAMES.get(key, key): value for key, value in row.items()}
 
-def _anchors(data_set: DataSet, session: SharedSession) -> Iterator[Row]:
-    for row in data_set.rows_of("anchors", session):
-        yield {BIDS_NAMES.get(key, key): value for key, value in row.items()}
+    return BehaviourTable(f"{task}references", "beh", columns, about, rows)
 
 
 def switch_table(data_set: DataSet, task: str) -> BehaviourTable | None:
@@ -294,9 +267,9 @@ def switch_table(data_set: DataSet, task: str) -> BehaviourTable | None:
         Column("trial_type", "What the participant changed to.", levels=sides),
         TRIAL,
     )
-    return BehaviourTable(task, "events", columns, {}, lambda session: _switches(data_set, session))
 
+    def rows(session: SharedSession) -> Iterator[Row]:
+        for row in data_set.rows_of("switches", session):
+            yield {"onset": row["onset_s"], "duration": 0, "trial_type": row["side"], "trial": row["trial"]}
 
-def _switches(data_set: DataSet, session: SharedSession) -> Iterator[Row]:
-    for row in data_set.rows_of("switches", session):
-        yield {"onset": row["onset_s"], "duration": 0, "trial_type": row["side"], "trial": row["trial"]}
+    return BehaviourTable(task, "events", columns, {}, rows)

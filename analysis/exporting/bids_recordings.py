@@ -30,7 +30,7 @@ from palpate.analysis.streams.recorded_streams import (
 from palpate.protocols.files import open_bytes, write_text
 from palpate.protocols.wording import count
 from palpate.signals.arrays import Array
-from palpate.studies.sessions.record import Record, read
+from palpate.studies.sessions.record import read
 
 EVENTS = {
     "onset": {"Description": "Since the recording began.", "Units": "s"},
@@ -123,19 +123,6 @@ def write_recordings(source: Source, session: SharedSession, task: str, draft: P
 
     Raises StreamError on streams whose blocks do not fit together.
     """
-    record = _ledger(source, session)
-    attempts = attempts_of(record)
-    used = list(counting_attempts(attempts).values())
-    unused = sum(1 for attempt in attempts if attempt.acts and attempt not in used)
-    counts = RecordingCounts(unused=unused)
-    for attempt in used:
-        for stream in _demand_distinct_names(streams_in(attempt)):
-            guard.demand_columns(f"stream {stream.name}", [stream.name, *stream.channels])
-            counts += _write_recording(_Place(draft, session, task, attempt), stream)
-    return counts
-
-
-def _ledger(source: Source, session: SharedSession) -> Record:
     path = source.lab / "sessions" / session.row["file"]
     if not path.is_file():
         raise ExportRefused(
@@ -145,17 +132,22 @@ def _ledger(source: Source, session: SharedSession) -> Record:
     record = read(path)
     if record.head != session.row["head_hash"]:
         raise ExportRefused(f"{path}: is not the session that was collected as {session.name}; collect again")
-    return record
-
-
-def _demand_distinct_names(streams: Sequence[Stream]) -> Sequence[Stream]:
-    labels = [(stream.act, label(stream.name)) for stream in streams]
-    for place, (stream, name) in enumerate(zip(streams, labels, strict=True)):
-        if name in labels[:place]:
-            raise ExportRefused(
-                f"{stream.where}: another one has the same name in BIDS ({name[1]}); use --no-recordings"
-            )
-    return streams
+    attempts = attempts_of(record)
+    used = list(counting_attempts(attempts).values())
+    unused = sum(1 for attempt in attempts if attempt.acts and attempt not in used)
+    counts = RecordingCounts(unused=unused)
+    for attempt in used:
+        streams = streams_in(attempt)
+        labels = [(stream.act, label(stream.name)) for stream in streams]
+        for place, (stream, name) in enumerate(zip(streams, labels, strict=True)):
+            if name in labels[:place]:
+                raise ExportRefused(
+                    f"{stream.where}: another one has the same name in BIDS ({name[1]}); use --no-recordings"
+                )
+        for stream in streams:
+            guard.demand_columns(f"stream {stream.name}", [stream.name, *stream.channels])
+            counts += _write_recording(_Place(draft, session, task, attempt), stream)
+    return counts
 
 
 def _write_recording(place: _Place, stream: Stream) -> RecordingCounts:

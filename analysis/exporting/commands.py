@@ -13,7 +13,6 @@ from palpate.protocols.wording import count
 from palpate.studies.options import JSON, echo_json, progress
 
 if TYPE_CHECKING:
-    from palpate.analysis.exporting.export import Exported
     from palpate.analysis.ratings.sources import DataRequest
 
 FORMATS = ("bids", "psych-ds", "csv", "parquet")
@@ -52,13 +51,23 @@ def export(request: DataRequest, folder: Path, as_json: bool, without: tuple[str
     from palpate.analysis.exporting.export import Choices
     from palpate.analysis.exporting.export import export as write
 
-    chosen = _format(formats)
-    choices = Choices(chosen, without, with_dates, redact, recordings, replace, free_text, least_people)
+    chosen: list[Any] = [name for name in FORMATS if formats[name.replace("-", "_")]]
+    if len(chosen) != 1:
+        named = " and ".join(f"--{name}" for name in chosen) or "none of them"
+        raise click.UsageError(f"one of --{', --'.join(FORMATS)} is expected; found {named}")
+    choices = Choices(chosen[0], without, with_dates, redact, recordings, replace, free_text, least_people)
     exported = write(request, folder, choices, _Watched(as_json))
     if as_json:
         echo_json({**vars(exported), "folder": str(exported.folder)})
     else:
-        _show(exported)
+        who = count(exported.participants, "simulated participant" if exported.simulated else "participant")
+        click.echo(f"{exported.folder}: {exported.format}, {who}, {count(exported.sessions, 'session')}")
+        for line in exported.left_out:
+            click.echo(f"  left out: {line}")
+        for line in exported.withheld:
+            click.echo(f"  few people: {line} --least-people 1 shows all")
+        for line in exported.redacted:
+            click.echo(f"  blackened: {line}")
 
 
 class _Watched:
@@ -70,22 +79,3 @@ class _Watched:
     def __call__(self, items: Any, doing: str, total: int | None = None) -> Any:
         with closing(progress(items, doing, self._quiet, total)) as steps:
             yield from steps
-
-
-def _format(flags: dict[str, bool]) -> Any:
-    chosen = [name for name in FORMATS if flags[name.replace("-", "_")]]
-    if len(chosen) != 1:
-        found = " and ".join(f"--{name}" for name in chosen) or "none of them"
-        raise click.UsageError(f"one of --{', --'.join(FORMATS)} is expected; found {found}")
-    return chosen[0]
-
-
-def _show(exported: Exported) -> None:
-    who = count(exported.participants, "simulated participant" if exported.simulated else "participant")
-    click.echo(f"{exported.folder}: {exported.format}, {who}, {count(exported.sessions, 'session')}")
-    for line in exported.left_out:
-        click.echo(f"  left out: {line}")
-    for line in exported.withheld:
-        click.echo(f"  few people: {line} --least-people 1 shows all")
-    for line in exported.redacted:
-        click.echo(f"  blackened: {line}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
@@ -98,12 +98,7 @@ def _write_parquet_table(pyarrow: Any, path: Path, table: Table, rows: Iterable[
         metadata={"description": table.description},
     )
     with open_bytes(path) as file, pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer:
-        for piece in _pieces_of(rows):
+        left = iter(rows)
+        while piece := list(islice(left, ROWS)):
             columns = {column.name: [row.get(column.name) for row in piece] for column in table.columns}
             writer.write_table(pyarrow.table(columns, schema=schema))
-
-
-def _pieces_of(rows: Iterable[Row]) -> Iterator[list[Row]]:
-    left = iter(rows)
-    while piece := list(islice(left, ROWS)):
-        yield piece

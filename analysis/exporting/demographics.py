@@ -44,7 +44,12 @@ def participant_table(source: Source) -> ParticipantTable:
     rows: dict[str, Row] = {}
     for session in source.sessions:
         questions |= {question.name: question for question in _questions(source, session)}
-        row = rows.setdefault(session.participant, _row(session))
+        of_person: Row = {
+            **{"participant": session.participant, "group": session.row["group_name"]},
+            **{"counterbalancing_row": session.row["row"], "sessions": 0},
+            "simulated": bool(session.row["simulated"]),
+        }
+        row = rows.setdefault(session.participant, of_person)
         row["sessions"] = int(row["sessions"] or 0) + 1
         for answer in SessionRows(source, session).answers():
             if answer["form"] == FORM and answer["value"] is not None:
@@ -77,7 +82,7 @@ def without_small_groups(people: ParticipantTable, least: int) -> tuple[Particip
             measures.append(f"{question}: each number is the mean of at least {least} participants of like {question}.")
     measure_of = {line.partition(":")[0]: line.partition(": ")[2] for line in measures}
     for place, column in enumerate(columns):
-        question = next((asked for asked, (name, _) in people.kinds.items() if name == column.name), "")
+        question = next((item for item, (name, _) in people.kinds.items() if name == column.name), "")
         if question in measure_of:
             columns[place] = replace(column, description=f"{column.description} {measure_of[question].capitalize()}")
     return replace(people, columns=tuple(columns), rows=tuple(rows)), tuple(measures)
@@ -104,12 +109,6 @@ def _average_small_groups(answered: list[dict[str, Any]], name: str, least: int)
         for row in group:
             row[name] = None if len(group) < least else round(fsum(values) / len(values), 1)
     return before != [row[name] for row in answered]
-
-
-def _row(session: SharedSession) -> Row:
-    row = session.row
-    return {"participant": session.participant, "group": row["group_name"], "counterbalancing_row": row["row"],
-            "sessions": 0, "simulated": bool(row["simulated"])}  # fmt: skip
 
 
 def _own_columns(source: Source) -> tuple[Column, ...]:

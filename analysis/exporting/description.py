@@ -80,8 +80,11 @@ def readme_text(description: Description, source: Source, holds: Sequence[str]) 
 
 def _left_out_lines(source: Source) -> list[str]:
     never = [why for _, why in source.left_out if why.startswith("the participant ")]
-    others = [f"{each.participant}, session {each.session.rpartition('/')[2]}: {why}" for each, why in source.left_out
-              if why not in never]  # fmt: skip
+    others = [
+        f"{session.participant}, session {session.session.rpartition('/')[2]}: {why}"
+        for session, why in source.left_out
+        if why not in never
+    ]
     lines = (
         [f"Left out because people withdrew, declined or were not eligible: {count(len(never), 'session')}."]
         if never
@@ -111,17 +114,14 @@ def _read_lab_description(file: Path) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise ExportRefused(f'{file}: an object is expected, as {{"Authors": ["A. Author"], "License": "CC-BY-4.0"}}')
     for key, value in data.items():
-        _demand_entry(f"{file}: {key}", key, value)
+        where = f"{file}: {key}"
+        if key not in (*_TEXTS, *_LISTS):
+            raise ExportRefused(f"{where}: not a key that a lab can set; {nearest(key, (*_TEXTS, *_LISTS))}")
+        if key in _TEXTS and not (isinstance(value, str) and value.strip()):
+            raise ExportRefused(f"{where}: found {value!r:.60}, a text is expected")
+        if key in _LISTS and not (isinstance(value, list) and value and all(isinstance(v, str) and v for v in value)):
+            raise ExportRefused(f"{where}: found {value!r:.60}, a list of texts is expected")
     return data
-
-
-def _demand_entry(where: str, key: str, value: Any) -> None:
-    if key not in (*_TEXTS, *_LISTS):
-        raise ExportRefused(f"{where}: not a key that a lab can set; {nearest(key, (*_TEXTS, *_LISTS))}")
-    if key in _TEXTS and not (isinstance(value, str) and value.strip()):
-        raise ExportRefused(f"{where}: found {value!r:.60}, a text is expected")
-    if key in _LISTS and not (isinstance(value, list) and value and all(isinstance(v, str) and v for v in value)):
-        raise ExportRefused(f"{where}: found {value!r:.60}, a list of texts is expected")
 
 
 def withheld_lines(data_set: DataSet) -> list[str]:

@@ -79,21 +79,19 @@ def _variables(tables: tuple[Table, ...]) -> Iterator[dict[str, Any]]:
         for column in table.columns:
             places_of.setdefault(column.name, []).append((table.name, column))
     for name, places in places_of.items():
-        yield _variable(name, places)
-
-
-def _variable(name: str, places: list[tuple[str, Column]]) -> dict[str, Any]:
-    meanings = list(dict.fromkeys(column.description for _, column in places))
-    description = meanings[0] if len(meanings) == 1 else " ".join(f"In {table}: {c.description}" for table, c in places)
-    levels = {value: label for _, column in places for value, label in column.levels.items()}
-    about: dict[str, Any] = {"@type": "PropertyValue", "name": name, "description": description}
-    if units := {column.unit for _, column in places if column.unit}:
-        about["unitText"] = ", ".join(sorted(units))
-    if levels:
-        about["valueReference"] = [
-            {"@type": "PropertyValue", "value": value, "description": label} for value, label in levels.items()
-        ]
-    for key, bound in (("minValue", "low"), ("maxValue", "high")):
-        bounds = [getattr(column, bound) for _, column in places if getattr(column, bound) is not None]
-        about |= {key: bounds[0]} if bounds else {}
-    return about
+        meanings = list(dict.fromkeys(column.description for _, column in places))
+        description = (
+            meanings[0] if len(meanings) == 1 else " ".join(f"In {table}: {c.description}" for table, c in places)
+        )
+        levels = {value: label for _, column in places for value, label in column.levels.items()}
+        about: dict[str, Any] = {"@type": "PropertyValue", "name": name, "description": description}
+        if units := {column.unit for _, column in places if column.unit}:
+            about["unitText"] = ", ".join(sorted(units))
+        if levels:
+            about["valueReference"] = [
+                {"@type": "PropertyValue", "value": value, "description": label} for value, label in levels.items()
+            ]
+        for key, bound in (("minValue", "low"), ("maxValue", "high")):
+            bounds = [getattr(column, bound) for _, column in places if getattr(column, bound) is not None]
+            about |= {key: bounds[0]} if bounds else {}
+        yield about

@@ -34,7 +34,31 @@ def exported_ratings(folder: Path) -> pd.DataFrame:
     rows = [row for row in every if row["counts"] == "true" and row["practice"] == "false"]
     if not rows:
         raise ExportRefused(f"{folder}: holds no rating")
-    return _table(study, rows)
+    place = {attribute.name: n for n, attribute in enumerate(study.attributes)}
+    stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
+    names = [session_name(study.study, row["participant"], int(row["session"])) for row in rows]
+    order = sorted(
+        range(len(rows)),
+        key=lambda n: (rows[n]["participant"], names[n], int(rows[n]["trial"]), place[rows[n]["attribute"]]),
+    )
+    rows, names = [rows[n] for n in order], [names[n] for n in order]
+    columns = [name for name in study.stimuli[0].columns if all(name in stimulus for stimulus in stimuli.values())]
+    return pd.DataFrame(
+        {
+            "participant": [row["participant"] for row in rows],
+            "attribute": [row["attribute"] for row in rows],
+            "value": pd.Series([_number(row["value"]) for row in rows], dtype="float64"),
+            "group": [row["group"] for row in rows],
+            **{column_name(name): [stimuli[row["stimulus"]][name] for row in rows] for name in columns},
+            "study": [study.study for _ in rows],
+            "session": names,
+            "trial": [int(row["trial"]) for row in rows],
+            "block": [row["block"] for row in rows],
+            "stimulus": [row["stimulus"] for row in rows],
+            "response_time_s": pd.Series([_number(row["response_time_s"]) for row in rows], dtype="float64"),
+            "revised": pd.Series([row["revised"] == "true" for row in rows], dtype="bool"),
+        }
+    )
 
 
 def _csv_ratings(folder: Path) -> Iterator[Cells]:
@@ -66,32 +90,6 @@ def _tsv_rows(path: Path) -> Iterator[Cells]:
     for line in lines:
         cells = ["" if cell == NOT_AVAILABLE else cell for cell in line.split("\t")]
         yield dict(zip(header.split("\t"), cells, strict=True))
-
-
-def _table(study: Study, rows: list[Cells]) -> pd.DataFrame:
-    place = {attribute.name: n for n, attribute in enumerate(study.attributes)}
-    stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
-    names = [session_name(study.study, row["participant"], int(row["session"])) for row in rows]
-    order = sorted(
-        range(len(rows)),
-        key=lambda n: (rows[n]["participant"], names[n], int(rows[n]["trial"]), place[rows[n]["attribute"]]),
-    )
-    rows, names = [rows[n] for n in order], [names[n] for n in order]
-    columns = [name for name in study.stimuli[0].columns if all(name in stimulus for stimulus in stimuli.values())]
-    return pd.DataFrame({
-        "participant": [row["participant"] for row in rows],
-        "attribute": [row["attribute"] for row in rows],
-        "value": pd.Series([_number(row["value"]) for row in rows], dtype="float64"),
-        "group": [row["group"] for row in rows],
-        **{column_name(name): [stimuli[row["stimulus"]][name] for row in rows] for name in columns},
-        "study": [study.study for _ in rows],
-        "session": names,
-        "trial": [int(row["trial"]) for row in rows],
-        "block": [row["block"] for row in rows],
-        "stimulus": [row["stimulus"] for row in rows],
-        "response_time_s": pd.Series([_number(row["response_time_s"]) for row in rows], dtype="float64"),
-        "revised": pd.Series([row["revised"] == "true" for row in rows], dtype="bool"),
-    })  # fmt: skip
 
 
 def _number(text: str) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Protocol
 
-from sqlalchemy import Connection, Engine, select
+from sqlalchemy import Connection, select
 from sqlalchemy.exc import SQLAlchemyError
 
 from palpate.analysis.exporting.tabular import ExportRefused
@@ -93,20 +93,16 @@ def open_source(request: DataRequest, watch: Watch = no_progress) -> Iterator[So
     engine = scratch_database() if request.url is None else open_database(request.url, lab=request.lab)
     try:
         if request.url is None:
-            _collect_sessions(request, engine, watch)
+            paths = ledgers_in(request.lab, request.name)
+            if not paths:
+                raise ExportRefused(_no_sessions_message(request))
+            with closing(fill(engine, paths)) as reading:
+                for _ in watch(reading, "reading", len(paths)):
+                    pass
         with engine.connect() as connection:
             yield _source(request, connection)
     finally:
         engine.dispose()
-
-
-def _collect_sessions(request: DataRequest, engine: Engine, watch: Watch) -> None:
-    paths = ledgers_in(request.lab, request.name)
-    if not paths:
-        raise ExportRefused(_no_sessions_message(request))
-    with closing(fill(engine, paths)) as reading:
-        for _ in watch(reading, "reading", len(paths)):
-            pass
 
 
 def _no_sessions_message(request: DataRequest) -> str:
@@ -124,7 +120,14 @@ def _no_sessions_message(request: DataRequest) -> str:
 def _source(request: DataRequest, connection: Connection) -> Source:
     rows = {row["session"]: row for row in _sessions(connection, request)}
     rows_of_choice = [SessionRow(**{name: row[name] for name in _CHOICE_COLUMNS}) for row in rows.values()]
-    _demand_lab(request, rows_of_choice)
+    # Only the lab knows of withdrawals since a database was collected, so one of real people is refused without its
+    # lab.
+    real = not all(session.simulated for session in rows_of_choice)
+    if request.url is not None and real and find_registry(request.lab) is None:
+        raise ExportRefused(
+            f"{request.lab}: holds no registry of participants, which tells who withdrew since the database was"
+            " collected; name the lab with --lab"
+        )
     choice = choose_sessions(
         rows_of_choice,
         request.name,
@@ -134,7 +137,9 @@ def _source(request: DataRequest, connection: Connection) -> Source:
         withdrawn(request.lab),
     )
     kept = [_shared_session(rows[row.session]) for row in choice.kept]
-    definition = _definition(connection, choice.digest)
+    table = schema.studies
+    text = connection.execute(select(table.c.definition).where(table.c.study_digest == choice.digest)).scalar_one()
+    definition: dict[str, Any] = parse(text.encode())
     return Source(
         lab=request.lab,
         study=Study.model_validate(definition),
@@ -145,16 +150,6 @@ def _source(request: DataRequest, connection: Connection) -> Source:
         simulated=any(row.simulated for row in choice.kept),
         connection=connection,
     )
-
-
-def _demand_lab(request: DataRequest, sessions: Iterable[SessionRow]) -> None:
-    """Refuse a database of real people without their lab: only the lab knows of withdrawals since it was collected."""
-    real = not all(session.simulated for session in sessions)
-    if request.url is not None and real and find_registry(request.lab) is None:
-        raise ExportRefused(
-            f"{request.lab}: holds no registry of participants, which tells who withdrew since the database was"
-            " collected; name the lab with --lab"
-        )
 
 
 def _sessions(connection: Connection, request: DataRequest) -> list[dict[str, Any]]:
@@ -177,10 +172,3 @@ def _shared_session(row: dict[str, Any]) -> SharedSession:
     if not (row["participant"].isascii() and row["participant"].isalnum() and number.isdecimal()):
         raise ExportRefused(f"session {row['session']!r}: STUDY/PSEUDONYM/NUMBER is expected, as door_ratings/P001/1")
     return SharedSession(row["session"], row["participant"], int(number), row)
-
-
-def _definition(connection: Connection, digest: str) -> dict[str, Any]:
-    table = schema.studies
-    text = connection.execute(select(table.c.definition).where(table.c.study_digest == digest)).scalar_one()
-    definition: dict[str, Any] = parse(text.encode())
-    return definition

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.analysis.exporting.source import Source
-from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table
+from palpate.analysis.exporting.tabular import Column, ExportRefused, Table
 from palpate.protocols.files import file_sha256, write_bytes, write_text
 from palpate.protocols.wording import count
 from palpate.studies.catalogue import SHIPPED, names
@@ -38,27 +38,22 @@ def stimulus_table(source: Source, taken: frozenset[str] = frozenset()) -> Table
     clash = {"stimulus", "sha256"} & set(columns) | taken & set(columns)
     if clash:
         raise ExportRefused(f"the stimulus table has a column {min(clash)!r}, which means something else in an export")
+    meanings = {name: f"Column {name} of the study's stimulus table, as it stands there." for name in columns}
+    if FILE in meanings:
+        meanings[FILE] = "The stimulus' file, within the study's folder."
     return Table(
         "stimuli",
         "One row for each stimulus of the study.",
         (
             Column("stimulus", "The stimulus, as the trials name it.", key=True),
-            *(Column(name, _meaning(name)) for name in columns),
+            *(Column(name, meaning) for name, meaning in meanings.items()),
             Column("sha256", "SHA-256 of the stimulus' file, where it has one."),
         ),
-        lambda: _rows(source),
+        lambda: (
+            {"stimulus": stimulus.id, **stimulus.columns, "sha256": stimulus.sha256}
+            for stimulus in source.study.stimuli
+        ),
     )
-
-
-def _meaning(column: str) -> str:
-    if column == FILE:
-        return "The stimulus' file, within the study's folder."
-    return f"Column {column} of the study's stimulus table, as it stands there."
-
-
-def _rows(source: Source) -> Iterator[Row]:
-    for stimulus in source.study.stimuli:
-        yield {"stimulus": stimulus.id, **stimulus.columns, "sha256": stimulus.sha256}
 
 
 def stimulus_files(source: Source, without: Collection[str] = ()) -> StimulusFiles:

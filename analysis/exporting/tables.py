@@ -12,7 +12,7 @@ from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.stimuli import stimulus_table
 from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, cell_text
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.forms import FORMS, OwnTable, own_tables
+from palpate.protocols.forms import FORMS, own_tables
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 
@@ -45,6 +45,29 @@ ANCHOR_COLUMNS = (
 )  # fmt: skip
 COUNTS = Column("counts", "Whether this is the answer as it stands: false where a later one took its place.", "truth",
                 key=True)  # fmt: skip
+TRIAL_STATUS = {
+    "answered": "has an answer that stands", "captured": "was recorded", "left": "was left by going back",
+    "repeated": "was to be met again, and was not", "started": "was begun, and not ended", "not met": "was not met",
+    "faulted": "a device failed",
+}  # fmt: skip
+PLANNED_TRIAL_COLUMNS = (
+    *TRIAL_COLUMNS,
+    Column("attempts", "How often it was met.", "whole"),
+    Column("status", "What became of it.", levels=TRIAL_STATUS),
+    replace(ONSET, description="When the last attempt at the trial began, since the session did."),
+)
+STREAM_COLUMNS = (
+    TRIAL, replace(ATTEMPT, key=False),
+    Column("recording", "The how-manieth recording of this stream in the attempt.", "whole"),
+    Column("stream", "The stream.", key=True),
+    Column("channels", "Its channels, divided by commas."),
+    Column("units", "Their units, divided by commas."),
+    Column("rate_hz", "Nominal rate; 0 where things were noted as they happened.", "number", "Hz"),
+    Column("start_s", "When its first sample was taken, since the session began.", "number", "s"),
+    Column("samples", "Samples that are there.", "whole"),
+    Column("lost", "Samples that are missing before the last that is there.", "whole"),
+    Column("gaps", "Places where samples are missing.", "whole"),
+)  # fmt: skip
 ROWS: dict[str, PerSession] = {
     "sessions": lambda session: [session.session_row()],
     "trials": lambda session: session.trials(),
@@ -106,9 +129,13 @@ def build_data_set(
         stimulus_table(source),
     )
     items = {str(row["item"]) for session in source.sessions for row in SessionRows(source, session).answers()}
-    _demand_known_columns(left_out, tables, items)
-    shared_tables = tuple(_without_items(table.without(left_out), left_out) for table in tables)
-    shared_tables = shared_tables if free_text else tuple(_without_interview(table) for table in shared_tables)
+    known = {column.name: column for table in tables for column in table.columns}
+    for name in sorted(left_out):
+        if name not in known and name not in items:
+            raise ExportRefused(f"--without {name}: no such column; {nearest(name, [*known, *sorted(items)])}")
+        if name in known and known[name].key:
+            raise ExportRefused(f"--without {name}: the tables mean nothing without this column; it cannot be left out")
+    shared_tables = tuple(_without_answers(table.without(left_out), left_out, free_text) for table in tables)
     return DataSet(source, shared_tables, tuple(sorted(left_out)), withheld)
 
 
@@ -131,38 +158,33 @@ def _with_protected_answers(table: Table, who: ParticipantTable) -> Table:
     return replace(table, rows=rows)
 
 
-def _demand_known_columns(names: frozenset[str], tables: Iterable[Table], items: set[str]) -> None:
-    known = {column.name: column for table in tables for column in table.columns}
-    for name in sorted(names):
-        if name not in known and name not in items:
-            raise ExportRefused(f"--without {name}: no such column; {nearest(name, [*known, *sorted(items)])}")
-        if name in known and known[name].key:
-            raise ExportRefused(f"--without {name}: the tables mean nothing without this column; it cannot be left out")
-
-
-def _without_items(table: Table, names: frozenset[str]) -> Table:
-    """Return a table without the answers to a question that is left out: answers stand one a row."""
-    if table.name != "answers" or not names:
-        return table
-    return replace(table, rows=lambda: (row for row in table.rows() if row["item"] not in names))
-
-
-def _without_interview(table: Table) -> Table:
-    """Return a table without what people wrote freely, which leaves the lab only on request."""
+def _without_answers(table: Table, items: frozenset[str], free_text: bool) -> Table:
+    """Return a table without the answers to questions that are left out, and without what people wrote freely in an
+    interview unless `free_text`: that leaves the lab only on request.
+    """
     if table.name != "answers":
         return table
-    return replace(table, rows=lambda: (row for row in table.rows() if row["form"] != "interview"))
+
+    def rows() -> Iterator[Row]:
+        return (row for row in table.rows() if row["item"] not in items and (free_text or row["form"] != "interview"))
+
+    return replace(table, rows=rows)
 
 
 def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
     study = source.study
     yield _table(source, "sessions", "One row for each session.", _session_columns(dates))
-    yield _table(source, "trials", "One row for each planned trial, whatever became of it.", _trial_columns())
+    yield _table(source, "trials", "One row for each planned trial, whatever became of it.", PLANNED_TRIAL_COLUMNS)
     if TASKS[study.task].answers == "ratings":
         description = "One row for each rating, revised ones too."
         yield _table(source, "ratings", description, _rating_columns(study))
     if (own := own_tables().get(TASKS[study.task].answers)) is not None:
-        yield _table(source, own.name, own.description, _own_columns(own))
+        columns = tuple(
+            Column(column.name, column.description, column.kind, column.unit, key=column.key) for column in own.columns
+        )
+        names = {column.name for column in columns}
+        columns = (*(c for c in TRIAL_COLUMNS if c.name not in names), ATTEMPT, ONSET, *columns, COUNTS)
+        yield _table(source, own.name, own.description, columns)
     if TASKS[study.task].answers == "words" or "suggestions" in study.closing:
         yield _table(source, "words", "One row for each word that was ticked or written.", _word_columns())
     if study.opening or {"questionnaire", "interview"} & set(study.closing):
@@ -170,14 +192,19 @@ def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
         yield _table(source, "answers", description, _answer_columns(study))
     if study.sides:
         description = "One row for each change between the sides of a comparison."
-        yield _table(source, "switches", description, _switch_columns(study))
+        columns = (
+            TRIAL,
+            Column("number", "The change's place among those of the trial, from 1.", "whole"),
+            Column("side", "What the participant changed to.", levels=dict.fromkeys(study.sides, "a side")),
+            Column("at_s", "Since the form appeared.", "number", "s"),
+            Column("onset_s", "Since the session began.", "number", "s"),
+        )
+        yield _table(source, "switches", description, columns)
     if study.anchors is not None:
         description = "One row for each reference that was felt before a block; references are no trials."
         yield _table(source, "anchors", description, ANCHOR_COLUMNS)
     if any(True for session in source.sessions for _ in SessionRows(source, session).streams()):
-        yield _table(
-            source, "streams", "One row for each recording of a stream; samples not included.", _stream_columns()
-        )
+        yield _table(source, "streams", "One row for each recording of a stream; samples not included.", STREAM_COLUMNS)
 
 
 def _table(source: Source, name: str, description: str, columns: tuple[Column, ...]) -> Table:
@@ -190,15 +217,6 @@ def _table(source: Source, name: str, description: str, columns: tuple[Column, .
 
 def _rows_of(name: str, session: SessionRows) -> Iterable[Row]:
     return ROWS[name](session) if name in ROWS else session.own(name)
-
-
-def _own_columns(own: OwnTable) -> tuple[Column, ...]:
-    """The columns of a table that a form brings with it; its own take the place of the trial's of the same name."""
-    columns = tuple(
-        Column(column.name, column.description, column.kind, column.unit, key=column.key) for column in own.columns
-    )
-    names = {column.name for column in columns}
-    return (*(c for c in TRIAL_COLUMNS if c.name not in names), ATTEMPT, ONSET, *columns, COUNTS)
 
 
 def _session_columns(dates: bool) -> tuple[Column, ...]:
@@ -220,20 +238,6 @@ def _session_columns(dates: bool) -> tuple[Column, ...]:
         Column("head_hash", "Last link of the hash chain over the session's events: proves what it was made from."),
         Column("palpate_version", "Palpate's version that recorded the session."),
         *when,
-    )
-
-
-def _trial_columns() -> tuple[Column, ...]:
-    status = {
-        "answered": "has an answer that stands", "captured": "was recorded", "left": "was left by going back",
-        "repeated": "was to be met again, and was not", "started": "was begun, and not ended", "not met": "was not met",
-        "faulted": "a device failed",
-    }  # fmt: skip
-    return (
-        *TRIAL_COLUMNS,
-        Column("attempts", "How often it was met.", "whole"),
-        Column("status", "What became of it.", levels=status),
-        replace(ONSET, description="When the last attempt at the trial began, since the session did."),
     )
 
 
@@ -291,31 +295,6 @@ def _answer_columns(study: Study) -> tuple[Column, ...]:
     )
 
 
-def _switch_columns(study: Study) -> tuple[Column, ...]:
-    return (
-        TRIAL,
-        Column("number", "The change's place among those of the trial, from 1.", "whole"),
-        Column("side", "What the participant changed to.", levels=dict.fromkeys(study.sides, "a side")),
-        Column("at_s", "Since the form appeared.", "number", "s"),
-        Column("onset_s", "Since the session began.", "number", "s"),
-    )  # fmt: skip
-
-
-def _stream_columns() -> tuple[Column, ...]:
-    return (
-        TRIAL, replace(ATTEMPT, key=False),
-        Column("recording", "The how-manieth recording of this stream in the attempt.", "whole"),
-        Column("stream", "The stream.", key=True),
-        Column("channels", "Its channels, divided by commas."),
-        Column("units", "Their units, divided by commas."),
-        Column("rate_hz", "Nominal rate; 0 where things were noted as they happened.", "number", "Hz"),
-        Column("start_s", "When its first sample was taken, since the session began.", "number", "s"),
-        Column("samples", "Samples that are there.", "whole"),
-        Column("lost", "Samples that are missing before the last that is there.", "whole"),
-        Column("gaps", "Places where samples are missing.", "whole"),
-    )  # fmt: skip
-
-
 def codebook(data_set: DataSet) -> Table:
     """Return one row for each column of each table."""
     return Table("codebook", "What every column of every table means.", CODEBOOK_COLUMNS, lambda: _rows(data_set))
@@ -324,7 +303,7 @@ def codebook(data_set: DataSet) -> Table:
 def _rows(data_set: DataSet) -> Iterator[Row]:
     for table in data_set.tables:
         for column in table.columns:
-            levels = " | ".join(f"{value} = {told}" for value, told in column.levels.items())
+            levels = " | ".join(f"{value} = {meaning}" for value, meaning in column.levels.items())
             yield {"table": table.name, "column": column.name, "kind": column.kind, "unit": column.unit,
                    "description": column.description, "levels": levels}  # fmt: skip
 
@@ -333,7 +312,7 @@ def shared_definition(data_set: DataSet) -> dict[str, Any]:
     """Return the study's definition as it was compiled, without the stimulus columns that were left out."""
     definition = dict(data_set.source.definition)
     definition["stimuli"] = [
-        {**each, "columns": {k: v for k, v in each.get("columns", {}).items() if k not in data_set.without}}
-        for each in definition["stimuli"]
+        {**stimulus, "columns": {k: v for k, v in stimulus.get("columns", {}).items() if k not in data_set.without}}
+        for stimulus in definition["stimuli"]
     ]
     return definition

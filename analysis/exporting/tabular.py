@@ -61,12 +61,12 @@ class Table:
     def renamed(self, names: Mapping[str, str]) -> Table:
         """Return the table with columns under other names."""
         columns = tuple(replace(column, name=names.get(column.name, column.name)) for column in self.columns)
-        return replace(self, columns=columns, rows=lambda: _renamed(self.rows(), names))
 
+        def rows() -> Iterator[Row]:
+            for row in self.rows():
+                yield {names.get(name, name): value for name, value in row.items()}
 
-def _renamed(rows: Iterable[Row], names: Mapping[str, str]) -> Iterator[Row]:
-    for row in rows:
-        yield {names.get(name, name): value for name, value in row.items()}
+        return replace(self, columns=columns, rows=rows)
 
 
 def cell_text(value: Value, missing: str = "") -> str:

@@ -81,6 +81,8 @@ def square(data: bytes, where: str, side: int = SIDE) -> Square:
     resampled (Lanczos). Raises PictureError on what is no picture or ends too soon, on one with fewer than 224 pixels
     on its shorter side, with transparent parts, or whose white is not known.
     """
+    from PIL import Image
+
     cut = _gray(_cut(data, where), where)
     notes = []
     if min(cut.shape) < side:
@@ -88,7 +90,10 @@ def square(data: bytes, where: str, side: int = SIDE) -> Square:
     blank = float(np.ptp(cut)) == 0.0
     if blank:
         notes.append(f"{where}: of one brightness ({float(cut[0, 0]):.2f}): it shows nothing")
-    return Square(_sized(cut, side), tuple(notes), blank)
+    if cut.shape != (side, side):
+        resized = Image.fromarray(cut).resize((side, side), Image.Resampling.LANCZOS)
+        cut = np.clip(np.asarray(resized, dtype=np.float32), 0.0, 1.0)
+    return Square(cut, tuple(notes), blank)
 
 
 def patches(values: Gray, looking: Looking) -> Gray:
@@ -110,7 +115,15 @@ def _cut(data: bytes, where: str) -> Image:
             warnings.simplefilter("ignore")  # large pictures, and odd tags: what they show is judged below
             with Image.open(io.BytesIO(data)) as picture:
                 picture.load()
-                return _middle(ImageOps.exif_transpose(picture), where)
+                turned = ImageOps.exif_transpose(picture)
+                side = min(turned.size)
+                if side < LEAST:
+                    size = f"{turned.width} x {turned.height} pixels"
+                    raise PictureError(
+                        f"{where}: {size}: {LEAST} on the shorter side are the least, {SIDE} or more are wanted"
+                    )
+                left, top = (turned.width - side) // 2, (turned.height - side) // 2
+                return turned.crop((left, top, left + side, top + side))
     except UnidentifiedImageError:
         raise PictureError(f"{where}: no picture in a format that is known here; JPEG, PNG or TIFF do") from None
     except PictureError:
@@ -120,48 +133,24 @@ def _cut(data: bytes, where: str) -> Image:
         raise PictureError(f"{where}: the picture cannot be read to its end ({reason}); take it again") from None
 
 
-def _middle(picture: Image, where: str) -> Image:
-    side = min(picture.size)
-    if side < LEAST:
-        found = f"{picture.width} x {picture.height} pixels"
-        raise PictureError(f"{where}: {found}: {LEAST} on the shorter side are the least, {SIDE} or more are wanted")
-    left, top = (picture.width - side) // 2, (picture.height - side) // 2
-    return picture.crop((left, top, left + side, top + side))
-
-
 def _gray(cut: Image, where: str) -> Gray:
     """Return the brightness from 0 to 1."""
     if cut.mode.startswith("I"):
-        return _of_16_bits(cut, where)
+        values = np.asarray(cut)
+        low, high = int(values.min()), int(values.max())
+        if low < 0 or high > WHITE_16:
+            raise PictureError(f"{where}: brightness from {low} to {high}: 16 bits, 0 to 65535, are expected")
+        return values.astype(np.float32) * np.float32(1 / WHITE_16)
     if cut.mode == "F":
         raise PictureError(f"{where}: brightness as fractions, whose white is not known; save it with 8 or 16 bits")
     if cut.has_transparency_data:
-        cut = _opaque(cut, where)
+        # An alpha channel that hides nothing is dropped.
+        whole = cut.convert("RGBA")
+        least, _most = whole.getchannel("A").getextrema()
+        if not isinstance(least, int | float) or least < 255:
+            raise PictureError(
+                f"{where}: parts of its middle are transparent, which no photo of a surface is; fill them"
+            )
+        cut = whole.convert("RGB")
     rgb = cut if cut.mode in ("1", "L", "RGB") else cut.convert("RGB")
     return np.asarray(rgb.convert("L"), dtype=np.float32) * np.float32(1 / WHITE_8)
-
-
-def _of_16_bits(cut: Image, where: str) -> Gray:
-    values = np.asarray(cut)
-    low, high = int(values.min()), int(values.max())
-    if low < 0 or high > WHITE_16:
-        raise PictureError(f"{where}: brightness from {low} to {high}: 16 bits, 0 to 65535, are expected")
-    return values.astype(np.float32) * np.float32(1 / WHITE_16)
-
-
-def _opaque(cut: Image, where: str) -> Image:
-    """Without an alpha channel that hides nothing."""
-    whole = cut.convert("RGBA")
-    low, _high = whole.getchannel("A").getextrema()
-    if not isinstance(low, int | float) or low < 255:
-        raise PictureError(f"{where}: parts of its middle are transparent, which no photo of a surface is; fill them")
-    return whole.convert("RGB")
-
-
-def _sized(values: Gray, side: int) -> Gray:
-    from PIL import Image
-
-    if values.shape == (side, side):
-        return values
-    resized = Image.fromarray(values).resize((side, side), Image.Resampling.LANCZOS)
-    return np.clip(np.asarray(resized, dtype=np.float32), 0.0, 1.0)

@@ -100,17 +100,12 @@ def wavelets(vibration: Array) -> Array:
 
 def _statistics(band: Array) -> Array:
     power = band**2
-    return np.stack(
-        [np.abs(band).mean(axis=1), band.std(axis=1), decibels(power.mean(axis=1)), _entropy(power)], axis=1
-    )
-
-
-def _entropy(power: Array) -> Array:
     from scipy.special import entr
 
     energy = power.sum(axis=1, keepdims=True)
     shares = np.divide(power, energy, out=np.zeros_like(power), where=energy > 0)
-    return np.asarray(entr(shares).sum(axis=1))
+    entropy = np.asarray(entr(shares).sum(axis=1))
+    return np.stack([np.abs(band).mean(axis=1), band.std(axis=1), decibels(power.mean(axis=1)), entropy], axis=1)
 
 
 def touch_features(touch: Touch) -> dict[str, NDArray[np.float32]]:

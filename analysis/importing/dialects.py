@@ -84,9 +84,34 @@ def read_sheet(
     if not records:
         raise TableRefused(f"{name}: holds only blank lines; a header line is expected")
     header, rows = records[0].cells, records[1:]
-    _check_header(name, header, required, chosen)
-    _check_widths(name, header, rows, chosen)
-    _check_unnamed(name, header, rows)
+    twice = sorted({column for column in header if column and header.count(column) > 1})
+    if twice:
+        raise TableRefused(f"{name}: the column {twice[0]!r} stands {header.count(twice[0])} times in the header")
+    for column in required:
+        if column not in header:
+            raise TableRefused(
+                f"{name}: no column {column!r} among {len(header)} (delimiter {chosen!r}); {nearest(column, header)}"
+            )
+    if ragged := [row for row in rows if len(row.cells) != len(header)]:
+        examples = ", ".join(f"line {row.line} has {len(row.cells)}" for row in ragged[:MOST_SHOWN])
+        more = f" and {len(ragged) - MOST_SHOWN} more rows" if len(ragged) > MOST_SHOWN else ""
+        hint = ""
+        if all(len(row.cells) == len(header) + 1 and not row.cells[-1] for row in rows):
+            hint = f" all rows end with a {chosen!r} that the header has not;"
+        elif chosen == "," and any(len(row.cells) > len(header) for row in rows):
+            hint = " an unquoted decimal comma?"
+        raise TableRefused(
+            f"{name}: {len(header)} columns in the header, but {examples}{more};{hint}"
+            " every row needs as many cells as the header"
+        )
+    # The last column may lack a name only if it is empty: else a cell too many has slipped into it. An unnamed first
+    # column holds the row numbers that some programs write; it shifts nothing.
+    for place, column in enumerate(header):
+        for row in rows if not column and place > 0 else ():
+            if row.cells[place]:
+                raise TableRefused(
+                    f"{name}: line {row.line}: {row.cells[place]!r} stands in column {place + 1}, which has no name"
+                )
     filled = tuple(row for row in rows if any(row.cells))
     digest = hashlib.sha256(data).hexdigest()
     return Sheet(name, digest, header, filled, len(rows) - len(filled), chosen, encoding)
@@ -104,7 +129,14 @@ def _decode(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]
         except UnicodeError as error:
             failed = getattr(error, "start", 0)
             continue
-        _check_marks(data, text, encoding, name)
+        # A byte-order mark says what the file is, and a NUL what it is not.
+        known = codecs.lookup(encoding).name
+        if data.startswith(UTF8_MARK) and not known.startswith("utf-8"):
+            raise TableRefused(f"{name}: begins with the mark of UTF-8, not of {encoding}; say encoding: utf-8-sig")
+        if data.startswith(UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
+            raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
+        if "\0" in text:
+            raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
         return text.removeprefix("\ufeff"), encoding
     line = data[:failed].count(b"\n") + 1
     raise TableRefused(
@@ -132,17 +164,6 @@ def _reads(data: bytes, encoding: str) -> bool:
     )
 
 
-def _check_marks(data: bytes, text: str, encoding: str, name: str) -> None:
-    """A byte-order mark says what the file is, and a NUL what it is not."""
-    known = codecs.lookup(encoding).name
-    if data.startswith(UTF8_MARK) and not known.startswith("utf-8"):
-        raise TableRefused(f"{name}: begins with the mark of UTF-8, not of {encoding}; say encoding: utf-8-sig")
-    if data.startswith(UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
-        raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
-    if "\0" in text:
-        raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
-
-
 def _likeliest_delimiter(text: str, required: Sequence[str], trim: bool) -> str:
     """Return the delimiter under which most wanted columns stand in the header; then the one with most columns."""
 
@@ -166,47 +187,3 @@ def _records(text: str, delimiter: str, name: str, trim: bool, skipped: int) -> 
         raise TableRefused(
             f"{name}: line {error.first + skipped}: {error}: is a quote not closed, or the delimiter another one?"
         ) from None
-
-
-def _check_header(name: str, header: tuple[str, ...], required: Sequence[str], delimiter: str) -> None:
-    twice = sorted({column for column in header if column and header.count(column) > 1})
-    if twice:
-        raise TableRefused(f"{name}: the column {twice[0]!r} stands {header.count(twice[0])} times in the header")
-    for column in required:
-        if column not in header:
-            raise TableRefused(
-                f"{name}: no column {column!r} among {len(header)} (delimiter {delimiter!r}); {nearest(column, header)}"
-            )
-
-
-def _check_widths(name: str, header: tuple[str, ...], rows: Sequence[Row], delimiter: str) -> None:
-    ragged = [row for row in rows if len(row.cells) != len(header)]
-    if not ragged:
-        return
-    examples = ", ".join(f"line {row.line} has {len(row.cells)}" for row in ragged[:MOST_SHOWN])
-    more = f" and {len(ragged) - MOST_SHOWN} more rows" if len(ragged) > MOST_SHOWN else ""
-    raise TableRefused(
-        f"{name}: {len(header)} columns in the header, but {examples}{more};{_ragged_hint(header, rows, delimiter)}"
-        " every row needs as many cells as the header"
-    )
-
-
-def _ragged_hint(header: tuple[str, ...], rows: Sequence[Row], delimiter: str) -> str:
-    if all(len(row.cells) == len(header) + 1 and not row.cells[-1] for row in rows):
-        return f" all rows end with a {delimiter!r} that the header has not;"
-    if delimiter == "," and any(len(row.cells) > len(header) for row in rows):
-        return " an unquoted decimal comma?"
-    return ""
-
-
-def _check_unnamed(name: str, header: tuple[str, ...], rows: Sequence[Row]) -> None:
-    """The last column may lack a name only if it is empty: else a cell too many has slipped into it.
-
-    An unnamed first column holds the row numbers that some programs write; it shifts nothing.
-    """
-    for place, column in enumerate(header):
-        for row in rows if not column and place > 0 else ():
-            if row.cells[place]:
-                raise TableRefused(
-                    f"{name}: line {row.line}: {row.cells[place]!r} stands in column {place + 1}, which has no name"
-                )

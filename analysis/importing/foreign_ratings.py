@@ -9,12 +9,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from palpate.analysis.importing.dialects import MOST_SHOWN, Row, Sheet, TableRefused
-from palpate.analysis.importing.map_file import ColumnMap, Condition, Source
+from palpate.analysis.importing.map_file import ColumnMap, Source
 from palpate.analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
 from palpate.analysis.ratings.dataset import Exclusion
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count, some, some_lines
-from palpate.protocols.wording import count as counted
 
 Cell = tuple[str, ...]
 
@@ -42,28 +41,24 @@ def ratings_of(column_map: ColumnMap, sheets: Sequence[Sheet]) -> tuple[list[For
     chosen, exclusions = choose_lines(column_map, lines)
     demand_one_file_each(column_map, chosen)
     groups = _Groups(column_map, lines)
-    present, dropped = _rows_with_value(column_map, chosen)
-    values = _values(column_map, present)
-    ratings = [_rating(column_map, line, value, groups) for line, value in zip(present, values, strict=True)]
-    return ratings, [*exclusions, *dropped]
-
-
-def _rows_with_value(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], list[Exclusion]]:
-    """Return the rows with a value, and the missing ones of each participant as the map says: refused or dropped."""
+    # The missing values of each participant are refused or dropped, as the map says.
     column = column_map.columns.value
-    missing = [line for line in lines if line[column] in column_map.missing]
+    missing = [line for line in chosen if line[column] in column_map.missing]
     if missing and column_map.missing_value == "refuse":
         examples = some((f"{line.where} {line[column]!r}" for line in missing), MOST_SHOWN)
         raise TableRefused(
-            f"{counted(len(missing), 'missing value')} in {column!r}: {examples};"
+            f"{count(len(missing), 'missing value')} in {column!r}: {examples};"
             " complete the table, or say missing_value: drop to leave these rows out"
         )
-    dropped: dict[str, int] = {}
+    dropped_rows: dict[str, int] = {}
     for line in missing:
         person = _label(column_map, line, column_map.columns.participant)
-        dropped[person] = dropped.get(person, 0) + 1
-    present = [line for line in lines if line[column] not in column_map.missing]
-    return present, [Exclusion("rows", person, "no value", count) for person, count in dropped.items()]
+        dropped_rows[person] = dropped_rows.get(person, 0) + 1
+    present = [line for line in chosen if line[column] not in column_map.missing]
+    dropped = [Exclusion("rows", person, "no value", rows) for person, rows in dropped_rows.items()]
+    values = _values(column_map, present)
+    ratings = [_rating(column_map, line, value, groups) for line, value in zip(present, values, strict=True)]
+    return ratings, [*exclusions, *dropped]
 
 
 def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
@@ -78,7 +73,16 @@ def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
             wrong.append(f"{line.where}: {column_map.columns.value!r} is {text!r}: {error}")
     if wrong:
         raise TableRefused("\n".join(some_lines(wrong, MOST_SHOWN)))
-    _check_scale(column_map, lines, values)
+    if column_map.scale is not None:
+        scale = column_map.scale.scale()
+        pairs = zip(lines, values, strict=True)
+        off = [f"{line.where} {value:g}" for line, value in pairs if not (scale.holds(value) and scale.on_step(value))]
+        if off:
+            step = "" if scale.step is None else f" in steps of {scale.step:g}"
+            raise TableRefused(
+                f"{count(len(off), 'value is', 'values are')} not on the scale from {scale.low:g} to {scale.high:g}"
+                f"{step}: {some(off, MOST_SHOWN)}; correct the table or the scale in the map"
+            )
     return values
 
 
@@ -99,32 +103,18 @@ def _decimal_marks(column_map: ColumnMap, lines: Sequence[Line]) -> dict[str, De
     return marks
 
 
-def _check_scale(column_map: ColumnMap, lines: Sequence[Line], values: Sequence[float]) -> None:
-    if column_map.scale is None:
-        return
-    scale = column_map.scale.scale()
-    off = [
-        f"{line.where} {value:g}"
-        for line, value in zip(lines, values, strict=True)
-        if not (scale.holds(value) and scale.on_step(value))
-    ]
-    if off:
-        step = "" if scale.step is None else f" in steps of {scale.step:g}"
-        raise TableRefused(
-            f"{counted(len(off), 'value is', 'values are')} not on the scale from {scale.low:g} to {scale.high:g}"
-            f"{step}: {some(off, MOST_SHOWN)}; correct the table or the scale in the map"
-        )
-
-
 def _rating(column_map: ColumnMap, line: Line, value: float, groups: _Groups) -> ForeignRating:
     columns = column_map.columns
     person = _label(column_map, line, columns.participant)
+    attribute = columns.attribute_is or ""
+    if not attribute and columns.attribute is not None:
+        attribute = _level(column_map, line, "attribute", columns.attribute)
     loops = {factor: _loop_level(line, factor, levels) for factor, levels in column_map.loop.items()}
     within = {factor: _level(column_map, line, factor, source) for factor, source in columns.within.items()}
     return ForeignRating(
         where=line.where,
         participant=person,
-        attribute=columns.attribute_is or _attribute(column_map, line),
+        attribute=attribute,
         value=value,
         within={**loops, **within},
         between=groups.of(person, line),
@@ -160,11 +150,6 @@ def _level(column_map: ColumnMap, line: Line, factor: str, source: Source) -> st
     if text not in source.levels:
         raise TableRefused(f"{line.where}: {text!r} is no level of {factor!r}; {nearest(text, source.levels)}")
     return source.levels[text]
-
-
-def _attribute(column_map: ColumnMap, line: Line) -> str:
-    source = column_map.columns.attribute
-    return _level(column_map, line, "attribute", source) if source is not None else ""
 
 
 class _Groups:
@@ -232,12 +217,19 @@ def choose_lines(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Lin
     chosen, exclusions = list(lines), []
     for columns in column_map.loop.values():
         inside = [line for line in chosen if any(line[column] for column in columns.values())]
-        exclusions += _left_out(chosen, inside, _outside(list(columns.values())))
+        empty = f"{' and '.join(columns.values())} {'are' if len(columns) > 1 else 'is'} empty"
+        exclusions += _left_out(chosen, inside, empty)
         chosen = inside
     for column, condition in column_map.where.items():
-        _check_texts_occur(column, condition, lines)
-        inside = [line for line in chosen if _meets(line[column], condition)]
-        unmet = f"{column} is empty" if condition.is_ is None else f"{column} is not {either(condition.is_)}"
+        occurring = {line[column] for line in lines}
+        for text in condition.is_ or ():
+            if text not in occurring:
+                raise TableRefused(f"where: no row has {text!r} in {column!r}; {nearest(text, sorted(occurring))}")
+        if condition.is_ is None:
+            inside, unmet = [line for line in chosen if line[column]], f"{column} is empty"
+        else:
+            inside = [line for line in chosen if line[column] in condition.is_]
+            unmet = f"{column} is not {either(condition.is_)}"
         exclusions += _left_out(chosen, inside, unmet)
         chosen = inside
     if not chosen:
@@ -274,21 +266,6 @@ def _left_out(before: Sequence[Line], after: Sequence[Line], why: str) -> list[E
     return [Exclusion("rows", who, why, len(before) - len(after))]
 
 
-def _outside(columns: Sequence[str]) -> str:
-    return f"{' and '.join(columns)} {'are' if len(columns) > 1 else 'is'} empty"
-
-
-def _meets(text: str, condition: Condition) -> bool:
-    return bool(text) if condition.is_ is None else text in condition.is_
-
-
-def _check_texts_occur(column: str, condition: Condition, lines: Sequence[Line]) -> None:
-    occurring = {line[column] for line in lines}
-    for text in condition.is_ or ():
-        if text not in occurring:
-            raise TableRefused(f"where: no row has {text!r} in {column!r}; {nearest(text, sorted(occurring))}")
-
-
 def settle_duplicates(
     column_map: ColumnMap, ratings: Sequence[ForeignRating]
 ) -> tuple[list[ForeignRating], bool, list[Exclusion]]:
@@ -306,28 +283,20 @@ def settle_duplicates(
     if not several:
         return list(ratings), False, []
     if column_map.duplicates == "refuse":
-        raise TableRefused(_duplicates_message(column_map, several))
+        cells_text = []
+        for own in several.values():
+            levels = [f"{factor} {level}" for factor, level in own[0].within.items()]
+            stimulus = [f"stimulus {own[0].stimulus}"] if own[0].stimulus else []
+            cell_text = ", ".join([f"participant {own[0].participant}", own[0].attribute, *levels, *stimulus])
+            places = ", ".join(f"{rating.where} ({rating.value:g})" for rating in own[:MOST_SHOWN])
+            cells_text.append(f"{cell_text}: {places}{', ...' if len(own) > MOST_SHOWN else ''}")
+        advice = "say duplicates: mean or first, or name the column that tells them apart under within or stimulus"
+        held = f"{count(len(several), 'cell')} {'holds' if len(several) == 1 else 'hold'} several ratings"
+        lines = (f"  {line}" for line in some_lines(cells_text, MOST_SHOWN))
+        raise TableRefused("\n".join([f"{column_map.name}: {held}; {advice}:", *lines]))
     averaged = column_map.duplicates == "mean"
     settled = [_mean(ratings) if averaged else ratings[0] for ratings in cells.values()]
     return settled, averaged, _exclusions(several, averaged)
-
-
-def _duplicates_message(column_map: ColumnMap, several: dict[Cell, list[ForeignRating]]) -> str:
-    lines = some_lines([f"{_cell_text(ratings[0])}: {_places(ratings)}" for ratings in several.values()], MOST_SHOWN)
-    advice = "say duplicates: mean or first, or name the column that tells them apart under within or stimulus"
-    held = f"{count(len(several), 'cell')} {'holds' if len(several) == 1 else 'hold'} several ratings"
-    return "\n".join([f"{column_map.name}: {held}; {advice}:", *(f"  {line}" for line in lines)])
-
-
-def _cell_text(rating: ForeignRating) -> str:
-    levels = [f"{factor} {level}" for factor, level in rating.within.items()]
-    stimulus = [f"stimulus {rating.stimulus}"] if rating.stimulus else []
-    return ", ".join([f"participant {rating.participant}", rating.attribute, *levels, *stimulus])
-
-
-def _places(ratings: Sequence[ForeignRating]) -> str:
-    examples = ", ".join(f"{rating.where} ({rating.value:g})" for rating in ratings[:MOST_SHOWN])
-    return examples + (", ..." if len(ratings) > MOST_SHOWN else "")
 
 
 def _mean(ratings: Sequence[ForeignRating]) -> ForeignRating:
@@ -347,7 +316,18 @@ def _exclusions(several: dict[Cell, list[ForeignRating]], averaged: bool) -> lis
     for cell, ratings in several.items():
         people.setdefault(cell[0], []).append(len(ratings))
     if averaged:
-        return _averaged_lines({person: (sum(counts), len(counts)) for person, counts in people.items()})
+        # One line for each participant, or one for all where their numbers of ratings and cells are alike.
+        sums = {person: (sum(counts), len(counts)) for person, counts in people.items()}
+        alike = set(sums.values())
+        if len(sums) > 1 and len(alike) == 1:
+            rated, filled = alike.pop()
+            why = f"{count(rated, 'rating')} of each averaged into {count(filled, 'cell')}"
+            who = count(len(sums), "participant")
+            return [Exclusion("averaged", who, why, len(sums) * rated, len(sums) * filled)]
+        return [
+            Exclusion("averaged", person, f"{rated} ratings averaged into {count(filled, 'cell')}", rated, filled)
+            for person, (rated, filled) in sums.items()
+        ]
     return [
         Exclusion(
             "repeated",
@@ -356,20 +336,4 @@ def _exclusions(several: dict[Cell, list[ForeignRating]], averaged: bool) -> lis
             sum(counts) - len(counts),
         )
         for person, counts in people.items()
-    ]
-
-
-def _averaged_lines(people: dict[str, tuple[int, int]]) -> list[Exclusion]:
-    """Return one line for each participant, given the numbers of ratings and cells, or one for all where they are
-    alike.
-    """
-    alike = set(people.values())
-    if len(people) > 1 and len(alike) == 1:
-        ratings, cells = alike.pop()
-        why = f"{count(ratings, 'rating')} of each averaged into {count(cells, 'cell')}"
-        who = count(len(people), "participant")
-        return [Exclusion("averaged", who, why, len(people) * ratings, len(people) * cells)]
-    return [
-        Exclusion("averaged", person, f"{ratings} ratings averaged into {count(cells, 'cell')}", ratings, cells)
-        for person, (ratings, cells) in people.items()
     ]

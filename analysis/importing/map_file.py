@@ -63,19 +63,6 @@ class _Strict(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-def _levels(listed: list[Any]) -> dict[Any, Any]:
-    """Return each level under its own name. Raises ValueError on one that is no text, or stands twice."""
-    for place, level in enumerate(listed):
-        if isinstance(level, dict | list):
-            raise ValueError(
-                f"level {place + 1} of the list is {level!r:.60}; texts are expected, as [low, high], or, with no list,"
-                " what the table's texts mean, as {l: low, h: high}"
-            )
-        if level in listed[:place]:
-            raise ValueError(f"the level {level!r} stands twice; each is named once")
-    return {level: level for level in listed}
-
-
 class Source(_Strict):
     """Where a factor's level stands: in a column, as it is, renamed by `levels`, or told by what the text contains.
 
@@ -93,7 +80,16 @@ class Source(_Strict):
         if isinstance(value, str | int):
             return {"column": value}
         if isinstance(value, dict) and isinstance(value.get("levels"), list):
-            return {**value, "levels": _levels(value["levels"])}
+            listed = value["levels"]
+            for place, level in enumerate(listed):
+                if isinstance(level, dict | list):
+                    raise ValueError(
+                        f"level {place + 1} of the list is {level!r:.60}; texts are expected, as [low, high], or, with"
+                        " no list, what the table's texts mean, as {l: low, h: high}"
+                    )
+                if level in listed[:place]:
+                    raise ValueError(f"the level {level!r} stands twice; each is named once")
+            return {**value, "levels": {level: level for level in listed}}
         return value
 
     @model_validator(mode="after")
@@ -160,14 +156,6 @@ class MapScale(_Strict):
         return RatingScale(self.low, self.high, self.step)
 
 
-def _taken(role: str, name: str) -> str:
-    advice = "rename the column or leave it out" if role == "keep" else "give the factor another name"
-    return (
-        f"{role}: the name {name!r} has a meaning of its own in the analysis; {advice}"
-        f" (names that are taken: {', '.join(sorted(RESERVED))})"
-    )
-
-
 class ColumnMap(_Strict):
     """What a foreign table is and how its columns become ratings."""
 
@@ -205,7 +193,11 @@ class ColumnMap(_Strict):
             "within": own.within, "loop": self.loop, "between": own.between, "keep": own.keep,
         }  # fmt: skip
         for role, name in taken_names(roles):
-            raise ValueError(_taken(role, name))
+            advice = "rename the column or leave it out" if role == "keep" else "give the factor another name"
+            raise ValueError(
+                f"{role}: the name {name!r} has a meaning of its own in the analysis; {advice}"
+                f" (names that are taken: {', '.join(sorted(RESERVED))})"
+            )
         return self
 
     @property

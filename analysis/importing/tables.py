@@ -38,7 +38,11 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
     scale = column_map.scale.scale() if column_map.scale else None
     declared = column_map.columns.attribute.declared if column_map.columns.attribute else ()
     attributes = tuple(dict.fromkeys((*declared, *table["attribute"].tolist())))
-    _check_keys(column_map, attributes)
+    for key in ("antonyms", "categories"):
+        for attribute in getattr(column_map, key):
+            if attribute not in attributes:
+                raise MapRefused(f"{key}: {attribute!r} is no attribute of the table; {nearest(attribute, attributes)}")
+    notes = [f"{count(len(sheet.rows), 'row')}, {sheet.encoding}, delimiter {sheet.delimiter!r}" for sheet in sheets]
     return Ratings(
         name=column_map.name,
         table=table,
@@ -49,7 +53,7 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
         scale=replace(scale, step=None) if scale and averaged else scale,
         inputs=(
             Input(map_path.name, file_sha256(map_path), "the column map"),
-            *(_sheet_input(sheet) for sheet in sheets),
+            *(Input(sheet.name, sheet.sha256, note) for sheet, note in zip(sheets, notes, strict=True)),
         ),
         exclusions=tuple(exclusions),
         antonyms=column_map.antonyms,
@@ -62,8 +66,24 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
 
 def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> list[Sheet]:
     folder = map_path.parent if data_path is None else data_path
-    paths = [folder] if folder.is_file() else _matching(column_map, folder)
-    names = _short_names(paths, folder)
+    if folder.is_file():
+        paths = [folder]
+    elif not folder.is_dir():
+        raise TableRefused(f"{folder}: no such file or folder; name the table or its folder")
+    else:
+        matches: dict[Path, None] = {}
+        for pattern in column_map.files:
+            matched = {str(path): path for path in folder.glob(pattern) if path.is_file()}
+            if not matched:
+                there = sorted(path.name for path in folder.iterdir())
+                raise TableRefused(
+                    f"{folder}: no file matches {pattern!r}; the folder holds: {some(there) or 'nothing'}"
+                )
+            matches.update(dict.fromkeys(matched[name] for name in natural(matched)))
+        paths = list(matches)
+    names = [path.name for path in paths]
+    if len(set(names)) < len(names):  # with their folders where two files share a name
+        names = [path.relative_to(folder).as_posix() for path in paths]
     return [
         read_sheet(
             path,
@@ -75,32 +95,6 @@ def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> li
         )
         for path, name in zip(paths, names, strict=True)
     ]
-
-
-def _matching(column_map: ColumnMap, folder: Path) -> list[Path]:
-    if not folder.is_dir():
-        raise TableRefused(f"{folder}: no such file or folder; name the table or its folder")
-    paths: dict[Path, None] = {}
-    for pattern in column_map.files:
-        matched = {str(path): path for path in folder.glob(pattern) if path.is_file()}
-        if not matched:
-            there = sorted(path.name for path in folder.iterdir())
-            raise TableRefused(f"{folder}: no file matches {pattern!r}; the folder holds: {some(there) or 'nothing'}")
-        paths.update(dict.fromkeys(matched[name] for name in natural(matched)))
-    return list(paths)
-
-
-def _short_names(paths: Sequence[Path], folder: Path) -> list[str]:
-    """Return the file names, with their folders where two files share one."""
-    names = [path.name for path in paths]
-    if len(set(names)) == len(names):
-        return names
-    return [path.relative_to(folder).as_posix() for path in paths]
-
-
-def _sheet_input(sheet: Sheet) -> Input:
-    note = f"{count(len(sheet.rows), 'row')}, {sheet.encoding}, delimiter {sheet.delimiter!r}"
-    return Input(sheet.name, sheet.sha256, note)
 
 
 def _table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd.DataFrame:
@@ -118,13 +112,6 @@ def _table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd.DataFr
     )
 
 
-def _check_keys(column_map: ColumnMap, attributes: Sequence[str]) -> None:
-    for key in ("antonyms", "categories"):
-        for attribute in getattr(column_map, key):
-            if attribute not in attributes:
-                raise MapRefused(f"{key}: {attribute!r} is no attribute of the table; {nearest(attribute, attributes)}")
-
-
 def _crossings(column_map: ColumnMap, table: pd.DataFrame) -> tuple[Crossing, ...]:
     """Return the declared cells: where the map lists some factor's levels, the others' are those that occur."""
     declared = {factor: tuple(levels) for factor, levels in column_map.loop.items()}
@@ -132,15 +119,14 @@ def _crossings(column_map: ColumnMap, table: pd.DataFrame) -> tuple[Crossing, ..
     if not declared:
         return ()
     crossings = []
-    for between, rows in _groups(table, tuple(column_map.columns.between)):
+    groups: list[tuple[dict[str, str], pd.DataFrame]] = [({}, table)]
+    if names := tuple(column_map.columns.between):
+        labels = list(zip(*(table[name].tolist() for name in names), strict=True))
+        groups = [
+            (dict(zip(names, group, strict=True)), table[[label == group for label in labels]])
+            for group in sorted(set(labels))
+        ]
+    for between, rows in groups:
         observed = {factor: natural(rows[factor].tolist()) for factor in column_map.within}
         crossings.append(Crossing(between, {**observed, **declared}))
     return tuple(crossings)
-
-
-def _groups(table: pd.DataFrame, between: tuple[str, ...]) -> list[tuple[dict[str, str], pd.DataFrame]]:
-    if not between:
-        return [({}, table)]
-    labels = pd.Series(list(zip(*(table[column].tolist() for column in between), strict=True)), index=table.index)
-    groups = sorted(set(labels.tolist()))
-    return [(dict(zip(between, group, strict=True)), table[[label == group for label in labels]]) for group in groups]

@@ -76,31 +76,27 @@ def as_json(rows: Iterable[Row]) -> str:
 
 def _measure(case: Case, clock: Clock) -> Row:
     if case.seconds is not None:
-        return _measure_once(case, case.seconds)
+        # A case that says itself how long its one run took.
+        answer = case.run()
+        error, outcome = _classify_error(case.error(answer))
+        peak_MB = None if case.peak_MB is None else case.peak_MB(answer)
+        seconds = case.seconds(answer)
+        if not (math.isfinite(seconds) and seconds >= 0):
+            raise ValueError(f"a time of {seconds} s; a number of at least 0 is expected")
+        return _row(case, _Measurement(error, outcome, float(seconds), 1, peak_MB))
     answer, warm_up_s = _time_call(case.run, clock)
     if warm_up_s > SLOW_S:
         (answer, traced_s), peak_MB = _trace_memory(lambda: _time_call(case.run, clock))
         times = [min(warm_up_s, traced_s)]
     else:
-        answer, times = _time_repeatedly(case, clock)
+        times = []
+        while len(times) < max(1, case.repeats) or (sum(times) < ENOUGH_S and len(times) < MOST_RUNS):
+            answer, run_s = _time_call(case.run, clock)
+            times.append(run_s)
         _, peak_MB = _trace_memory(case.run)
     error, outcome = _classify_error(case.error(answer))
     measurement = _Measurement(error, outcome, statistics.median(times), len(times), peak_MB)
     return _row(case, measurement)
-
-
-def _measure_once(case: Case, seconds: Callable[[Any], float]) -> Row:
-    """Measure a case that says itself how long its one run took."""
-    answer = case.run()
-    error, outcome = _classify_error(case.error(answer))
-    peak_MB = None if case.peak_MB is None else case.peak_MB(answer)
-    return _row(case, _Measurement(error, outcome, _duration(seconds(answer)), 1, peak_MB))
-
-
-def _duration(seconds: float) -> float:
-    if not (math.isfinite(seconds) and seconds >= 0):
-        raise ValueError(f"a time of {seconds} s; a number of at least 0 is expected")
-    return float(seconds)
 
 
 @dataclass(frozen=True)
@@ -124,15 +120,6 @@ def _time_call(run: Callable[[], Any], clock: Clock) -> tuple[Any, float]:
     start = clock()
     answer = run()
     return answer, clock() - start
-
-
-def _time_repeatedly(case: Case, clock: Clock) -> tuple[Any, list[float]]:
-    times: list[float] = []
-    answer = None
-    while len(times) < max(1, case.repeats) or (sum(times) < ENOUGH_S and len(times) < MOST_RUNS):
-        answer, seconds = _time_call(case.run, clock)
-        times.append(seconds)
-    return answer, times
 
 
 def _trace_memory(run: Callable[[], Any]) -> tuple[Any, float]:

@@ -16,12 +16,12 @@ OURS = "palpate"
 
 
 def is_ours(row: Row) -> bool:
-    """Return a method of this project names itself so: `palpate`, or `palpate, exact`."""
+    """Return whether the method is this project's, which names itself so: `palpate`, or `palpate, exact`."""
     return row.method.casefold().startswith((OURS, "ours"))
 
 
 def ratio_to_ours(row: Row, rows: Iterable[Row]) -> float | None:
-    """Time relative to our first method on the same area, case and input; None where either has no time."""
+    """Return the time relative to our first method on the same area, case and input; None where either has no time."""
     same = (row.area, row.case, row.input)
     reference = next((o for o in rows if is_ours(o) and (o.area, o.case, o.input) == same), None)
     if reference is None or not reference.seconds or row.seconds is None:
@@ -55,23 +55,17 @@ def _table(area: str, rows: list[Row]) -> Table:
             table.add_row(f"[dim]{escape(kind)}[/dim]")
         last = (case, kind)
         for row in group:
-            table.add_row(*_cells(row, rows))
+            ratio = ratio_to_ours(row, rows)
+            method = f"  [cyan]{escape(row.method)}[/cyan]" if is_ours(row) else f"  {escape(row.method)}"
+            table.add_row(
+                f"{method}\n  [red]{escape(row.note)}[/red]" if row.note else method,
+                error_text(row),
+                time_text(row.seconds),
+                "" if ratio is None else f"{ratio:.3g}",
+                "" if row.peak_MB is None else f"{row.peak_MB:.2f}",
+            )
         table.add_section()
     return table
-
-
-def _cells(row: Row, rows: list[Row]) -> list[str]:
-    from rich.markup import escape
-
-    ratio = ratio_to_ours(row, rows)
-    method = f"  [cyan]{escape(row.method)}[/cyan]" if is_ours(row) else f"  {escape(row.method)}"
-    return [
-        f"{method}\n  [red]{escape(row.note)}[/red]" if row.note else method,
-        error_text(row),
-        time_text(row.seconds),
-        "" if ratio is None else f"{ratio:.3g}",
-        "" if row.peak_MB is None else f"{row.peak_MB:.2f}",
-    ]
 
 
 def error_text(row: Row) -> str:

@@ -43,6 +43,7 @@ def work_precision_figure(rows: Sequence[Row]) -> Figure:
     markers) or gave infinity or nan (full ones). They have a time, but no error that such an axis could show.
     """
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
     panels: list[Panel] = list(dict.fromkeys((row.case, row.error_kind) for row in rows))
     methods = list(dict.fromkeys(row.method for row in rows))
@@ -53,40 +54,36 @@ def work_precision_figure(rows: Sequence[Row]) -> Figure:
     colours = {method: (INK if i == 0 else OKABE_ITO[(i - 1) % len(OKABE_ITO)]) for i, method in enumerate(methods)}
     for panel, chosen in zip(axes, panels, strict=False):
         _draw(panel, [row for row in rows if (row.case, row.error_kind) == chosen], colours)
-        _title(panel, *chosen)
+        # The case is the title, and below it stands in small what its error is.
+        title_lines = textwrap.wrap(chosen[1], 58)
+        panel.set_title(chosen[0], pad=8.0 + 11.0 * len(title_lines))
+        panel.text(0, 1.02, "\n".join(title_lines), transform=panel.transAxes, va="bottom", fontsize=7.5, color=SOFT)
+        panel.set_ylabel("error", color=SOFT, fontsize=8.0)
     for panel in axes[len(panels) :]:
         panel.set_axis_off()
-    _key(figure, colours)
+    handles = [Line2D([], [], linestyle="none", marker="s", color=colour) for colour in colours.values()]
+    handles.append(Line2D([], [], linestyle="none", marker="o", color=SOFT, markerfacecolor="none"))
+    names = [*colours, "open: refused by name"]
+    figure.legend(handles, names, loc="outside upper left", frameon=False, ncols=5)
     return figure
 
 
-def _title(axes: Axes, case: str, error_kind: str) -> None:
-    """The case, and below it in small what its error is."""
-    lines = textwrap.wrap(error_kind, 58)
-    axes.set_title(case, pad=8.0 + 11.0 * len(lines))
-    axes.text(0, 1.02, "\n".join(lines), transform=axes.transAxes, va="bottom", fontsize=7.5, color=SOFT)
-    axes.set_ylabel("error", color=SOFT, fontsize=8.0)
-
-
 def _draw(axes: Axes, rows: list[Row], colours: dict[str, str]) -> None:
+    from matplotlib.lines import Line2D
+
     timed = [(row, row.seconds) for row in rows if row.seconds]
     errors = [row.error for row, _ in timed if row.error]
     low = math.floor(math.log10(min(errors, default=1e-16)))
     high = max(math.ceil(math.log10(max(errors, default=1e-16))), low + 2)
     pad = max(1.0, 0.16 * (high - low))
     exact, silent = 10 ** (low - pad / 2), 10 ** (high + pad / 2)
-    markers = _markers(rows)
+    inputs = list(dict.fromkeys(row.input for row in rows))
+    markers = dict(zip(inputs, MARKERS, strict=False)) if len(inputs) <= len(MARKERS) else dict.fromkeys(inputs, "o")
     for row, seconds in timed:
         height = silent if row.error is None else row.error or exact
         colour = colours[row.method]
         face = "none" if row.outcome == REFUSED else colour
         axes.plot(seconds, height, markers[row.input], color=colour, markerfacecolor=face, markersize=7, alpha=0.9)
-    _axes(axes, (low, high, pad))
-    _inputs_key(axes, markers)
-
-
-def _axes(axes: Axes, span: tuple[float, float, float]) -> None:
-    low, high, pad = span
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(10 ** (low - pad), 10 ** (high + pad))
@@ -96,13 +93,6 @@ def _axes(axes: Axes, span: tuple[float, float, float]) -> None:
     names = ["exact", *(f"1e{power}" for power in powers), "no number"]
     axes.set_yticks([10.0**place for place in places], names)
     axes.minorticks_off()
-    _time_axis(axes)
-    axes.grid(visible=True)
-    for start in (low - pad, high):
-        axes.axhspan(10**start, 10 ** (start + pad), color=FAINT, alpha=0.45, linewidth=0, zorder=0)
-
-
-def _time_axis(axes: Axes) -> None:
     from palpate.analysis.measuring.work_precision import time_text
 
     left, right = axes.get_xlim()
@@ -110,29 +100,12 @@ def _time_axis(axes: Axes) -> None:
     axes.set_xlim(10.0 ** powers[0], 10.0 ** powers[-1])
     axes.set_xticks([10.0**k for k in powers], [time_text(10.0**k) for k in powers])
     axes.set_xlabel("run time (median)", color=SOFT, fontsize=8.0)
-
-
-def _markers(rows: list[Row]) -> dict[str, str]:
-    """Return a marker for each input; where there are too many to tell apart, one for all."""
-    inputs = list(dict.fromkeys(row.input for row in rows))
-    return dict(zip(inputs, MARKERS, strict=False)) if len(inputs) <= len(MARKERS) else dict.fromkeys(inputs, "o")
-
-
-def _inputs_key(axes: Axes, markers: dict[str, str]) -> None:
-    from matplotlib.lines import Line2D
-
+    axes.grid(visible=True)
+    for start in (low - pad, high):
+        axes.axhspan(10**start, 10 ** (start + pad), color=FAINT, alpha=0.45, linewidth=0, zorder=0)
     if len(markers) > len(MARKERS):
         handles, names = [Line2D([], [], linestyle="none", marker="o", color=SOFT, ms=5)], [f"{len(markers)} inputs"]
     else:
         handles = [Line2D([], [], linestyle="none", marker=m, color=SOFT, ms=5) for m in markers.values()]
         names = list(markers)
     axes.legend(handles, names, fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.16), ncols=3)
-
-
-def _key(figure: Figure, colours: dict[str, str]) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [Line2D([], [], linestyle="none", marker="s", color=colour) for colour in colours.values()]
-    handles.append(Line2D([], [], linestyle="none", marker="o", color=SOFT, markerfacecolor="none"))
-    names = [*colours, "open: refused by name"]
-    figure.legend(handles, names, loc="outside upper left", frameon=False, ncols=5)

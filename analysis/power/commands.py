@@ -28,16 +28,16 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
         """Return the numbers, in order; at most 60 of them."""
         text = str(value).strip()
-        found = re.fullmatch(r"(\d+)\.\.(\d+)(?:/([1-9]\d*))?", text)
-        if found:
-            first, last = int(found[1]), int(found[2])
-            step = int(found[3]) if found[3] else max(1, (last - first) // 9)
+        match = re.fullmatch(r"(\d+)\.\.(\d+)(?:/([1-9]\d*))?", text)
+        if match:
+            first, last = int(match[1]), int(match[2])
+            step = int(match[3]) if match[3] else max(1, (last - first) // 9)
             sizes = [*range(first, last, step), last] if first < last and step else [last]
         elif re.fullmatch(r"\d+(,\d+)*", text):
             sizes = [int(part) for part in text.split(",")]
         else:
             self.fail(f"{text!r}: a range such as 8..40, 8..40/4, or a list such as 8,12,24 is expected", param, ctx)
-        if min(sizes) < 2 or max(sizes) > 999 or len(sizes) > 60 or (found and int(found[1]) > int(found[2])):
+        if min(sizes) < 2 or max(sizes) > 999 or len(sizes) > 60 or (match and int(match[1]) > int(match[2])):
             self.fail(f"{text!r}: from 2 to 999 participants, smallest first, at most 60 sizes", param, ctx)
         return tuple(sorted(set(sizes)))
 
@@ -104,7 +104,7 @@ def power(
             "needed": enough.participants if enough else None,
             "planned": planned,
             "planned_is_enough": suffices(points, planned, target),
-            "points": [vars(each) for each in points],
+            "points": [vars(point) for point in points],
         }
         echo_json(
             {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -88,7 +88,8 @@ def power_curve(
     outcomes: list[Mapping[int, PValue]] = []
     title = f"{request.test}, up to {sizes[-1]} participants"
     progress(0, runs, title)
-    with closing(_runs(request, sizes, runs, jobs)) as studies:
+    todo = [(request, tuple(sizes), run) for run in range(runs)]
+    with closing(map_in_order(one_run, todo, min(jobs, runs))) as studies:
         for done, p_values in enumerate(studies, start=1):
             outcomes.append(p_values)
             progress(done, runs, title)
@@ -100,7 +101,7 @@ def check_request(request: PowerRequest) -> StatisticSettings:
     simulates.
     """
     plan, study = read_plan(request.plan_file), read_study(request.study_file).study
-    names = [test_or_attribute.name for test_or_attribute in plan.tests]
+    names = [test.name for test in plan.tests]
     if request.test not in names:
         raise PowerError(f"{plan.path}: no test {request.test!r}; {nearest(request.test, names)}")
     if study.simulation is None or not study.simulation.latents:
@@ -108,14 +109,10 @@ def check_request(request: PowerRequest) -> StatisticSettings:
     test = plan.tests[names.index(request.test)]
     if test.table is not None:
         raise PowerError(f"{request.test}: asks about the plan's table {test.table!r}, which nobody simulates")
-    known = [test_or_attribute.name for test_or_attribute in study.attributes]
+    known = [attribute.name for attribute in study.attributes]
     if request.outcome and known and request.outcome not in known:
         raise PowerError(f"{request.test}: no outcome {request.outcome!r}; {nearest(request.outcome, known)}")
     return test
-
-
-def _runs(request: PowerRequest, sizes: Sequence[int], runs: int, jobs: int) -> Generator[Mapping[int, PValue]]:
-    return map_in_order(one_run, [(request, tuple(sizes), run) for run in range(runs)], min(jobs, runs))
 
 
 def estimate_s(
@@ -163,16 +160,6 @@ def only(plan: Plan, request: PowerRequest, study: Study) -> Plan:
 
 def _p_value(material: Material, plan: Plan, request: PowerRequest, size: int) -> PValue:
     here = set(people(size))
-    left = apply_exclusions(_first(material, here), plan.declared).material
-    tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
-    answered = run_tests(Selecting(left, plan, tables))
-    answer = next((result.answer for result in answered if result.answer is not None), None)
-    if answer is None:
-        return PValue(None, next((result.refused for result in answered), "no answer"))
-    return p_of(answer, request.test, request.row, request.column)
-
-
-def _first(material: Material, here: set[str]) -> Material:
     ratings = material.ratings
     parts: dict[str, Any] = {
         name: table[table["participant"].isin(here)].reset_index(drop=True)
@@ -181,14 +168,20 @@ def _first(material: Material, here: set[str]) -> Material:
     if ratings is not None:
         rows = ratings.table
         parts["ratings"] = replace(ratings, table=rows[rows["participant"].isin(here)].reset_index(drop=True))
-    return replace(material, **parts)
+    left = apply_exclusions(replace(material, **parts), plan.declared).material
+    tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
+    answered = run_tests(Selecting(left, plan, tables))
+    answer = next((result.answer for result in answered if result.answer is not None), None)
+    if answer is None:
+        return PValue(None, next((result.refused for result in answered), "no answer"))
+    return p_of(answer, request.test, request.row, request.column)
 
 
 def _point(size: int, outcomes: Sequence[PValue], alpha: float) -> Point:
     runs = len(outcomes)
-    found = sum(each.p is not None and each.p <= alpha for each in outcomes)
-    missing = [each.why for each in outcomes if each.p is None]
-    by = next((each.by for each in outcomes if each.by), "")
+    found = sum(outcome.p is not None and outcome.p <= alpha for outcome in outcomes)
+    missing = [outcome.why for outcome in outcomes if outcome.p is None]
+    by = next((outcome.by for outcome in outcomes if outcome.by), "")
     low, high = wilson(found, runs)
     return Point(size, runs, found, len(missing), found / runs, low, high, missing[0] if missing else "", by)
 

@@ -60,7 +60,11 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
     forms = lab_forms(study, lab, live=False)
     sessions = range(1, study.sessions + 1)
     plans = [compile_plan(study, allocate(study, who), seed, forms, n) for who in participants for n in sessions]
-    answered = [(plan, answers_of(plan, _session(plan), _events(plan))) for plan in plans]
+    answered: list[tuple[Plan, Answers]] = []
+    for plan in plans:
+        log = _Events()
+        run(plan, Simulated(simulated_participant(plan), _presented, VirtualClock()), log, {})
+        answered.append((plan, answers_of(plan, _session(plan), log.events)))
     choice = Choice(digest(study.conditions()), tuple(_row(plan, answers) for plan, answers in answered), ())
     rows = Rows(
         trials=[_with_person(plan, row) for plan, answers in answered for row in answers.trials],
@@ -73,12 +77,6 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
 
 def _session(plan: Plan) -> str:
     return session_name(plan.study.study, plan.who.participant, plan.session)
-
-
-def _events(plan: Plan) -> list[Event]:
-    log = _Events()
-    run(plan, Simulated(simulated_participant(plan), _presented, VirtualClock()), log, {})
-    return log.events
 
 
 def _presented(request: Request, _t_ns: int) -> Done:

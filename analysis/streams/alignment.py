@@ -114,7 +114,7 @@ def speed_of(
     rate_hz = stream.timing.rate_hz
     try:
         estimate = slope(options.window, DEGREE, rate_hz, "end" if options.causal else "middle")
-        stretches = list(_stretches(positions, stream))
+        stretches = np.split(positions, np.flatnonzero(np.diff(stream.numbers()) > 1) + 1)  # between lost samples
         velocities = np.concatenate([velocity(stretch, estimate) for stretch in stretches])
         aligned = align(times_s, velocities, grid_s, used, rate_hz=rate_hz, grid_hz=grid_hz, longest_gap_s=0.0)
     except AlignError as error:
@@ -134,11 +134,6 @@ def _axes(stream: Stream) -> tuple[tuple[str, ...], float]:
     if "speed" in units:
         raise StreamError(f"{stream.where}: it has a channel `speed` already, as its device measured it")
     return axes, MM[units[axes[0]]]
-
-
-def _stretches(positions: Array, stream: Stream) -> Iterator[Array]:
-    """Yield the positions between lost samples."""
-    yield from np.split(positions, np.flatnonzero(np.diff(stream.numbers()) > 1) + 1)
 
 
 def _noise_mm(stretches: list[Array]) -> float | None:
@@ -237,7 +232,9 @@ def align_streams(streams: Sequence[Stream], options: AlignmentOptions, hinge: s
     regular = tuple(stream for stream in streams if not stream.noted)
     if not regular:
         raise StreamError("no stream with a rate: things that were noted as they happened can be exported raw only")
-    _demand_known_streams(options, regular)
+    known = [stream.name for stream in regular]
+    for name in sorted({*options.methods, *options.latency_s, *options.speed.streams}.difference(known)):
+        raise StreamError(f"{regular[0].where}: there is no stream {name!r} beside it; there are: {', '.join(known)}")
     spans = [_span(stream, options) for stream in regular]
     starts, ends = [start for start, _ in spans], [end for _, end in spans]
     start, end = (min(starts), max(ends)) if options.everything else (max(starts), min(ends))
@@ -247,14 +244,14 @@ def align_streams(streams: Sequence[Stream], options: AlignmentOptions, hinge: s
     grid_s = grid_points(start, end, options.grid_hz)
     aligned = tuple(_align(stream, grid_s, options) for stream in regular)
     turned = _door_angle(hinge, regular, aligned) if hinge is not None else None
-    return AlignedStreams(regular, grid_s, aligned, options, turned, tuple(_speeds(regular, grid_s, options)))
-
-
-def _speeds(streams: Sequence[Stream], grid_s: Array, options: AlignmentOptions) -> Iterator[StreamSpeed]:
-    for stream in streams:
-        if stream.name in options.speed.streams:
-            method = options.method_of(stream.name)
-            yield speed_of(stream, _times_s(stream, options), grid_s, options.grid_hz, method, options.speed)
+    speeds = tuple(
+        speed_of(
+            stream, _times_s(stream, options), grid_s, options.grid_hz, options.method_of(stream.name), options.speed
+        )
+        for stream in regular
+        if stream.name in options.speed.streams
+    )
+    return AlignedStreams(regular, grid_s, aligned, options, turned, speeds)
 
 
 def _door_angle(name: str, streams: Sequence[Stream], aligned: Sequence[Aligned]) -> DoorAngle:
@@ -268,12 +265,6 @@ def _door_angle(name: str, streams: Sequence[Stream], aligned: Sequence[Aligned]
     except AlignError as error:
         raise StreamError(f"{streams[place].where}: {error}") from error
     return DoorAngle(name, hinge, hinge.angle_deg(positions))
-
-
-def _demand_known_streams(options: AlignmentOptions, streams: Sequence[Stream]) -> None:
-    known = [stream.name for stream in streams]
-    for name in sorted({*options.methods, *options.latency_s, *options.speed.streams}.difference(known)):
-        raise StreamError(f"{streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(known)}")
 
 
 def _span(stream: Stream, options: AlignmentOptions) -> tuple[float, float]:
@@ -332,13 +323,13 @@ def describe_stream(stream: Stream) -> dict[str, Any]:
     }  # fmt: skip
     if stream.noted:
         return {**about, "seconds": None, "timing": None, "stamps": None}
-    clock = stream.timing
-    last = stream.blocks[-1]
+    clock, last = stream.timing, stream.blocks[-1]
+    arrivals = "arrivals" if stream.arrived else "the block's declared time and rate"
     return {
         **about,
         "seconds": (last.first + last.count - stream.blocks[0].first) / clock.rate_hz,
         "timing": {
-            "from": _timed_from(stream),
+            "from": "its own stamps" if stream.by_stamps else arrivals,
             "rate_is": "measured" if clock.measured else "nominal",
             "rate_hz": clock.rate_hz, "t0_s": clock.t0_s, "drift_ppm": clock.drift_ppm if clock.measured else None,
             "drift_error_ppm": clock.drift_error_ppm, "offset_error_s": clock.offset_error_s,
@@ -347,9 +338,3 @@ def describe_stream(stream: Stream) -> dict[str, Any]:
         },
         "stamps": stream.stamps.account() if stream.stamps else None,
     }  # fmt: skip
-
-
-def _timed_from(stream: Stream) -> str:
-    if stream.by_stamps:
-        return "its own stamps"
-    return "arrivals" if stream.arrived else "the block's declared time and rate"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,15 +51,22 @@ def list_command(ledger: tuple[Path, ...], trial: int | None, as_json: bool) -> 
     Example:
       palpate streams LAB/sessions/texture_capture_P001_s1.sqlite --trial 2
     """
-    from palpate.analysis.streams.listing import list_streams
+    from palpate.analysis.streams.listing import format_lines, list_streams
     from palpate.studies.sessions.record import read
 
-    rows = [list_streams(read(path), trial) for path in _ledgers(ledger)]
+    ledgers = [inner for path in ledger for inner in (sorted(path.glob("*.sqlite")) if path.is_dir() else [path])]
+    if not ledgers:
+        raise click.UsageError(f"no ledgers (*.sqlite) in {some(ledger)}")
+    rows = [list_streams(read(path), trial) for path in ledgers]
     if as_json:
         echo_json(rows)
         return
     for row in rows:
-        _show(row)
+        click.secho(f"{row['session']}  {row['ledger']}", bold=True)
+        for line in format_lines(row["streams"]) or ["no streams"]:
+            click.echo(f"  {line}")
+        for line in row["not_used"]:
+            click.secho(f"  {line}", fg="yellow")
 
 
 @streams.command("export")
@@ -128,34 +134,14 @@ def _alignment_options(how: dict[str, Any]) -> AlignmentOptions:
         else:
             default = method
     gap_s = LONGEST_GAP_S if how["longest_gap_s"] is None else how["longest_gap_s"]
-    late = dict(_latencies(how["latency"]))
+    late: dict[str, float] = {}
+    for part in filter(None, (entry.strip() for entry in how["latency"].split(","))):
+        name, _, seconds = part.partition("=")
+        try:
+            late[name] = float(seconds)
+        except ValueError:
+            raise click.UsageError(f"--latency {part!r}: STREAM=SECONDS is expected, as tool_position=0.0042") from None
     speed = SpeedOptions(how["speed"], WINDOW if how["speed_window"] is None else how["speed_window"], how["causal"])
     return AlignmentOptions(
         how["rate_hz"], method_named(default), single, late, gap_s, how["everything"], how["marks"], speed
     )
-
-
-def _latencies(text: str) -> Iterator[tuple[str, float]]:
-    for part in filter(None, (entry.strip() for entry in text.split(","))):
-        name, _, seconds = part.partition("=")
-        try:
-            yield name, float(seconds)
-        except ValueError:
-            raise click.UsageError(f"--latency {part!r}: STREAM=SECONDS is expected, as tool_position=0.0042") from None
-
-
-def _ledgers(paths: Sequence[Path]) -> list[Path]:
-    ledgers = [inner for path in paths for inner in (sorted(path.glob("*.sqlite")) if path.is_dir() else [path])]
-    if not ledgers:
-        raise click.UsageError(f"no ledgers (*.sqlite) in {some(paths)}")
-    return ledgers
-
-
-def _show(row: dict[str, Any]) -> None:
-    from palpate.analysis.streams.listing import format_lines
-
-    click.secho(f"{row['session']}  {row['ledger']}", bold=True)
-    for line in format_lines(row["streams"]) or ["no streams"]:
-        click.echo(f"  {line}")
-    for line in row["not_used"]:
-        click.secho(f"  {line}", fg="yellow")

@@ -82,7 +82,10 @@ def export(record: Record, selection: ExportSelection, out: Path, options: Align
         acts = [act for act in acts if any(not stream.noted for stream in act.streams)] or acts
     into_file = out.suffix.lower() == ".csv" and not out.is_dir()
     if into_file and (options is None or len(acts) > 1):
-        raise StreamError(f"{out}: one file holds one aligned recording; {_one_file_message(acts, selection, options)}")
+        which = "--act" if selection.single else "--trial"
+        several = f"there are {len(acts)}: choose one with {which}, or give a folder"
+        advice = "raw streams have a file each: give a folder" if options is None else several
+        raise StreamError(f"{out}: one file holds one aligned recording; {advice}")
     of_ledger = ledger_account(record, attempts_of(record))
     folder = out.parent if into_file else out
     with staged_files(folder) as draft:
@@ -91,13 +94,6 @@ def export(record: Record, selection: ExportSelection, out: Path, options: Align
             path = draft / (out.name if into_file else f"{act.stem}.csv")
             files += _write_act(record, act, path, options, selection, of_ledger)
     return [folder / file.name for file in files]
-
-
-def _one_file_message(acts: Sequence[_Act], selection: ExportSelection, options: AlignmentOptions | None) -> str:
-    if options is None:
-        return "raw streams have a file each: give a folder"
-    which = "--act" if selection.single else "--trial"
-    return f"there are {len(acts)}: choose one with {which}, or give a folder"
 
 
 def _write_act(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from palpate.analysis.streams.alignment import describe_stream
@@ -30,11 +30,16 @@ def list_streams(record: Record, trial: int | None = None) -> Row:
     if trial is not None and not attempts:
         raise StreamError(f"{record.path}: trial {trial} was not met in this session")
     used = counting_attempts(attempts)
+    not_used = []
+    for attempt in attempts:
+        if attempt.acts and attempt not in used.values():
+            reason = "a later one counts" if attempt.usable else attempt.ending
+            not_used.append(f"trial {attempt.trial}, attempt {attempt.number}: {reason}; its streams are not used")
     return {
         "ledger": str(record.path),
         "session": session_name_of(record.header),
         "streams": [row for attempt in used.values() for row in _rows(record, attempt)],
-        "not_used": list(_not_used(attempts, used.values())),
+        "not_used": not_used,
     }
 
 
@@ -51,17 +56,6 @@ def _rows(record: Record, attempt: RecordedAttempt) -> list[Row]:
         raise StreamError(f"{record.path}: {error}") from error
 
 
-def _not_used(attempts: Iterable[RecordedAttempt], used: Iterable[RecordedAttempt]) -> list[str]:
-    used_attempts = list(used)
-    lines = []
-    for attempt in attempts:
-        where = f"trial {attempt.trial}, attempt {attempt.number}"
-        if attempt.acts and attempt not in used_attempts:
-            reason = "a later one counts" if attempt.usable else attempt.ending
-            lines.append(f"{where}: {reason}; its streams are not used")
-    return lines
-
-
 def format_lines(rows: Sequence[Row]) -> list[str]:
     """Return the rows as lines of text, with a heading; columns that are silent for every stream are left out."""
     if not rows:
@@ -70,23 +64,19 @@ def format_lines(rows: Sequence[Row]) -> list[str]:
     columns = [name for name in cells[0] if any(row_cells[name] not in SILENT for row_cells in cells)]
     widths = {name: max(len(name), *(len(row_cells[name]) for row_cells in cells)) for name in columns}
     return [
-        "  ".join((_left if name in TEXTS else _right)(row_cells[name], widths[name]) for name in columns).rstrip()
+        "  ".join(
+            (str.ljust if name in TEXTS else str.rjust)(row_cells[name], widths[name]) for name in columns
+        ).rstrip()
         for row_cells in [{name: name for name in columns}, *cells]
     ]
-
-
-def _left(text: str, width: int) -> str:
-    return text.ljust(width)
-
-
-def _right(text: str, width: int) -> str:
-    return text.rjust(width)
 
 
 def _cells(row: Row) -> dict[str, str]:
     timing = row["timing"] or {}
     measured = timing.get("drift_ppm") is not None
-    error = timing.get("drift_error_ppm")
+    error, stamps = timing.get("drift_error_ppm"), row["stamps"] or {}
+    # By how much even the promptest samples came after their own stamps, where those are by the host's clock.
+    late_s = stamps.get("late_s")
     return {
         "trial": f"{row['trial']}" + (f".{row['act']}" if row["act"] > 1 else ""),
         "stimulus": row["stimulus"],
@@ -98,18 +88,10 @@ def _cells(row: Row) -> dict[str, str]:
         "drift ppm": f"{timing['drift_ppm']:+.2f}" + (f" +-{error:.2f}" if error is not None else "")
         if measured
         else "-",
-        "late ms": _late_ms(row["stamps"] or {}),
+        "late ms": "-" if late_s is None else f"{1e3 * late_s:.3f} +-{1e3 * stamps['late_error_s']:.3f}",
         "lost": f"{row['lost']:,}",
         "gaps": f"{row['gap_count']:,}",
         "seconds": f"{row['seconds']:.2f}" if timing else "-",
         "clock": row["clock"],
         "calibration": row["calibration"] or "-",
     }
-
-
-def _late_ms(stamps: Row) -> str:
-    """Return by how much even the promptest samples came after their own stamps, where those are by the host's
-    clock.
-    """
-    late_s = stamps.get("late_s")
-    return "-" if late_s is None else f"{1e3 * late_s:.3f} +-{1e3 * stamps['late_error_s']:.3f}"

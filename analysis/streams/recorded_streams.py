@@ -236,11 +236,25 @@ def _join_blocks(attempt: RecordedAttempt, number: int, act: Sequence[Event], na
     if not blocks:
         raise StreamError(f"{where}: its blocks are empty")
     like = blocks[0]
-    _demand_alike(blocks, where)
+    for one, other in pairwise(blocks):
+        for what in ("channels", "units", "rate_hz", "clock"):
+            if getattr(one, what) != getattr(other, what):
+                raise StreamError(f"{where}: {what} change from {getattr(one, what)} to {getattr(other, what)}")
     gaps = tuple(_gaps(act, blocks, name, where)) if like.rate_hz else ()
+    arrivals = tuple(
+        (int(n), int(t_ns)) for event in act for n, t_ns, *_ in _stream_metadata(event, name).get("arrived", ())
+    )
+    metadata = [_stream_metadata(event, name) for event in act]
+    stamps = tuple(
+        (int(n), int(t_ns), float(stamp_s))
+        for entry in metadata
+        for (n, t_ns, *_), stamp_s in zip(entry.get("arrived", ()), entry.get("device_s", ()), strict=False)
+    )
+    calibrations = [_stream_metadata(event, name).get("calibration") for event in act]
+    calibration = next((str(calibration) for calibration in reversed(calibrations) if calibration is not None), None)
     return Stream(
         attempt.trial, attempt.number, number, name, like.channels, like.units, float(like.rate_hz), like.clock,
-        _calibration(act, name), blocks, gaps, _arrivals(act, name), _stamps(act, name),
+        calibration, blocks, gaps, arrivals, stamps,
     )  # fmt: skip
 
 
@@ -249,13 +263,6 @@ def _stream_metadata(event: Event, name: str) -> Mapping[str, Any]:
     streams = event.value.get("streams", {})
     metadata = streams.get(name) if isinstance(streams, Mapping) else None
     return metadata if isinstance(metadata, Mapping) else {}
-
-
-def _demand_alike(blocks: Sequence[Samples], where: str) -> None:
-    for one, other in pairwise(blocks):
-        for what in ("channels", "units", "rate_hz", "clock"):
-            if getattr(one, what) != getattr(other, what):
-                raise StreamError(f"{where}: {what} change from {getattr(one, what)} to {getattr(other, what)}")
 
 
 def _gaps(act: Sequence[Event], blocks: Sequence[Samples], name: str, where: str) -> Iterator[Gap]:
@@ -293,25 +300,3 @@ def _named_gaps(event: Event, name: str) -> Iterator[Gap]:
         yield from (
             Gap(int(first), int(lost), str(why)) for first, lost, why in _stream_metadata(event, name).get("gaps", ())
         )
-
-
-def _arrivals(act: Sequence[Event], name: str) -> tuple[tuple[int, int], ...]:
-    return tuple(
-        (int(n), int(t_ns)) for event in act for n, t_ns, *_ in _stream_metadata(event, name).get("arrived", ())
-    )
-
-
-def _stamps(act: Sequence[Event], name: str) -> tuple[tuple[int, int, float], ...]:
-    """Return (n, t_ns, device's own time in s) of the chunks that hold it."""
-    metadata = [_stream_metadata(event, name) for event in act]
-    return tuple(
-        (int(n), int(t_ns), float(stamp_s))
-        for entry in metadata
-        for (n, t_ns, *_), stamp_s in zip(entry.get("arrived", ()), entry.get("device_s", ()), strict=False)
-    )
-
-
-def _calibration(act: Sequence[Event], name: str) -> str | None:
-    """Return the last calibration that turned readings into units; None where none is recorded."""
-    calibrations = [_stream_metadata(event, name).get("calibration") for event in act]
-    return next((str(calibration) for calibration in reversed(calibrations) if calibration is not None), None)
