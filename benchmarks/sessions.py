@@ -21,7 +21,7 @@ from palpate.protocols.runner import run
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.lab_forms import lab_forms
 from palpate.studies.participants.row_assignment import allocate
-from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session import start
@@ -117,7 +117,7 @@ def _with_samples(path: Path, header: dict[str, Any], megabytes: int) -> Path:
     """Write a ledger of so many events, each with a sample block of 1 MB."""
     note = {"at": "2026-01-01T00:00:00+00:00"}
     create(path, header, note)
-    ledger = take_up(path, note)
+    ledger = open_for_append(path, note)
     for seq in range(1, megabytes + 1):
         block = Samples("force", ("N",), ("N",), 8000.0, seq, bytes([seq]) * 1_000_000)
         ledger.append(Event(seq, seq, "experimenter", canonical({"do": "note"}), samples=(block,)))

@@ -89,7 +89,8 @@ def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:
         where = f"{path}: line {document.lines[('stimuli',)]}: stimuli"
         table = _inside(path.parent, named, where)
         if not table.is_file():
-            raise StudyError(f"{where}: no file {named!r} in {path.parent}; {nearest(named, _csv_files(path.parent))}")
+            csv_files = sorted(file.name for file in path.parent.glob("*.csv"))
+            raise StudyError(f"{where}: no file {named!r} in {path.parent}; {nearest(named, csv_files)}")
         for row in stimulus_rows(table):
             columns = {key: value for key, value in row.cells.items() if key != "id"}
             stimulus = {"id": row["id"], "columns": columns}
@@ -136,7 +137,3 @@ def _bytes(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({error.strerror})") from None
-
-
-def _csv_files(folder: Path) -> list[str]:
-    return sorted(file.name for file in folder.glob("*.csv"))

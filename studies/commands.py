@@ -107,7 +107,7 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
 
 
 def _wordings(found: Found, lab: Path) -> list[str]:
-    """What is wrong with the words on the screens: the window's, the lab's own, and the study's translations."""
+    """Return what is wrong with the words on the screens: the window's, the lab's own, and the study's translations."""
     from palpate.devices.window.texts import SHIPPED, problems
     from palpate.devices.window.texts_study import check_study_texts
 
@@ -116,7 +116,7 @@ def _wordings(found: Found, lab: Path) -> list[str]:
 
 
 def _demand_playable(found: Found) -> None:
-    """Every stimulus of every group can be presented."""
+    """Raise RigError, or the error of a device, unless every stimulus of every group can be presented."""
     from palpate.protocols.plan import compile_plan
     from palpate.protocols.trial import ParticipantRow
     from palpate.studies.simulation.rig import simulated
@@ -211,6 +211,11 @@ def _plan_data(compiled: Plan) -> dict[str, Any]:
     from palpate.protocols.sample import sample_of
 
     who = compiled.who
+    anchors = [
+        {"before_trial": compiled.trials[place].number, "block": anchor.block, "stimulus": anchor.stimulus.id}
+        for place, several in compiled.anchors.items()
+        for anchor in several
+    ]
     return {
         "study": compiled.study.study,
         "participant": who.participant,
@@ -225,21 +230,12 @@ def _plan_data(compiled: Plan) -> dict[str, Any]:
             | ({"stimuli": [stimulus.id for stimulus in t.stimuli]} if t.stimuli else {})
             for t in compiled.trials
         ],
-        **({"anchors": _anchors(compiled)} if compiled.anchors else {}),
+        **({"anchors": anchors} if anchors else {}),
     }
 
 
-def _anchors(compiled: Plan) -> list[dict[str, Any]]:
-    """The references, each with the number of the trial that it is felt before."""
-    return [
-        {"before_trial": compiled.trials[place].number, "block": anchor.block, "stimulus": anchor.stimulus.id}
-        for place, several in compiled.anchors.items()
-        for anchor in several
-    ]
-
-
 def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:
-    """Certificates by group, over all sessions and for each, of the first `people` participants P001, P002, ..."""
+    """Print certificates by group, over all sessions and for each, of the first `people` participants P001, P002 ..."""
     from palpate.protocols.balance import balance_data, balance_lines, certificates
     from palpate.studies.participants.row_assignment import allocate
 
@@ -247,10 +243,10 @@ def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:
     for number in range(1, people + 1):
         who = allocate(study, f"P{number:03d}")
         groups.setdefault(who.group or "all", []).append((who, seed))
-    found = {group: certificates(study, rows) for group, rows in sorted(groups.items())}
+    by_group = {group: certificates(study, rows) for group, rows in sorted(groups.items())}
     if as_json:
-        echo_json({group: balance_data(several) for group, several in found.items()})
+        echo_json({group: balance_data(several) for group, several in by_group.items()})
         return
-    for group, several in found.items():
+    for group, several in by_group.items():
         for line in balance_lines(group, several):
             click.echo(line)

@@ -36,10 +36,11 @@ def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bo
     for path in ledger:
         if not path.exists():
             raise CollectError(f"{path}: no such ledger or folder")
-    paths = [inner for path in ledger for inner in _ledgers(path)] or ledgers_in(lab)
+    named = [sorted(path.glob("*.sqlite")) if path.is_dir() else [path] for path in ledger]
+    paths = [path for paths in named for path in paths] or ledgers_in(lab)
     if not paths:
         raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first, or name ledgers")
-    begun = time.perf_counter()
+    started_s = time.perf_counter()
     replayed = map_in_order(_replayed, paths, workers_for(len(paths), workers))
     with closing(progress(replayed, "replaying", as_json, len(paths))) as steps:
         rows = list(steps)
@@ -47,7 +48,7 @@ def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bo
     if as_json:
         echo_json(rows)
     else:
-        _show_replayed(rows, failed, time.perf_counter() - begun)
+        _show_replayed(rows, failed, time.perf_counter() - started_s)
     if failed:
         raise click.exceptions.Exit(1)
 
@@ -100,22 +101,15 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, workers: in
     if as_json:
         echo_json({"sessions": len(rows), **counts, "problems": refused, "skipped": skipped})
     else:
-        _show_collected(counts, refused, skipped, describe_url(engine.url))
+        parts = ", ".join(f"{number} {what}" for what, number in counts.items() if number)
+        sessions = count(len(rows) - len(refused), "session")
+        click.echo(f"{sessions} collected ({parts}) into {describe_url(engine.url)}")
+        for problem in refused:
+            click.echo(f"REFUSED  {problem}")
+        if skipped:
+            click.echo(f"not taken for sessions by their names: {', '.join(skipped)}")
     if refused:
         raise click.exceptions.Exit(1)
-
-
-def _show_collected(counts: dict[str, int], refused: list[str], skipped: list[str], where: str) -> None:
-    told = ", ".join(f"{number} {what}" for what, number in counts.items() if number)
-    click.echo(f"{count(sum(counts.values()) - len(refused), 'session')} collected ({told}) into {where}")
-    for problem in refused:
-        click.echo(f"REFUSED  {problem}")
-    if skipped:
-        click.echo(f"not taken for sessions by their names: {', '.join(skipped)}")
-
-
-def _ledgers(path: Path) -> list[Path]:
-    return sorted(path.glob("*.sqlite")) if path.is_dir() else [path]
 
 
 def _replayed(path: Path) -> dict[str, Any]:
@@ -124,7 +118,7 @@ def _replayed(path: Path) -> dict[str, Any]:
     from palpate.studies.sessions.replay import replay as repeat
 
     try:
-        found = repeat(path)
+        replayed = repeat(path)
     except LedgerError as error:
         return {"ledger": str(path), "ok": False, "verdict": "refused", "problem": str(error)}
     except Divergence as error:
@@ -133,11 +127,11 @@ def _replayed(path: Path) -> dict[str, Any]:
         "ledger": str(path),
         "ok": True,
         "verdict": "equal",
-        "lacks_wal": found.lacks_wal,
-        "events": found.events,
-        "complete": found.complete,
-        "session_s": found.session_s,
-        "seconds": round(found.seconds, 4),
+        "lacks_wal": replayed.lacks_wal,
+        "events": replayed.events,
+        "complete": replayed.complete,
+        "session_s": replayed.session_s,
+        "seconds": round(replayed.seconds, 4),
     }
 
 

@@ -13,7 +13,7 @@ import click
 
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.wording import count
-from palpate.studies.live.options import REHEARSALS, LiveOptions, to_go_on, to_start
+from palpate.studies.live.options import REHEARSALS, LiveOptions, resume_options, start_options
 from palpate.studies.options import JSON, LAB, echo_json, progress, with_options
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from palpate.studies.catalogue import Found
     from palpate.studies.sessions.record import Record
     from palpate.studies.sessions.rig import RigPlan
-    from palpate.studies.sessions.session import Sat
+    from palpate.studies.sessions.session import SessionResult
 
 
 _SEVERAL = re.compile(r"^([A-Za-z]+)([0-9]+)\.\.\1([0-9]+)$")
@@ -37,7 +37,7 @@ _OPTIONS = (
     click.option("--group", help="The participant's group, if not by registry or number."),
     click.option("--row", type=click.IntRange(min=0), help="Row of the square, if not by registry or number."),
     click.option("--session", "number", type=click.IntRange(min=1), default=1, show_default=True, help="Which one."),
-    to_start, LAB, JSON,
+    start_options, LAB, JSON,
 )  # fmt: skip
 
 
@@ -48,7 +48,7 @@ def session_options(verb: Callable[..., Any]) -> Callable[..., Any]:
 
 @click.command()
 @session_options
-def run(study: str, as_json: bool, **asked: Any) -> None:
+def run(study: str, as_json: bool, **options: Any) -> None:
     """Run a session of STUDY; every event is on disk before the next thing happens.
 
     A real participant is known to the lab (palpate participants add) and gets a row of the square once and for all.
@@ -63,14 +63,14 @@ def run(study: str, as_json: bool, **asked: Any) -> None:
     """
     from palpate.studies.catalogue import find, read_study
 
-    report(sat_through(read_study(find(study, asked["lab"])), **asked), as_json, study, asked["live"].rig)
+    report(run_sessions(read_study(find(study, options["lab"])), **options), as_json, study, options["live"].rig)
 
 
-def sat_through(
+def run_sessions(
     found: Found, participant: str, simulate: bool, seed: int, group: str | None, row: int | None, number: int,
     lab: Path, live: LiveOptions,
-) -> list[Sat]:  # fmt: skip
-    """Begin a session, or several simulated ones, and run them as far as they go."""
+) -> list[SessionResult]:  # fmt: skip
+    """Start a session, or several simulated ones, and run them as far as they go."""
     from palpate.studies.live.hardware import hardware_for
     from palpate.studies.participants.lab_forms import unasked_questions
 
@@ -80,7 +80,10 @@ def sat_through(
     for note in unasked_questions(found.study, lab):
         click.echo(f"note: {note}", err=True)
     if live.rehearse:
-        return [_rehearsed(found, lab, people, seed, (group, row), live)]
+        from palpate.studies.live.rehearsal import rehearsal_plan, rehearse
+
+        [plan] = _plans(found, lab, people, seed, (group, row), live, real=False)
+        return [rehearse(lab, plan, rehearsal_plan(found, lab, live))]
     if simulate:
         plans = _plans(found, lab, people, seed, (group, row), live, real=False, number=number)
         return _simulated(found, lab, plans, number, row is not None, live)
@@ -97,7 +100,9 @@ def _plans(
     return plans_of(found.study, lab, people, seed, real, live.language or "en", *place, number)
 
 
-def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions) -> list[Sat]:
+def _simulated(
+    found: Found, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions
+) -> list[SessionResult]:
     from palpate.studies.participants.row_assignment import demand_free
     from palpate.studies.sessions.session import start
     from palpate.studies.simulation.rig import simulated
@@ -106,19 +111,19 @@ def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: 
     people = [plan.who.participant for plan in plans]
     accepted = _before(found, lab, people, number, live, real=False)
     demand_free(lab, plans, number, shared)
-    sat: list[Sat] = []
+    results: list[SessionResult] = []
     with closing(progress(plans, "running", live.as_json)) as steps:
         for plan in steps:
-            sat.append(start(lab, plan, rig, number, accepted[plan.who.participant]))
-            if not sat[-1].complete:
+            results.append(start(lab, plan, rig, number, accepted[plan.who.participant]))
+            if not results[-1].complete:
                 break
-    return sat
+    return results
 
 
 def _live(
     found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], number: int,
     live: LiveOptions,
-) -> Sat:  # fmt: skip
+) -> SessionResult:  # fmt: skip
     from palpate.studies.launching.launch import demand_new
     from palpate.studies.live.opening import live_plan
     from palpate.studies.sessions.session import start
@@ -129,20 +134,20 @@ def _live(
     rig = live_plan(found, lab, live)
     # This allocates a row: nothing may be amiss by now.
     [plan] = _plans(found, lab, people, seed, place, live, real=True, number=number)
-    sat = start(lab, plan, rig, number, accepted)
-    _on_record(found, lab, who, sat)
-    return sat
+    result = start(lab, plan, rig, number, accepted)
+    _update_row(found, lab, who, result)
+    return result
 
 
-def _on_record(found: Found, lab: Path, participant: str, sat: Sat) -> None:
-    """What a real session's end means for the participant's row: who does not take part gives it up."""
+def _update_row(found: Found, lab: Path, participant: str, result: SessionResult) -> None:
+    """Mark the participant's row as finished, or offer it again where the participant does not take part."""
     from palpate.studies.participants.admission import decline, finish
 
-    if sat.complete:
+    if result.complete:
         finish(lab, found.study, participant)
-    elif sat.status == "declined":
+    elif result.status == "declined":
         decline(lab, found.study, participant)
-    elif sat.status == "ineligible":
+    elif result.status == "ineligible":
         decline(lab, found.study, participant, "not eligible")
 
 
@@ -172,20 +177,11 @@ def _before(
     return accepted
 
 
-def _rehearsed(
-    found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions
-) -> Sat:
-    from palpate.studies.live.rehearsal import rehearsal_plan, rehearse
-
-    [plan] = _plans(found, lab, people, seed, place, live, real=False)
-    return rehearse(lab, plan, rehearsal_plan(found, lab, live))
-
-
 @click.command()
 @click.argument("ledger", type=click.Path(path_type=Path))
 @click.option("--study", help="The study's name or path, if it is not among the lab's or the shipped ones.")
 @click.option("--without-wal", is_flag=True, help="Go on although the file's -wal companion was lost.")
-@to_go_on
+@resume_options
 @JSON
 def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, live: LiveOptions) -> None:
     """Go on with an interrupted session: what is recorded is replayed, then the session goes on at the exact act.
@@ -198,7 +194,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
       palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
     """
     from palpate.studies.sessions.record import LedgerError, read
-    from palpate.studies.sessions.session import resume as go_on
+    from palpate.studies.sessions.session import resume as resume_session
     from palpate.studies.sessions.session_files import in_person
 
     if ledger.is_dir():
@@ -210,21 +206,21 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
             "or add --without-wal to go on from what is left"
         )
     lab = ledger.resolve().parent.parent
-    found, rig, accepted = _to_go_on(record, lab, study, live)
-    sat = go_on(ledger, rig, accepted)
+    found, rig, accepted = _resumed(record, lab, study, live)
+    result = resume_session(ledger, rig, accepted)
     if in_person(record.header):
-        _on_record(found, lab, record.header["participant"], sat)
-    report([sat], as_json, study, live.rig)
+        _update_row(found, lab, record.header["participant"], result)
+    report([result], as_json, study, live.rig)
 
 
-def _to_go_on(
+def _resumed(
     record: Record, lab: Path, study: str | None, live: LiveOptions
 ) -> tuple[Found, RigPlan, dict[str, Any] | None]:
-    """The recorded study at its folder, its rig, and what of changes since then goes on record."""
+    """Return the recorded study at its folder, its rig, and what goes on record of changes since then."""
     from palpate.studies.catalogue import Found, find
     from palpate.studies.launching.changes import demand_same_models, sample_ledgers
     from palpate.studies.launching.launch import changed_since
-    from palpate.studies.live.opening import plan_to_go_on
+    from palpate.studies.live.opening import resumed_live_plan
     from palpate.studies.participants.admission import admit, readmit
     from palpate.studies.sessions.replay import recompiled
     from palpate.studies.sessions.session_files import in_person
@@ -240,7 +236,7 @@ def _to_go_on(
     accepted |= demand_same_models(declared, lab, ledgers, live.accept_change) or {}
     if not real:
         return found, simulated(declared, file.parent, lab, header["rig"].get("pictures")), accepted or None
-    rig, of_screen = plan_to_go_on(found, lab, live, header)
+    rig, of_screen = resumed_live_plan(found, lab, live, header)
     readmit(lab, declared, plan.who.participant)
     return found, rig, {**accepted, **(of_screen or {})} or None
 
@@ -259,34 +255,40 @@ def _people(participant: str, simulate: bool) -> list[str]:
     return [f"{letters}{number:0{len(first)}d}" for number in range(int(first), int(last) + 1)]
 
 
-def report(sat: list[Sat], as_json: bool, study: str | None, rig: Path | None = None) -> None:
+def report(results: list[SessionResult], as_json: bool, study: str | None, rig: Path | None = None) -> None:
     """Say how each run of a session ended, with its receipt; `rig` is the file that was named.
 
     The exit code is 1 unless every session is complete and all its events were read back from the disk; 130 after
     Ctrl-C.
     """
-    bad = [session for session in sat if session.receipt is not None and not session.receipt.good]
+    bad = [session for session in results if session.receipt is not None and not session.receipt.good]
     if as_json:
-        echo_json([_row(session) for session in sat])
+        echo_json(
+            [
+                {
+                    "ledger": str(result.path),
+                    "complete": result.complete,
+                    "events": result.events,
+                    "ended": result.reason,
+                }
+                | ({} if result.receipt is None else {"receipt": result.receipt.to_dict()})
+                for result in results
+            ]
+        )
     else:
-        _show_receipts(sat, bad)
-        for line in _told(sat, study, rig):
+        _show_receipts(results, bad)
+        for line in _outcome_lines(results, study, rig):
             click.echo(line)
-    if bad or not all(each.complete for each in sat):
-        interrupted = not bad and any("SIGINT" in each.reason for each in sat)
+    if bad or not all(result.complete for result in results):
+        interrupted = not bad and any("SIGINT" in result.reason for result in results)
         raise click.exceptions.Exit(130 if interrupted else 1)
 
 
-def _row(session: Sat) -> dict[str, Any]:
-    row = {"ledger": str(session.path), "complete": session.complete, "events": session.events, "ended": session.reason}
-    return row if session.receipt is None else {**row, "receipt": session.receipt.to_dict()}
-
-
-def _show_receipts(sat: list[Sat], bad: list[Sat]) -> None:
+def _show_receipts(results: list[SessionResult], bad: list[SessionResult]) -> None:
     """Print the receipt; of several sessions those that differ, in red, and how many are good."""
     for session in bad:
         click.secho(f"{session.receipt}: {session.path}", fg="red")
-    good = [session.receipt for session in sat if session.receipt is not None and session.receipt.good]
+    good = [session.receipt for session in results if session.receipt is not None and session.receipt.good]
     if len(good) == 1:
         click.echo(str(good[0]))
     elif good:
@@ -294,28 +296,28 @@ def _show_receipts(sat: list[Sat], bad: list[Sat]) -> None:
         click.echo(f"receipts of {len(good)} sessions: {events} events planned, written and read back from the disk")
 
 
-def _told(sat: list[Sat], study: str | None, rig: Path | None) -> Iterator[str]:
-    done = [each for each in sat if each.complete]
+def _outcome_lines(results: list[SessionResult], study: str | None, rig: Path | None) -> Iterator[str]:
+    done = [result for result in results if result.complete]
     if len(done) > 1:
-        events = count(sum(each.events for each in done), "event")
+        events = count(sum(result.events for result in done), "event")
         yield f"{len(done)} sessions complete, {events}, in {done[0].path.parent}"
     elif done:
         yield f"complete: {count(done[0].events, 'event')} in {done[0].path}"
-    for each in sat:
-        if each.status in {"aborted", "declined", "ineligible"}:
-            yield f"{each.status}: the session is over; kept: {count(each.events, 'event')} in {each.path}"
-        elif each.path.parent.parent.name == REHEARSALS and not each.complete:
-            yield f"{each.reason}; a rehearsal is not gone on with: rehearse again"
-        elif not each.complete:
+    for result in results:
+        if result.status in {"aborted", "declined", "ineligible"}:
+            yield f"{result.status}: the session is over; kept: {count(result.events, 'event')} in {result.path}"
+        elif result.path.parent.parent.name == REHEARSALS and not result.complete:
+            yield f"{result.reason}; a rehearsal is not gone on with: rehearse again"
+        elif not result.complete:
             by_path = ["--study", study] if study and ("/" in study or Path(study).suffix) else []
             by_rig = [] if rig is None else ["--rig", str(rig)]
-            command = shell_command("resume", each.path, *by_path, *by_rig)
-            yield f"{each.reason}; kept: {count(each.events, 'event')}. Go on with: {command}"
+            command = shell_command("resume", result.path, *by_path, *by_rig)
+            yield f"{result.reason}; kept: {count(result.events, 'event')}. Go on with: {command}"
 
 
 @click.command()
 @session_options
-def record(study: str, as_json: bool, **asked: Any) -> None:
+def record(study: str, as_json: bool, **options: Any) -> None:
     """Record the stimuli of a capture STUDY with the station's sensors, and say what every stream came to.
 
     The devices are those of LAB/stations/HOST/rig.yaml (palpate rig simulate writes one of twins). What the sensors
@@ -329,40 +331,38 @@ def record(study: str, as_json: bool, **asked: Any) -> None:
     from palpate.protocols.tasks import TASKS
     from palpate.studies.catalogue import find, read_study
 
-    found = read_study(find(study, asked["lab"]))
+    found = read_study(find(study, options["lab"]))
     if TASKS[found.study.task].asks:
-        told = f"{found.study.study} is no capture study: it asks, and no sensor records. {shell_command('run', study)}"
-        raise click.UsageError(told)
-    sat = sat_through(found, **asked)
+        raise click.UsageError(
+            f"{found.study.study} is no capture study: it asks, and no sensor records. {shell_command('run', study)}"
+        )
+    results = run_sessions(found, **options)
     if not as_json:
         from palpate.studies.sessions.record import read
 
-        for line in (line for each in sat for line in recorded(read(each.path))):
-            click.echo(line)
-    report(sat, as_json, study, asked["live"].rig)
+        for result in results:
+            for line in recorded(read(result.path)):
+                click.echo(line)
+    report(results, as_json, study, options["live"].rig)
 
 
 def recorded(record: Record) -> Iterator[str]:
-    """What the recordings of a session that count came to, a line each."""
+    """Yield what the recordings of a session that count came to, a line each."""
     for attempt in record.state.counting:
         for event in record.events_of(attempt):
             if event.kind == "reply" and event.value.get("recorded"):
-                yield from (f"trial {event.trial}, {line}" for line in _of_reply(event))
+                yield from (f"trial {event.trial}, {line}" for line in _reply_lines(event))
 
 
-def _of_reply(event: Event) -> Iterator[str]:
-    """Of each stream what came and what was lost; the samples of a simulated session lie in its reply."""
+def _reply_lines(event: Event) -> Iterator[str]:
+    """Yield of each stream what came and what was lost; the samples of a simulated session lie in its reply."""
     for name, stream in event.value.get("streams", {}).items():
-        yield f"{name}: {_describe_stream(stream)}"
+        lost = f"{stream['lost']} LOST in {count(stream['gaps'], 'gap')}" if stream["lost"] else "none lost"
+        drift = "" if stream.get("drift_ppm") is None else f", clock {stream['drift_ppm']:+.0f} ppm"
+        rate = "rate not measured" if stream["rate_hz"] is None else f"{stream['rate_hz']:.2f} Hz"
+        yield f"{name}: {count(stream['samples'], 'sample')}, {rate}, {lost}{drift}"
     for samples in event.samples:
         yield f"{samples.stream}: {count(samples.count, 'sample')}, {samples.rate_hz:.2f} Hz, simulated"
     if pictures := event.value.get("pictures"):
-        flagged = sum(bool(each.get("flags")) for each in pictures)
+        flagged = sum(bool(picture.get("flags")) for picture in pictures)
         yield f"camera: {count(len(pictures), 'picture')}" + (f", {flagged} of them flagged" if flagged else "")
-
-
-def _describe_stream(stream: dict[str, Any]) -> str:
-    lost = f"{stream['lost']} LOST in {count(stream['gaps'], 'gap')}" if stream["lost"] else "none lost"
-    drift = "" if stream.get("drift_ppm") is None else f", clock {stream['drift_ppm']:+.0f} ppm"
-    rate = "rate not measured" if stream["rate_hz"] is None else f"{stream['rate_hz']:.2f} Hz"
-    return f"{count(stream['samples'], 'sample')}, {rate}, {lost}{drift}"

@@ -38,8 +38,8 @@ class Hardware:
     opened: OpenRig | None = None
     tablet: TabletScreen | None = None
     description: dict[str, Any] = field(default_factory=dict)
-    begun: Mapping[str, Any] = field(default_factory=dict)
-    """What each device said of itself when the session was begun that is resumed."""
+    recorded: Mapping[str, Any] = field(default_factory=dict)
+    """How each device described itself when the resumed session was started; {} for a new one."""
 
     @property
     def simulated_needs(self) -> list[str]:
@@ -68,7 +68,7 @@ class Hardware:
             try:
                 self.description.update(self.opened.describe())
                 demand_within_limits(self.opened, self.found, plan)
-                demand_follows(self.opened, plan, self.begun)
+                demand_follows(self.opened, plan, self.recorded)
                 self._open_tablet(plan)
             except BaseException:
                 self.close()
@@ -99,8 +99,8 @@ class Hardware:
         return twin_station(plan, self.found.folder, self.twins, self.lab)
 
     def changed_firmware(self) -> list[str]:
-        """Sentences for the record: which devices have another firmware than when the session was begun."""
-        pairs = {name: (self.begun.get(name, {}).get("firmware"), now.get("firmware"))
+        """Return sentences for the record: which devices have another firmware than when the session was started."""
+        pairs = {name: (self.recorded.get(name, {}).get("firmware"), now.get("firmware"))
                  for name, now in self.description.items()}  # fmt: skip
         return [
             f"The firmware of {name} was {before} when the session was begun, and is {now}."

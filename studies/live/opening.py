@@ -1,4 +1,4 @@
-"""Putting a live session together: the window, the desk, and devices or their stand-ins, opened and closed as one."""
+"""Put a live session together: the window, the desk, and devices or their stand-ins, opened and closed as one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from palpate.studies.console.headless import Windowless, asks_anything
 from palpate.studies.launching.changes import demand_same_devices, demand_same_screen
 from palpate.studies.live.hardware import hardware_for
 from palpate.studies.live.options import LiveOptions
-from palpate.studies.live.world import LiveWorld, Station, clock_from
+from palpate.studies.live.world import LiveWorld, clock_from
 from palpate.studies.sessions.rig import RecordedBeside, Rig, RigError, RigPlan
 
 if TYPE_CHECKING:
@@ -32,14 +32,14 @@ LAST_PAGE = {"declined": "thanks", "ineligible": "ineligible", "aborted": "abort
 """The last page, where a session does not end as it should."""
 
 
-def live_plan(found: Found, lab: Path, options: LiveOptions, begun: Mapping[str, Any] | None = None) -> RigPlan:
-    """How a live session of the study gets its rig; `begun` is what its devices said of themselves when it was begun.
+def live_plan(found: Found, lab: Path, options: LiveOptions, recorded: Mapping[str, Any] | None = None) -> RigPlan:
+    """Return how a live session gets its rig; `recorded` is how its devices described themselves when it was started.
 
     Raises RigError where devices can be had in no way, WindowError where this station's screen is not calibrated. The
     devices and the window are opened by `check`, before anything is recorded.
     """
     hardware = hardware_for(found, lab, options)
-    hardware.begun = begun or {}
+    hardware.recorded = recorded or {}
     if found.study.live is not None and "door_generator" in hardware.twins:
         raise RigError(
             "a door that follows the sliders needs a rig, and here a stand-in would take its place. `palpate rig "
@@ -61,7 +61,13 @@ def live_plan(found: Found, lab: Path, options: LiveOptions, begun: Mapping[str,
         desk.tell(dict.fromkeys(twins, "simulated, idle"))
         station = hardware.station(plan)
         draw_forces(presenter, plan, lab)
-        presenter.on_side = lambda side: _switched(side, desk, station)
+
+        def switch_side(side: str) -> None:
+            """Show the experimenter the side that the participant switched to, and let the device hear of it."""
+            desk.tell({"side": side})
+            station.switch_side(side)
+
+        presenter.on_side = switch_side
         opened.callback(station.stop)
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
         notes = hardware.changed_firmware()
@@ -84,39 +90,33 @@ def draw_forces(presenter: Presenter, plan: Plan, lab: Path) -> None:
         presenter.force_of = made_doors(lab).doors.force_N
 
 
-def _switched(side: str, desk: ExperimenterDesk, station: Station) -> None:
-    """The participant has switched sides: the experimenter sees it, and the device that presents hears of it."""
-    desk.tell({"side": side})
-    station.switch_side(side)
-
-
-def plan_to_go_on(
+def resumed_live_plan(
     found: Found, lab: Path, options: LiveOptions, header: Mapping[str, Any]
 ) -> tuple[RigPlan, dict[str, Any] | None]:
-    """The rig plan to go on with a recorded live session, and what of the screen's change is to be put on record.
+    """Return the rig plan to resume a recorded live session, and what goes on record of changed screen and devices.
 
-    Stand-ins and the language are those of the session's beginning. Raises RigError on a rehearsal, ScreenChanged on
+    Stand-ins and the language are those that the session started with. Raises RigError on a rehearsal, ScreenChanged on
     another screen and DevicesChanged on other devices unless that is accepted, and what `live_plan` raises.
     """
     rig = header["rig"]
     if rig["kind"] == "rehearsal":
         raise RigError("a rehearsal is not gone on with: rehearse again")
-    as_begun = replace(
+    as_recorded = replace(
         options,
-        twins=options.twins or (options.rig is None and "settings" not in rig),  # begun without a rig file
+        twins=options.twins or (options.rig is None and "settings" not in rig),  # started without a rig file
         language=options.language or rig.get("language"),
     )
-    calibration = window_calibration(found.study, lab, as_begun)
+    calibration = window_calibration(found.study, lab, as_recorded)
     accepted: dict[str, Any] = {}
     if calibration is not None:
         accepted |= demand_same_screen(header, calibration, options.accept_change) or {}
-    planned = live_plan(found, lab, as_begun, rig.get("devices"))
+    planned = live_plan(found, lab, as_recorded, rig.get("devices"))
     accepted |= demand_same_devices(header, planned.description, options.accept_change) or {}
     return planned, accepted or None
 
 
 def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibration | None:
-    """This station's calibration, cut to the window where one is asked for; None where nothing is shown.
+    """Return this station's calibration, cut to the window of the options; None where nothing is shown.
 
     Raises ExtraMissing where there is nothing to make a window with, WindowError where the screen is not calibrated,
     RigError where another screen was.
@@ -154,13 +154,13 @@ class Opening:
 
     def check(self, plan: Plan) -> None:
         """Raise RigError or WindowError unless everything is to be had."""
-        self._begin(plan)
+        self._open_window(plan)
         if self.presenter is not None:
             self.description["window"] = dict(self.presenter.description) or None
 
     def open(self, plan: Plan, t_ns: int) -> Rig:
-        """The rig, with session time going on from t_ns. On an error all that was opened is closed."""
-        presenter = self.presenter or self._begin(plan)
+        """Return the rig, with session time going on from t_ns. On an error all that was opened is closed."""
+        presenter = self.presenter or self._open_window(plan)
         self.presenter = None
         opened = ExitStack()
         opened.callback(self.let_go)
@@ -180,7 +180,7 @@ class Opening:
                 ends.callback(presenter.close)
             ends.callback(self.let_go)
 
-    def _begin(self, plan: Plan) -> Presenter:
+    def _open_window(self, plan: Plan) -> Presenter:
         """Open the devices and the window."""
         self.devices(plan)
         try:
@@ -194,28 +194,22 @@ class Opening:
 def desk_for(
     plan: Plan, now_ns: Callable[[], int], presenter: Presenter, as_json: bool, opened: ExitStack
 ) -> ExperimenterDesk:
-    """The experimenter's console at this process' terminal; it hears which side the participant has switched to."""
+    """Open the experimenter's desk at this process' terminal; it shows which side the participant has switched to."""
     from palpate.studies.console.desk import open_desk
 
     desk = open_desk(plan, now_ns, sys.stdin, sys.stderr if as_json else sys.stdout)
     opened.callback(desk.close)
-    desk.tell(_screen(presenter.description))
+    if "size_px" in (shown := presenter.description):
+        width, height = shown["size_px"]
+        desk.tell({"screen": f"{width}x{height}, {shown['px_per_mm']:.2f} px/mm, {shown['language']}"})
     presenter.on_side = lambda side: desk.tell({"side": side})
     return desk
-
-
-def _screen(description: Mapping[str, Any]) -> dict[str, Any]:
-    """What the console says of the participant's window throughout."""
-    if "size_px" not in description:
-        return {}
-    width, height = description["size_px"]
-    return {"screen": f"{width}x{height}, {description['px_per_mm']:.2f} px/mm, {description['language']}"}
 
 
 def window_of(
     found: Found, lab: Path, calibration: Calibration | None, language: str, full: bool
 ) -> Callable[[Plan], Presenter]:
-    """How the participant's window is opened for a plan; without a calibration there is none.
+    """Return what opens the participant's window for a plan; without a calibration there is none.
 
     The screens' words are those of LAB/texts/LANGUAGE.yaml, where the lab has brought that file.
     """
@@ -235,5 +229,5 @@ def window_of(
 
 
 def last_page(desk: ExperimenterDesk) -> str:
-    """The text key of the page that a session of this end closes with."""
+    """Return the text key of the page that the session closes with."""
     return LAST_PAGE.get(desk.status.ended or "", "end")

@@ -1,4 +1,4 @@
-"""What can be asked of a session with a real window, or of a rehearsal, and the command-line options for it."""
+"""The options of a session with a real window or of a rehearsal, and their command-line options."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ REHEARSALS = "rehearsals"
 
 @dataclass(frozen=True)
 class LiveOptions:
-    """How a session is to be had.
+    """How a session is run.
 
     `rig` None: the station's rig file. `language` and `screen` None: as recorded, as calibrated, else English.
     `windowed` is a size in pixels, in place of the full screen; `as_json` keeps standard output for the answer.
@@ -61,13 +61,13 @@ _ALWAYS = (
 )
 
 
-def to_start(verb: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a verb that starts sessions all options; it is called with live=LiveOptions in their place."""
+def start_options(verb: Callable[..., Any]) -> Callable[..., Any]:
+    """Add all options to a verb that starts sessions; it is called with live=LiveOptions in their place."""
     return _with(verb, (*_TO_START, *_ALWAYS))
 
 
-def to_go_on(verb: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a verb that goes on with sessions its options; it is called with live=LiveOptions in their place."""
+def resume_options(verb: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of resuming to a verb; it is called with live=LiveOptions in their place."""
     return _with(verb, _ALWAYS)
 
 
@@ -75,19 +75,15 @@ def _with(verb: Callable[..., Any], options: tuple[Callable[..., Any], ...]) -> 
     @functools.wraps(verb)
     def gathered(**given: Any) -> Any:
         ours = {
-            each.name: given.pop(each.name)
-            for each in fields(LiveOptions)
-            if each.name in given and each.name != "as_json"
+            option.name: given.pop(option.name)
+            for option in fields(LiveOptions)
+            if option.name in given and option.name != "as_json"
         }
-        as_json = bool(given.get("as_json", False))
-        return verb(**given, live=_checked(LiveOptions(**ours, as_json=as_json)))
+        live = LiveOptions(**ours, as_json=bool(given.get("as_json", False)))
+        if live.no_window and not live.rehearse:
+            raise click.UsageError("--no-window goes with --rehearse: a participant answers in the window")
+        if live.rig is not None and (live.twins or live.rehearse):
+            raise click.UsageError("--rig names devices to open, and with --twins or --rehearse none is: leave one out")
+        return verb(**given, live=live)
 
     return with_options(gathered, options)
-
-
-def _checked(options: LiveOptions) -> LiveOptions:
-    if options.no_window and not options.rehearse:
-        raise click.UsageError("--no-window goes with --rehearse: a participant answers in the window")
-    if options.rig is not None and (options.twins or options.rehearse):
-        raise click.UsageError("--rig names devices to open, and with --twins or --rehearse none is: leave one out")
-    return options

@@ -26,7 +26,7 @@ from palpate.studies.live.opening import (
 )
 from palpate.studies.live.options import REHEARSALS, LiveOptions
 from palpate.studies.sessions.rig import Rig, RigPlan
-from palpate.studies.sessions.session import Sat, start
+from palpate.studies.sessions.session import SessionResult, start
 from palpate.studies.sessions.session_files import ledger_path
 from palpate.studies.simulation.rig import simulated
 
@@ -59,11 +59,20 @@ class Rehearsed:
         return self.session.now()
 
     def perform(self, request: Request) -> Came:
-        """The simulated reply, once it has been seen; an aside comes first."""
+        """Return the simulated reply once it has been seen; an aside comes first."""
         if self.under_way is None or self.under_way[0] is not request:
             self.under_way = (request, self.session.perform(request))
         came = self.under_way[1]
-        aside = self._show(request, came) if isinstance(came, Reply) else None
+        aside: Aside | None = None
+        match request:
+            case _ if not isinstance(came, Reply):
+                pass
+            case Sense():
+                aside = self.show_page("recording")
+            case Present():
+                aside = self.show_page("changing_sample") or self.show_page("feel_now")
+            case _:
+                aside = self.presenter.show_answered(request, came, self.pace_s, self.desk)
         if aside is None:
             self.under_way = None
         return came if aside is None else aside
@@ -76,18 +85,9 @@ class Rehearsed:
             self.shown.add(page)
         return aside
 
-    def _show(self, request: Request, reply: Reply) -> Aside | None:
-        match request:
-            case Sense():
-                return self.show_page("recording")
-            case Present():
-                return self.show_page("changing_sample") or self.show_page("feel_now")
-            case _:
-                return self.presenter.show_answered(request, reply, self.pace_s, self.desk)
-
 
 def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
-    """How a rehearsal gets its rig: simulated people and devices, the real window, the console.
+    """Return how a rehearsal gets its rig: simulated people and devices, the real window, the console.
 
     Raises WindowError where the window cannot be had; RigError on a device that cannot be simulated either.
     """
@@ -112,7 +112,7 @@ def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     return RigPlan(description, opening.check, opening.open, drop=opening.drop)
 
 
-def rehearse(lab: Path, plan: Plan, rig: RigPlan) -> Sat:
+def rehearse(lab: Path, plan: Plan, rig: RigPlan) -> SessionResult:
     """Rehearse the plan; its ledger lies in LAB/rehearsals/sessions, where nothing collects or analyses it."""
     folder, number = lab / REHEARSALS, 1
     while ledger_path(folder, plan.study.study, plan.who.participant, number).exists():

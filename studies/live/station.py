@@ -1,9 +1,10 @@
-"""A station of a rig's open devices: which presents, which records, and what each is told of the stimulus."""
+"""A station of a rig's open devices: which presents, which records, and what each must know of the stimulus."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -42,7 +43,11 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows
         camera.pictures_of = pictures_of
         camera.keep_in(lab)
         records["camera"] = cast(Records, camera)
-    renderer = _renderer(rig, found, plan, lab, tablet)
+    renderer: RigRenderer | None = None
+    if "texture_renderer" in plan.study.needs:
+        from palpate.studies.live.renderer import rig_renderer
+
+        renderer = rig_renderer(rig, plan, found.folder, lab, tablet)
     presents = _door(rig, found, plan, lab) if renderer is None else renderer
     made = compose_station(plan.study, presents, records, lambda: _stage(rig, plan))
     made = replace(made, beside=renderer, recorder=_recorder(rig, plan))
@@ -62,37 +67,24 @@ def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
 
 
 def _door(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Presents | None:
-    """The door, told where its profiles come from: the study's files, or what is wished for."""
+    """Return the door, which plays profiles of the study's files, or what the lab's models make of a wish."""
     for need in _needed(plan, ("door", "door_generator")):
         door: Any = rig.of(need)["door"]
         if need == "door_generator":
-            return _generator(door, lab)
+            from palpate.studies.stimuli.made_doors import PresentsMade, made_doors
+
+            made = made_doors(lab)
+            door.profile_for = made.force_N
+            return PresentsMade(door, made, partial(setattr, door, "changes"))
         door.profile_for = profiles_of(found)
         return cast(Presents, door)
     return None
 
 
-def _generator(door: Any, lab: Path) -> Presents:
-    """The door, which plays what the lab's models make of a wish."""
-    from palpate.studies.stimuli.made_doors import PresentsMade, made_doors
-
-    made = made_doors(lab)
-    door.profile_for = made.force_N
-    return PresentsMade(door, made, lambda changes: setattr(door, "changes", changes))
-
-
-def _renderer(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows | None) -> RigRenderer | None:
-    """The renderer of virtual textures, where the study needs one."""
-    if "texture_renderer" not in plan.study.needs:
-        return None
-    from palpate.studies.live.renderer import rig_renderer
-
-    return rig_renderer(rig, plan, found.folder, lab, tablet)
-
-
 def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
-    """The door can play every stimulus of the plan, and whatever may be wished for; the renderer's devices are fit for
-    textures; the noise is bearable. Raises DeviceError naming which."""
+    """Raise DeviceError unless the door can play every stimulus of the plan, and whatever may be wished for, the
+    renderer's devices are fit for textures, and the noise is bearable.
+    """
     if plan.study.noise is not None:
         noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
         noise.demand_bearable(plan.study.noise.at_most_db_a)
@@ -112,13 +104,15 @@ def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
         door.check(files.of(stimulus), stimulus.id)
 
 
-def demand_follows(rig: OpenRig, plan: Plan, begun: Mapping[str, Any]) -> None:
-    """A door that is to follow the sliders can be changed while it is felt; one that could not when the session was
-    `begun` (what each device said of itself then) may go on as it is. Raises DeviceError."""
+def demand_follows(rig: OpenRig, plan: Plan, recorded: Mapping[str, Any]) -> None:
+    """Raise DeviceError unless a door that is to follow the sliders can be changed while it is felt.
+
+    One that could not when the session was started may stay so: `recorded` is how its devices described themselves.
+    """
     if plan.study.live is None:
         return
     door = cast("DoorSimulator", rig.of("door_generator")["door"])
-    if begun.get(door.name, {}).get("firmware", FOLLOWS_FROM) >= FOLLOWS_FROM:
+    if recorded.get(door.name, {}).get("firmware", FOLLOWS_FROM) >= FOLLOWS_FROM:
         door.demand_follows()
 
 
@@ -133,13 +127,13 @@ def profiles_of(found: Found) -> Callable[[Present], Sequence[float]]:
 
 
 def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:
-    """The sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
+    """Return the sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
     sensors, names, may_hide = _sensors(rig, [need])
     return Capture(sensors, names, _scenes(rig, need, found, plan), may_hide=may_hide)
 
 
 def _recorder(rig: OpenRig, plan: Plan) -> BesideRecorder | None:
-    """What records sensors beside the session, where the study needs some."""
+    """Return what records sensors beside the session, if the study needs any."""
     if not (needs := recorded_beside(plan.study.needs)):
         return None
     from palpate.devices.streams.beside import BesideRecorder
@@ -178,7 +172,7 @@ def _scenes(rig: OpenRig, need: str, found: Found, plan: Plan) -> Callable[[Sens
 
 
 def _stage(rig: OpenRig, plan: Plan) -> Presents:
-    """Who mounts the samples: somebody who says so, or somebody whose scanner does."""
+    """Return who mounts the samples: somebody who confirms it by hand, or by a scanner."""
     if "samples" not in rig.file.needs:
         return HandMounted(blind=plan.study.blind)
     from palpate.devices.stage.scanner import known_codes

@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 
 
 def clock_from(t_ns: int, count_ns: Callable[[], int] = time.perf_counter_ns) -> Callable[[], int]:
-    """A clock of session time that stands at t_ns now and never runs backwards."""
-    begun = count_ns()
-    return lambda: t_ns + count_ns() - begun
+    """Return a clock of session time that stands at t_ns now and never runs backwards."""
+    start_ns = count_ns()
+    return lambda: t_ns + count_ns() - start_ns
 
 
 @dataclass
 class LiveWorld:
     """Requests go to the window or to a device; what the experimenter does meanwhile comes back as asides.
 
-    `left_paused` tells, once everything recorded has been seen, whether the last sitting ended in a pause: to take
-    the session up again is to go on. `notes` go on record before anything else is done.
+    `left_paused` returns, once everything recorded has been seen, whether the last run ended in a pause: to resume the
+    session is to go on. `notes` go on record before anything else is done.
     """
 
     presenter: Presenter
@@ -45,23 +45,23 @@ class LiveWorld:
     left_paused: Callable[[], bool] = lambda: False
     suspend: SuspendWatch = field(default_factory=SuspendWatch)
     notes: list[str] = field(default_factory=list)
-    _taken_up: bool = False
+    _seen_record: bool = False
     _held: Came | None = None
 
     def now(self) -> int:
-        """Nanoseconds since the session began, time between sittings left out."""
+        """Return nanoseconds since the session began, without the time between its runs."""
         return self.clock()
 
     def perform(self, request: Request) -> Came:
-        """Do what is asked; a demand to the experimenter goes with a request that is given up.
+        """Perform the request; a demand to the experimenter is withdrawn with a request that is given up.
 
         Where the computer was suspended meanwhile, a note of it comes first, and what came of the request after it.
         """
         if self._held is not None:
             held, self._held = self._held, None
             return held
-        if not self._taken_up:
-            self._taken_up = True
+        if not self._seen_record:
+            self._seen_record = True
             self.desk.demand(None)  # the desk hears of it first: all that was recorded has been seen
             if self.left_paused():
                 return Aside({"do": "go_on"})
@@ -91,7 +91,7 @@ class LiveWorld:
 
 
 def _gives_up(came: Came) -> bool:
-    """Whether the request is left without a reply."""
+    """Return whether the request is left without a reply."""
     return isinstance(came, Fault) or (isinstance(came, Aside) and came.value["do"] in {"repeat", "abort"})
 
 

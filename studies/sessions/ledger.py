@@ -50,7 +50,7 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
     draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
     draft.unlink(missing_ok=True)
     try:
-        with kept(path, "its first event"):
+        with ledger_errors(path, "its first event"):
             _write_first(draft, header, sitting)
         # Give the draft its name, unless the name is taken (FileExistsError).
         try:
@@ -85,8 +85,8 @@ def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, A
 
 
 @contextmanager
-def kept(path: Path, what: str) -> Iterator[None]:
-    """Turn a failed write into a LedgerError that says what could not be kept and why."""
+def ledger_errors(path: Path, what: str) -> Iterator[None]:
+    """Turn a failed write into a LedgerError that says what could not be written and why."""
     try:
         yield
     except SQLAlchemyError as error:
@@ -95,7 +95,7 @@ def kept(path: Path, what: str) -> Iterator[None]:
 
 @dataclass
 class Ledger:
-    """An open ledger: the session so far, and the only hand that may write to it."""
+    """An open ledger: the session so far, and the only writer to it."""
 
     record: Record
     engine: Engine
@@ -106,35 +106,35 @@ class Ledger:
     written: int = field(init=False)
     status: str = field(init=False)
     last_sitting: str = field(init=False)
-    sat: int = field(init=False)
+    sitting_count: int = field(init=False)
 
     def __post_init__(self) -> None:
         self.head, self.written = self.record.head, len(self.record.events)
         self.status, self.last_sitting = self.record.status, self.record.sittings[-1].hash
-        self.sat = len(self.record.sittings)
+        self.sitting_count = len(self.record.sittings)
 
     def append(self, event: Event) -> None:
-        """Keep the event and its samples; they are on the disk when this returns."""
+        """Write the event and its samples; they are on the disk when this returns."""
         if event.seq != self.written:
             raise LedgerError(f"{self.record.path}: event {event.seq} offered, event {self.written} is next")
         link = event_hash(self.head, event)
         with self.shield():
-            with kept(self.record.path, f"event {event.seq}"), self.connection.begin():
+            with ledger_errors(self.record.path, f"event {event.seq}"), self.connection.begin():
                 _insert_event(self.connection, event, link)
             self.head, self.written = link, self.written + 1
             self.status = event.ended_as or "interrupted"
 
-    def sit(self, kind: str, body: Mapping[str, Any]) -> None:
-        """Put on record that a process took the ledger up or laid it down."""
-        with kept(self.record.path, f"the note that it was {kind}"), self.connection.begin():
+    def record_sitting(self, kind: str, body: Mapping[str, Any]) -> None:
+        """Record that a process opened or closed the ledger."""
+        with ledger_errors(self.record.path, f"the note that it was {kind}"), self.connection.begin():
             at = (self.written, self.head)
-            self.last_sitting = _insert_sitting(self.connection, self.sat, self.last_sitting, kind, at, body)
-        self.sat += 1
+            self.last_sitting = _insert_sitting(self.connection, self.sitting_count, self.last_sitting, kind, at, body)
+        self.sitting_count += 1
 
     def close(self, body: Mapping[str, Any]) -> None:
-        """Lay the ledger down: a plain single file stays, and its lock is given back."""
+        """Close the ledger: a plain single file stays, and its lock is released."""
         try:
-            self.sit("closed", body)
+            self.record_sitting("closed", body)
         finally:
             self.connection.close()
             with suppress(SQLAlchemyError):
@@ -143,13 +143,13 @@ class Ledger:
             self.lock.release()
 
 
-def take_up(
+def open_for_append(
     path: Path,
     sitting: Mapping[str, Any],
     shield: Shield = nullcontext,
     demand: Callable[[Record], object] = lambda _record: None,
 ) -> Ledger:
-    """Open a ledger to go on with it; everything in it is verified first, and `demand` may refuse it untouched.
+    """Open a ledger to append events; everything in it is verified first, and `demand` may refuse it untouched.
 
     Raises LedgerError if the file is refused (see `palpate.studies.sessions.record.read`) or another process has it.
     """
@@ -161,7 +161,7 @@ def take_up(
         demand(record)
         engine = engine_to_write(str(path))
         ledger = Ledger(record, engine, engine.connect(), lock, shield)
-        ledger.sit("opened", sitting)
+        ledger.record_sitting("opened", sitting)
         ledger.connection.exec_driver_sql("PRAGMA wal_checkpoint(FULL)")
         ledger.connection.rollback()  # of the transaction that SQLAlchemy begins by itself
     except OperationalError as error:

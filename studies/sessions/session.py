@@ -15,7 +15,7 @@ from palpate.protocols.wording import count
 from palpate.protocols.worlds import Recorded
 from palpate.studies.sessions.environment import environment, wall_time
 from palpate.studies.sessions.interrupts import Guard, Interrupted, guarded, interrupt_behind
-from palpate.studies.sessions.ledger import Ledger, create, take_up
+from palpate.studies.sessions.ledger import Ledger, create, open_for_append
 from palpate.studies.sessions.record import LedgerError, Record, read
 from palpate.studies.sessions.replay import recompiled
 from palpate.studies.sessions.rig import Rig, RigPlan
@@ -38,7 +38,7 @@ class Receipt:
 
     @property
     def good(self) -> bool:
-        """Whether everything that was planned is on the disk as it was written."""
+        """Return whether everything that was planned is on the disk as it was written."""
         return self.problem is None and self.planned == self.written == self.read_back
 
     def to_dict(self) -> dict[str, Any]:
@@ -52,8 +52,8 @@ class Receipt:
 
 
 @dataclass(frozen=True)
-class Sat:
-    """How a sitting ended; `status` is the session's (see palpate.studies.sessions.record.Record.status)."""
+class SessionResult:
+    """How one run of a session ended; `status` is the session's (see palpate.studies.sessions.record.Record.status)."""
 
     path: Path
     status: str
@@ -63,12 +63,12 @@ class Sat:
 
     @property
     def complete(self) -> bool:
-        """Whether the session came to its regular end."""
+        """Return whether the session came to its regular end."""
         return self.status == "complete"
 
 
 def header_of(plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The body of session_started: everything that is needed to understand and to repeat the session.
+    """Return the body of session_started: everything that is needed to understand and to repeat the session.
 
     `accepted` is a change of the study since the participant's earlier session, which the experimenter accepted.
     """
@@ -90,8 +90,10 @@ def header_of(plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, 
     }
 
 
-def start(lab: Path, plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, Any] | None = None) -> Sat:
-    """Begin a session and run it as far as it goes; `accepted` as for `header_of`.
+def start(
+    lab: Path, plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, Any] | None = None
+) -> SessionResult:
+    """Start a session and run it as far as it goes; `accepted` as for `header_of`.
 
     Raises LedgerError if the participant has a session of this number already, RigError if the rig cannot be had.
     """
@@ -100,14 +102,14 @@ def start(lab: Path, plan: Plan, rig: RigPlan, number: int = 1, accepted: Mappin
     with guarded() as guard:
         try:
             create(path, header_of(plan, rig, number, accepted), {"at": wall_time()})
-            ledger = take_up(path, _sitting(), guard.shield)
+            ledger = open_for_append(path, _sitting(), guard.shield)
         except BaseException:  # a full disk: what was opened to be checked is let go of
             rig.drop()
             raise
-        return _sit(ledger, rig, guard)
+        return _run(ledger, rig, guard)
 
 
-def resume(path: Path, rig: RigPlan, accepted: Mapping[str, Any] | None = None) -> Sat:
+def resume(path: Path, rig: RigPlan, accepted: Mapping[str, Any] | None = None) -> SessionResult:
     """Replay what is recorded, then go on live at the exact act where the record ends.
 
     `accepted` is a change of the study's file since the session began, which the experimenter accepted; it goes into
@@ -117,11 +119,11 @@ def resume(path: Path, rig: RigPlan, accepted: Mapping[str, Any] | None = None) 
     """
     sitting = _sitting() | ({} if accepted is None else {"accepted_change": dict(accepted)})
     with guarded() as guard:
-        return _sit(take_up(path, sitting, guard.shield, _to_go_on_with), rig, guard)
+        return _run(open_for_append(path, sitting, guard.shield, _demand_resumable), rig, guard)
 
 
-def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
-    """Take the session on. Signals are held back until the rig is open, and once the session is over."""
+def _run(ledger: Ledger, planned: RigPlan, guard: Guard) -> SessionResult:
+    """Run the session. Signals are held back until the rig is open, and once the session is over."""
     rig: Rig | None = None
     reason = "complete"
     log = Watched(ledger, len(ledger.record.events))
@@ -130,7 +132,7 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
             plan = recompiled(ledger.record)
             rig = planned.open(plan, ledger.record.events[-1].t_ns)
             guard.listen()
-            _go_on(plan, rig, log)
+            _replay_and_go_on(plan, rig, log)
             rig.finish()
         finally:
             guard.over = True
@@ -144,18 +146,18 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
         guard.over = True
         reason = f"interrupted by {interrupt}"
     finally:
-        receipt = _lay_down(log, rig, reason)
-    return Sat(ledger.record.path, ledger.status, ledger.written, _because(ledger, reason), receipt)
+        receipt = _close(log, rig, reason)
+    return SessionResult(ledger.record.path, ledger.status, ledger.written, _because(ledger, reason), receipt)
 
 
-def _to_go_on_with(record: Record) -> None:
-    """Refuse a session that is over, or whose plan is not what it was."""
+def _demand_resumable(record: Record) -> None:
+    """Raise LedgerError on a session that is over, or whose plan is not what it was."""
     if record.ended:
         raise LedgerError(f"{record.path}: the session is {record.status}; there is nothing to go on with")
     recompiled(record)
 
 
-def _go_on(plan: Plan, rig: Rig, log: Watched) -> None:
+def _replay_and_go_on(plan: Plan, rig: Rig, log: Watched) -> None:
     log.watch = rig.watch
     record = log.ledger.record
     tape = Recorded(record.events, rig.world, log)
@@ -165,8 +167,8 @@ def _go_on(plan: Plan, rig: Rig, log: Watched) -> None:
     tape.demand_end()
 
 
-def _lay_down(log: Watched, rig: Rig | None, reason: str) -> Receipt:
-    """Safe state first, then the ledger with its receipt; the ledger also where the rig fails to be safe."""
+def _close(log: Watched, rig: Rig | None, reason: str) -> Receipt:
+    """Make the rig safe first, then close the ledger with its receipt, also where the rig fails to be safe."""
     try:
         if rig is not None:
             rig.safe()
@@ -193,20 +195,20 @@ def _receipt(log: Watched) -> Receipt:
 
 
 def _because(ledger: Ledger, reason: str) -> str:
-    """The session's own end, where it has come to one; else why the sitting ended."""
+    """Return the session's own end if it has come to one, else why this run ended."""
     return reason if ledger.status == "interrupted" else ledger.status
 
 
 @dataclass
 class Watched:
-    """The ledger, and somebody who is told of every event once it is kept; `planned` counts what it was handed."""
+    """The ledger, and a `watch` called with every event once it is written; `planned` counts the events handed over."""
 
     ledger: Ledger
     planned: int
     watch: Callable[[Event], None] = lambda _event: None
 
     def append(self, event: Event) -> None:
-        """Keep the event, then tell of it."""
+        """Write the event, then call `watch`."""
         with self.ledger.shield():
             self.ledger.append(event)
             self.planned += 1

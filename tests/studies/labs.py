@@ -11,7 +11,7 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Reply, Request
 from palpate.studies.sessions import session
 from palpate.studies.sessions.interrupts import Interrupted
-from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.ledger import open_for_append
 from palpate.studies.sessions.record import Record, read
 from palpate.studies.sessions.rig import Rig, RigPlan
 from palpate.studies.sessions.session_files import ledger_path
@@ -51,7 +51,7 @@ class Lab:
         plan = self.plan(participant)
         path = ledger_path(self.path, "toy", participant)
         session.create(path, whole.header, {"at": "2026-01-01T00:00:00+00:00"})
-        ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
+        ledger = open_for_append(path, {"at": "2026-01-01T00:00:00+00:00"})
         assert plan.digest == whole.header["plan"]
         for event in whole.events[1:events]:
             ledger.append(event)

@@ -287,13 +287,13 @@ def test_a_study_that_changed_is_not_run_with_the_next_participant_unless_that_i
 
 
 def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tmp_path):
-    from palpate.studies.sessions.ledger import take_up
+    from palpate.studies.sessions.ledger import open_for_append
     from palpate.studies.sessions.session import create, header_of
 
     lab = Lab(tmp_path)
     path = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     create(path, header_of(lab.plan(), lab.rig), {"at": "2026-01-01T00:00:00+00:00"})
-    ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
+    ledger = open_for_append(path, {"at": "2026-01-01T00:00:00+00:00"})
     alone = tmp_path / "alone" / "sessions" / path.name
     alone.parent.mkdir(parents=True)
     shutil.copy(path, alone)

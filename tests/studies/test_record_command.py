@@ -11,7 +11,7 @@ from click.exceptions import Exit
 from palpate.command_line import _status
 from palpate.devices.rig.file import rig_path
 from palpate.studies.commands_sessions import recorded, report
-from palpate.studies.sessions.session import Sat
+from palpate.studies.sessions.session import SessionResult
 from tests.analysis.streams.ledgers import Written
 
 STUDY = """study: quick
@@ -180,7 +180,7 @@ def test_a_recording_that_was_repeated_or_faulted_is_not_told(tmp_path):
 
 
 def test_the_way_to_go_on_names_the_rig_file_that_was_named(capsys):
-    sat = Sat(Path("lab/sessions/quick_P001_s1.sqlite"), "interrupted", 7, "interrupted by QUIT")
+    sat = SessionResult(Path("lab/sessions/quick_P001_s1.sqlite"), "interrupted", 7, "interrupted by QUIT")
     with pytest.raises(Exit) as caught:
         report([sat], False, "quick", Path("my rigs/a.yaml"))
     assert caught.value.exit_code == 1

@@ -18,7 +18,7 @@ from palpate.protocols.forms import LabForms
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
 
 RECORDED = Path(__file__).parents[2] / "recorded"
@@ -57,7 +57,7 @@ def rewritten(source, to, change=lambda kind, body: body, header=None, upto=None
     forms = LabForms.from_definition(told["lab_forms"]) if "lab_forms" in told else None
     plan = compile_plan(Study.model_validate(told["study"]), who, told["seed"], forms)
     create(to, {**told, "plan": plan.digest}, AT)
-    ledger = take_up(to, AT)
+    ledger = open_for_append(to, AT)
     try:
         for event in record.events[1:upto]:
             ledger.append(replace(event, body=canonical(change(event.kind, event.value))))

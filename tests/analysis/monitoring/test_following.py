@@ -7,7 +7,7 @@ import pytest
 
 from palpate.analysis.monitoring import following
 from palpate.analysis.monitoring.following import catch_up, follow
-from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.ledger import open_for_append
 from palpate.studies.sessions.ledger_state import file_state, held
 from palpate.studies.sessions.record import LedgerError, read
 from palpate.studies.sessions.session_files import ledger_path
@@ -25,7 +25,7 @@ def growing(lab, first):
     """A ledger of `first` events, open for writing, and the events still to come."""
     path = lab.cut(first)
     whole = read(ledger_path(lab.path / "whole", "toy", "P001"))
-    return path, take_up(path, AT), whole.events[first:]
+    return path, open_for_append(path, AT), whole.events[first:]
 
 
 def no_second_reading(monkeypatch):
@@ -99,12 +99,12 @@ def test_another_session_in_the_files_place_is_read_whole(lab):
 def test_a_ledger_is_held_while_a_process_has_it_and_trying_that_lock_takes_it_from_nobody(lab):
     path = lab.cut(5)
     assert not held(path)
-    ledger = take_up(path, AT)
+    ledger = open_for_append(path, AT)
     assert held(path)
     assert held(path)
     ledger.close({**AT, "because": "interrupted"})
     assert not held(path)
-    take_up(path, AT).close({**AT, "because": "interrupted"})
+    open_for_append(path, AT).close({**AT, "because": "interrupted"})
 
 
 def test_a_commit_to_the_write_ahead_log_alone_changes_the_files_state(lab):

@@ -19,7 +19,7 @@ from palpate.protocols.requests import Fault, Present
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.sessions import session
-from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.ledger import open_for_append
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.rig import Rig, RigPlan
 from palpate.studies.sessions.session_files import ledger_path
@@ -45,7 +45,7 @@ def test_each_way_a_session_can_stand_is_told_apart(lab):
     run(lab, "P002", stop_before=3)
     run(lab, "P003", asides=[(2, {"do": "abort", "text": "unwell"})])
     cut = lab.cut(20, "P004")
-    ledger = take_up(cut, AT)
+    ledger = open_for_append(cut, AT)
     found = {who: (each.status, each.trials_done, each.trials_planned) for who, each in seen(lab).items()}
     ledger.close({**AT, "because": "interrupted"})
     assert found == {
@@ -59,7 +59,7 @@ def test_each_way_a_session_can_stand_is_told_apart(lab):
 def test_who_did_not_consent_declined(lab):
     path = ledger_path(lab.path, "toy", "P002")
     session.create(path, session.header_of(toy_plan("P002"), lab.rig), AT)
-    ledger = take_up(path, AT)
+    ledger = open_for_append(path, AT)
     ledger.append(Event(1, 5, "session_ended", canonical({"trials": 4, "as": "declined"})))
     ledger.close({**AT, "because": "declined"})
     assert seen(lab)["P002"].status == "declined"
@@ -181,7 +181,7 @@ def test_bad_ledgers_are_named_with_their_reason_and_the_rest_goes_on(lab):
 def test_a_session_whose_trials_are_not_those_of_its_plan_is_refused(lab):
     path = ledger_path(lab.path, "toy", "P002")
     session.create(path, session.header_of(toy_plan("P002"), lab.rig), AT)
-    ledger = take_up(path, AT)
+    ledger = open_for_append(path, AT)
     ledger.append(Event(1, 5, "trial_started", canonical({"stimulus": "Z", "block": "main"}), 1, 1))
     ledger.close({**AT, "because": "interrupted"})
     [refused] = Watch(lab.path).look().refused
@@ -246,7 +246,7 @@ def test_a_lab_without_sessions_is_shown_empty(tmp_path):
 def test_an_answer_off_the_scale_refuses_its_session_and_no_other(lab):
     whole = read(run(Lab(lab.path / "whole"), "P001", change=straight(7.0)))
     session.create(path := ledger_path(lab.path, "toy", "P001"), whole.header, AT)
-    ledger = take_up(path, AT)
+    ledger = open_for_append(path, AT)
     for event in whole.events[1:]:  # Nobody writes such a ledger, but its hashes would be good.
         ledger.append(replace(event, body=event.body.replace(b"7.0", b"99.0")))
     ledger.close(AT)

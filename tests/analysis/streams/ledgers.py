@@ -10,7 +10,7 @@ import numpy as np
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import NS, Event
 from palpate.protocols.requests import Samples
-from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
 
 RECORDED = Path(__file__).parents[2] / "recorded" / "ten"
@@ -64,7 +64,7 @@ class Written:
     def record(self):
         header = read(DOOR).header
         create(self.path, header, {"at": "2026-01-01T00:00:00+00:00"})
-        ledger = take_up(self.path, {"at": "2026-01-01T00:00:00+00:00"})
+        ledger = open_for_append(self.path, {"at": "2026-01-01T00:00:00+00:00"})
         try:
             for event in self.events:
                 ledger.append(event)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
 from tests.analysis.streams.ledgers import DOOR, Written, block, told
 from tests.modeling.textures.made_textures import vibration
@@ -62,7 +62,7 @@ def session(lab, participant, captures, rig=None):
     header = {**header, **({"rig": rig} if rig else {})}
     header = {**header, "participant": participant, "study": {**header["study"], "stimuli": stimuli}}
     create(path, header, {"at": "2026-01-01T00:00:00+00:00"})
-    ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
+    ledger = open_for_append(path, {"at": "2026-01-01T00:00:00+00:00"})
     try:
         for event in written.events:
             ledger.append(event)

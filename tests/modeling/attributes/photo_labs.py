@@ -7,7 +7,7 @@ import hashlib
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.session import start
 from palpate.studies.simulation.rig import simulated
@@ -40,7 +40,7 @@ class Photos(Written):
         ]
         study = {**header["study"], "study": "texture_photos", "stimuli": stimuli}
         create(self.path, {**header, "participant": participant, "rig": rig or LIVE, "study": study}, AT)
-        ledger = take_up(self.path, AT)
+        ledger = open_for_append(self.path, AT)
         try:
             for event in self.events:
                 ledger.append(event)

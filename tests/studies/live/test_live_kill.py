@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.ledger import open_for_append
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session import create, resume
@@ -55,7 +55,7 @@ def test_a_live_session_cut_at_any_event_goes_on(tmp_path, events):
     whole = read(ledger(tmp_path / "whole"))
     path, at = ledger(tmp_path), {"at": "2026-01-01T00:00:00+00:00"}
     create(path, whole.header, at)
-    cut = take_up(path, at)
+    cut = open_for_append(path, at)
     for event in whole.events[1:events]:
         cut.append(event)
     cut.close(at)

@@ -20,8 +20,8 @@ from palpate.studies.catalogue import SHIPPED, Found, read_study
 from palpate.studies.console.headless import Windowless, asks_anything
 from palpate.studies.launching.changes import ScreenChanged
 from palpate.studies.live.hardware import twin_station as station
-from palpate.studies.live.opening import live_plan, plan_to_go_on, window_of
-from palpate.studies.live.options import LiveOptions, to_go_on, to_start
+from palpate.studies.live.opening import live_plan, resumed_live_plan, window_of
+from palpate.studies.live.options import LiveOptions, resume_options, start_options
 from palpate.studies.live.world import Mounted, Station, TwinInRealTime
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.rig import RigError
@@ -76,21 +76,21 @@ def header(**changes):
 
 
 def test_a_session_goes_on_with_its_stand_ins_and_its_language(tmp_path):
-    plan, accepted = plan_to_go_on(DOORS, calibrated(tmp_path), LiveOptions(), header())
+    plan, accepted = resumed_live_plan(DOORS, calibrated(tmp_path), LiveOptions(), header())
     assert plan.description["twins"] == ["door"] and plan.description["language"] == "ko" and accepted is None
 
 
 def test_a_session_goes_on_at_another_screen_only_where_that_is_accepted(tmp_path):
     other = header(calibration={**SCREEN.definition(), "size_px": [1280, 1024]})
     with pytest.raises(ScreenChanged):
-        plan_to_go_on(DOORS, calibrated(tmp_path), LiveOptions(), other)
-    _, accepted = plan_to_go_on(DOORS, tmp_path, LiveOptions(accept_change=True), other)
+        resumed_live_plan(DOORS, calibrated(tmp_path), LiveOptions(), other)
+    _, accepted = resumed_live_plan(DOORS, tmp_path, LiveOptions(accept_change=True), other)
     assert accepted["calibration_before"]["size_px"] == [1280, 1024]
 
 
 def test_a_rehearsal_is_not_gone_on_with(tmp_path):
     with pytest.raises(RigError, match="rehearse again"):
-        plan_to_go_on(DOORS, tmp_path, LiveOptions(), header(rig={"kind": "rehearsal"}))
+        resumed_live_plan(DOORS, tmp_path, LiveOptions(), header(rig={"kind": "rehearsal"}))
 
 
 def test_samples_are_mounted_by_hand_and_devices_present_what_is_theirs(tmp_path):
@@ -209,7 +209,7 @@ def test_a_question_without_a_window_is_refused():
         Windowless().perform(Ask(trial.form, trial), None, lambda: 0)
 
 
-def options_given(*arguments, decorate=to_start):
+def options_given(*arguments, decorate=start_options):
     given = []
 
     @click.command()
@@ -228,13 +228,13 @@ def test_options_come_as_one():
         twins=True, windowed=(1280, 720), language="ko", as_json=True
     )
     assert options_given("--rehearse", "--no-window", "--pace", "0").pace_s == 0
-    assert options_given("--accept-change", decorate=to_go_on).accept_change
+    assert options_given("--accept-change", decorate=resume_options).accept_change
 
 
 def test_options_that_mean_nothing_are_refused():
     assert "goes with --rehearse" in options_given("--no-window")
     assert "as 1280x720" in options_given("--windowed", "big")
-    assert "No such option" in options_given("--rehearse", decorate=to_go_on)
+    assert "No such option" in options_given("--rehearse", decorate=resume_options)
 
 
 def test_a_study_that_renders_textures_needs_a_rig_or_stand_ins(tmp_path):

@@ -26,7 +26,7 @@ from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, Found, read_study
 from palpate.studies.live import opening as live_rig
 from palpate.studies.live.hardware import hardware_for
-from palpate.studies.live.opening import live_plan, plan_to_go_on
+from palpate.studies.live.opening import live_plan, resumed_live_plan
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.live.world import Station
 from palpate.studies.sessions.interrupts import Interrupted
@@ -142,7 +142,7 @@ def test_a_session_that_is_quit_while_a_door_is_felt_leaves_it_safe_and_goes_on(
     sat = begun(found, lab)
     assert not sat.complete and not list(children())
     rooms["meanwhile"] = lambda _page, _looks: None
-    rig, accepted = plan_to_go_on(found, lab, LiveOptions(), read(sat.path).header)
+    rig, accepted = resumed_live_plan(found, lab, LiveOptions(), read(sat.path).header)
     assert accepted is None and resume(sat.path, rig).complete
     record = read(sat.path)
     assert ends(record)[-1] == "answered"
@@ -259,7 +259,7 @@ def test_a_recording_that_is_interrupted_is_made_again(lab, rooms):
     sat = begun(found, lab)
     assert not sat.complete and kinds(read(sat.path))[-1] == "samples"
     rooms["meanwhile"] = lambda _page, _looks: None
-    rig, _ = plan_to_go_on(found, lab, LiveOptions(), read(sat.path).header)
+    rig, _ = resumed_live_plan(found, lab, LiveOptions(), read(sat.path).header)
     assert resume(sat.path, rig).complete
     record = read(sat.path)
     assert ends(record) == ["faulted", "captured"]
@@ -298,12 +298,12 @@ def test_noise_masks_and_other_settings_are_refused_when_going_on(lab, rooms):
     path = rig_path(lab)
     path.write_text(TWINS.replace("masking_noise, driver: twin", "masking_noise, driver: twin, level_dbfs: -40"))
     with pytest.raises(ValueError, match=r"the rig has changed .*level_dbfs.*--accept-change"):
-        plan_to_go_on(found, lab, LiveOptions(), header)
-    _, accepted = plan_to_go_on(found, lab, LiveOptions(accept_change=True), header)
+        resumed_live_plan(found, lab, LiveOptions(), header)
+    _, accepted = resumed_live_plan(found, lab, LiveOptions(accept_change=True), header)
     assert "level_dbfs" in accepted["devices_changed"]
     path.unlink()
     with pytest.raises(ValueError, match="no rig file"):
-        plan_to_go_on(found, lab, LiveOptions(), header)
+        resumed_live_plan(found, lab, LiveOptions(), header)
 
 
 @pytest.mark.needs("serial")
@@ -328,7 +328,7 @@ def test_noise_that_nobody_measured_or_that_is_too_loud_for_the_study_is_refused
 
 def test_a_rig_of_twins_is_no_stand_in_of_this_process(lab, rooms):
     header = {"rig": {"kind": "live", "twins": ["door"], "settings": {}, "language": "en"}, "calibration": None}
-    rig, _ = plan_to_go_on(doors(1), lab, LiveOptions(accept_change=True), header)
+    rig, _ = resumed_live_plan(doors(1), lab, LiveOptions(accept_change=True), header)
     assert "settings" in rig.description
     with_twins = replace(LiveOptions(), twins=True)
     assert "settings" not in live_plan(doors(1), lab, with_twins).description
@@ -384,7 +384,7 @@ def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, roo
 
     firmware(later)
     rooms["meanwhile"] = lambda _page, _looks: None
-    rig, accepted = plan_to_go_on(found, lab, LiveOptions(), kept.header)
+    rig, accepted = resumed_live_plan(found, lab, LiveOptions(), kept.header)
     assert accepted is None and resume(path, rig).complete
     record = read(path)
     assert record.events[: len(kept.events)] == kept.events and ends(record)[0] == "faulted"
@@ -405,7 +405,7 @@ def test_a_live_session_begun_with_a_door_that_follows_is_not_resumed_with_one_t
     path = begun(found, lab).path
     events = read(path).events
     firmware(1)
-    rig, _ = plan_to_go_on(found, lab, LiveOptions(), read(path).header)
+    rig, _ = resumed_live_plan(found, lab, LiveOptions(), read(path).header)
     with pytest.raises(DeviceError, match="firmware 1 cannot change the door"):
         resume(path, rig)
     assert read(path).events == events and not read(path).ended and not list(children())
@@ -434,7 +434,7 @@ def test_a_texture_session_taken_up_while_an_answer_is_asked_for_is_answered_wit
         first.setattr(Room, "perform", quits)
         assert not begun(found, lab).complete
     path = next((lab / "sessions").glob("*.sqlite"))
-    rig, _ = plan_to_go_on(found, lab, LiveOptions(), read(path).header)
+    rig, _ = resumed_live_plan(found, lab, LiveOptions(), read(path).header)
     assert resume(path, rig).complete
     presented, answered = (e.value["rendered"] for e in read(path).events if "rendered" in e.value)
     assert {name: answered[name] for name in ("model", "weights_sha256", "seed")} == {

@@ -17,7 +17,7 @@ from palpate.protocols.study import Study
 from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.people import add
 from palpate.studies.participants.registry import Registry, open_registry
-from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.session_files import ledger_path
 from tests.protocols.studies_for_tests import toy
 from tests.studies.labs import HEADER
@@ -71,7 +71,7 @@ def sat(
     }  # fmt: skip
     path = ledger_path(lab, study, participant, number)
     create(path, header, {"at": at})
-    ledger = take_up(path, {"at": at})
+    ledger = open_for_append(path, {"at": at})
     if answers is not None:
         ask = {"do": "ask", "form": "demographics", "items": sorted(answers), "back": False, "previous": None}
         ledger.append(Event(1, 1, "request", canonical(ask)))

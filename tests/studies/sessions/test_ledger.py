@@ -11,7 +11,7 @@ from sqlalchemy.exc import OperationalError
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.requests import Samples
-from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.ledger_schema import FORMAT
 from palpate.studies.sessions.record import LedgerError, read
 from tests.studies.labs import HEADER
@@ -24,7 +24,7 @@ BLOCK = Samples("door", ("angle", "force"), ("deg", "N"), 100.0, 5, bytes(range(
 def made(tmp_path, events=3):
     path = tmp_path / "s.sqlite"
     create(path, HEADER, SITTING)
-    ledger = take_up(path, SITTING)
+    ledger = open_for_append(path, SITTING)
     for seq in range(1, events):
         ledger.append(
             Event(
@@ -62,7 +62,7 @@ def test_every_event_is_durable_when_append_returns(tmp_path):
     """Another connection sees the event at once, and the file is written through: WAL, synchronous FULL."""
     path = tmp_path / "s.sqlite"
     create(path, HEADER, SITTING)
-    ledger = take_up(path, SITTING)
+    ledger = open_for_append(path, SITTING)
     for seq in range(1, 5):
         ledger.append(Event(seq, seq, "experimenter", NOTE))
         assert len(read(path).events) == seq + 1
@@ -93,15 +93,15 @@ def test_a_file_system_without_hard_links_is_no_obstacle(tmp_path, monkeypatch):
 
 def test_only_one_process_writes(tmp_path):
     path = made(tmp_path)
-    ledger = take_up(path, SITTING)
+    ledger = open_for_append(path, SITTING)
     with pytest.raises(LedgerError, match="another process is running this session"):
-        take_up(path, SITTING)
+        open_for_append(path, SITTING)
     ledger.close(SITTING)
-    take_up(path, SITTING).close(SITTING)
+    open_for_append(path, SITTING).close(SITTING)
 
 
 def test_an_event_out_of_turn_is_refused(tmp_path):
-    ledger = take_up(made(tmp_path), SITTING)
+    ledger = open_for_append(made(tmp_path), SITTING)
     with pytest.raises(LedgerError, match="event 7 offered, event 3 is next"):
         ledger.append(Event(7, 0, "experimenter", NOTE))
     ledger.close(SITTING)
@@ -109,7 +109,7 @@ def test_an_event_out_of_turn_is_refused(tmp_path):
 
 def test_a_full_disk_is_said_and_what_was_kept_stays(tmp_path):
     path = made(tmp_path)
-    ledger = take_up(path, SITTING)
+    ledger = open_for_append(path, SITTING)
     ledger.connection.exec_driver_sql("pragma max_page_count=1")
     ledger.connection.commit()
     big = Samples("door", ("angle",), ("deg",), 1.0, 0, bytes(400_000))
@@ -165,7 +165,7 @@ def test_a_changed_file_is_refused_with_its_reason(tmp_path, statement, said):
         read(path)
     assert str(path) in str(caught.value)
     with pytest.raises(LedgerError, match=said):
-        take_up(path, SITTING)
+        open_for_append(path, SITTING)
 
 
 def test_events_rewritten_with_a_good_chain_do_not_match_the_sittings(tmp_path):
@@ -224,7 +224,7 @@ def test_what_is_no_ledger_is_refused(tmp_path, content, said):
     with pytest.raises(LedgerError, match=said):
         read(path)
     with pytest.raises(LedgerError, match=said):
-        take_up(path, SITTING)
+        open_for_append(path, SITTING)
 
 
 def test_another_sqlite_file_is_refused(tmp_path):
@@ -253,7 +253,7 @@ def test_a_write_that_a_crash_left_in_a_rollback_journal_is_undone(tmp_path):
     writer.close()
     assert crashed.read_bytes() != path.read_bytes()
     assert read(crashed).events == before.events
-    take_up(crashed, SITTING).close(SITTING)
+    open_for_append(crashed, SITTING).close(SITTING)
 
 
 def test_a_running_session_can_be_read_at_any_moment(tmp_path):
@@ -262,7 +262,7 @@ def test_a_running_session_can_be_read_at_any_moment(tmp_path):
     done = threading.Event()
 
     def write():
-        ledger = take_up(path, SITTING)
+        ledger = open_for_append(path, SITTING)
         for seq in range(1, 600):
             ledger.append(Event(seq, seq, "experimenter", NOTE, samples=(BLOCK, BLOCK)))
         ledger.close(SITTING)
@@ -288,7 +288,7 @@ def test_a_file_that_something_else_wrote_to_is_refused(tmp_path):
 def test_time_that_runs_backwards_is_refused(tmp_path):
     path = tmp_path / "s.sqlite"
     create(path, HEADER, SITTING)
-    ledger = take_up(path, SITTING)
+    ledger = open_for_append(path, SITTING)
     ledger.append(Event(1, 50, "experimenter", NOTE))
     ledger.append(Event(2, 49, "experimenter", NOTE))
     ledger.close(SITTING)
@@ -299,7 +299,7 @@ def test_time_that_runs_backwards_is_refused(tmp_path):
 def test_a_crashed_ledger_without_its_wal_file_is_known(tmp_path):
     path = tmp_path / "s.sqlite"
     create(path, HEADER, SITTING)
-    ledger = take_up(path, SITTING)
+    ledger = open_for_append(path, SITTING)
     ledger.append(Event(1, 1, "experimenter", NOTE))
     alone = tmp_path / "alone.sqlite"
     shutil.copy(path, alone)
@@ -307,7 +307,7 @@ def test_a_crashed_ledger_without_its_wal_file_is_known(tmp_path):
     assert not read(path).lacks_wal
     ledger.close(SITTING)
     assert not read(path).lacks_wal
-    again = take_up(path, SITTING)
+    again = open_for_append(path, SITTING)
     shutil.copy(path, alone)
     assert read(alone).lacks_wal and read(alone).sittings[-1].kind == "opened"
     again.close(SITTING)
@@ -343,7 +343,7 @@ def test_a_log_that_a_lost_ledger_left_is_not_taken_over(tmp_path):
 
 def test_a_reader_at_the_last_instant_does_not_keep_the_log_alive(tmp_path):
     path = made(tmp_path)
-    ledger = take_up(path, SITTING)
+    ledger = open_for_append(path, SITTING)
     ledger.append(Event(3, 3000, "experimenter", canonical({"do": "note", "n": 3})))
     reading = threading.Event()
 

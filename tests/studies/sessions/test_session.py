@@ -168,14 +168,14 @@ def test_without_a_device_nothing_can_be_sensed(lab):
 def test_the_error_that_ended_a_session_is_the_one_reported(lab, monkeypatch):
     from palpate.studies.sessions.ledger import Ledger
 
-    sit = Ledger.sit
+    sit = Ledger.record_sitting
 
     def full(self, kind, body):
         if kind == "closed":
             raise LedgerError("the note could not be kept")
         sit(self, kind, body)
 
-    monkeypatch.setattr(Ledger, "sit", full)
+    monkeypatch.setattr(Ledger, "record_sitting", full)
     with pytest.raises(RuntimeError, match="the motor stalled"):
         lab.start(rig=stopping(lab.rig, 3, error=lambda: RuntimeError("the motor stalled")))
     monkeypatch.undo()
@@ -201,10 +201,10 @@ def test_a_header_that_declares_nothing_is_refused(lab):
 
 
 def test_events_after_the_end_are_noticed(lab):
-    from palpate.studies.sessions.ledger import take_up
+    from palpate.studies.sessions.ledger import open_for_append
 
     path = lab.start()
-    ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
+    ledger = open_for_append(path, {"at": "2026-01-01T00:00:00+00:00"})
     last = ledger.record.events[-1]
     ledger.append(Event(last.seq + 1, last.t_ns, "experimenter", b'{"do":"note"}'))
     ledger.close({"at": "2026-01-01T00:00:00+00:00"})

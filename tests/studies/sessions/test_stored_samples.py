@@ -10,7 +10,7 @@ import pytest
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event
 from palpate.protocols.requests import Samples
-from palpate.studies.sessions.ledger import create, take_up
+from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import SMALL_BYTES, SamplesGone, StoredSamples, read
 from palpate.studies.sessions.tables import tables
 from tests.studies.labs import HEADER
@@ -27,7 +27,7 @@ def block(number, count=20_000):
 
 def ledger(path, blocks, header=None):
     create(path, header or HEADER, AT)
-    kept = take_up(path, AT)
+    kept = open_for_append(path, AT)
     for number, each in enumerate(blocks, start=1):
         kept.append(Event(number, number, "experimenter", canonical({"do": "note"}), samples=(each,)))
     kept.close(AT)

@@ -6,7 +6,7 @@ from palpate.protocols.requests import Ask, Present, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.worlds import Recorded
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.sessions.ledger import take_up
+from palpate.studies.sessions.ledger import open_for_append
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import recompiled, replay
 from palpate.studies.sessions.session_files import ledger_path
@@ -39,7 +39,7 @@ class Stops:
 
 def fast_forward(path, folder):
     """Let a simulated participant go on with the session, up to its last trial."""
-    ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
+    ledger = open_for_append(path, {"at": "2026-01-01T00:00:00+00:00"})
     plan, events = recompiled(ledger.record), ledger.record.events
     last = plan.trials[-1].number
     world = simulated(plan.study, folder).open(plan, events[-1].t_ns).world
