@@ -16,9 +16,9 @@ import torch
 from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor, nn
 
-from palpate.modeling.doors.components import Components, components_of
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forward_network import FeltThrough
+from palpate.modeling.doors.linear import Components, components_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
 from palpate.modeling.files.exported import Exported

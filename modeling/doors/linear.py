@@ -4,16 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from palpate.modeling.doors.preparing import inner_folds
+from palpate.modeling.columns import standard_of
+from palpate.modeling.doors.featured import Featured, featured
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import (
+    PLAYABLE,
+    Rows,
+    checked_forces,
+    checked_wishes,
+    inner_folds,
+    on_one_thread,
+    rows_of,
+)
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.linear_path import PENALTIES, Path, inner_errors, path_of
 from palpate.signals.arrays import Array, Indices
+from palpate.signals.doors.grid import POINTS
+from palpate.signals.doors.limits import bounded_profiles
 from palpate.signals.models.card import Dense
 
-__all__ = ["PENALTIES", "Linear", "Path", "best_penalty", "path_of"]
+NEGLIGIBLE = 1e-9
+"""A component whose singular value is below this share of the greatest force is rounding."""
+
+
+@dataclass(frozen=True)
+class Components:
+    """`directions` (k, points), orthonormal, the one of greatest variance first, around `mean` (points,)."""
+
+    mean: Array
+    directions: Array
+
+    def codes(self, x: Array) -> Array:
+        """(n, points) to (n, k)."""
+        return (x - self.mean) @ self.directions.T
+
+
+def components_of(x: Array, most: int) -> Components:
+    """The first components of the rows (n, points), at most `most`; fewer where there are fewer, none of equal rows.
+
+    Source: Jolliffe 2002, by singular value decomposition.
+    """
+    mean = x.mean(axis=0)
+    _, singular, right = np.linalg.svd(x - mean, full_matrices=False)
+    real = int(np.sum(singular > NEGLIGIBLE * float(np.abs(x).max())))
+    return Components(mean, right[: min(most, real)])
 
 
 @dataclass(frozen=True)
@@ -37,3 +75,157 @@ def best_penalty(x: Array, y: Array, group: Indices) -> float:
     """The penalty of least squared error, all outputs together, over inner folds that keep groups together."""
     total = inner_errors(x, y, inner_folds(group)).sum(axis=1)
     return float(PENALTIES[np.argmin(total)])
+
+
+def fit_mean(learning: Learning) -> Linear:
+    """The mean rating of each attribute over the measured stimuli of the training side."""
+    mean = rows_of(learning).rating.mean(axis=0)
+    return Linear(np.zeros((len(mean), POINTS)), mean, checked_forces)
+
+
+MEAN = Method("mean", "Mean of the training set", fit_mean, source="the reference of R2, thesis equation 5.7")
+
+
+@dataclass(frozen=True)
+class Ridge:
+    """y = weight z + bias over the standardised features z; `penalty` is the one that was chosen."""
+
+    front: Featured
+    weight: Array
+    bias: Array
+    penalty: float
+
+    def predict(self, given: Array) -> Array:
+        """(n, 621) newtons to (n, attributes) on 0..100, not clipped."""
+        return self.front(given) @ self.weight.T + self.bias
+
+    def exported(self) -> Exported:
+        """Features, standardising, one dense step."""
+        steps = (*self.front.steps, Dense(weight="weight", bias="bias"))
+        return Exported(steps, {**self.front.tensors, "weight": self.weight, "bias": self.bias})
+
+
+@on_one_thread
+def fit_ridge(learning: Learning) -> Ridge:
+    """The penalty is that of least squared error over inner folds grouped by source."""
+    rows = rows_of(learning, least=2)
+    front, z = featured(rows)
+    penalty = best_penalty(z, rows.rating, rows.group)
+    path = path_of(z, rows.rating)
+    weights = path.weights(penalty)
+    learning.report(f"ridge: penalty {penalty:.3g}")
+    return Ridge(front, weights.T, path.y_mean - path.x_mean @ weights, penalty)
+
+
+RIDGE = Method(
+    "ridge", "Ridge on engineered features", fit_ridge, source="Hoerl and Kennard 1970; features of thesis 5.3.4.1"
+)
+
+FORWARD_COMPONENTS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40)
+
+
+@on_one_thread
+def fit_pca_ridge(learning: Learning) -> Linear:
+    """The number of components and the penalty are those of least squared error over inner folds grouped by source."""
+    rows = rows_of(learning, "train", least=2)
+    count, penalty = _choose_penalty(rows)
+    learning.report(f"pca_ridge: {count} components, penalty {penalty:.3g}")
+    found = components_of(rows.force_N, count)
+    codes = found.codes(rows.force_N)
+    path = path_of(codes / _size(codes), rows.rating)
+    weight = path.weights(penalty).T @ found.directions / _size(codes)
+    return Linear(weight, path.y_mean - weight @ found.mean, checked_forces)
+
+
+def _choose_penalty(rows: Rows) -> tuple[int, float]:
+    total = np.sum([_rating_errors(rows, train, test) for train, test in inner_folds(rows.group)], axis=0)
+    place, penalty = np.unravel_index(int(np.argmin(total)), total.shape)
+    return FORWARD_COMPONENTS[place], float(PENALTIES[penalty])
+
+
+def _rating_errors(rows: Rows, train: Indices, test: Indices) -> Array:
+    """(components, penalties) sums of squared errors in one inner fold.
+
+    The codes of different components do not correlate, so a component's weight is the same whichever others are there:
+    the answers of k components are a running sum.
+    """
+    found = components_of(rows.force_N[train], max(FORWARD_COMPONENTS))
+    codes, asked = found.codes(rows.force_N[train]), found.codes(rows.force_N[test])
+    path = path_of(codes / _size(codes), rows.rating[train])
+    errors = np.empty((len(FORWARD_COMPONENTS), len(PENALTIES)))
+    for place, penalty in enumerate(PENALTIES):
+        terms = (asked / _size(codes))[:, :, None] * path.weights(penalty)
+        answers = np.concatenate([np.zeros_like(terms[:, :1]), np.cumsum(terms, axis=1)], axis=1)
+        there = [min(count, terms.shape[1]) for count in FORWARD_COMPONENTS]
+        errors[:, place] = np.sum((path.y_mean + answers[:, there] - rows.rating[test][:, None]) ** 2, axis=(0, 2))
+    return errors
+
+
+def _size(codes: Array) -> float:
+    """The SD of the first component: in its multiples a penalty means the same whatever forces are measured in."""
+    return float(codes[:, 0].std()) if codes.shape[1] else 1.0
+
+
+PCA_RIDGE = Method(
+    "pca_ridge", "Ridge on principal components of the profile", fit_pca_ridge, source="Hastie et al. 2009, 3.5"
+)
+
+INVERSE_COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)
+
+
+@dataclass(frozen=True)
+class Regressed:
+    """A linear model from ratings to newtons, within the limits of what may be played."""
+
+    linear: Linear
+
+    def predict(self, given: Array) -> Array:
+        """(n, attributes) on 0..100 to (n, 621) newtons within the limits."""
+        return bounded_profiles(self.linear.predict(given))
+
+    def exported(self) -> Exported:
+        """One dense step, then the limits."""
+        dense = self.linear.exported()
+        return Exported((*dense.steps, PLAYABLE), dense.tensors)
+
+
+@on_one_thread
+def fit_pca_regression(learning: Learning) -> Regressed:
+    """The number of components and the penalty are those of least squared waveform error over inner grouped folds."""
+    rows = rows_of(learning, least=2)
+    standard = standard_of(rows.rating)
+    z = standard(rows.rating)
+    count, penalty = _choose_waveform_penalty(z, rows)
+    learning.report(f"pca_regression: {count} components, penalty {penalty:.3g}")
+    found = components_of(rows.force_N, count)
+    weight = (path_of(z, found.codes(rows.force_N)).weights(penalty) @ found.directions).T
+    check = partial(checked_wishes, attributes=rows.rating.shape[1])
+    linear = Linear(weight * standard.gain, found.mean + weight @ standard.offset, check)
+    return Regressed(linear)
+
+
+def _choose_waveform_penalty(z: Array, rows: Rows) -> tuple[int, float]:
+    total = np.sum([_waveform_errors(z, rows.force_N, train, test) for train, test in inner_folds(rows.group)], axis=0)
+    place, penalty = np.unravel_index(int(np.argmin(total)), total.shape)
+    return INVERSE_COMPONENTS[place], float(PENALTIES[penalty])
+
+
+def _waveform_errors(z: Array, force_N: Array, train: Indices, test: Indices) -> Array:
+    """(components, penalties) sums of squared errors of the waveform in one inner fold, less one constant.
+
+    Directions are orthonormal, so the error of k components is that of the mean less what each of the k gains.
+    """
+    found = components_of(force_N[train], max(INVERSE_COMPONENTS))
+    path = path_of(z[train], found.codes(force_N[train]))
+    truth = found.codes(force_N[test])
+    answers = np.array([path.answers(z[test], path.weights(one)) for one in PENALTIES])
+    gained = np.sum(truth**2 - (answers - truth) ** 2, axis=1)
+    return np.array([-gained[:, :count].sum(axis=1) for count in INVERSE_COMPONENTS])
+
+
+PCA_REGRESSION = Method(
+    "pca_regression",
+    "Ridge from ratings to principal components of the profile",
+    fit_pca_regression,
+    source="Jolliffe 2002, chapter 8",
+)

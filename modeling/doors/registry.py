@@ -14,10 +14,10 @@ Direction = Literal["forward", "inverse"]
 
 FORWARD: Mapping[str, Method] = Registry(
     {
-        "mean": "palpate.modeling.doors.constant:MEAN",
-        "ridge": "palpate.modeling.doors.ridge:RIDGE",
+        "mean": "palpate.modeling.doors.linear:MEAN",
+        "ridge": "palpate.modeling.doors.linear:RIDGE",
         "forest": "palpate.modeling.doors.forest:FOREST",
-        "pca_ridge": "palpate.modeling.doors.pca_ridge:PCA_RIDGE",
+        "pca_ridge": "palpate.modeling.doors.linear:PCA_RIDGE",
         "gaussian_process": "palpate.modeling.doors.gaussian_process:GAUSSIAN_PROCESS",
         "mlp": "palpate.modeling.doors.mlp:MLP",
         "network": "palpate.modeling.doors.forward_network:NETWORK",
@@ -27,7 +27,7 @@ FORWARD: Mapping[str, Method] = Registry(
 INVERSE: Mapping[str, Method] = Registry(
     {
         "nearest": "palpate.modeling.doors.nearest:NEAREST",
-        "pca_regression": "palpate.modeling.doors.pca_regression:PCA_REGRESSION",
+        "pca_regression": "palpate.modeling.doors.linear:PCA_REGRESSION",
         "search": "palpate.modeling.doors.gradient_search:SEARCH",
         "network": "palpate.modeling.doors.inverse_network:INVERSE_NETWORK",
         "generator": "palpate.modeling.doors.generator:GENERATOR",

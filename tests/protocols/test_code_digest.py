@@ -137,7 +137,7 @@ def test_a_partial_is_of_the_module_of_its_function():
                 "palpate.signals.doors.features",
                 "palpate.signals.doors.limits",
                 "palpate.signals.models.file",
-                "palpate.modeling.doors.ridge",
+                "palpate.modeling.doors.linear",
                 "palpate.modeling.training.loop",
                 "palpate.analysis.statistics",
             },

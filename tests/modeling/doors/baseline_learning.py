@@ -4,13 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.forest import FOREST
 from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
+from palpate.modeling.doors.linear import MEAN, PCA_REGRESSION, PCA_RIDGE, RIDGE
 from palpate.modeling.doors.nearest import NEAREST
-from palpate.modeling.doors.pca_regression import PCA_REGRESSION
-from palpate.modeling.doors.pca_ridge import PCA_RIDGE
-from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.doors.training_variants import with_variants
 from palpate.modeling.files.model_files import write_model
 from palpate.signals.models.card import Port

@@ -7,15 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
+from palpate.modeling.doors.linear import MEAN, RIDGE
 from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.profile_files import read_profile
 from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.results import DoorOptions
-from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.files.exported import Exported
 from palpate.signals.models.card import Nearest
 from palpate.studies.catalogue import SHIPPED

@@ -9,10 +9,9 @@ from threadpoolctl import threadpool_limits
 
 from palpate.modeling.doors.data import ModelDataError, Scaling, scaling_of
 from palpate.modeling.doors.forest import FOREST
+from palpate.modeling.doors.linear import PCA_REGRESSION, PCA_RIDGE
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.nearest import NEAREST
-from palpate.modeling.doors.pca_regression import PCA_REGRESSION
-from palpate.modeling.doors.pca_ridge import PCA_RIDGE
 from tests.modeling.doors.baseline_learning import (
     CHOOSING,
     FORWARD,

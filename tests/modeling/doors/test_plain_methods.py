@@ -12,18 +12,22 @@ from sklearn.linear_model import Ridge
 from sklearn.model_selection import GroupKFold
 
 from palpate.modeling.columns import standard_of
-from palpate.modeling.doors import forest, pca_regression, pca_ridge
-from palpate.modeling.doors.components import components_of
+from palpate.modeling.doors import forest, linear
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.featured import featured
 from palpate.modeling.doors.forest import FOREST
 from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
-from palpate.modeling.doors.linear import PENALTIES, best_penalty, path_of
+from palpate.modeling.doors.linear import (
+    PCA_REGRESSION,
+    PCA_RIDGE,
+    PENALTIES,
+    RIDGE,
+    best_penalty,
+    components_of,
+    path_of,
+)
 from palpate.modeling.doors.nearest import NEAREST
-from palpate.modeling.doors.pca_regression import PCA_REGRESSION
-from palpate.modeling.doors.pca_ridge import PCA_RIDGE
 from palpate.modeling.doors.preparing import inner_folds, rows_of
-from palpate.modeling.doors.ridge import RIDGE
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, asked, data_of, learn, profiles
 
@@ -157,8 +161,8 @@ def test_components_are_those_of_sklearn_and_no_more_than_there_are():
 
 
 def test_components_and_penalty_of_pca_ridge_are_those_of_least_error(monkeypatch):
-    monkeypatch.setattr(pca_ridge, "COMPONENTS", (1, 3, 5))
-    monkeypatch.setattr(pca_ridge, "PENALTIES", PENALTIES[::8])
+    monkeypatch.setattr(linear, "COMPONENTS", (1, 3, 5))
+    monkeypatch.setattr(linear, "PENALTIES", PENALTIES[::8])
     told = []
     given = replace(learn(learn_from="measured"), report=told.append)
     rows = rows_of(given)
@@ -189,8 +193,8 @@ def test_components_and_penalty_of_pca_ridge_are_those_of_least_error(monkeypatc
 
 
 def test_components_and_penalty_of_pca_regression_are_those_of_least_error(monkeypatch):
-    monkeypatch.setattr(pca_regression, "COMPONENTS", (1, 2, 4))
-    monkeypatch.setattr(pca_regression, "PENALTIES", PENALTIES[::8])
+    monkeypatch.setattr(linear, "COMPONENTS", (1, 2, 4))
+    monkeypatch.setattr(linear, "PENALTIES", PENALTIES[::8])
     told = []
     given = replace(learn(), report=told.append)
     rows = rows_of(given)

@@ -7,12 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.linear import MEAN, RIDGE
 from palpate.modeling.doors.model_scores import ports
 from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import FURTHEST_N
-from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.files.model_files import write_model
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.file import read_model
