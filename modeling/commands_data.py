@@ -62,7 +62,7 @@ def read(asked: Asked) -> tuple[DoorData, Individual | None]:
 
         return read_table(asked.table), None
     if asked.simulated:
-        from palpate.modeling.doors.simulated import simulated_ratings
+        from palpate.modeling.doors.reading import simulated_ratings
 
         rated = simulated_ratings()
     else:

@@ -17,14 +17,14 @@ from pathlib import Path
 import numpy as np
 
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
-from palpate.modeling.doors.corners import corners
+from palpate.modeling.doors.evaluation import floors
 from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, method_rows
 from palpate.modeling.doors.evaluation_tables import Row
-from palpate.modeling.doors.floors import floors
+from palpate.modeling.doors.plausibility import corners
 from palpate.modeling.doors.rated import Rated
+from palpate.modeling.doors.reading import simulated_ratings
 from palpate.modeling.doors.registry import DEFAULT, THESIS, Direction
 from palpate.modeling.doors.results import DoorOptions, DoorResults, domain_for, evaluate_methods
-from palpate.modeling.doors.simulated import simulated_ratings
 from palpate.protocols.bench import Case
 from palpate.protocols.progress import Clock
 from palpate.signals.arrays import Array

@@ -1,23 +1,116 @@
-"""An evaluation as a whole: every method's results, the ceiling and the floors beside, the default chosen."""
+"""An evaluation as a whole: every method's results, the ceiling and the floors beside them, the default and why."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
-from palpate.modeling.doors.choice import forward_choice, inverse_choice
 from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.domain import DoorDomain
 from palpate.modeling.doors.evaluation_overall import method_rows
-from palpate.modeling.doors.floors import floors
 from palpate.modeling.doors.measured_door import Recovered, measured
 from palpate.modeling.doors.rated import Individual, Rated
-from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.registry import NO_FILE, THESIS, Direction
 from palpate.modeling.doors.results import DoorOptions, DoorResults, domain_for, evaluate_methods
 from palpate.modeling.evaluate.outputs import Choice
 from palpate.protocols.progress import Report, silent
+from palpate.signals.arrays import Array
 
 Row = dict[str, Any]
+
+
+def floors(domain: DoorDomain) -> list[Row]:
+    """For each split the waveform's mean absolute error in percent, mean over profiles and its SD, of
+
+    - the oracle: of the training side's profiles the one that is nearest to the very waveform that is looked for;
+    - the code: the held-out waveform itself, put through as many principal components of the training side's profiles
+      as there are attributes, and back: what as many numbers can say of it when they are chosen for that alone.
+    """
+    return [row for split in domain.splits for row in _of_split(domain, split)]
+
+
+def _of_split(domain: DoorDomain, split: str) -> list[Row]:
+    forces = domain.scaling.force_up(domain.data_of(split).force_N)
+    size = len(domain.data.attributes)
+    errors: dict[str, list[Array]] = {"oracle": [], "code": []}
+    for fold in domain.splits[split]:
+        known, tested = forces[fold.train], forces[fold.test]
+        errors["oracle"].append(np.array([np.abs(known - profile).mean(axis=1).min() for profile in tested]))
+        errors["code"].append(np.abs(_through(known, tested, size) - tested).mean(axis=1))
+    meanings = {"oracle": "nearest known profile, found by the waveform itself",
+            "code": f"the waveform through {size} principal components"}  # fmt: skip
+    return [
+        {"split": split, "floor": name, "what": meanings[name], "mae": float(every.mean()),
+         "mae_sd": float(every.std(ddof=1)) if len(every) > 1 else None, "n": len(every)}
+        for name, every in ((name, np.concatenate(of_fold)) for name, of_fold in errors.items())
+    ]  # fmt: skip
+
+
+def _through(known: Array, tested: Array, size: int) -> Array:
+    """Return the tested rows as the first components of the known ones give them back."""
+    mean = known.mean(axis=0)
+    _, _, axes = np.linalg.svd(known - mean, full_matrices=False)
+    leading = axes[:size]
+    back: Array = mean + (tested - mean) @ leading.T @ leading
+    return back
+
+
+ALLOWED = 0.05
+"""The network may be this much worse than the best baseline before that is said in plain words."""
+MethodRow = Mapping[str, Any]
+
+
+def forward_choice(rows: Sequence[MethodRow]) -> Choice:
+    """Return the method with the least MAE; of equals the first. `rows` are those of the table of all methods."""
+    best = min(rows, key=lambda row: row["mae"])
+    why = f"{best['title']} has the least MAE: {best['mae']:.2f}, all methods on the same folds."
+    return Choice(best["method"], why, _network(rows, "mae", "MAE"))
+
+
+def inverse_choice(rows: Sequence[MethodRow]) -> Choice:
+    """Of the methods that a rig can be given and whose profiles it plays, corners too, the one of least loop error.
+
+    The loop is closed by perceivers who never saw the training data where there are any, else by the forward model.
+    """
+    fresh = any(row["loop_fresh"] is not None for row in rows)
+    by, whose = ("loop_fresh", "fresh perceivers") if fresh else ("loop_judge", "judged by the forward model")
+    possible = [row for row in rows if ("inverse", row["method"]) not in NO_FILE] or rows
+    able = [row for row in possible if not row["unplayable"] and not row["corners_unplayable"]]
+    if not able:
+        best = min(possible, key=lambda row: row[by])
+        why = (
+            f"No method stays within the limits of a made profile everywhere, corners too. {best['title']} has the "
+            f"least loop error ({whose}): {best[by]:.2f}."
+        )
+        return Choice(best["method"], why)
+    best = min(able, key=lambda row: row[by])
+    why = (
+        f"{best['title']} has the least loop error ({whose}): {best[by]:.2f}, among methods whose every made profile "
+        "is within the limits, at the corners too."
+    )
+    return Choice(best["method"], why, _network(rows, by, "loop error"))
+
+
+def _network(rows: Sequence[MethodRow], name: str, what: str) -> tuple[str, ...]:
+    """Return how the thesis' network stands against the best of the others; empty where either is missing."""
+    network = next((row for row in rows if row["method"] == THESIS and row[name] is not None), None)
+    known = [row for row in rows if row["method"] != THESIS and row[name] is not None]
+    if network is None or not known:
+        return ()
+    best = min(known, key=lambda row: row[name])
+    if best[name] <= 0:
+        return (f"{best['title']} is without error; the network of the thesis has a {what} of {network[name]:.2f}.",)
+    more = network[name] / best[name] - 1
+    numbers = f"{what} {network[name]:.2f} against {best[name]:.2f} of {best['title']}"
+    if more > ALLOWED:
+        return (f"The network of the thesis is beaten: {numbers}, {more:.0%} more; {ALLOWED:.0%} was allowed.",)
+    if more > 0:
+        return (f"The network of the thesis is {more:.1%} behind the best other method: {numbers}.",)
+    return (f"The network of the thesis is the best, by {-more:.1%}: {numbers}.",)
 
 
 @dataclass(frozen=True)

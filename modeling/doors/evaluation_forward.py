@@ -9,8 +9,7 @@ from palpate.analysis.reports.page import Block, Column, Heading, Section, Table
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_results import ceiling_rows, splits_forward
-from palpate.modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, thesis_rows, variant_rows
-from palpate.modeling.doors.evaluation_thesis import printed
+from palpate.modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, printed, thesis_rows, variant_rows
 from palpate.modeling.doors.intervals import COVERAGE
 from palpate.modeling.doors.registry import THESIS
 from palpate.modeling.doors.results import MethodResults

@@ -11,8 +11,7 @@ from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_forward import with_refusals
 from palpate.modeling.doors.evaluation_overall import attainable, loop_rows
 from palpate.modeling.doors.evaluation_results import corner_rows, plausible_row, slider_rows, splits_inverse
-from palpate.modeling.doors.evaluation_tables import OVERALL, Row, waveform_rows
-from palpate.modeling.doors.evaluation_thesis import printed_waveforms
+from palpate.modeling.doors.evaluation_tables import OVERALL, Row, printed_waveforms, waveform_rows
 from palpate.modeling.doors.registry import THESIS
 from palpate.modeling.doors.results import MethodResults
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG

@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.corners import TOLERANCE
 from palpate.modeling.doors.data import TOP, ModelDataError
 from palpate.modeling.doors.evaluation_tables import Row, waveform_errors
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, nested_coverage
 from palpate.modeling.doors.methods import Method
+from palpate.modeling.doors.plausibility import TOLERANCE
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.results import DoorResults, MethodResults
-from palpate.modeling.doors.scores import mae, r2, rmse
-from palpate.modeling.doors.shares import share_within, share_within_sd
+from palpate.modeling.doors.scores import mae, r2, rmse, share_within, share_within_sd
 from palpate.signals.arrays import Array, Mask
 
 BY = ("judge", "fresh", "felt")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palpate.modeling.doors.featured import Featured, featured
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.preparing import rows_of
+from palpate.modeling.doors.preparing import Featured, featured, rows_of
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.trees import Trees, trees_of
 from palpate.signals.arrays import Array

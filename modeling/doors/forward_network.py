@@ -1,4 +1,4 @@
-"""Force to perception by the residual network of thesis 5.4, trained as it says."""
+"""Force to perception: the residual network of thesis 5.4, trained as it says, and a small dense network beside it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,15 @@ from dataclasses import dataclass, replace
 from torch import Tensor, nn
 from torch.nn import functional
 
-from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.network_parts import QUICK_EPOCHS, Rescale, answers, training_rows
-from palpate.modeling.doors.networks import ForceToPerception
+from palpate.modeling.doors.networks import (
+    QUICK_EPOCHS,
+    ForceToPerception,
+    Rescale,
+    answers,
+    exported_network,
+    training_rows,
+)
 from palpate.modeling.doors.preparing import Rows, checked_forces
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.training.loop import Trained, train

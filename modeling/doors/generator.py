@@ -18,17 +18,158 @@ from numpy.random import PCG64, SeedSequence
 from numpy.random import Generator as Chance
 from numpy.typing import NDArray
 
+from palpate.modeling.columns import Standard, standard_of
 from palpate.modeling.doors import generator_networks as networks
 from palpate.modeling.doors.data import TOP, ModelDataError
 from palpate.modeling.doors.generator_networks import Generator, How, Layers, Size, fresh
-from palpate.modeling.doors.generator_shapes import Code, code_of, opened, plausible
-from palpate.modeling.doors.generator_teacher import Teacher, foreign_to
-from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.methods import Fitted, Learning, Method
 from palpate.modeling.doors.preparing import PLAYABLE, checked_wishes, on_one_thread, rows_of
 from palpate.modeling.files.exported import Exported
 from palpate.signals.arrays import Array
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.signals.doors.limits import bounded_profiles
+from palpate.signals.doors.model_features import features
 from palpate.signals.models.card import Activation, Affine, Clip, Dense
+
+MIXED = 3
+"""At most so many measured profiles are mixed."""
+KNOTS = 6
+"""Angles at which a mixture's features are moved, the two ends of the motion among them."""
+MOVED_DEG = 3.5
+"""How far they are moved at most."""
+SCALES = 5
+"""Angles at which a mixture's force is scaled."""
+SCALED = 0.4
+"""By how much at most, as a share."""
+
+
+@dataclass(frozen=True)
+class Code:
+    """force = mean + code @ basis: mean (621,), basis (components, 621), both in newtons; a code has SD 1."""
+
+    mean: Array
+    basis: Array
+
+    def decoded(self, code: Array) -> Array:
+        """(n, components) to (n, 621) newtons, not bounded yet."""
+        force: Array = self.mean + code @ self.basis
+        return force
+
+    def encoded(self, force_N: Array) -> Array:
+        """(n, 621) newtons to the nearest code (n, components); the rows of the basis are orthogonal."""
+        code: Array = (force_N - self.mean) @ self.basis.T / np.sum(self.basis**2, axis=1)
+        return code
+
+
+def opened(force_N: Array) -> Array:
+    """Profiles (n, 621) as doors that open all the way, within the limits: the last force goes on to the end.
+
+    Zeros behind the end of a motion are padding; mixed with other doors they would become a step in the force.
+    """
+    return bounded_profiles(np.array([_filled(profile) for profile in force_N]))
+
+
+def plausible(doors: Array, count: int, chance: Chance) -> Array:
+    """`count` profiles (count, 621) beside the measured (n, 621): mixed, their features moved, their force scaled."""
+    return np.array([_varied(_mixture(doors, chance), chance) for _ in range(count)])
+
+
+def code_of(profiles: Array, components: int) -> Code:
+    """The principal components of profiles (n, 621), scaled so that their codes have SD 1.
+
+    Raises ModelDataError where all profiles are equal.
+    """
+    mean = profiles.mean(axis=0)
+    _, singular, right = np.linalg.svd(profiles - mean, full_matrices=False)
+    kept = min(components, int(np.sum(singular > 1e-9 * max(singular[0], 1e-9))))
+    if kept == 0:
+        raise ModelDataError("all profiles to learn from are equal: no other can be made from them.")
+    right = right[:kept] * np.sign(right[np.arange(kept), np.argmax(np.abs(right[:kept]), axis=1)])[:, None]
+    return Code(mean, right * (singular[:kept, None] / np.sqrt(len(profiles))))
+
+
+def _filled(profile: Array) -> Array:
+    moving = np.flatnonzero(profile)
+    if not moving.size:
+        return profile
+    end = int(moving[-1])
+    return np.concatenate([profile[: end + 1], np.full(POINTS - end - 1, profile[end])])
+
+
+def _mixture(doors: Array, chance: Chance) -> Array:
+    count = chance.integers(1, MIXED + 1)
+    mixed: Array = chance.dirichlet(np.ones(count)) @ doors[chance.integers(0, len(doors), count)]
+    return mixed
+
+
+def _varied(profile: Array, chance: Chance) -> Array:
+    """Features moved along the angle, piecewise linear, and the force scaled by a share that varies along it."""
+    grid, end = np.arange(POINTS, dtype=np.float64), POINTS - 1
+    knots = np.linspace(0, end, KNOTS)
+    moved = knots + np.r_[0, chance.uniform(-MOVED_DEG, MOVED_DEG, KNOTS - 2) * POINTS_PER_DEG, 0]
+    shifted = np.interp(np.interp(grid, moved, knots), grid, profile)
+    strength = chance.uniform(0, SCALED)
+    shares = 1 + strength * chance.uniform(-1, 1, SCALES)
+    return np.asarray(shifted * np.interp(grid, np.linspace(0, end, SCALES), shares))
+
+
+SHRINK = 0.1
+"""Added to the variance of every standardised feature, so that 72 doors tell about forty of them."""
+MOST_FOREIGN = 6.0
+"""Beyond this, more foreign says nothing more: it keeps single odd profiles from ruling a student's training."""
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """How far a profile's features lie outside those of the measured ones: 1 is usual among the measured ones.
+
+    It is a Mahalanobis distance with a shrunk covariance: the square root of a ridge regression's leverage, which is
+    where a model of these features begins to guess (Hoaglin and Welsch 1978). `usual` is the median of the measured.
+    """
+
+    standard: Standard
+    inverse: Array
+    usual: float
+
+    def __call__(self, force_N: Array) -> Array:
+        """(n, 621) newtons to (n,), at most MOST_FOREIGN."""
+        distance = _distance(self.standard(features(force_N)), self.inverse)
+        return np.minimum(distance / self.usual, MOST_FOREIGN)
+
+
+def foreign_to(measured_N: Array) -> Foreign:
+    """The measure for these measured profiles (n, 621)."""
+    raw = features(measured_N)
+    standard = standard_of(raw)
+    z = standard(raw)
+    inverse = np.asarray(np.linalg.inv(z.T @ z / len(z) + SHRINK * np.eye(z.shape[1])), dtype=np.float64)
+    usual = float(np.median(_distance(z, inverse)))
+    return Foreign(standard, inverse, usual if usual > 0 else 1.0)
+
+
+@dataclass(frozen=True)
+class Teacher:
+    """A fitted forward model that rates codes by the profiles that the door would play for them."""
+
+    forward: Fitted
+    foreign: Foreign
+    code: Code
+
+    def profiles(self, code: Array) -> Array:
+        """(n, components) to (n, 621) newtons within the limits."""
+        return bounded_profiles(self.code.decoded(code))
+
+    def says(self, code: Array) -> Array:
+        """(n, components) to (n, attributes + 1): ratings on 0..100, and how foreign the profile is."""
+        force = self.profiles(code)
+        said: Array = np.c_[self.forward.predict(force), self.foreign(force)]
+        return said
+
+
+def _distance(z: Array, inverse: Array) -> Array:
+    distance: Array = np.sqrt(np.maximum(np.sum((z @ inverse) * z, axis=1), 0))
+    return distance
+
 
 STRAY = 0.3
 """SD by which half of the generator's own codes are moved before they are rated: the student sees around them."""

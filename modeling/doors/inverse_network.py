@@ -10,11 +10,17 @@ from torch import nn
 from torch.nn.functional import mse_loss
 
 from palpate.modeling.doors.data import TOP, ModelDataError, Scaling
-from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.forward_network import FeltThrough
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.network_parts import Rescale, answers, training_rows
-from palpate.modeling.doors.networks import ATTRIBUTES, ForceToPerception, PerceptionToForce
+from palpate.modeling.doors.networks import (
+    ATTRIBUTES,
+    ForceToPerception,
+    PerceptionToForce,
+    Rescale,
+    answers,
+    exported_network,
+    training_rows,
+)
 from palpate.modeling.doors.preparing import PLAYABLE, Rows, checked_wishes
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.training.loop import Trained, train

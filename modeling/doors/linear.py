@@ -1,4 +1,4 @@
-"""A linear model of either direction, as fitted by several methods; and ridge regression by one decomposition."""
+"""Linear models of either direction: the training mean, ridge regression on features or on principal components."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from functools import partial
 import numpy as np
 
 from palpate.modeling.columns import standard_of
-from palpate.modeling.doors.featured import Featured, featured
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import (
     PLAYABLE,
+    Featured,
     Rows,
     checked_forces,
     checked_wishes,
+    featured,
     inner_folds,
     on_one_thread,
     rows_of,
 )
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.linear_path import PENALTIES, Path, inner_errors, path_of
+from palpate.modeling.linear_path import PENALTIES, inner_errors, path_of
 from palpate.signals.arrays import Array, Indices
 from palpate.signals.doors.grid import POINTS
 from palpate.signals.doors.limits import bounded_profiles

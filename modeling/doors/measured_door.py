@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,30 @@ from palpate.modeling.doors.data import TOP, near_groups
 from palpate.modeling.doors.domain import DoorDomain, FoldJob, trained
 from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import half_widths
-from palpate.modeling.doors.measured import measured_doors
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.plausibility import against
 from palpate.modeling.doors.profile_scores import perceivers_for
+from palpate.modeling.doors.reading import read_profile
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.results import MethodResults
 from palpate.signals.arrays import Array
+from palpate.studies.catalogue import SHIPPED
+
+STUDY = SHIPPED / "door_ratings"
+FILES = {
+    "actual": Path("profiles", "BC3_g0.csv"),
+    **{f"edited_v{number}": Path("measured", "normalised", f"haptune_edited_v{number}.csv") for number in range(1, 5)},
+}
+"""The names of the source (HapTune), and each one's 621 points; `actual` is the door BC3_g0 of the study."""
+
+
+def measured_doors() -> dict[str, Array]:
+    """The forces (621,), in newtons, of the measured door (`actual`) and its four edits; the edits measure nothing.
+
+    From files of studies/door_ratings, which `palpate doors normalise` made. Raises ModelDataError on a damaged one.
+    """
+    return {name: read_profile(STUDY / file) for name, file in FILES.items()}
+
 
 SPLIT = "without the measured door"
 

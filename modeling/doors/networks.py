@@ -1,12 +1,48 @@
-"""The two networks of thesis 5.4 and 5.6, with exactly its shapes: force to perception, and perception to force."""
+"""The two networks of thesis 5.4 and 5.6 with exactly its shapes, what their trainings share, and their export.
+
+An exported network is a list of steps with float32 tensors: what the rig's own runtime needs to answer as it does."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import singledispatch
+from typing import Self
+
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from palpate.modeling.layers import ResidualBlock, conv_relu
+from palpate.modeling.columns import CONSTANT
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.methods import Learning
+from palpate.modeling.doors.preparing import Rows, rows_of
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.training.steps import answers_of
+from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS
+from palpate.signals.models.card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
+
+
+class ResidualBlock(nn.Module):
+    """relu(x + conv(relu(conv(x)))), both of width 3, the length kept (thesis equation 5.2)."""
+
+    def __init__(self, channels: int) -> None:
+        super().__init__()
+        self.first = nn.Conv1d(channels, channels, 3, padding=1)
+        self.second = nn.Conv1d(channels, channels, 3, padding=1)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, channels, length) to the same shape."""
+        inner: Tensor = self.second(torch.relu(self.first(x)))
+        return torch.relu(x + inner)
+
+
+def conv_relu(inputs: int, outputs: int, width: int = 3, pad: int = 1) -> nn.Sequential:
+    """A convolution and a ReLU (thesis equation 5.1)."""
+    return nn.Sequential(nn.Conv1d(inputs, outputs, width, padding=pad), nn.ReLU())
+
 
 ATTRIBUTES = 7
 LATENT = (128, 155)
@@ -85,3 +121,194 @@ def shapes(force: Tensor, network: ForceToPerception) -> dict[str, tuple[int, ..
         out = network.head[2:](hidden)
     stages = {"latent": latent, "restored": restored, "hidden": hidden, "ratings": out}
     return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
+
+
+AT_ONCE = 64
+"""Rows that a network answers at a time: enough for speed, little enough for memory."""
+QUICK_EPOCHS = 4
+
+
+class Rescale(nn.Module):
+    """y = gain * x + offset, by element; fixed, never trained."""
+
+    gain: Tensor
+    offset: Tensor
+
+    def __init__(self, gain: Array | float, offset: Array | float) -> None:
+        super().__init__()
+        self.register_buffer("gain", torch.as_tensor(np.asarray(gain, dtype=np.float32)))
+        self.register_buffer("offset", torch.as_tensor(np.asarray(offset, dtype=np.float32)))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, size) to the same shape."""
+        return self.gain * x + self.offset
+
+    @classmethod
+    def up(cls, rows: Array) -> Self:
+        """From centred values to such rows (n, size): their mean row, and one SD for all that is left.
+
+        One SD for all places keeps a profile's shape: a place that hardly differs between doors is not blown up. Where
+        all rows are equal it is 1.
+        """
+        return cls(*reversed(_centre_and_spread(rows)))
+
+    @classmethod
+    def down(cls, rows: Array) -> Self:
+        """From such rows (n, size) to centred values: the way back of `up`."""
+        centre, spread = _centre_and_spread(rows)
+        return cls(1.0 / spread, -centre / spread)
+
+
+def _centre_and_spread(rows: Array) -> tuple[Array, float]:
+    centre: Array = rows.mean(axis=0)
+    spread = float(np.sqrt(np.mean((rows - centre) ** 2)))
+    return centre, spread if spread > CONSTANT * float(np.abs(rows).max()) else 1.0
+
+
+def training_rows(learning: Learning) -> tuple[Rows, Rows | None]:
+    """The rows to train on, and those to watch or None where none are held out.
+
+    Trained on are the stimuli with their training variants; with the setting `quick` the stimuli as they were rated.
+    The setting `learn_from` goes before either. Raises ModelDataError as `rows_of` does, and for less than two rows.
+    """
+    rows = rows_of(learning, "measured" if learning.settings.get("quick") else "train", least=2)
+    return rows, rows_of(_watched(learning), "measured") if len(learning.held) else None
+
+
+def _watched(learning: Learning) -> Learning:
+    settings = {name: value for name, value in learning.settings.items() if name != "learn_from"}
+    return replace(learning, measured=learning.held, settings=settings)
+
+
+def answers(network: nn.Module, given: Array) -> Array:
+    """What a network answers to rows (n, in), as float64 (n, out), dropout off and on one thread: sums in one order.
+
+    Raises ModelDataError where an answer is not finite, as for values that 32 bits cannot hold.
+    """
+    found = answers_of(network, given, AT_ONCE)
+    if not np.isfinite(found).all():
+        raise ModelDataError("the network's answer is not finite: what it was given is far beyond what it has learned.")
+    return found
+
+
+Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
+
+
+def exported_network(network: nn.Module, *after: Step) -> Exported:
+    """A network as it answers, not as it trains (dropout is left out), and these steps after it.
+
+    Tensors are float32, named after the network's own layers. A flattening has no step: a dense step reads its input in
+    C order, as torch does. Raises ModelDataError for a layer that model cards have no step for, and for weights that
+    are not finite.
+    """
+    pieces = list(_pieces(network, ""))
+    tensors = {name: _float32(name, value) for _, named in pieces for name, value in named.items()}
+    return Exported((*(step for step, _ in pieces), *after), tensors)
+
+
+@singledispatch
+def _pieces(layer: nn.Module, name: str) -> Pieces:
+    raise ModelDataError(f"{name or 'network'}: model cards have no step for a layer of kind {type(layer).__name__}.")
+
+
+@_pieces.register
+def _(layer: nn.Sequential, name: str) -> Pieces:
+    for place, inner in layer.named_children():
+        yield from _pieces(inner, f"{name}{place}.")
+
+
+@_pieces.register
+def _(layer: ForceToPerception, name: str) -> Pieces:
+    yield Reshape(shape=(1, POINTS)), {}
+    for part in ("encoder", "decoder", "head"):
+        yield from _pieces(getattr(layer, part), f"{name}{part}.")
+
+
+@_pieces.register
+def _(layer: PerceptionToForce, name: str) -> Pieces:
+    yield Reshape(shape=(1, ATTRIBUTES)), {}
+    yield from _pieces(layer.encoder, f"{name}encoder.")
+    yield from _pieces(layer.project, f"{name}project.")
+    yield Reshape(shape=LATENT), {}
+    yield from _pieces(layer.decoder, f"{name}decoder.")
+    yield from _pieces(layer.out, f"{name}out.")
+
+
+@_pieces.register
+def _(layer: Rescale, name: str) -> Pieces:
+    used = {key: value for key, value in _named(name, gain=layer.gain, offset=layer.offset).items() if value.ndim}
+    gain, offset = (
+        f"{name}{key}" if value.ndim else float(value)
+        for key, value in (("gain", layer.gain), ("offset", layer.offset))
+    )
+    yield Affine(gain=gain, offset=offset), used
+
+
+@_pieces.register
+def _(layer: nn.Conv1d, name: str) -> Pieces:
+    plain = layer.stride == layer.dilation == (1,) and layer.groups == 1 and layer.padding_mode == "zeros"
+    if not plain or layer.bias is None or isinstance(layer.padding, str):
+        raise ModelDataError(f"{name}: model cards know plain convolutions with a bias only, found {layer}.")
+    named = _named(name, weight=layer.weight, bias=layer.bias)
+    yield Conv(weight=f"{name}weight", bias=f"{name}bias", pad=layer.padding[0]), named
+
+
+@_pieces.register
+def _(layer: nn.Linear, name: str) -> Pieces:
+    if layer.bias is None:
+        raise ModelDataError(f"{name}: model cards know dense layers with a bias only, found {layer}.")
+    named = _named(name, weight=layer.weight, bias=layer.bias)
+    yield Dense(weight=f"{name}weight", bias=f"{name}bias"), named
+
+
+@_pieces.register
+def _(_layer: nn.ReLU, _name: str) -> Pieces:
+    yield Activation(function="relu"), {}
+
+
+@_pieces.register
+def _(layer: nn.MaxPool1d, name: str) -> Pieces:
+    if layer.kernel_size != layer.stride or layer.padding or layer.dilation != 1 or layer.ceil_mode:
+        raise ModelDataError(f"{name}: model cards know pooling without overlap or padding only, found {layer}.")
+    yield MaxPool(size=_whole(layer.kernel_size, name)), {}
+
+
+@_pieces.register
+def _(layer: nn.Upsample, name: str) -> Pieces:
+    if layer.mode != "nearest":
+        raise ModelDataError(f"{name}: model cards know upsampling by repetition only, found {layer}.")
+    yield Upsample(times=_whole(layer.scale_factor, name)), {}
+
+
+@_pieces.register
+def _(layer: ResidualBlock, name: str) -> Pieces:
+    inner = [
+        *_pieces(layer.first, f"{name}first."),
+        (Activation(function="relu"), {}),
+        *_pieces(layer.second, f"{name}second."),
+    ]
+    named = {key: value for _, own in inner for key, value in own.items()}
+    yield Residual(steps=tuple(step for step, _ in inner)), named
+
+
+@_pieces.register(nn.Flatten)
+@_pieces.register(nn.Dropout)
+def _(_layer: nn.Module, _name: str) -> Pieces:
+    yield from ()
+
+
+def _named(name: str, **values: Tensor) -> dict[str, Tensor]:
+    return {f"{name}{key}": value for key, value in values.items()}
+
+
+def _whole(value: object, name: str) -> int:
+    if not isinstance(value, int | float) or value != int(value):
+        raise ModelDataError(f"{name}: model cards know whole numbers of neighbours only, found {value}.")
+    return int(value)
+
+
+def _float32(name: str, value: Tensor) -> NDArray[np.float32]:
+    array = np.array(value.detach().numpy(), dtype=np.float32, order="C")
+    if not np.isfinite(array).all():
+        raise ModelDataError(f"{name}: holds values that are not finite; this network cannot be used.")
+    return array

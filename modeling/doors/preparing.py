@@ -1,8 +1,8 @@
-"""What every fit begins with: checked rows in an order of their own, standardised columns, groups for inner folds."""
+"""What every fit begins with: checked rows in an order of their own, standardised features, groups for inner folds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from typing import TypeVar
@@ -10,12 +10,14 @@ from typing import TypeVar
 import numpy as np
 
 from palpate.analysis.statistics.one_thread import one_thread
+from palpate.modeling.columns import Standard, standard_of
 from palpate.modeling.doors.data import DoorData, ModelDataError, source_groups
 from palpate.modeling.doors.methods import Learning, as_rows
 from palpate.signals.arrays import Array, Indices
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
-from palpate.signals.models.card import Playable
+from palpate.signals.doors.model_features import FEATURES, features
+from palpate.signals.models.card import Affine, DoorFeatures, Playable, Step
 
 INNER_FOLDS = 5
 FURTHEST_N = 10.0 * LIMIT_N
@@ -108,3 +110,34 @@ def inner_folds(group: Indices, folds: int = INNER_FOLDS) -> Iterator[tuple[Indi
 def _order(force: Array, rating: Array, data: DoorData) -> Indices:
     keys = [(force[i].tobytes(), rating[i].tobytes(), data.source[i], data.ids[i]) for i in range(len(data))]
     return np.array(sorted(range(len(data)), key=keys.__getitem__), dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Featured:
+    """Profiles (n, 621) in newtons to standardised features (n, features) (thesis 5.3.4.1, figure 5.6).
+
+    A feature that was constant in training becomes 0: nothing is known of its effect.
+    """
+
+    standard: Standard
+
+    def __call__(self, force_N: Array) -> Array:
+        """Raises ModelDataError for profiles that are none."""
+        return self.standard(features(checked_forces(force_N)))
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The same as steps of a card."""
+        return DoorFeatures(names=FEATURES), Affine(gain="feature_gain", offset="feature_offset")
+
+    @property
+    def tensors(self) -> Mapping[str, Array]:
+        """What the steps name."""
+        return {"feature_gain": self.standard.gain, "feature_offset": self.standard.offset}
+
+
+def featured(rows: Rows) -> tuple[Featured, Array]:
+    """The way to the features, fitted to these rows, and their standardised features (n, features)."""
+    raw = features(rows.force_N)
+    standard = standard_of(raw)
+    return Featured(standard), standard(raw)

@@ -1,4 +1,7 @@
-"""Door profiles and ratings from a lab: what `palpate regenerate` would analyse, joined with the doors' profiles."""
+"""Door profiles and ratings from a lab or from simulated people, and door profiles from files.
+
+From a lab comes what `palpate regenerate` would analyse, joined with the doors' profiles. Simulated people rate in
+memory and through the real runner: models are tried on them before people rate."""
 
 from __future__ import annotations
 
@@ -7,14 +10,38 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from palpate.modeling.doors.data import DoorData, ModelDataError
-from palpate.modeling.doors.profile_files import read_profile
 from palpate.modeling.doors.rated import Asked, Rated, Shown, rated_of
+from palpate.signals.arrays import Array
+from palpate.signals.doors import profile_file
 
 if TYPE_CHECKING:
     from palpate.analysis.plans.material import Material
     from palpate.analysis.ratings.dataset import Ratings
     from palpate.protocols.study import Stimulus
+
+
+PROFILE = profile_file.ProfileFormat(
+    error=ModelDataError,
+    counted=lambda _cells: True,
+    unreadable=lambda wrong: f"{wrong.path}: no door profile can be read ({wrong.reason})",
+    encoding=lambda wrong: f"{wrong.path}: not a UTF-8 text file ({wrong.reason})",
+    width=lambda wrong: f"{wrong.where}: {wrong.cells} values found, 2 expected",
+    end="",
+    advice="; a raw recording becomes a profile with `palpate doors normalise`",
+)
+
+
+def read_profile(path: Path, sha256: str | None = None) -> Array:
+    """The 621 forces, in newtons over 0 to 62 degrees, of a file with the columns angle_deg and force_N.
+
+    Raises ModelDataError, naming file and line, on a file that is missing or no text, on another header, angle or
+    number of points, on a value that is no finite number, and where the file is not the one with this `sha256`.
+    """
+    return np.array(profile_file.read_profile(path, PROFILE, sha256), dtype=np.float64)
+
 
 FILE, VARIANT = "file", "variant"
 DOOR = ("door", "car")
@@ -116,3 +143,30 @@ def _digest_line(shown: Sequence[Shown]) -> str:
     for each in shown:
         found.update(each.id.encode() + b"\0" + each.force_N.astype("<f8").tobytes())
     return f"{len(shown)} door profiles {found.hexdigest()}"
+
+
+LEAST_PEOPLE = 2
+"""A study of two groups shows everybody only its group's doors."""
+
+
+def simulated_data(people: int = 40, seed: int = 1, study: Path | None = None) -> DoorData:
+    """Mean ratings by `people` simulated persons P001, P002, ... of the shipped door_ratings, or of a study file.
+
+    Each has a session of the real runner and a perceiver of the study's `simulation`; the same people and seed give
+    the ratings that `palpate run --simulate` records. Raises ModelDataError where a stimulus is left without ratings.
+    """
+    return simulated_ratings(people, seed, study).data
+
+
+def simulated_ratings(people: int = 40, seed: int = 1, study: Path | None = None) -> Rated:
+    """As `simulated_data`, with each person's own ratings beside the means."""
+    from palpate.analysis.power.simulated_studies import people as pseudonyms
+    from palpate.analysis.power.simulated_studies import simulated_material
+    from palpate.studies.catalogue import SHIPPED, STUDY_FILE, read_study
+
+    if people < LEAST_PEOPLE:
+        raise ModelDataError(f"{people} simulated people: at least {LEAST_PEOPLE} are needed, one for each group")
+    found = read_study(study or SHIPPED / "door_ratings" / STUDY_FILE)
+    material = simulated_material(found.study, found.folder, pseudonyms(people), seed)
+    told = f"{people} simulated people, seed {seed}: {material.inputs[0].name} {material.inputs[0].sha256}"
+    return rated_material(material, found.folder, made_from=(told,))

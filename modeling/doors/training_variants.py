@@ -3,20 +3,92 @@
 The thesis names the five changes and says that each variant got "an adjusted perceptual rating to reflect the expected
 perceptual shifts"; it gives neither sizes nor shifts. Both are ours: `KINDS` holds them all, reasoned from the words of
 the attributes. Nobody rated a variant, so no evaluation counts one.
-"""
+
+All changes but the amplitude keep the force at 0 degrees, and all keep the zeros behind the motion of a door that opens
+less far. `amount` is in the unit of the entry of the change in `KINDS`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.modeling.doors import changing
-from palpate.modeling.doors.changing import Change
 from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.protocols.keyed import keyed_bits
 from palpate.signals.arrays import Array
+from palpate.signals.doors.grid import POINTS_PER_DEG
+
+Change = Callable[[Array, float, np.random.Generator], Array]
+
+RAMP_DEG = 5.0
+"""Over the first and last so many degrees of the motion, a shift grows from nothing and goes back to nothing."""
+SMOOTHED_DEG = 20.0
+"""How long a stretch is smoothed; at its ends, over a quarter of it each, the smoothed turns into the original."""
+SPIKE_DEG = 1.0
+"""Width of a spike at its foot."""
+
+
+def noise(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
+    """White Gaussian noise of SD `amount`, in newtons, at every point."""
+    end = motion_end(force_N)
+    changed = force_N.copy()
+    changed[1 : end + 1] += amount * draw.standard_normal(end)
+    return changed
+
+
+def shift(force_N: Array, amount: float, _draw: np.random.Generator) -> Array:
+    """Everything `amount` degrees later (below 0: earlier), except the two ends of the motion, which stay."""
+    end = motion_end(force_N)
+    place = np.arange(end + 1) / POINTS_PER_DEG
+    ramp = min(RAMP_DEG, place[-1] / 2)
+    if ramp == 0:
+        return force_N.copy()
+    share = np.minimum(1.0, np.minimum(place, place[-1] - place) / ramp)
+    # farther than the ramp is long, two angles would change their order
+    moved = place + float(np.clip(amount, -0.9 * ramp, 0.9 * ramp)) * share
+    changed = force_N.copy()
+    changed[: end + 1] = np.interp(place, moved, force_N[: end + 1])
+    return changed
+
+
+def smoothing(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
+    """A moving average of `amount` degrees along a stretch of 20 degrees that is drawn."""
+    end = motion_end(force_N)
+    points = 2 * round(amount * POINTS_PER_DEG / 2) + 1
+    moving = force_N[: end + 1]
+    padded = np.pad(moving, points // 2, mode="edge")
+    average = np.convolve(padded, np.full(points, 1 / points), mode="valid")
+    middle = draw.uniform(0.0, 1.0) * end / POINTS_PER_DEG
+    away = np.abs(np.arange(end + 1) / POINTS_PER_DEG - middle) / (SMOOTHED_DEG / 2)
+    share = np.clip(2 * (1 - away), 0.0, 1.0)
+    share[0] = 0.0
+    changed = force_N.copy()
+    changed[: end + 1] = moving + share * (average - moving)
+    return changed
+
+
+def amplitude(force_N: Array, amount: float, _draw: np.random.Generator) -> Array:
+    """Every force `amount` percent greater."""
+    return force_N * (1 + amount / 100)
+
+
+def spike(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
+    """A bump of `amount` newtons and 1 degree (a raised cosine), at an angle that is drawn."""
+    end = motion_end(force_N)
+    reach = SPIKE_DEG / 2
+    middle = draw.uniform(reach, max(reach, end / POINTS_PER_DEG - reach))
+    away = np.abs(np.arange(end + 1) / POINTS_PER_DEG - middle) / reach
+    changed = force_N.copy()
+    changed[: end + 1] += np.where(away < 1, amount / 2 * (1 + np.cos(np.pi * away)), 0.0)
+    return changed
+
+
+def motion_end(force_N: Array) -> int:
+    """The last point before the zeros of a door that opens less than 62 degrees; the last of all where all are 0."""
+    moving = np.flatnonzero(force_N)
+    return int(moving[-1]) if moving.size else len(force_N) - 1
+
 
 MARK = "~"
 """Between a stimulus and its change in the name of a training variant: BC3_g0~noise."""
@@ -39,15 +111,15 @@ class Kind:
 
 
 KINDS = (
-    Kind("noise", changing.noise, "N (SD)", 0.02, 0.10,
+    Kind("noise", noise, "N (SD)", 0.02, 0.10,
          {"Consistent": 3.0, "Pleasant": 1.0, "New": 2.0, "Luxurious": 1.0}),
-    Kind("shift", changing.shift, "deg later", -1.0, 1.0, {"Easy-to-pull": -0.3, "Comfort": -0.2}),
-    Kind("smoothing", changing.smoothing, "deg", 0.5, 2.0,
+    Kind("shift", shift, "deg later", -1.0, 1.0, {"Easy-to-pull": -0.3, "Comfort": -0.2}),
+    Kind("smoothing", smoothing, "deg", 0.5, 2.0,
          {"Damped": -0.2, "Consistent": -0.4, "Pleasant": -0.2, "New": -0.4, "Luxurious": -0.2}),
-    Kind("amplitude", changing.amplitude, "%", -5.0, 5.0,
+    Kind("amplitude", amplitude, "%", -5.0, 5.0,
          {"Easy-to-pull": 0.6, "Damped": 0.3, "Consistent": 0.1, "Pleasant": 0.2, "New": 0.2, "Comfort": 0.4,
           "Luxurious": 0.1}),
-    Kind("spike", changing.spike, "N", 0.5, 2.0,
+    Kind("spike", spike, "N", 0.5, 2.0,
          {"Damped": 0.1, "Consistent": 0.6, "Pleasant": 0.2, "New": 0.2, "Comfort": 0.1, "Luxurious": 0.2}),
 )  # fmt: skip
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from palpate.modeling.doors.shares import JND
+from palpate.modeling.doors.scores import JND
 from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, belief, felt, known
 from palpate.modeling.library.ranges import normal
 from palpate.modeling.library.terms import vocabulary

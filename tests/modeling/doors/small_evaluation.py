@@ -12,8 +12,8 @@ from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
 from palpate.modeling.doors.linear import MEAN, RIDGE
 from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.nearest import NEAREST
-from palpate.modeling.doors.profile_files import read_profile
 from palpate.modeling.doors.rated import Individual, Rated
+from palpate.modeling.doors.reading import read_profile
 from palpate.modeling.doors.results import DoorOptions
 from palpate.modeling.files.exported import Exported
 from palpate.signals.models.card import Nearest

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from palpate.modeling.doors.data import ModelDataError, scaling_of
-from palpate.modeling.doors.measured import measured_doors
+from palpate.modeling.doors.measured_door import measured_doors
 from palpate.signals.doors.profiles import normalise
 from tests.modeling.doors.made_up import crossed
 
@@ -82,10 +82,10 @@ def test_reading_folding_and_judging_data_import_no_device_no_torch_and_no_plots
     code = (
         "import sys\n"
         "from palpate.modeling import lab_answers\n"
-        "from palpate.modeling.doors import ceiling, folding, measured, reading_tables\n"
+        "from palpate.modeling.doors import ceiling, folding, measured_door, reading_tables\n"
         "from palpate.modeling.doors import training_variants\n"
-        "from palpate.modeling.doors.simulated import simulated_data\n"
-        f"from pathlib import Path\nsimulated_data(2, study=Path({str(SMALL)!r}))\nmeasured.measured_doors()\n"
+        "from palpate.modeling.doors.reading import simulated_data\n"
+        f"from pathlib import Path\nsimulated_data(2, study=Path({str(SMALL)!r}))\nmeasured_door.measured_doors()\n"
         "print(sorted({name.split('.')[0] for name in sys.modules} & {'devices', 'torch', 'psychopy', 'sklearn'}))"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

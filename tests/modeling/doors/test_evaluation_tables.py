@@ -3,18 +3,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.choice import forward_choice, inverse_choice
+from palpate.modeling.doors.evaluation import forward_choice, inverse_choice
 from palpate.modeling.doors.evaluation_tables import (
     AVERAGE,
     OVERALL,
+    SAID,
     cell_rows,
     cells_table,
     prediction_rows,
+    printed,
+    printed_waveforms,
     variant_rows,
     waveform_rows,
     waveform_table,
 )
-from palpate.modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
 from palpate.modeling.doors.results import MethodResults
 from palpate.modeling.doors.scores import mae, r2, rmse
 from tests.modeling.doors.small_evaluation import small_data

@@ -1,5 +1,7 @@
 """The forward network learns, does so twice alike, runs without torch, and refuses what it cannot learn from."""
 
+from __future__ import annotations
+
 import pickle
 from dataclasses import replace
 
@@ -10,6 +12,7 @@ from torch import nn
 
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forward_network import DELTA, LITERAL_SETTINGS, NETWORK, SETTINGS, fit_network, huber
+from palpate.modeling.doors.mlp import MLP
 from palpate.modeling.doors.networks import POINTS, ForceToPerception
 from palpate.modeling.training.refusals import TrainingError
 from tests.modeling.doors.network_learning import (
@@ -174,3 +177,24 @@ def test_ratings_that_are_all_equal_are_refused_with_the_scaling():
 def test_huber_is_the_mean_of_equation_5_4():
     off = np.array([[0.5, -3.0], [2.0, 10.0]])
     assert huber(torch.tensor(off), torch.zeros(2, 2)).item() == pytest.approx((0.125 + 4.0 + 2.0 + 18.0) / 4)
+
+
+@pytest.fixture(scope="module")
+def fitted_mlp():
+    return MLP.fit(learning(epochs=60))
+
+
+def test_its_layers_are_621_64_32_7(fitted):
+    dense = [(layer.in_features, layer.out_features) for layer in fitted.network[1] if isinstance(layer, nn.Linear)]
+    assert dense == [(621, 64), (64, 32), (32, 7)]
+
+
+def test_it_falls_below_half_the_error_of_the_mean(fitted):
+    wanted = learning()
+    off = np.abs(fitted.predict(profiles(UNSEEN)) - wanted.scaling.rating_up(wanted.held.rating)).mean()
+    assert off < 0.5 * of_the_mean(wanted, lambda off: np.abs(off).mean())
+
+
+def test_two_fits_are_bit_equal():
+    one, two = (MLP.fit(learning(epochs=3)).network.state_dict() for _ in range(2))
+    assert all(torch.equal(one[name], two[name]) for name in one)

@@ -6,12 +6,20 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.doors.corners import corners, extremes, singles, unplayable
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.generator import GENERATOR, Recipe, fit_by
+from palpate.modeling.doors.generator import (
+    GENERATOR,
+    MOST_FOREIGN,
+    Recipe,
+    Teacher,
+    code_of,
+    fit_by,
+    foreign_to,
+    opened,
+    plausible,
+)
 from palpate.modeling.doors.generator_networks import Generator, Size, fresh, random_wishes
-from palpate.modeling.doors.generator_shapes import code_of, opened, plausible
-from palpate.modeling.doors.generator_teacher import MOST_FOREIGN, Teacher, foreign_to
+from palpate.modeling.doors.plausibility import corners, extremes, singles, unplayable
 from tests.modeling.doors.network_learning import SEEN, data_of, felt, learning, run_by_numpy
 
 pytestmark = pytest.mark.needs("torch")

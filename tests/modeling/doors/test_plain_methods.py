@@ -14,7 +14,6 @@ from sklearn.model_selection import GroupKFold
 from palpate.modeling.columns import standard_of
 from palpate.modeling.doors import forest, linear
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.featured import featured
 from palpate.modeling.doors.forest import FOREST
 from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
 from palpate.modeling.doors.linear import (
@@ -27,7 +26,7 @@ from palpate.modeling.doors.linear import (
     path_of,
 )
 from palpate.modeling.doors.nearest import NEAREST
-from palpate.modeling.doors.preparing import inner_folds, rows_of
+from palpate.modeling.doors.preparing import featured, inner_folds, rows_of
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, asked, data_of, learn, profiles
 

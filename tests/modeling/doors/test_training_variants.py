@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.modeling.doors import changing
+from palpate.modeling.doors import training_variants
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.training_variants import KINDS, is_variant, with_variants
 from tests.modeling.doors.made_up import crossed
@@ -98,7 +98,9 @@ def test_variants_of_variants_are_refused():
 
 
 @pytest.mark.parametrize("end", [620, 605, 300])
-@pytest.mark.parametrize("change", [changing.noise, changing.shift, changing.smoothing, changing.spike])
+@pytest.mark.parametrize(
+    "change", [training_variants.noise, training_variants.shift, training_variants.smoothing, training_variants.spike]
+)
 def test_a_change_keeps_the_force_at_0_degrees_and_the_zeros_behind_the_motion(change, end):
     force = bell(15, end)
     force[1 : end + 1 : 2] += 0.5
@@ -112,29 +114,29 @@ def test_a_change_keeps_the_force_at_0_degrees_and_the_zeros_behind_the_motion(c
 
 def test_a_shift_moves_the_peak_by_its_degrees_either_way():
     for degrees in (-1.0, 0.5):
-        assert ANGLE[np.argmax(changing.shift(bell(20), degrees, drawing()))] == pytest.approx(20 + degrees)
+        assert ANGLE[np.argmax(training_variants.shift(bell(20), degrees, drawing()))] == pytest.approx(20 + degrees)
 
 
 def test_noise_has_the_sd_that_was_asked_for():
-    assert np.std(changing.noise(bell(20), 0.1, drawing()) - bell(20)) == pytest.approx(0.1, rel=0.1)
+    assert np.std(training_variants.noise(bell(20), 0.1, drawing()) - bell(20)) == pytest.approx(0.1, rel=0.1)
 
 
 def test_smoothing_takes_roughness_away_along_a_stretch_and_leaves_the_rest_as_it_was():
     rough = bell(20) + np.where(np.arange(621) % 2, 0.5, -0.5)
-    smoothed = changing.smoothing(rough, 1.0, drawing())
+    smoothed = training_variants.smoothing(rough, 1.0, drawing())
     touched = np.flatnonzero(smoothed != rough)
     assert 50 < len(touched) <= 201 and np.ptp(touched) <= 200
     assert np.abs(np.diff(smoothed))[touched[80:120]].max() < 0.25
 
 
 def test_a_spike_is_as_high_as_was_asked_and_one_degree_wide():
-    added = changing.spike(bell(20), 1.5, drawing()) - bell(20)
+    added = training_variants.spike(bell(20), 1.5, drawing()) - bell(20)
     assert 1.4 < added.max() <= 1.5 and added.min() > -1e-12
     assert 8 <= (added > 1e-9).sum() <= 10
 
 
 def test_amplitude_is_in_percent():
-    assert changing.amplitude(bell(20), -5.0, drawing()) == pytest.approx(0.95 * bell(20))
+    assert training_variants.amplitude(bell(20), -5.0, drawing()) == pytest.approx(0.95 * bell(20))
 
 
 @pytest.mark.parametrize("force", [np.zeros(621), np.full(621, 7.0), 1e6 * (ANGLE == 30), bell(0.1, 1), bell(0, 0)])

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.doors.exporting_network import exported_network
-from palpate.modeling.doors.networks import ForceToPerception
+from palpate.modeling.doors.networks import ForceToPerception, conv_relu, exported_network
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.model_files import write_model
-from palpate.modeling.layers import conv_relu
 from palpate.signals.models.card import Port, Reshape
 from palpate.signals.models.file import read_model
 

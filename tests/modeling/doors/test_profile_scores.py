@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.perceivers import Perceivers, door_ratings
-from palpate.modeling.doors.profile_files import read_profile
+from palpate.modeling.doors.profile_scores import Perceivers, door_ratings
+from palpate.modeling.doors.reading import read_profile
 from palpate.studies.catalogue import SHIPPED
 
 FOLDER = SHIPPED / "door_ratings"
