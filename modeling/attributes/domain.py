@@ -11,9 +11,8 @@ import numpy as np
 
 from palpate.modeling.attributes.entries import Entry
 from palpate.modeling.attributes.folds import Fold
-from palpate.modeling.attributes.material import Material, MaterialError, Pair, Texture
+from palpate.modeling.attributes.material import Material, MaterialError, Pair, Texture, load_material
 from palpate.modeling.attributes.methods import Fitted, Learning, Method
-from palpate.modeling.attributes.stored_material import load_material
 from palpate.modeling.evaluate.engine import Domain, Result
 from palpate.modeling.training.history import curve_of
 from palpate.protocols.code_digest import code_digest, module_of

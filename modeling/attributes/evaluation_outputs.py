@@ -7,9 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from palpate.modeling.attributes.choice import DEFAULT, RULE
 from palpate.modeling.attributes.entries import FEELING, SEEING
-from palpate.modeling.attributes.evaluation import AttributeEvaluation, usable
+from palpate.modeling.attributes.evaluation import DEFAULT, RULE, AttributeEvaluation, usable
 from palpate.modeling.attributes.evaluation_report import choice_of, reached
 from palpate.modeling.attributes.evaluation_tables import (
     Row,
@@ -22,8 +21,7 @@ from palpate.modeling.attributes.evaluation_tables import (
     table_rows,
 )
 from palpate.modeling.attributes.joining import senses
-from palpate.modeling.attributes.material import Material
-from palpate.modeling.attributes.stored_material import digest_of
+from palpate.modeling.attributes.material import Material, digest_of
 from palpate.modeling.doors.intervals import COVERAGE
 from palpate.modeling.evaluate.outputs import Choice, evaluation_folder, read_results, tables_as_json, write_evaluation
 from palpate.modeling.training.run_card import versions

@@ -9,18 +9,18 @@ from palpate.analysis.reports.figures import chosen as pictures
 from palpate.analysis.reports.page import EVALUATION, Block, Column, Heading, Page, Section, Words, page_html, table
 from palpate.analysis.reports.tables import in_seconds
 from palpate.modeling.attributes import evaluation_words as words
-from palpate.modeling.attributes.choice import RULE, choice, fusion
-from palpate.modeling.attributes.evaluation import AttributeEvaluation
+from palpate.modeling.attributes.evaluation import RULE, AttributeEvaluation, choice, fusion
 from palpate.modeling.attributes.evaluation_tables import (
     Row,
+    Which,
     attribute_rows,
     class_rows,
     fold_rows,
     method_rows,
     names_of,
+    number_of,
     table_rows,
 )
-from palpate.modeling.attributes.evaluation_thesis import Which, number_of
 from palpate.modeling.attributes.joining import lacking
 from palpate.modeling.evaluate.outputs import Choice, software_table
 

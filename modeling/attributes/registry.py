@@ -17,14 +17,14 @@ METHODS: Mapping[str, Method] = Registry(
         "visuo_tactile_thesis": "palpate.modeling.attributes.network_methods:VISUO_TACTILE_THESIS",
         "hv_net": "palpate.modeling.attributes.network_methods:HV_NET",
         "ht_net": "palpate.modeling.attributes.network_methods:HT_NET",
-        "ann": "palpate.modeling.attributes.row_methods:ANN",
-        "vision_cnn": "palpate.modeling.attributes.row_methods:VISION_CNN",
-        "haptic_cnn": "palpate.modeling.attributes.row_methods:HAPTIC_CNN",
-        "tactile_cnn_lstm": "palpate.modeling.attributes.row_methods:TACTILE_CNN_LSTM",
+        "ann": "palpate.modeling.attributes.network_methods:ANN",
+        "vision_cnn": "palpate.modeling.attributes.network_methods:VISION_CNN",
+        "haptic_cnn": "palpate.modeling.attributes.network_methods:HAPTIC_CNN",
+        "tactile_cnn_lstm": "palpate.modeling.attributes.network_methods:TACTILE_CNN_LSTM",
         "tactile_svm": "palpate.modeling.attributes.tactile_svm:TACTILE_SVM",
-        "ridge": "palpate.modeling.attributes.ridge:RIDGE",
-        "boosting": "palpate.modeling.attributes.boosting:BOOSTING",
-        "mean": "palpate.modeling.attributes.mean:MEAN",
+        "ridge": "palpate.modeling.attributes.whole_textures:RIDGE",
+        "boosting": "palpate.modeling.attributes.whole_textures:BOOSTING",
+        "mean": "palpate.modeling.attributes.whole_textures:MEAN",
     }
 )
 OWN_FEATURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {

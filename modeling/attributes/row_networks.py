@@ -1,9 +1,13 @@
-"""Training a baseline network on rows of textures, and asking it about one."""
+"""The networks that the thesis compares its own with (3.6.6), on rows of features, and their training.
+
+All take the widths of the rows that they are shown. Of the ANN all sizes are the thesis'; of the others it is known
+what kind of network they are, and the sizes are ours."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,11 +16,10 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from palpate.modeling.attributes.baseline_networks import NETWORKS
 from palpate.modeling.attributes.learnable import textures_of
 from palpate.modeling.attributes.material import MaterialError, Modality, Texture, ratings_of
-from palpate.modeling.attributes.methods import Learning
-from palpate.modeling.attributes.network_fit import (
+from palpate.modeling.attributes.methods import Learning, RowPlan
+from palpate.modeling.attributes.network_training import (
     Look,
     Target,
     arrays_of,
@@ -27,11 +30,104 @@ from palpate.modeling.attributes.network_fit import (
     target_of,
     told_of,
 )
-from palpate.modeling.attributes.row_plans import Plan
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.sources import Given, Made, answer_of, digest_of
 from palpate.signals.arrays import Array
+
+BRANCH, FUSED = (128, 256, 256, 128), (64, 64)
+VISION, HAPTIC, TACTILE = (16, 32), (16, 32, 64), (32, 64)
+"""Filters of the convolutions, each followed by ReLU and by the greatest of every four."""
+POOL = 4
+VISION_DENSE, HAPTIC_DENSE = (64,), (64, 64)
+SEGMENT, LSTM, TACTILE_DENSE = 64, 64, (32,)
+DROPOUT = 0.3
+
+
+class Ann(nn.Module):
+    """A branch of 128, 256, 256, 128 for touch and one for sight, fused; 64, 64; one unit for each attribute."""
+
+    def __init__(self, widths: Sequence[int], attributes: int) -> None:
+        super().__init__()
+        self.touch, self.sight = (dense(width, BRANCH) for width in widths)
+        self.fused = nn.Sequential(dense(2 * BRANCH[-1], FUSED), nn.Linear(FUSED[-1], attributes))
+
+    def forward(self, touch: Tensor, sight: Tensor) -> Tensor:
+        """(batch, numbers) of touch and of sight to (batch, attributes)."""
+        found: Tensor = self.fused(torch.cat([self.touch(touch), self.sight(sight)], dim=1))
+        return found
+
+
+class Cnn(nn.Module):
+    """Convolutions along a row of features, dense layers, one unit for each attribute."""
+
+    def __init__(
+        self, widths: Sequence[int], attributes: int, filters: Sequence[int], kernel: int, hidden: Sequence[int]
+    ) -> None:
+        super().__init__()
+        self.along = convolved(filters, kernel)
+        flat = filters[-1] * pooled(widths[0], len(filters))
+        self.head = nn.Sequential(nn.Dropout(DROPOUT), dense(flat, hidden), nn.Linear(hidden[-1], attributes))
+
+    def forward(self, rows: Tensor) -> Tensor:
+        """(batch, numbers) to (batch, attributes)."""
+        found: Tensor = self.head(self.along(rows[:, None]).flatten(1))
+        return found
+
+
+class CnnLstm(nn.Module):
+    """Convolutions along each segment's row, an LSTM over successive segments, dense layers on its last state."""
+
+    def __init__(self, widths: Sequence[int], attributes: int) -> None:
+        super().__init__()
+        self.along = convolved(TACTILE, 5)
+        self.segment = dense(TACTILE[-1] * pooled(widths[0], len(TACTILE)), (SEGMENT,))
+        self.lstm = nn.LSTM(SEGMENT, LSTM, batch_first=True)
+        self.head = nn.Sequential(
+            nn.Dropout(DROPOUT), dense(LSTM, TACTILE_DENSE), nn.Linear(TACTILE_DENSE[-1], attributes)
+        )
+
+    def forward(self, rows: Tensor) -> Tensor:
+        """(batch, segments, numbers) to (batch, attributes)."""
+        each = self.segment(self.along(rows.flatten(0, 1)[:, None]).flatten(1))
+        _, (last, _) = self.lstm(each.unflatten(0, rows.shape[:2]))
+        found: Tensor = self.head(last[0])
+        return found
+
+
+def dense(width: int, sizes: Sequence[int]) -> nn.Sequential:
+    """Dense layers of these sizes, each with ReLU."""
+    layers = ((nn.Linear(inputs, outputs), nn.ReLU()) for inputs, outputs in pairwise((width, *sizes)))
+    return nn.Sequential(*(layer for pair in layers for layer in pair))
+
+
+def convolved(filters: Sequence[int], kernel: int) -> nn.Sequential:
+    """Convolutions that keep the length, each with ReLU and a pooling that leaves no number out."""
+    layers = (
+        (
+            nn.Conv1d(inputs, outputs, kernel, padding=kernel // 2),
+            nn.BatchNorm1d(outputs),
+            nn.ReLU(),
+            nn.MaxPool1d(POOL, ceil_mode=True),
+        )
+        for inputs, outputs in pairwise((1, *filters))
+    )
+    return nn.Sequential(*(layer for block in layers for layer in block))
+
+
+def pooled(length: int, times: int) -> int:
+    """What is left of a row after so many poolings."""
+    for _ in range(times):
+        length = -(-length // POOL)
+    return length
+
+
+NETWORKS: Mapping[str, Callable[[Sequence[int], int], nn.Module]] = {
+    "ann": Ann,
+    "vision_cnn": lambda widths, attributes: Cnn(widths, attributes, VISION, 5, VISION_DENSE),
+    "haptic_cnn": lambda widths, attributes: Cnn(widths, attributes, HAPTIC, 3, HAPTIC_DENSE),
+    "tactile_cnn_lstm": CnnLstm,
+}
 
 QUICK_EPOCHS = 5
 AT_ONCE = 64
@@ -42,7 +138,7 @@ AT_ONCE = 64
 class FittedRows:
     """A trained baseline: its network, what it looks at, the scale of its answers, and how the training went."""
 
-    plan: Plan
+    plan: RowPlan
     network: nn.Module
     looks: tuple[Look, ...]
     target: Target
@@ -67,12 +163,12 @@ class FittedRows:
         return answers
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """Arrays and what is told of them, for `restored_rows`."""
+        """Return arrays and plain values, for `restore_rows`."""
         arrays = arrays_of(self.network, self.looks, self.target)
         return arrays, {"method": self.plan.name, "looks": told_of(self.looks)}
 
 
-def fit_rows(learning: Learning, plan: Plan) -> FittedRows:
+def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
     """Train the plan's network to answer with a texture's ratings, each texture shown as often as another.
 
     The loss is the mean square error, in SDs of the ratings. Raises MaterialError for textures that cannot be learned
@@ -89,11 +185,11 @@ def fit_rows(learning: Learning, plan: Plan) -> FittedRows:
     return FittedRows(plan, network, looks, target, trained)
 
 
-def restored_rows(plan: Plan, arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> FittedRows:
+def restore_rows(plan: RowPlan, arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedRows:
     """What `FittedRows.saved` gave, fitted again. Raises MaterialError where it is of another method."""
-    if told["method"] != plan.name:
-        raise MaterialError(f"a model of {told['method']!r} was given to {plan.name!r}.")
-    looks, target = looks_in(arrays, told["looks"]), target_in(arrays)
+    if metadata["method"] != plan.name:
+        raise MaterialError(f"a model of {metadata['method']!r} was given to {plan.name!r}.")
+    looks, target = looks_in(arrays, metadata["looks"]), target_in(arrays)
     network = seeded(lambda: _network(plan, looks, len(target.mean)), 0)
     load_into(network, arrays)
     return FittedRows(plan, network.eval(), looks, target)
@@ -112,11 +208,11 @@ def _rows(texture: Texture, look: Look, variants: bool) -> Tensor:
     return torch.cat([own, look.down(further, texture.id)])
 
 
-def _network(plan: Plan, looks: Sequence[Look], attributes: int) -> nn.Module:
+def _network(plan: RowPlan, looks: Sequence[Look], attributes: int) -> nn.Module:
     return NETWORKS[plan.name]([len(look.mean) for look in looks], attributes)
 
 
-def _watched(learning: Learning, looks: Sequence[Look], target: Target, plan: Plan) -> Made | None:
+def _watched(learning: Learning, looks: Sequence[Look], target: Target, plan: RowPlan) -> Made | None:
     if not learning.held:
         return None
     return everything(stacks_of(learning.held, looks), target.down(ratings_of(learning.held)), plan.steps)

@@ -45,17 +45,17 @@ class SupportVectors:
         return np.stack(answers, axis=1) + self.intercept
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """Arrays and what is told of them, for `restored`."""
+        """Return arrays and plain values, for `restore`."""
         own = {name: getattr(self, name) for name in ("vectors", "dual", "intercept", "gamma")}
         arrays = {**own, "gain": self.standard.gain, "offset": self.standard.offset}
         return arrays, {"method": TACTILE_SVM.name, "kinds": list(self.kinds)}
 
 
-def restored(tensors: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> SupportVectors:
+def restore(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> SupportVectors:
     """What `saved` gave, fitted again."""
-    standard = Standard(tensors["gain"], tensors["offset"])
-    own = (tensors[name] for name in ("vectors", "dual", "intercept", "gamma"))
-    return SupportVectors(tuple(told["kinds"]), standard, *own)
+    standard = Standard(arrays["gain"], arrays["offset"])
+    own = (arrays[name] for name in ("vectors", "dual", "intercept", "gamma"))
+    return SupportVectors(tuple(metadata["kinds"]), standard, *own)
 
 
 @dataclass(frozen=True)
@@ -148,5 +148,5 @@ TACTILE_SVM = Method(
     fit=fit,
     sees=frozenset({"touch"}),
     source="thesis 3.6.6; Shao et al. 2023, whose features are learned by sparse coding; here as a regression",
-    restore=restored,
+    restore=restore,
 )

@@ -37,7 +37,7 @@ JSON_ELSEWHERE = {
     "benchmarks/streams/run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",
     "benchmarks/doors/designer_window.py": "to its parent",
     "modeling/files/model_files.py": "a card that `canonical` has read",
-    "modeling/attributes/model_file.py": "back to pydantic", "modeling/attributes/stored_material.py": "for a digest",
+    "modeling/attributes/model_file.py": "back to pydantic", "modeling/attributes/material.py": "for a digest",
 }  # fmt: skip
 
 

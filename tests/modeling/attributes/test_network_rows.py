@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from palpate.modeling.attributes.material import MaterialError, Rated, Texture, ratings_of
-from palpate.modeling.attributes.network_fit import (
+from palpate.modeling.attributes.network_training import (
     LIMIT,
     arranged,
     drawn,

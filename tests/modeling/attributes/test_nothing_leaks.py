@@ -8,8 +8,8 @@ import pytest
 from palpate.modeling.attributes.domain import learning
 from palpate.modeling.attributes.entries import Entry
 from palpate.modeling.attributes.evaluation import AttributeOptions, domain_for
+from palpate.modeling.attributes.material import load_material
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
-from palpate.modeling.attributes.stored_material import load_material
 from tests.modeling.attributes.made_material import made_material
 from tests.modeling.attributes.small_evaluation import changed
 

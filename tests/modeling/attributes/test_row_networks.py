@@ -5,13 +5,22 @@ from dataclasses import replace
 import pytest
 import torch
 
-from palpate.modeling.attributes import baseline_networks as sizes
-from palpate.modeling.attributes.baseline_networks import NETWORKS, Ann, CnnLstm, pooled
+from palpate.modeling.attributes import row_networks as sizes
 from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.methods import RowPlan
+from palpate.modeling.attributes.network_methods import ANN
 from palpate.modeling.attributes.registry import METHODS
-from palpate.modeling.attributes.row_methods import ANN
-from palpate.modeling.attributes.row_networks import drawn, everything, examples, restored_rows, stack_of
-from palpate.modeling.attributes.row_plans import Plan
+from palpate.modeling.attributes.row_networks import (
+    NETWORKS,
+    Ann,
+    CnnLstm,
+    drawn,
+    everything,
+    examples,
+    pooled,
+    restore_rows,
+    stack_of,
+)
 from tests.modeling.attributes.learned import asked, learning
 
 pytestmark = pytest.mark.needs("torch")
@@ -145,4 +154,4 @@ def test_wishes_reach_the_training():
 def test_another_methods_file_is_refused():
     fitted = ANN.fit(learning(ANN, settings={"epochs": 1}))
     with pytest.raises(MaterialError, match="'ann' was given to 'vision_cnn'"):
-        restored_rows(Plan("vision_cnn", ("sight",), 1), *fitted.saved())
+        restore_rows(RowPlan("vision_cnn", ("sight",), 1), *fitted.saved())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.attributes import boosting, network_fit, ridge, row_networks, tactile_svm
+from palpate.modeling.attributes import network_training, row_networks, tactile_svm, whole_textures
 from palpate.modeling.attributes.methods import Learning
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 from palpate.modeling.training.loop import adam
@@ -44,7 +44,7 @@ def begun(monkeypatch):
             METHODS[name].fit(given)
         return dict(told)
 
-    for place in (network_fit, row_networks):
+    for place in (network_training, row_networks):
         monkeypatch.setattr(place, "train", train)
     return of
 
@@ -133,9 +133,9 @@ def test_boosting_grows_two_hundred_trees_of_depth_two_for_each_attribute(monkey
     told = {"n_estimators": 200, "max_depth": 2, "learning_rate": 0.05, "max_features": 0.1, "random_state": 0}
     assert grown == [told] * 4
     assert np.diff(model.first).tolist() == [200] * 4
-    assert boosting.RATE == 0.05  # with which its answers are summed
+    assert whole_textures.RATE == 0.05  # with which its answers are summed
 
 
 def test_what_ridge_and_the_svm_choose_from():
-    assert ridge.SHARES == (0.0, 0.2, 0.5, 0.8, 1.0)
+    assert whole_textures.SHARES == (0.0, 0.2, 0.5, 0.8, 1.0)
     assert (tactile_svm.SEGMENTS, tactile_svm.COSTS, tactile_svm.WIDTHS) == (15, (0.3, 3.0, 30.0), (0.1, 0.3, 1.0))

@@ -184,14 +184,14 @@ def fitted_mlp():
     return MLP.fit(learning(epochs=60))
 
 
-def test_its_layers_are_621_64_32_7(fitted):
-    dense = [(layer.in_features, layer.out_features) for layer in fitted.network[1] if isinstance(layer, nn.Linear)]
+def test_its_layers_are_621_64_32_7(fitted_mlp):
+    dense = [(layer.in_features, layer.out_features) for layer in fitted_mlp.network[1] if isinstance(layer, nn.Linear)]
     assert dense == [(621, 64), (64, 32), (32, 7)]
 
 
-def test_it_falls_below_half_the_error_of_the_mean(fitted):
+def test_it_falls_below_half_the_error_of_the_mean(fitted_mlp):
     wanted = learning()
-    off = np.abs(fitted.predict(profiles(UNSEEN)) - wanted.scaling.rating_up(wanted.held.rating)).mean()
+    off = np.abs(fitted_mlp.predict(profiles(UNSEEN)) - wanted.scaling.rating_up(wanted.held.rating)).mean()
     assert off < 0.5 * of_the_mean(wanted, lambda off: np.abs(off).mean())
 
 

@@ -160,7 +160,7 @@ def test_components_are_those_of_sklearn_and_no_more_than_there_are():
 
 
 def test_components_and_penalty_of_pca_ridge_are_those_of_least_error(monkeypatch):
-    monkeypatch.setattr(linear, "COMPONENTS", (1, 3, 5))
+    monkeypatch.setattr(linear, "FORWARD_COMPONENTS", (1, 3, 5))
     monkeypatch.setattr(linear, "PENALTIES", PENALTIES[::8])
     told = []
     given = replace(learn(learn_from="measured"), report=told.append)
@@ -192,7 +192,7 @@ def test_components_and_penalty_of_pca_ridge_are_those_of_least_error(monkeypatc
 
 
 def test_components_and_penalty_of_pca_regression_are_those_of_least_error(monkeypatch):
-    monkeypatch.setattr(linear, "COMPONENTS", (1, 2, 4))
+    monkeypatch.setattr(linear, "INVERSE_COMPONENTS", (1, 2, 4))
     monkeypatch.setattr(linear, "PENALTIES", PENALTIES[::8])
     told = []
     given = replace(learn(), report=told.append)

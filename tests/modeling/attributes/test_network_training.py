@@ -7,8 +7,14 @@ import pytest
 
 from palpate.modeling.attributes.material import MaterialError, ratings_of
 from palpate.modeling.attributes.methods import Learning, predictions
-from palpate.modeling.attributes.network_fit import LITERAL_SETTINGS, SETTINGS
-from palpate.modeling.attributes.network_methods import HT_NET, HV_NET, VISUO_TACTILE, VISUO_TACTILE_THESIS, restored
+from palpate.modeling.attributes.network_methods import (
+    HT_NET,
+    HV_NET,
+    VISUO_TACTILE,
+    VISUO_TACTILE_THESIS,
+    restore_network,
+)
+from palpate.modeling.attributes.network_training import LITERAL_SETTINGS, SETTINGS
 from palpate.modeling.attributes.registry import METHODS
 from tests.modeling.attributes.made_material import PAIRS, made_material
 
@@ -46,7 +52,7 @@ def test_to_the_letter_it_watches_textures_keeps_its_rate_and_is_restored_to_the
     assert (LITERAL_SETTINGS.epochs, LITERAL_SETTINGS.stop_patience, LITERAL_SETTINGS.learning_rate) == (200, 10, 1e-3)
     model = VISUO_TACTILE_THESIS.fit(learning(textures[:3], textures[3:4]))
     assert [epoch.learning_rate for epoch in model.trained.history] == [1e-3]
-    again = restored(*model.saved())
+    again = restore_network(*model.saved())
     np.testing.assert_array_equal(again.predict(textures[4]), model.predict(textures[4]))
 
 
@@ -103,7 +109,7 @@ def test_it_comes_back_from_its_numbers_to_the_bit(fitted, textures):
 
     _, model = fitted
     arrays, told = model.saved()
-    again = restored(load(save(arrays)), parse(canonical(told)))
+    again = restore_network(load(save(arrays)), parse(canonical(told)))
     np.testing.assert_array_equal(again.predict(textures[4]), model.predict(textures[4]))
     assert again.trained is None
 
@@ -111,11 +117,11 @@ def test_it_comes_back_from_its_numbers_to_the_bit(fitted, textures):
 def test_numbers_of_another_network_are_refused(fitted):
     arrays, told = fitted[1].saved()
     with pytest.raises(MaterialError, match="not the numbers of a visuo-tactile network"):
-        restored({name: each for name, each in arrays.items() if name != "network.out.bias"}, told)
+        restore_network({name: each for name, each in arrays.items() if name != "network.out.bias"}, told)
     with pytest.raises(MaterialError, match="not the numbers of a visuo-tactile network"):
-        restored(arrays, {})
+        restore_network(arrays, {})
     with pytest.raises(MaterialError, match="neither sees nor feels"):
-        restored(arrays, {**told, "looks": []})
+        restore_network(arrays, {**told, "looks": []})
 
 
 def test_what_it_looks_at_must_be_there(textures):

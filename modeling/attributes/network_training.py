@@ -80,13 +80,13 @@ class FittedNetwork:
         return found if np.isfinite(found).all() else MaterialError(f"{name}: the network's answer is not finite.")
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restored`."""
+        """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restore_network`."""
         looks = [look for look in (self.sight, self.touch) if look is not None]
         literal = {"literal": True} if self.network.literal else {}
         return arrays_of(self.network, looks, self.target), {"looks": told_of(looks), **literal}
 
 
-def fit(learning: Learning, sees: frozenset[Modality], literal: bool = False) -> FittedNetwork:
+def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = False) -> FittedNetwork:
     """Train a network that looks at the learning's features of `sees`.
 
     An epoch shows each texture once, with one of its pictures (or of their variants) and some of its segments; others
@@ -110,15 +110,15 @@ def fit(learning: Learning, sees: frozenset[Modality], literal: bool = False) ->
     return FittedNetwork(network, sight, touch, target, trained)
 
 
-def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> FittedNetwork:
+def restore_network(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedNetwork:
     """What `FittedNetwork.saved` gave, to be asked again; it answers to the bit as before.
 
     Raises MaterialError where the arrays are not those of such a network.
     """
     try:
-        looks = {look.modality: look for look in looks_in(arrays, told["looks"])}
+        looks = {look.modality: look for look in looks_in(arrays, metadata["looks"])}
         target = target_in(arrays)
-        literal = bool(told.get("literal", False))
+        literal = bool(metadata.get("literal", False))
         network = _network(looks.get("sight"), looks.get("touch"), target, 0, literal)
         load_into(network, arrays)
     except (KeyError, RuntimeError, TypeError, ValueError) as error:
