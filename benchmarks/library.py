@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 from palpate.modeling.library.entries import Entry, Library, Predicted, Rated, belief, felt
-from palpate.modeling.library.ranges import Soft
 from palpate.modeling.library.search import Found, Near, find, near, wishes_of
+from palpate.modeling.library.terms import Soft
 from palpate.modeling.library.wishes import Wish, combined
 from palpate.protocols.bench import Case
 from palpate.signals.arrays import Array

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.modeling.commands_data import going_on, progress_lines
-from palpate.modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table, demand_folder_alone
+from palpate.modeling.commands_data import BESIDE_A_TABLE, beside_a_table, demand_folder_alone, going_on, progress_lines
 from palpate.modeling.options import EPOCHS, SEED, TO_MODELS, WORKERS, cluster_option, to_evaluated
 from palpate.protocols.extras import FEATURES, MODELS
 from palpate.protocols.progress import Report

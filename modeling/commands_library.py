@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.modeling.commands_recordings import beside_a_table, beside_options, demand_folder_alone
+from palpate.modeling.commands_data import beside_a_table, beside_options, demand_folder_alone
 from palpate.modeling.commands_texture_set import simulate
 from palpate.modeling.options import WORKERS
 from palpate.studies.options import JSON, LAB, echo_json, only_simulated, sessions_option, with_options

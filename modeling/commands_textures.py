@@ -10,8 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.modeling.commands_data import going_on, progress_lines
-from palpate.modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
+from palpate.modeling.commands_data import (
+    FILE_OPTIONS,
+    FILES,
+    HELD_OPTIONS,
+    demand_one,
+    going_on,
+    held_in,
+    progress_lines,
+)
 from palpate.modeling.options import EPOCHS, SEED, TO_MODELS, WORKERS, cluster_option, to_evaluated
 from palpate.protocols.extras import MODELS
 from palpate.protocols.progress import Report

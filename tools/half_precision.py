@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import load_file
 
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.model_files import write_model
+from palpate.modeling.files.model_files import Exported, write_model
 from palpate.signals.models.card import Card
 
 NOTE = "judged in single precision, shipped in half"

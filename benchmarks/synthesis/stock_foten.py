@@ -12,11 +12,9 @@ from torch.optim import Adam
 from torch.utils.data import DataLoader, TensorDataset
 
 from palpate.modeling.textures.foten import SETTINGS
-from palpate.modeling.textures.foten_layers import DROPOUT, HEADS, HIDDEN, WIDTH, positions
-from palpate.modeling.textures.foten_network import LAYERS
-from palpate.modeling.textures.fourier import HEADS as SPECTRUM_HEADS
-from palpate.modeling.textures.fourier import WIDTH as SPECTRUM_WIDTH
-from palpate.modeling.textures.heads import UNITS, huber
+from palpate.modeling.textures.foten_network import DROPOUT, HEADS, HIDDEN, LAYERS, UNITS, WIDTH, huber, positions
+from palpate.modeling.textures.foten_network import FOURIER_HEADS as SPECTRUM_HEADS
+from palpate.modeling.textures.foten_network import FOURIER_WIDTH as SPECTRUM_WIDTH
 from palpate.modeling.training.sources import Pairs
 
 DELTA = 1.6

@@ -18,8 +18,7 @@ import torch
 from benchmarks.synthesis.stock_foten import DELTA, train_plainly
 from palpate.modeling.textures.fitting import Rows, answers, rows_of
 from palpate.modeling.textures.foten import SETTINGS
-from palpate.modeling.textures.foten_network import WINDOW, Foten
-from palpate.modeling.textures.heads import huber
+from palpate.modeling.textures.foten_network import WINDOW, Foten, huber
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Recording
 from palpate.modeling.textures.simulated import captured

@@ -1,4 +1,4 @@
-"""An evaluation of predicted attributes: every method without each texture once, on the same folds; the default method."""
+"""An evaluation of predicted attributes: every method without each texture once, on the same folds; the default."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ def _planned_figure(
 
 def _curves(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Yield the learning curves of every method that is trained in epochs, a line for each texture left out."""
-    from palpate.modeling.training.learning_curve import learning_curve
+    from palpate.modeling.training.trained_files import learning_curve
 
     for entry in evaluation.of(MAIN):
         if histories := _histories(evaluation, entry):

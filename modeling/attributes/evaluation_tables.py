@@ -18,7 +18,7 @@ from palpate.modeling.attributes.feature_times import steps_of
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.scores import Difference, Errors, by_class, difference, errors
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed, nested_coverage
-from palpate.modeling.files.printed_numbers import printed_numbers
+from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.modeling.training.history import COLUMNS
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"

@@ -1,6 +1,6 @@
 """Textures as models of attributes see them: what was felt and seen, and how people rated it (thesis 3.3, 3.4).
 
-All textures are stored as one file that every worker reads once: fifty of them are too much to be sent with each job."""
+All textures are stored as one file that every worker reads once: fifty of them are too many to send with each job."""
 
 from __future__ import annotations
 

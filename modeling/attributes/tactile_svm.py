@@ -14,7 +14,7 @@ from palpate.analysis.statistics.one_thread import one_thread
 from palpate.modeling.attributes.learnable import inner_folds, rows_of, textures_of
 from palpate.modeling.attributes.material import Texture
 from palpate.modeling.attributes.methods import Learning, Method
-from palpate.modeling.columns import Standard, standard_of
+from palpate.modeling.regression import Standard, standard_of
 from palpate.signals.arrays import Array, Indices
 
 SEGMENTS = 15

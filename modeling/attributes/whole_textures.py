@@ -18,9 +18,7 @@ from palpate.analysis.statistics.one_thread import one_thread
 from palpate.modeling.attributes.learnable import inner_folds, rows_of, textures_of
 from palpate.modeling.attributes.material import MaterialError, Modality, Texture
 from palpate.modeling.attributes.methods import Learning, Method
-from palpate.modeling.columns import Standard, standard_of
-from palpate.modeling.linear_path import PENALTIES, inner_errors, path_of
-from palpate.modeling.trees import Trees, trees_of
+from palpate.modeling.regression import PENALTIES, Standard, Trees, inner_errors, path_of, standard_of, trees_of
 from palpate.signals.arrays import Array
 
 LIMIT = 10.0

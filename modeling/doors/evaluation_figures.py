@@ -232,7 +232,7 @@ def _timed_rows(
 
 def _curves(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Yield the learning curves of every method that is trained in epochs, a line for each fold."""
-    from palpate.modeling.training.learning_curve import learning_curve
+    from palpate.modeling.training.trained_files import learning_curve
 
     for method in (*evaluation.results.methods("forward"), *evaluation.results.methods("inverse")):
         if histories := _histories(method):

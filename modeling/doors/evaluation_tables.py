@@ -13,7 +13,7 @@ import numpy as np
 
 from palpate.modeling.doors.results import MethodResults
 from palpate.modeling.doors.scores import by_level, mae, r2, rmse
-from palpate.modeling.files.printed_numbers import printed_numbers
+from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.signals.arrays import Array
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import Featured, featured, rows_of
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.trees import Trees, trees_of
+from palpate.modeling.files.model_files import Exported
+from palpate.modeling.regression import Trees, trees_of
 from palpate.signals.arrays import Array
 from palpate.signals.models import card as model_card
 

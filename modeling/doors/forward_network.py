@@ -18,7 +18,7 @@ from palpate.modeling.doors.networks import (
     training_rows,
 )
 from palpate.modeling.doors.preparing import Rows, checked_forces
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from palpate.modeling.columns import standard_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import Featured, featured, on_one_thread, rows_of
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
+from palpate.modeling.regression import standard_of
 from palpate.signals.arrays import Array
 from palpate.signals.models.card import Affine, Kernel
 

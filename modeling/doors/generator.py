@@ -18,13 +18,13 @@ from numpy.random import PCG64, SeedSequence
 from numpy.random import Generator as Chance
 from numpy.typing import NDArray
 
-from palpate.modeling.columns import Standard, standard_of
 from palpate.modeling.doors import generator_networks as networks
 from palpate.modeling.doors.data import TOP, ModelDataError
 from palpate.modeling.doors.generator_networks import Generator, How, Layers, Size, fresh
 from palpate.modeling.doors.methods import Fitted, Learning, Method
 from palpate.modeling.doors.preparing import PLAYABLE, checked_wishes, on_one_thread, rows_of
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
+from palpate.modeling.regression import Standard, standard_of
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.signals.doors.limits import bounded_profiles

@@ -21,7 +21,7 @@ from palpate.modeling.doors.forward_network import FeltThrough
 from palpate.modeling.doors.linear import Components, components_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.seeding import training_state
 from palpate.signals.arrays import Array
 from palpate.signals.doors.limits import bounded_profiles

@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from palpate.modeling.columns import standard_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import (
     PLAYABLE,
@@ -21,8 +20,8 @@ from palpate.modeling.doors.preparing import (
     on_one_thread,
     rows_of,
 )
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.linear_path import PENALTIES, inner_errors, path_of
+from palpate.modeling.files.model_files import Exported
+from palpate.modeling.regression import PENALTIES, inner_errors, path_of, standard_of
 from palpate.signals.arrays import Array, Indices
 from palpate.signals.doors.grid import POINTS
 from palpate.signals.doors.limits import bounded_profiles

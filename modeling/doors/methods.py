@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from palpate.modeling.doors.data import DoorData, ModelDataError, Scaling
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.methods import FitOptions, MethodOf
 from palpate.signals.arrays import Array
 

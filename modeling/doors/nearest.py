@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import checked_wishes, rows_of
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
 from palpate.signals.arrays import Array
 from palpate.signals.models import card as model_card
 

@@ -14,11 +14,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from palpate.modeling.columns import CONSTANT
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.preparing import Rows, rows_of
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
+from palpate.modeling.regression import CONSTANT
 from palpate.modeling.training.steps import answers_of
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS

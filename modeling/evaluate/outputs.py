@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -102,3 +103,12 @@ def software_table() -> TableBlock:
     """Return the table of the packages that decide a result, with their versions."""
     rows = [{"package": name, "version": version or "not installed"} for name, version in versions().items()]
     return table("Software", rows, [Column("package", "package"), Column("version", "version")])
+
+
+@cache
+def printed_numbers(file: Path) -> Mapping[str, Any]:
+    """The whole file, read once."""
+    import yaml
+
+    told: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
+    return told

@@ -1,4 +1,4 @@
-"""Write a trained model, NAME.json (its card) and NAME.safetensors (its numbers): both or neither."""
+"""A fitted model as steps and tensors, and as files: NAME.json (its card) and NAME.safetensors, both or neither."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,18 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from safetensors import numpy as numbers
 
-from palpate.modeling.files.exported import Exported
 from palpate.protocols.canonical import NotCanonical, canonical
 from palpate.protocols.files import staged_files, write_bytes
-from palpate.signals.models.card import Card, Interval, Port, Texture, Weights, complaint, tensors_named
+from palpate.signals.models.card import Card, Interval, Port, Step, Texture, Weights, complaint, tensors_named
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A fitted model as steps and the tensors that they name: from the card's input to its output."""
+
+    steps: tuple[Step, ...]
+    tensors: Mapping[str, NDArray[Any]]
+
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 KINDS = ("float16", "float32", "float64", "int32", "int64")

@@ -13,8 +13,16 @@ from typing import TYPE_CHECKING
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.files import earlier_in, place_of, write_library, write_whole
 from palpate.modeling.library.indexing import Told, gone, library_of
-from palpate.modeling.library.pictures import Pictures, told_lacking
-from palpate.modeling.library.sources import Wanted, first_pictures, material_of, model_of, predictor_of, rating_sources
+from palpate.modeling.library.sources import (
+    Pictures,
+    Wanted,
+    first_pictures,
+    material_of,
+    model_of,
+    predictor_of,
+    rating_sources,
+    told_lacking,
+)
 from palpate.protocols.progress import Report
 
 if TYPE_CHECKING:

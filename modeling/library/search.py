@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 from palpate.modeling.doors.scores import JND
 from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, belief, felt, known
-from palpate.modeling.library.ranges import normal
-from palpate.modeling.library.terms import vocabulary
+from palpate.modeling.library.terms import normal, vocabulary
 from palpate.modeling.library.wishes import Wish, combined, wishes_in
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import some

@@ -10,8 +10,7 @@ from itertools import groupby
 from typing import TypeVar
 
 from palpate.modeling.library.entries import LibraryError
-from palpate.modeling.library.ranges import Soft, both, trapezoid, turned
-from palpate.modeling.library.terms import Phrase, Vocabulary, Word, known_words
+from palpate.modeling.library.terms import Phrase, Soft, Vocabulary, Word, both, known_words, trapezoid, turned
 from palpate.protocols.did_you_mean import nearest
 
 TOKEN = re.compile(r"[0-9]+(?:\.[0-9]+)?|[^\W\d_]+(?:[-'’][^\W\d_]+)*|>=|<=|\.\.+|\S")

@@ -13,7 +13,7 @@ from scipy.cluster.hierarchy import fcluster, ward
 from scipy.signal.windows import hann
 from scipy.spatial import Delaunay, QhullError
 
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import CHANNELS, TextureDataError
 from palpate.protocols.wording import count

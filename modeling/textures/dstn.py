@@ -13,14 +13,12 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor, nn
 
-from palpate.modeling.textures.exporting_foten import Pieces, pieces
-from palpate.modeling.textures.exporting_informer import attending
-from palpate.modeling.textures.fitting import FittedWindows, fit_windows, for_length
-from palpate.modeling.textures.heads import loss_named
+from palpate.modeling.textures.exporting import Pieces, attending, pieces
+from palpate.modeling.textures.fitting import FittedWindows, fit_windows, for_length, shaped
+from palpate.modeling.textures.foten_network import loss_named
 from palpate.modeling.textures.informer_layers import ProbSparse
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import TextureDataError
-from palpate.modeling.textures.shapes import shaped
 from palpate.modeling.training.optimisers import clipped
 from palpate.modeling.training.settings import Settings
 from palpate.signals.models.card import Activation

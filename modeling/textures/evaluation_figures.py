@@ -182,7 +182,7 @@ def _test_part(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Ar
 
 def _curves(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Yield the learning curves of ours and of the thesis' method, a line for each texture."""
-    from palpate.modeling.training.learning_curve import learning_curve
+    from palpate.modeling.training.trained_files import learning_curve
 
     for method in CURVED:
         if histories := _histories(evaluation, method):

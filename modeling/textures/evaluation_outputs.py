@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.modeling.evaluate.outputs import evaluation_folder, read_results, tables_as_json, write_evaluation
-from palpate.modeling.textures.choice import RULE
-from palpate.modeling.textures.evaluation import TextureEvaluation
+from palpate.modeling.textures.evaluation import RULE, TextureEvaluation
 from palpate.modeling.textures.evaluation_report import choice_of
 from palpate.modeling.textures.evaluation_tables import (
     Row,

@@ -11,8 +11,7 @@ from palpate.analysis.reports.page import EVALUATION, Block, Column, Heading, Pa
 from palpate.analysis.reports.tables import in_seconds
 from palpate.modeling.evaluate.outputs import Choice, software_table
 from palpate.modeling.textures import evaluation_words as words
-from palpate.modeling.textures.choice import RULE, choice
-from palpate.modeling.textures.evaluation import TextureEvaluation
+from palpate.modeling.textures.evaluation import RULE, TextureEvaluation, choice
 from palpate.modeling.textures.evaluation_reached import reached
 from palpate.modeling.textures.evaluation_tables import (
     Row,

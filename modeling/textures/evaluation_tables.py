@@ -1,21 +1,53 @@
-"""An evaluation of textures as rows of plain values: every method on every texture, and over all of them."""
+"""An evaluation of textures as rows of plain values: every method on every texture, and over all of them.
+
+The numbers that the thesis printed stand beside ours: they are other people's private recordings, never a target."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.modeling.textures.domain import Fit, Play, TextureResult
 from palpate.modeling.textures.drive import FAINTEST_N, SLOWEST_MM_S, Drive
 from palpate.modeling.textures.evaluation import TextureEvaluation
-from palpate.modeling.textures.evaluation_thesis import SAID, printed_errors, printed_times, printed_variant
 from palpate.modeling.textures.free_run import beyond
 from palpate.modeling.textures.metrics import mean_of
 from palpate.modeling.textures.registry import THESIS
 from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
+
+FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
+SAID = "thesis"
+
+
+def _read() -> Mapping[str, Any]:
+    return printed_numbers(FILE)
+
+
+def printed_errors(method: str, metric: str) -> tuple[dict[str, float], float] | None:
+    """Table 4.1: a method's "mae" or "gfc" (percent) by texture, and their printed mean; None where it has none."""
+    numbers = _read()["table_4_1"].get(method)
+    if numbers is None:
+        return None
+    cells = dict(zip(_read()["textures"], map(float, numbers[metric]), strict=True))
+    return cells, float(numbers[f"{metric}_mean"])
+
+
+def printed_variant(method: str) -> Mapping[str, float] | None:
+    """Table 4.2: a variant's window, mean MAE and mean GFC in percent; None where it has none."""
+    numbers: Mapping[str, float] | None = _read()["table_4_2"].get(method)
+    return numbers
+
+
+def printed_times(method: str) -> Mapping[str, float] | None:
+    """Table 4.3: window, inference on GPU and CPU in ms, seconds of one epoch; None where it has none."""
+    numbers: Mapping[str, float] | None = _read()["table_4_3"].get(method)
+    return numbers
+
 
 Row = dict[str, Any]
 STEP = ("mae", "mae_m_s2", "gfc", "explained", "test_samples")

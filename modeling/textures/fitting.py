@@ -15,7 +15,7 @@ import torch
 from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor, nn
 
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Scale, TextureDataError
 from palpate.modeling.textures.windows import scale_of, windows
@@ -92,7 +92,7 @@ class FittedWindows:
 
     def exported(self) -> Exported:
         """The network as steps from a texture window to one number (mean), or two (mean, log SD)."""
-        from palpate.modeling.textures.exporting_foten import exported_windows
+        from palpate.modeling.textures.exporting import exported_windows
 
         return exported_windows(self.network, self.scale, self.window)
 
@@ -231,3 +231,11 @@ def with_rest(rows: Pairs, share: float, scale: Scale, seed: int) -> Pairs:
 
 def _float32(values: object) -> Tensor:
     return torch.from_numpy(np.asarray(values, dtype=np.float32))
+
+
+def shaped(x: Tensor, *sides: int) -> Tensor:
+    """(batch, *sides) as it is. Raises TextureDataError for another shape."""
+    if x.shape[1:] != sides:
+        wanted = ", ".join(map(str, ("batch", *sides)))
+        raise TextureDataError(f"a network came to shape {tuple(x.shape)}: ({wanted}) is expected.")
+    return x

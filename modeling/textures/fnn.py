@@ -13,12 +13,11 @@ import torch
 from scipy.signal import firwin
 from torch import Tensor, nn
 
-from palpate.modeling.textures.exporting_foten import Pieces, fixed, pieces
-from palpate.modeling.textures.fitting import FittedWindows, fit_windows, for_length
-from palpate.modeling.textures.heads import loss_named
+from palpate.modeling.textures.exporting import Pieces, fixed, pieces
+from palpate.modeling.textures.fitting import FittedWindows, fit_windows, for_length, shaped
+from palpate.modeling.textures.foten_network import loss_named
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import RATE_HZ
-from palpate.modeling.textures.shapes import shaped
 from palpate.modeling.training.settings import Settings
 from palpate.signals.arrays import Array
 from palpate.signals.models.card import Activation, Reshape

@@ -10,10 +10,7 @@ from dataclasses import replace
 from functools import partial
 
 from palpate.modeling.textures.fitting import Diet, FittedWindows, fit_windows
-from palpate.modeling.textures.foten_layers import DROPOUT
-from palpate.modeling.textures.foten_network import WINDOW, Foten, Spectral
-from palpate.modeling.textures.fourier import FourierBlock
-from palpate.modeling.textures.heads import loss_named, nll
+from palpate.modeling.textures.foten_network import DROPOUT, WINDOW, Foten, FourierBlock, Spectral, loss_named, nll
 from palpate.modeling.textures.matching import MOST_GAIN, QUICK_ROUNDS, ROUNDS, Matched, match
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
@@ -24,7 +21,7 @@ GENERATIVE_WINDOW = 30
 SETTINGS = Settings(epochs=100, batch=16, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=5)
 """Thesis 4.4.5."""
 LOSS = "huber-1.6"
-"""The loss of thesis 4.6.2 (also set by `Learning.settings["loss"]`, one of `heads.LOSSES`)."""
+"""The loss of thesis 4.6.2 (also set by `Learning.settings["loss"]`, one of `foten_network.LOSSES`)."""
 PATIENCE = 14
 GENERATIVE_SETTINGS = Settings(
     epochs=14, batch=128, learning_rate=2e-3, plateau_patience=None, stop_patience=PATIENCE, every_epochs=4

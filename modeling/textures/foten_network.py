@@ -1,16 +1,199 @@
-"""The network FoTEN, the Fourier-enhanced transformer encoder of thesis 4.4, as torch modules."""
+"""The network FoTEN, the Fourier-enhanced transformer encoder of thesis 4.4: its layers, and the heads of all networks.
+
+The layers are those of a transformer encoder: embedding with positions, attention, feed-forward, and a quick dropout;
+and the Fourier block: spectrum, encoders of magnitude and phase, and back to the time domain (thesis 4.4.4). A head
+ends a texture's network, and has the loss of its answers: a mean, or a mean and a log SD."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import torch
 from torch import Tensor, nn
+from torch.nn import functional
 
-from palpate.modeling.textures.foten_layers import DROPOUT, WIDTH, Dropout, Embedding, Encoder
-from palpate.modeling.textures.fourier import FourierBlock
-from palpate.modeling.textures.heads import head
 from palpate.modeling.textures.recording import CHANNELS, TextureDataError
+from palpate.modeling.training.steps import Loss
+
+WIDTH, HEADS, HIDDEN, DROPOUT = 64, 4, 128, 0.2
+"""Heads, hidden units of the feed-forward network and dropout are those of thesis 4.4.3 and 4.4.5. The width of the
+embedding, d_model, is ours: the thesis gives none."""
+
+
+def positions(length: int, width: int) -> Tensor:
+    """Equations 4.2 and 4.3: (length, width), sines in even and cosines in odd places."""
+    place = torch.arange(length, dtype=torch.float64)[:, None]
+    even = torch.arange(0, width, 2, dtype=torch.float64)
+    turns = place / 10000.0 ** (even / width)
+    return torch.stack([turns.sin(), turns.cos()], dim=-1).reshape(length, width).float()
+
+
+class Dropout(nn.Module):
+    """Zero a share of all numbers while training and enlarge the others (Srivastava et al. 2014).
+
+    The share is rounded to a 256th: one random byte decides each number, which takes a fraction of the time of torch's
+    own (docs/reference/texture-models.md).
+    """
+
+    def __init__(self, share: float) -> None:
+        super().__init__()
+        self.kept = round(256 * (1 - share))
+        if not 0 < self.kept <= 256:
+            raise ValueError(f"a dropout of {share} leaves nothing, or more than all: from 0 to below 1.")
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Any shape to the same one."""
+        if not self.training or self.kept == 256:
+            return x
+        drawn = torch.empty((x.numel() + 7) // 8, dtype=torch.int64).random_(-(2**63), None)
+        mask = (drawn.view(torch.uint8)[: x.numel()].view(x.shape) < self.kept).to(x.dtype)
+        return x * mask.mul_(256 / self.kept)
+
+
+class Embedding(nn.Module):
+    """One number a place to `width` numbers, and the place's own added (thesis 4.4.2), unless that is not asked for."""
+
+    place: Tensor
+
+    def __init__(self, length: int, width: int, with_positions: bool = True) -> None:
+        super().__init__()
+        self.dense = nn.Linear(1, width)
+        self.register_buffer("place", positions(length, width) if with_positions else torch.zeros(0))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, length) to (batch, length, width)."""
+        embedded: Tensor = self.dense(x[..., None])
+        return embedded + self.place if self.place.numel() else embedded
+
+
+class EncoderLayer(nn.Module):
+    """Attention and feed-forward, each with a way around and then normalised (Vaswani et al. 2017).
+
+    `normalised_first`: what goes into attention is normalised, too, as thesis 4.4.3 describes the layer; the way around
+    begins before that.
+    """
+
+    def __init__(
+        self, width: int = WIDTH, heads: int = HEADS, hidden: int = HIDDEN, dropout: float = DROPOUT,
+        normalised_first: bool = False,
+    ) -> None:  # fmt: skip
+        super().__init__()
+        self.heads = heads
+        self.first = nn.LayerNorm(width) if normalised_first else nn.Identity()
+        self.mix = nn.Linear(width, 3 * width)
+        self.out = nn.Linear(width, width)
+        self.after_attention = nn.LayerNorm(width)
+        self.wide, self.narrow = nn.Linear(width, hidden), nn.Linear(hidden, width)
+        self.after_forward = nn.LayerNorm(width)
+        self.dropout = Dropout(dropout)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, length, width) to the same shape."""
+        x = self.after_attention(x + self.dropout(self.attention(self.first(x))))
+        inner: Tensor = self.narrow(torch.relu(self.wide(x)))
+        found: Tensor = self.after_forward(x + self.dropout(inner))
+        return found
+
+    def attention(self, x: Tensor) -> Tensor:
+        """Equations 4.4 and 4.5."""
+        batch, length, width = x.shape
+        mixed: Any = self.mix(x).view(batch, length, 3, self.heads, width // self.heads).permute(2, 0, 3, 1, 4)
+        queries, keys, values = mixed.unbind(0)
+        heads = functional.scaled_dot_product_attention(queries, keys, values)
+        joined: Tensor = self.out(heads.transpose(1, 2).reshape(batch, length, width))
+        return joined
+
+
+class Encoder(nn.Sequential):
+    """Several such layers, one after another."""
+
+    def __init__(
+        self, layers: int, width: int = WIDTH, heads: int = HEADS, hidden: int = HIDDEN, dropout: float = DROPOUT,
+        normalised_first: bool = False,
+    ) -> None:  # fmt: skip
+        super().__init__(*(EncoderLayer(width, heads, hidden, dropout, normalised_first) for _ in range(layers)))
+
+
+FOURIER_WIDTH, FOURIER_HEADS = 16, 4
+"""Of the encoders of magnitude and phase; the thesis does not say."""
+IMPULSE = 1e-3
+"""Added to every bin, as an impulse of this height on the oldest sample would (in SDs of the acceleration).
+
+At silence the magnitude has then a gradient, and the phase is 0 instead of the phase of a rounding error.
+"""
+ABOVE_THE_CUT = 1e-30
+"""The imaginary part of bins that are real by nature: their phase is 0 or pi everywhere, never -pi."""
+
+
+def transform(length: int) -> tuple[Tensor, Tensor]:
+    """Equation 4.6 as matrix (2 length, length) and offset (2 length): real parts above, imaginary parts below.
+
+    Bin length - k holds the conjugate of bin k to the bit.
+    """
+    turns = 2 * math.pi * torch.outer(torch.arange(length), torch.arange(length)).double() / length
+    real, imaginary = turns.cos(), -turns.sin()
+    for k in range(length):
+        if 2 * k % length == 0:
+            imaginary[k] = 0
+        elif 2 * k > length:
+            real[k], imaginary[k] = real[length - k], -imaginary[length - k]
+    offset = torch.full((2, length), 0.0, dtype=torch.float64)
+    offset[0] = IMPULSE
+    offset[1] = torch.where((2 * torch.arange(length)) % length == 0, ABOVE_THE_CUT, 0.0)
+    return torch.cat([real, imaginary]).float(), offset.reshape(-1).float()
+
+
+def inverse(length: int) -> Tensor:
+    """The real part of equation 4.8: (length, 2 length), from real parts above and imaginary parts below."""
+    turns = 2 * math.pi * torch.outer(torch.arange(length), torch.arange(length)).double() / length
+    return torch.cat([turns.cos(), -turns.sin()], dim=1).div(length).float()
+
+
+class SpectrumEncoder(nn.Module):
+    """One number a bin, encoded without positions and brought back to one number a bin.
+
+    It has an embedding of its own: over a single feature a layer normalisation is constant.
+    """
+
+    def __init__(self, length: int, dropout: float, normalised_first: bool = False) -> None:
+        super().__init__()
+        self.embedding = Embedding(length, FOURIER_WIDTH, with_positions=False)
+        self.encoder = Encoder(1, FOURIER_WIDTH, FOURIER_HEADS, HIDDEN, dropout, normalised_first)
+        self.dense = nn.Linear(FOURIER_WIDTH, 1)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, length) to the same shape."""
+        found: Tensor = self.dense(self.encoder(self.embedding(x)))
+        return found[..., 0]
+
+
+class FourierBlock(nn.Module):
+    """(batch, length) to the same shape, by way of magnitude and phase; gradients are finite at silence too."""
+
+    matrix: Tensor
+    offset: Tensor
+    back: Tensor
+
+    def __init__(self, length: int, dropout: float = DROPOUT, normalised_first: bool = False) -> None:
+        super().__init__()
+        matrix, offset = transform(length)
+        self.register_buffer("matrix", matrix)
+        self.register_buffer("offset", offset)
+        self.register_buffer("back", inverse(length))
+        self.magnitude = SpectrumEncoder(length, dropout, normalised_first)
+        self.phase = SpectrumEncoder(length, dropout, normalised_first)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Equations 4.6 to 4.8."""
+        length = x.shape[1]
+        spectrum = torch.addmm(self.offset, x, self.matrix.T)
+        real, imaginary = spectrum[:, :length], spectrum[:, length:]
+        magnitude = self.magnitude(torch.hypot(real, imaginary))
+        phase = self.phase(torch.atan2(imaginary, real))
+        return torch.cat([magnitude * phase.cos(), magnitude * phase.sin()], dim=1) @ self.back.T
+
 
 Spectral = Callable[[int, float], nn.Module]
 """A window's length and a dropout to a block from (batch, window) to the same shape."""
@@ -52,3 +235,78 @@ class Foten(nn.Module):
         hand = torch.stack([*beside, x[:, 1], x[:, 2]], dim=-1)
         found: Tensor = self.head(torch.cat([encoded, hand], dim=-1).flatten(1))
         return found
+
+
+UNITS = (256, 64)
+"""Thesis 4.4.5: the two dense layers before the last one."""
+LEAST_LOG_SD = math.log(0.003)
+"""The log of the least SD that a generative head can give, in SDs of the acceleration."""
+
+
+class Spread(nn.Module):
+    """(batch, 2) to mean and log SD: the second number is kept above the least one, smoothly (softplus)."""
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, 2) to the same shape."""
+        return torch.cat([x[:, :1], LEAST_LOG_SD + functional.softplus(x[:, 1:])], dim=1)
+
+
+def head(inputs: int, generative: bool = False, dropout: float = 0.0) -> nn.Sequential:
+    """Dense layers from a list of numbers to the mean, or where generative to mean and log SD, all normalised.
+
+    `dropout` follows each of the two dense layers before the last one.
+    """
+    first, second = UNITS
+    drop = [Dropout(dropout)] if dropout else []
+    layers = [nn.Linear(inputs, first), nn.ReLU(), *drop, nn.Linear(first, second), nn.ReLU(), *drop]
+    return nn.Sequential(*layers, *(_generative(second) if generative else [nn.Linear(second, 1)]))
+
+
+def _generative(inputs: int) -> list[nn.Module]:
+    """It begins with an SD of about 1, that of the acceleration: from a small one the first steps lead astray."""
+    last = nn.Linear(inputs, 2)
+    with torch.no_grad():
+        last.bias.copy_(torch.tensor([0.0, -LEAST_LOG_SD]))
+    return [last, Spread()]
+
+
+def mae(answer: Tensor, target: Tensor) -> Tensor:
+    """The mean absolute error."""
+    return functional.l1_loss(answer, target)
+
+
+def mse(answer: Tensor, target: Tensor) -> Tensor:
+    """The mean square error."""
+    return functional.mse_loss(answer, target)
+
+
+def huber(delta: float) -> Loss:
+    """Equation 4.9, in SDs of the acceleration."""
+
+    def loss(answer: Tensor, target: Tensor) -> Tensor:
+        return functional.huber_loss(answer, target, delta=delta)
+
+    return loss
+
+
+def nll(answer: Tensor, target: Tensor) -> Tensor:
+    """The negative log-likelihood (in nats, without its constant) of mean and log SD (batch, 2), target (batch, 1)."""
+    mean, log_sd = answer[:, :1], answer[:, 1:]
+    return (0.5 * ((target - mean) * torch.exp(-log_sd)).square() + log_sd).mean()
+
+
+LOSSES: Mapping[str, Callable[[], Loss]] = {
+    "mae": lambda: mae,
+    "mse": lambda: mse,
+    "huber-1.2": lambda: huber(1.2),
+    "huber-1.6": lambda: huber(1.6),
+    "huber-2.0": lambda: huber(2.0),
+}
+"""The five of Figure 4.5."""
+
+
+def loss_named(name: str) -> Loss:
+    """One of `LOSSES`. Raises TextureDataError for another name."""
+    if name not in LOSSES:
+        raise TextureDataError(f"there is no loss {name!r}: expected {', '.join(LOSSES)}.")
+    return LOSSES[name]()

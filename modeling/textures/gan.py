@@ -22,13 +22,15 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.textures.exporting_foten import Pieces, pieces
-from palpate.modeling.textures.exporting_informer import attended  # noqa: F401 - convolutions are registered there
-from palpate.modeling.textures.fitting import for_length, settings_for
+from palpate.modeling.files.model_files import Exported
+from palpate.modeling.textures.exporting import (
+    Pieces,
+    attended,  # noqa: F401 - convolutions are registered there
+    pieces,
+)
+from palpate.modeling.textures.fitting import for_length, settings_for, shaped
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import Recording, TextureDataError
-from palpate.modeling.textures.shapes import shaped
 from palpate.modeling.textures.windows import Stretches, samples_of
 from palpate.modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
 from palpate.modeling.training.loop import Trained, train

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from palpate.modeling.textures.foten_layers import Dropout, positions
+from palpate.modeling.textures.foten_network import Dropout, positions
 
 DROPOUT = 0.05
 

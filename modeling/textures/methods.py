@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
 from palpate.modeling.textures.recording import Parts, Recording
 from palpate.modeling.training.methods import FitOptions, MethodOf
 from palpate.signals.arrays import Array

@@ -10,7 +10,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from palpate.modeling.textures.fourier import SpectrumEncoder
+from palpate.modeling.textures.foten_network import SpectrumEncoder
 from palpate.modeling.textures.recording import RATE_HZ
 
 BANDS, COEFFICIENTS = 16, 13

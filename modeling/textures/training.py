@@ -66,8 +66,7 @@ def _write(
     """Write the evaluated model again, its card with its metrics and what they were measured on."""
     from safetensors.numpy import load_file
 
-    from palpate.modeling.files.exported import Exported
-    from palpate.modeling.files.model_files import write_model
+    from palpate.modeling.files.model_files import Exported, write_model
     from palpate.signals.models.card import Card
 
     if not fitted.files:

@@ -21,9 +21,8 @@ from torch.optim import Optimizer
 
 from palpate.modeling.training.history import Epoch
 from palpate.modeling.training.refusals import CheckpointError
-from palpate.modeling.training.schedule import course_of
 from palpate.modeling.training.seeding import batch_chance
-from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.settings import Settings, course_of
 from palpate.modeling.training.sources import Source, answer_of, digest_of
 from palpate.modeling.training.steps import Loss, Weights, copied, restore
 from palpate.protocols.canonical import canonical, difference, digest, parse

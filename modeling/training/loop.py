@@ -22,9 +22,8 @@ from palpate.modeling.training.checkpoints import (
 )
 from palpate.modeling.training.history import Epoch
 from palpate.modeling.training.refusals import TrainingError
-from palpate.modeling.training.schedule import Course, course_of
 from palpate.modeling.training.seeding import training_state
-from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.settings import Course, Settings, course_of
 from palpate.modeling.training.sources import Source
 from palpate.modeling.training.steps import Loss, copied, finite, mean_loss, restore, train_epoch, trainable
 from palpate.protocols.progress import Clock, Pace, Report, lasting, silent

@@ -1,14 +1,83 @@
-"""A trained model in a lab's folder: its card and numbers, its history and its learning curve beside them."""
+"""A trained model in a lab's folder: its card and numbers, its history and its learning curve beside them.
+
+The curve is drawn against seconds, since the length of an epoch differs from method to method."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, drawing, quiet_axes, save
 from palpate.modeling.training.history import Epoch, remove_history, write_history
 from palpate.modeling.training.run_card import plain_values
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+COLOURS = (INK, *OKABE_ITO)
+
+
+def save_learning_curve(
+    histories: Mapping[str, Sequence[Epoch]], folder: Path, name: str, last: bool = False
+) -> list[Path]:
+    """Draw one curve for each named training and write NAME.svg and NAME.png; give their paths."""
+    with drawing(name):
+        return save(learning_curve(histories, last), folder, name)
+
+
+def learning_curve(histories: Mapping[str, Sequence[Epoch]], last: bool = False) -> Figure:
+    """Held-out loss as a line, loss while training dotted, the kept epoch as a point; seconds along, log loss up.
+
+    The kept epoch is the best one, or the last where `last` (`Settings.keep_last`) says so.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 3.8), layout="constrained")
+    axes = figure.subplots()
+    for (name, history), colour in zip(histories.items(), _colours(), strict=False):
+        _draw(axes, name, history, colour, last)
+    _axes(axes, [epoch for history in histories.values() for epoch in history])
+    return figure
+
+
+def _colours() -> Iterable[str]:
+    while True:
+        yield from COLOURS
+
+
+def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str, last: bool) -> None:
+    seconds = [epoch.seconds for epoch in history]
+    if any(epoch.held_loss is not None for epoch in history):
+        losses = [epoch.train_loss for epoch in history]
+        axes.plot(seconds, losses, color=colour, linewidth=1.0, linestyle=(0, (1, 1.5)), alpha=0.7)
+    kept = history[-1] if last else min(history, key=lambda epoch: epoch.watched)
+    told = f"{kept.watched:.3g} after {kept.seconds:.3g} s (epoch {kept.epoch} of {history[-1].epoch})"
+    label = f"{name}: {told}" if name else f"{'last' if last else 'best'} {told}"
+    axes.plot(seconds, [epoch.watched for epoch in history], color=colour, linewidth=1.6, label=label)
+    axes.plot(kept.seconds, kept.watched, "o", color=colour, markersize=5.5, markeredgecolor=PAPER)
+
+
+def _axes(axes: Axes, epochs: Sequence[Epoch]) -> None:
+    from matplotlib.ticker import LogLocator, StrMethodFormatter
+
+    quiet_axes(axes)
+    lowest = min(min(epoch.watched, epoch.train_loss) for epoch in epochs)
+    if lowest > 0:
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.set_ylim(bottom=lowest * 0.8)
+    axes.minorticks_off()
+    axes.set_xlim(left=0)
+    axes.set_xlabel("seconds of training", color=SOFT)
+    axes.set_ylabel("loss", color=SOFT)
+    held = any(epoch.held_loss is not None for epoch in epochs)
+    axes.set_title("Loss on held-out rows (dotted: while training)" if held else "Loss while training")
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.16), frameon=False, fontsize=8)
 
 
 @dataclass(frozen=True)
@@ -40,7 +109,6 @@ def write_trained(
     remove_history(folder, card.stem)
     if not history:
         return files
-    from palpate.modeling.training.learning_curve import save_learning_curve
 
     table = write_history(history, folder / f"{card.stem}.history.csv")
     return (*files, table, *save_learning_curve({"": history}, folder, f"{card.stem}.history", last))

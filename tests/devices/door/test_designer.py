@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.devices.door.designer import Designer, designer_for, smoothed
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.model_files import write_model
+from palpate.modeling.files.model_files import Exported, write_model
 from palpate.signals.doors.grid import DoorDataError
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from palpate.signals.models.card import Affine, Clip, Dense, Playable, Port

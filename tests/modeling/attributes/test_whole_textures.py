@@ -14,7 +14,7 @@ from palpate.modeling.attributes import whole_textures
 from palpate.modeling.attributes.learnable import inner_folds
 from palpate.modeling.attributes.material import MaterialError, ratings_of
 from palpate.modeling.attributes.whole_textures import BOOSTING, LIMIT, RIDGE, SHARES, boosted, whole_of
-from palpate.modeling.linear_path import PENALTIES, inner_errors, path_of
+from palpate.modeling.regression import PENALTIES, inner_errors, path_of
 from tests.modeling.attributes.learned import asked, learning
 from tests.modeling.attributes.made_material import made_material
 

@@ -15,7 +15,7 @@ from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.reading import read_profile
 from palpate.modeling.doors.results import DoorOptions
-from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.model_files import Exported
 from palpate.signals.models.card import Nearest
 from palpate.studies.catalogue import SHIPPED
 

@@ -11,7 +11,6 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from sklearn.linear_model import Ridge
 from sklearn.model_selection import GroupKFold
 
-from palpate.modeling.columns import standard_of
 from palpate.modeling.doors import forest, linear
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forest import FOREST
@@ -27,6 +26,7 @@ from palpate.modeling.doors.linear import (
 )
 from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import featured, inner_folds, rows_of
+from palpate.modeling.regression import standard_of
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, asked, data_of, learn, profiles
 

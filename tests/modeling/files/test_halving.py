@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.model_files import ModelWritingError, write_model
+from palpate.modeling.files.model_files import Exported, ModelWritingError, write_model
 from palpate.signals.models.card import Card, Dense, Port
 from tools.half_precision import NOTE, halved
 

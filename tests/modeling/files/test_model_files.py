@@ -10,8 +10,7 @@ import pytest
 from safetensors.numpy import load_file
 
 from palpate.modeling.files import model_files
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.model_files import ModelWritingError, write_model
+from palpate.modeling.files.model_files import Exported, ModelWritingError, write_model
 from palpate.protocols import files
 from palpate.signals.models.card import Affine, Dense, Interval, Port, Residual
 from palpate.signals.models.file import ModelFileError, read_model

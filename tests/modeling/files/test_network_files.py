@@ -7,8 +7,7 @@ import pytest
 import torch
 
 from palpate.modeling.doors.networks import ForceToPerception, conv_relu, exported_network
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.model_files import write_model
+from palpate.modeling.files.model_files import Exported, write_model
 from palpate.signals.models.card import Port, Reshape
 from palpate.signals.models.file import read_model
 

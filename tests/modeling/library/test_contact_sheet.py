@@ -1,21 +1,25 @@
 """The contact sheet: every texture in its place, its attributes where they are, equal bytes for equal input."""
 
+from __future__ import annotations
+
 import io
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from palpate.modeling.library.contact_sheet import (
     DOT,
     FINE,
     GAP,
     HEAD,
+    MORE,
     MOST,
     NEXT,
     PREDICTED,
     WIDE,
     WISHED,
+    Pen,
     height_of,
     pictures_of,
     sheet,
@@ -156,3 +160,23 @@ def test_pictures_are_read_beside_the_index_and_nowhere_else(tmp_path):
     (tmp_path / "secret.jpg").write_bytes(b"s")
     own = [entry(f"T{k}", picture=name) for k, name in enumerate((None, "pictures/T01.jpg", "../secret.jpg", "none"))]
     assert pictures_of(own, folder) == [None, b"a", None, None]
+
+
+PEN = Pen(ImageDraw.Draw(Image.new("RGB", (10, 10))))
+
+
+@pytest.mark.parametrize("room", [0, 5, 20, 77.5, 200])
+def test_a_text_is_cut_off_where_there_is_no_room_and_no_sooner(room):
+    text = "sandpaper 3 of 5, coarse"
+    found = PEN.fitted(text, room, 14, bold=True)
+    if found == text:
+        assert PEN.width(text, 14, bold=True) <= room
+        return
+    assert found.endswith(MORE) and text.startswith(found[:-1])
+    assert PEN.width(found, 14, bold=True) <= room or found == MORE
+    longer = text[: len(found[:-1]) + 2].rstrip() + MORE
+    assert PEN.width(longer, 14, bold=True) > room
+
+
+def test_what_fits_stays():
+    assert PEN.fitted("T01", 400, 14) == "T01" and PEN.fitted("", 0, 14) == ""

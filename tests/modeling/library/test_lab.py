@@ -25,9 +25,8 @@ from palpate.modeling.library.contact_sheet import pictures_of
 from palpate.modeling.library.entries import NOTHING_KNOWN, LibraryError, felt
 from palpate.modeling.library.files import NewerLibrary, place_of, read_library
 from palpate.modeling.library.lab import SIDE, drop, index, keep, name_of, thumbnail
-from palpate.modeling.library.pictures import pictures_in
 from palpate.modeling.library.search import find, wishes_of
-from palpate.modeling.library.sources import Wanted, predictor_of
+from palpate.modeling.library.sources import Wanted, pictures_in, predictor_of
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study

@@ -1,12 +1,18 @@
 """The words: their ranges keep the rules that the reference states, and no word means two things."""
 
+from __future__ import annotations
+
+import math
 from itertools import pairwise
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.stats import norm
 
 from palpate.modeling.library.entries import LibraryError
-from palpate.modeling.library.ranges import trapezoid
-from palpate.modeling.library.terms import FILE, Word, in_words, known_words, vocabulary
+from palpate.modeling.library.terms import FILE, Soft, Word, both, in_words, known_words, trapezoid, turned, vocabulary
 from palpate.modeling.library.wishes import wishes_in
 from tests.modeling.library.made_library import PAIRS
 
@@ -81,3 +87,82 @@ def test_the_reference_tells_the_same_numbers(told):
     shown = {row[0]: [float(cell) if cell else None for cell in row[1:5]] for row in rows if row[0] in told["degrees"]}
     assert shown == {name: edges for name, edges in told["degrees"].items() if name}
     assert ["(the word alone)", *map(str, told["degrees"][""][:2])] in [row[:3] for row in rows]
+
+
+EDGES = ((55, 70, None, None), (None, None, 20, 35), (45, 55, 70, 80), (30, 45, 55, 70))
+value, sd = st.floats(-20, 120), st.floats(0, 40)
+edges = st.sampled_from(EDGES)
+
+
+@pytest.mark.parametrize("shape", EDGES)
+@pytest.mark.parametrize(("mean", "spread"), [(50, 5), (62, 1), (10, 30), (71, 0.2), (100, 12)])
+def test_the_expected_membership_is_that_of_scipy_s_integration(shape, mean, spread):
+    soft = trapezoid(shape)
+    pieces = sorted({mean - 9 * spread, mean + 9 * spread, *(x for x, _ in soft.knots)})
+    inside = [x for x in pieces if mean - 9 * spread <= x <= mean + 9 * spread]
+    expected = sum(
+        quad(lambda x: soft.at(x) * norm.pdf(x, mean, spread), low, high, epsabs=1e-12)[0]
+        for low, high in pairwise(inside)
+    )
+    assert soft.expected(mean, spread) == pytest.approx(expected, abs=1e-9)
+
+
+def test_what_is_known_for_sure_has_its_own_membership():
+    soft = trapezoid((45, 55, 70, 80))
+    assert [soft.at(x) for x in (0, 45, 50, 55, 60, 70, 75, 80, 100)] == [0, 0, 0.5, 1, 1, 1, 0.5, 0, 0]
+    assert trapezoid((None, None, None, None)).at(3) == 1
+
+
+@given(edges, value, sd)
+def test_it_lies_between_none_and_all(shape, mean, spread):
+    assert 0 <= trapezoid(shape).expected(mean, spread) <= 1
+
+
+@given(edges, value, sd, st.floats(0, 30))
+def test_less_certainty_never_helps_a_value_that_fits_for_sure(shape, mean, spread, more):
+    soft = trapezoid(shape)
+    if soft.at(mean) == 1:
+        assert soft.expected(mean, spread + more) <= soft.expected(mean, spread) + 1e-9
+
+
+@given(edges, value, sd, st.floats(0, 30))
+def test_less_certainty_never_harms_a_value_that_surely_does_not_fit(shape, mean, spread, more):
+    soft = trapezoid(shape)
+    ends = [x for x, member in soft.knots if member == 0]
+    beyond = soft.at(mean) == 0 and all(abs(mean - x) > 2 * (spread + more) for x in ends)
+    if beyond:
+        assert soft.expected(mean, spread + more) >= soft.expected(mean, spread) - 1e-9
+
+
+@given(value, value, sd)
+def test_nearer_to_the_word_fits_no_worse(one, other, spread):
+    soft = trapezoid((55, 70, None, None))
+    low, high = sorted((one, other))
+    assert soft.expected(low, spread) <= soft.expected(high, spread) + 1e-9
+
+
+@pytest.mark.parametrize("spread", [1e-320, 1e-12, 1e-9, 1e-6, 1e6, 1e12])
+def test_spreads_beyond_all_measure_give_a_number(spread):
+    found = trapezoid((45, 55, 70, 80)).expected(60, spread)
+    assert found == pytest.approx(1 if spread < 1 else 0, abs=1e-4)
+
+
+@given(edges, value, sd)
+def test_a_range_seen_from_the_other_end_is_the_same_range(shape, mean, spread):
+    soft = trapezoid(shape)
+    assert turned(soft).expected(100 - mean, spread) == pytest.approx(soft.expected(mean, spread), abs=1e-9)
+
+
+@given(edges, edges, st.floats(0, 100))
+def test_both_is_the_lesser_of_two_everywhere_also_where_their_edges_cross(one, other, x):
+    first, second = trapezoid(one), trapezoid(other)
+    assert both(first, second).at(x) == pytest.approx(min(first.at(x), second.at(x)), abs=1e-9)
+    assert both(second, first).at(x) == pytest.approx(both(first, second).at(x), abs=1e-9)
+
+
+def test_the_best_of_a_range_and_where_it_is_met_by_half():
+    assert trapezoid((45, 55, 70, 80)).best == 1 and trapezoid((45, 55, 70, 80)).met == (50, 75)
+    apart = both(trapezoid((None, None, 30, 45)), trapezoid((55, 70, None, None)))
+    assert apart.best == 0 and apart.met is None
+    assert Soft(((120.0, 0.0), (130.0, 1.0))).best == 0  # no value on the scale gets there
+    assert math.isclose(both(trapezoid((0, 100, None, None)), trapezoid((None, None, 0, 100))).best, 0.5)

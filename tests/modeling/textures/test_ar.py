@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.files.model_files import write_model
+from palpate.modeling.files.model_files import Exported, write_model
 from palpate.modeling.textures.ar import AR, RADIUS, STEP, fit, segmented
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError

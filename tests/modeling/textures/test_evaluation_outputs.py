@@ -10,8 +10,7 @@ from palpate.modeling.textures.evaluation import evaluate_methods
 from palpate.modeling.textures.evaluation_figures import free_beginning
 from palpate.modeling.textures.evaluation_outputs import default_of, tables, write_all
 from palpate.modeling.textures.evaluation_report import report_html
-from palpate.modeling.textures.evaluation_tables import start_of
-from palpate.modeling.textures.evaluation_thesis import printed_errors, printed_times, printed_variant
+from palpate.modeling.textures.evaluation_tables import printed_errors, printed_times, printed_variant, start_of
 from tests.modeling.textures import small_evaluation as small
 
 pytestmark = pytest.mark.needs("torch")

@@ -5,8 +5,7 @@ import pytest
 import torch
 
 from palpate.modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for, with_rest
-from palpate.modeling.textures.foten_network import Foten
-from palpate.modeling.textures.heads import mse
+from palpate.modeling.textures.foten_network import Foten, mse
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Parts, TextureDataError
 from palpate.modeling.training.optimisers import Cosine, cosine, share_of

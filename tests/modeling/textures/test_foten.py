@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from palpate.modeling.files.model_files import write_model
-from palpate.modeling.textures.exporting_foten import exported_windows, pieces
+from palpate.modeling.textures.exporting import exported_windows, pieces
 from palpate.modeling.textures.fitting import FittedWindows
 from palpate.modeling.textures.foten import (
     FOTEN,
@@ -18,9 +18,7 @@ from palpate.modeling.textures.foten import (
     generative,
     literal,
 )
-from palpate.modeling.textures.foten_layers import EncoderLayer
-from palpate.modeling.textures.foten_network import Foten
-from palpate.modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll
+from palpate.modeling.textures.foten_network import LEAST_LOG_SD, LOSSES, EncoderLayer, Foten, nll
 from palpate.modeling.textures.matching import Matched
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Recording, Scale, TextureDataError

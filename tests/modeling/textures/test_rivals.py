@@ -6,7 +6,7 @@ import torch
 
 from palpate.modeling.files.model_files import write_model
 from palpate.modeling.textures.dstn import DSTN, Dstn
-from palpate.modeling.textures.exporting_foten import exported_windows, pieces
+from palpate.modeling.textures.exporting import exported_windows, pieces
 from palpate.modeling.textures.fitting import for_length
 from palpate.modeling.textures.fnn import FNN, Fnn, bands
 from palpate.modeling.textures.hapinf import HAPINF, HapInf, asking, picked

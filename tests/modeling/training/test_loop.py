@@ -9,8 +9,7 @@ from torch import nn
 
 from palpate.modeling.training.loop import train
 from palpate.modeling.training.refusals import TrainingError
-from palpate.modeling.training.schedule import course_of
-from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.settings import Settings, course_of
 from palpate.modeling.training.sources import Made, Pairs, pairs
 from tests.modeling.training.small import network, rows, settings, the_same, trained
 

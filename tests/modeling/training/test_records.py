@@ -5,10 +5,10 @@ import json
 import pytest
 
 from palpate.modeling.training.history import Epoch, read_history, remove_history, write_history
-from palpate.modeling.training.learning_curve import learning_curve, save_learning_curve
 from palpate.modeling.training.refusals import TrainingError
 from palpate.modeling.training.run_card import BESIDE, run_card
 from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.trained_files import learning_curve, save_learning_curve
 from palpate.protocols.canonical import NotCanonical, digest
 from palpate.protocols.progress import Pace, lasting
 

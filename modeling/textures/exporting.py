@@ -1,30 +1,37 @@
 """Texture networks as steps and float32 tensors: what the rig's own runtimes need to answer as the networks do.
 
-`pieces` knows the layers of FoTEN and plain ones. A network with layers of its own registers them in its own file:
-`@pieces.register`, then `def _(layer: Mine, name: str) -> Pieces`. A value is (channels, length), where torch's
-encoders have (batch, length, channels).
-"""
+`pieces` knows the layers of FoTEN and of the Informer, and plain ones. A network with layers of its own registers them
+in its own file: `@pieces.register`, then `def _(layer: Mine, name: str) -> Pieces`. A value is (channels, length),
+where torch's encoders have (batch, length, channels)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import singledispatch
+from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from palpate.modeling.files.exported import Exported
-from palpate.modeling.textures.foten_layers import Dropout, Embedding, EncoderLayer
-from palpate.modeling.textures.foten_network import Foten
-from palpate.modeling.textures.fourier import FourierBlock, SpectrumEncoder
-from palpate.modeling.textures.heads import LEAST_LOG_SD, Spread
+from palpate.modeling.files.model_files import Exported
+from palpate.modeling.textures.foten_network import (
+    LEAST_LOG_SD,
+    Dropout,
+    Embedding,
+    EncoderLayer,
+    Foten,
+    FourierBlock,
+    SpectrumEncoder,
+    Spread,
+)
+from palpate.modeling.textures.informer_layers import Attended, Distilled, Embedded, Forward, ProbSparse
 from palpate.modeling.textures.matching import Matched
 from palpate.modeling.textures.recording import Scale, TextureDataError
 from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
 from palpate.modeling.training.steps import answers_of
-from palpate.signals.models.card import Activation, Affine, Conv, Dense, Reshape, Step
+from palpate.signals.models.card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Step
 from palpate.signals.models.card_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
 
 Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
@@ -247,3 +254,61 @@ def _float32(name: str, value: Tensor) -> NDArray[np.float32]:
     if not np.isfinite(array).all():
         raise TextureDataError(f"{name}: holds values that are not finite; this network cannot be used.")
     return array
+
+
+def attending(layer: ProbSparse, name: str, memory: str | None = None) -> Pieces:
+    """(width, length) to the same; `memory` is the name that keys and values are kept under."""
+    tensors = {"weight": layer.mix.weight, "bias": layer.mix.bias, "out": layer.out.weight, "out_bias": layer.out.bias}
+    named = {key: f"{name}{key}" for key in tensors}
+    step = Attention(heads=layer.heads, memory=memory, causal=layer.causal, sparse=layer.asking, **named)
+    yield step, {named[key]: value for key, value in tensors.items()}
+
+
+def attended(layer: Attended, name: str, memory: str | None = None) -> Pieces:
+    """Attention with its way around and its norm."""
+    yield Keep(kept=f"{name}kept"), {}
+    yield from attending(layer.attention, f"{name}attention.", memory)
+    yield Add(kept=f"{name}kept"), {}
+    yield from pieces(layer.norm, f"{name}norm.")
+
+
+@pieces.register
+def _(layer: Attended, name: str) -> Pieces:
+    yield from attended(layer, name)
+
+
+@pieces.register
+def _(layer: Forward, name: str) -> Pieces:
+    yield Keep(kept=f"{name}kept"), {}
+    yield from each_place(layer.wide, f"{name}wide.")
+    yield Activation(function="gelu"), {}
+    yield from each_place(layer.narrow, f"{name}narrow.")
+    yield Add(kept=f"{name}kept"), {}
+    yield from pieces(layer.norm, f"{name}norm.")
+
+
+@pieces.register
+def _(layer: nn.Conv1d, name: str) -> Pieces:
+    plain = layer.stride == layer.dilation == (1,) and layer.groups == 1 and layer.padding_mode == "zeros"
+    if not plain or layer.bias is None or isinstance(layer.padding, str):
+        raise TextureDataError(f"{name}: model cards know plain convolutions with a bias only, found {layer}.")
+    named = {f"{name}weight": layer.weight, f"{name}bias": layer.bias}
+    yield Conv(weight=f"{name}weight", bias=f"{name}bias", pad=layer.padding[0]), named
+
+
+@pieces.register
+def _(layer: Embedded, name: str) -> Pieces:
+    yield from pieces(layer.conv, f"{name}conv.")
+    yield Affine(offset=f"{name}place"), {f"{name}place": layer.place.T}
+
+
+@pieces.register
+def _(layer: Distilled, name: str) -> Pieces:
+    """The normalisation is in the convolution's weights."""
+    norm: Any = layer.norm
+    gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
+    bias = norm.bias - norm.running_mean * gain
+    named = {f"{name}weight": layer.conv.weight * gain[:, None, None], f"{name}bias": bias}
+    yield Conv(weight=f"{name}weight", bias=f"{name}bias", pad=1), named
+    yield Activation(function="elu"), {}
+    yield MaxPool(size=2), {}
