@@ -189,7 +189,7 @@ def evaluate(
         )
         for result in computed:
             _require_files(result)
-            if domain.load(result.job) is None:  # a worker elsewhere saved it on its own disk
+            if options.cluster is not None and domain.load(result.job) is None:  # a worker saved it on its own disk
                 domain.save(result)
         results |= dict(zip(missing, computed, strict=True))
     for spent in {other for job in results if job not in loaded for other in domain.spent(job, all_done=True)}:
