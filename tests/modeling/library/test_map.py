@@ -5,8 +5,8 @@ from matplotlib.patches import Circle
 
 from palpate.analysis.figures.bubbles import RADII
 from palpate.analysis.figures.style import drawing
-from palpate.modeling.library.answer import FADED, FOUND, draw_map, map_data, roles_of, write_map
 from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.map import FADED, FOUND, draw_map, map_data, roles_of, write_map
 from tests.modeling.library.made_library import PAIRS, entry, made_library, rated
 
 LIBRARY = made_library(

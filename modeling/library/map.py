@@ -1,0 +1,110 @@
+"""The library as a plane: thesis Figure 3.3c with what was found marked on it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.patches import Circle
+
+from palpate.analysis.figures.bubbles import SPACE, draw
+from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData
+from palpate.analysis.figures.style import INK, PAPER, SOFT, drawing, save
+from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, felt
+from palpate.modeling.library.files import demand_folder
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ROLES = {"x": ("hard", "soft"), "y": ("flat", "bumpy"), "size": ("smooth", "rough"), "colour": ("slippery", "sticky")}
+"""Figure 3.3c: the attribute of each role, and which word stands at its far end."""
+FOUND, FADED = "#D55E00", 0.22
+
+
+def map_data(entries: Sequence[Entry], library: Library, kind: Kind | None = None) -> FigureData:
+    """The textures as rows of a bubble plot, on -100 to 100. Raises LibraryError for fewer than two attributes."""
+    roles = roles_of(library.attributes)
+    rows = [row for each in entries if (row := _row(each, library, kind)) is not None]
+    if not rows:
+        raise LibraryError("no texture has all of its attributes: there is nothing to draw.")
+    caption = f"Each bubble is a texture ({len(rows)}), brought to -100 to 100."
+    told = f"{len(rows)} texture{'s' if len(rows) > 1 else ''}{', simulated' if library.simulated else ''}"
+    return FigureData(tuple(rows), "The library.", caption, {"by": "texture", "roles": roles, "told": told})
+
+
+def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
+    """Which attribute is the plane's x and y, the bubbles' size and colour: as in the thesis, else as they come."""
+    if len(pairs) < 2:
+        raise LibraryError(f"a plane needs two attributes; this library has {len(pairs)}.")
+    own = {frozenset(each.lower() for each in pair): at for at, pair in enumerate(pairs)}
+    places = {role: own[frozenset(words)] for role, words in ROLES.items() if frozenset(words) in own}
+    free = [at for at in range(len(pairs)) if at not in places.values()]
+    for role in ROLES:
+        if role not in places and free:
+            places[role] = free.pop(0)
+    return {role: _role(places[role], pairs[places[role]], ROLES[role][1]) for role in ROLES if role in places}
+
+
+def _role(at: int, pair: tuple[str, str], far: str) -> dict[str, Any]:
+    """A role as the bubble plot wants it: `name` is a column, turned where the far end is the first word."""
+    turned = pair[0].lower() == far
+    low, high = pair[::-1] if turned else pair
+    return {"name": f"{at}{'-' if turned else '+'}", "low": low, "high": high, "ends": list(SPACE)}
+
+
+def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | None:
+    row: dict[str, Any] = {"texture": entry.id, "label": entry.id, "n": entry.rated.raters if entry.rated else 0}
+    for at in range(len(library.attributes)):
+        found = felt(entry, at, kind)
+        if found is None:
+            return None
+        value = 2 * found.value - 100
+        row |= {f"{at}+": value, f"{at}-": -value}
+    return row
+
+
+def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
+    """The plane; what was found in full colour with a red edge, the rest faded (call it within `drawing`)."""
+    drawn = draw(data)
+    axes = drawn.figure.axes[0]
+    told = f"{data.words['told']}{'; with a red edge: found' if found else ''}"
+    axes.set_title(told, fontsize=8.0, fontweight="normal", color=SOFT, loc="left")
+    if found:
+        keys = {mark.gid: mark.key for mark in drawn.marks}
+        named = {text.get_text() for text in axes.texts}
+        for bubble in [each for each in axes.patches if isinstance(each, Circle)]:
+            name = keys.get(str(bubble.get_gid()), "")
+            if name not in found:
+                bubble.set(alpha=FADED)
+                continue
+            bubble.set(edgecolor=FOUND, linewidth=2.4, alpha=1.0, zorder=4)
+            if name not in named:
+                _name_inside(axes, bubble, name)
+    return drawn
+
+
+def _name_inside(axes: Axes, bubble: Circle, name: str) -> None:
+    """What was found has its name also where there is no room beside it."""
+    from matplotlib.patheffects import withStroke
+
+    around = [withStroke(linewidth=2.2, foreground=PAPER)]
+    x, y = bubble.center
+    axes.text(x, y, name, ha="center", va="center", fontsize=6.5, color=INK, zorder=6, path_effects=around)
+
+
+def write_map(path: Path, data: FigureData, found: Collection[str] = ()) -> list[Path]:
+    """Write the map as SVG and PNG beside each other, whichever was asked for; equal input, equal bytes.
+
+    Neither is there unless both could be drawn. Raises LibraryError as `demand_writable` does.
+    """
+    demand_writable(path)
+    with drawing("library"):
+        return save(draw_map(data, found).figure, path.parent, path.stem)
+
+
+def demand_writable(path: Path) -> None:
+    """Raise LibraryError for a file with another ending than a map's, and where it has no folder."""
+    if path.suffix.lower() not in (".svg", ".png"):
+        raise LibraryError(f"{path}: a map is written as .svg and .png.")
+    demand_folder(path)
