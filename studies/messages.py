@@ -75,10 +75,10 @@ def database_reason(error: BaseException, url: Any = "") -> str:
     for kinds, message in usual:
         if isinstance(error, kinds):
             return message
-    said = str(getattr(error, "orig", None) or error).strip() or type(error).__name__
-    if "database is locked" in said:
+    text = str(getattr(error, "orig", None) or error).strip() or type(error).__name__
+    if "database is locked" in text:
         return "another program is writing into it; nothing was changed, try again"
-    return hide_passwords(" ".join(said.split("\n(Background on this error")[0].split()), whole)
+    return hide_passwords(" ".join(text.split("\n(Background on this error")[0].split()), whole)
 
 
 def _describe(error: BaseException) -> str | None:

@@ -32,10 +32,10 @@ class WorkerDied(ValueError):
     """A process that worked on an item is gone."""
 
 
-def workers_for(items: int, wanted: int | None = None, least: int = 40) -> int:
-    """Return how many processes to use: as many as `wanted`, else one for each core, where each has `least` items."""
-    if wanted is not None:
-        return min(wanted, max(1, items))
+def workers_for(items: int, requested: int | None = None, least: int = 40) -> int:
+    """Return how many processes to use: `requested`, else one for each core, where each has `least` items."""
+    if requested is not None:
+        return min(requested, max(1, items))
     return max(1, min(available_cores(), items // least))
 
 
@@ -71,7 +71,7 @@ def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers:
 
 
 def serve_the_parent() -> None:
-    """Begin a process that works for another: Ctrl-C is the other's to heed, and it ends where the other is gone."""
+    """Set up a process that works for another: ignore Ctrl-C, which the other handles, and end with the other."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is not None:

@@ -50,7 +50,7 @@ _KNOWN = select(
 
 @dataclass(frozen=True)
 class Collected:
-    """What became of one ledger."""
+    """The outcome of collecting one ledger."""
 
     path: Path
     session: str
@@ -67,7 +67,7 @@ class Refused:
 
 
 def open_database(url: str | URL, rebuild: bool = False, lab: Path | None = None) -> Engine:
-    """A database for collecting, its tables made where missing; to `rebuild` drops them first, and nothing else.
+    """Open a database to collect into, and create its missing tables; `rebuild` drops them first, and nothing else.
 
     `lab` is the folder that a message about rebuilding it names.
 
@@ -102,7 +102,7 @@ def collect(
 
 
 def scratch_database(cache_MB: int = 64) -> Engine:
-    """An empty database to collect into for one run: in memory, and beyond `cache_MB` in a nameless temporary file."""
+    """Return an empty database for one run: in memory, and beyond `cache_MB` in a nameless temporary file."""
 
     def connect() -> sqlite3.Connection:
         connection = sqlite3.connect("")
@@ -141,7 +141,7 @@ def _read_tables(path: Path, withdrawn: Collection[str], with_events: bool) -> S
 
 
 def _read_with_state(path: Path, withdrawn: Collection[str]) -> tuple[FileState | None, SessionTables]:
-    """The session, and the state of its file before it was read."""
+    """Return the session, and the state of its file before it was read."""
     state = file_state(path) if path.is_file() else None
     return state, _read_tables(path, withdrawn, with_events=True)
 
@@ -187,20 +187,27 @@ class Collector:
         sessions = map_in_order(reading, changed, workers_for(len(changed), workers))
         with closing(sessions):
             for path, read_session in zip(changed, sessions, strict=True):
-                yield read_session if isinstance(read_session, Refused) else self._write_or_refuse(path, *read_session)
+                if isinstance(read_session, Refused):
+                    yield read_session
+                    continue
+                try:
+                    yield self._write(path, *read_session)
+                except CollectError as error:
+                    yield Refused(path, str(error))
 
     def _unchanged(self, path: Path) -> Collected | None:
-        """The ledger as it was collected, None where it has to be read."""
+        """Return the ledger as it was collected, None if it has to be read.
+
+        It is unchanged if its file, the end of its chain and the participant's withdrawal are as when it was collected.
+        """
         known = self._known.get(path.name)
-        if known is None or self.verify or not path.is_file() or not self._is_unchanged(path, known):
+        if known is None or self.verify or not path.is_file():
+            return None
+        if file_state(path) != known.state or (known.participant in self.withdrawn) != known.is_withdrawn:
+            return None
+        if last_hash(path) != known.head_hash:
             return None
         return Collected(path, known.session, "unchanged", known.trials_answered)
-
-    def _write_or_refuse(self, path: Path, state: FileState | None, session: SessionTables) -> Collected | Refused:
-        try:
-            return self._write(path, state, session)
-        except CollectError as error:
-            return Refused(path, str(error))
 
     def _write(self, path: Path, state: FileState | None, session: SessionTables) -> Collected:
         try:
@@ -208,21 +215,17 @@ class Collector:
                 _wait_for_others(connection)
                 what = bring_in(connection, session, path)
                 if state is not None:
-                    _note_state(connection, session.session["session"], state)
+                    name = session.session["session"]
+                    connection.execute(delete(schema.ledgers).where(schema.ledgers.c.session == name))
+                    connection.execute(insert(schema.ledgers), {"session": name, **asdict(state)})
         except SQLAlchemyError as error:
             reason = database_reason(error, self.engine.url)
             raise CollectError(f"{path}: could not be collected: {reason}") from None
         return Collected(path, session.session["session"], what, session.session["trials_answered"])
 
-    def _is_unchanged(self, path: Path, known: _Known) -> bool:
-        """Whether the file, the end of its chain and the participant's withdrawal are as when it was collected."""
-        if file_state(path) != known.state or (known.participant in self.withdrawn) != known.is_withdrawn:
-            return False
-        return last_hash(path) == known.head_hash
-
     @cached_property
     def _known(self) -> dict[str, _Known]:
-        """The collected sessions by the name of their file; without those whose file's name another session has."""
+        """Return the collected sessions by the name of their file, without those of one name."""
         with self.engine.connect() as connection:
             rows = connection.execute(_KNOWN).all()
         times = Counter(row.file for row in rows)
@@ -245,11 +248,6 @@ def _known(row: Any) -> _Known:
     state = FileState(row.size, row.mtime_ns, row.wal_size, row.wal_mtime_ns)
     is_withdrawn = row.status == "withdrawn"
     return _Known(row.session, row.participant, is_withdrawn, row.trials_answered, row.head_hash, state)
-
-
-def _note_state(connection: Connection, session: str, state: FileState) -> None:
-    connection.execute(delete(schema.ledgers).where(schema.ledgers.c.session == session))
-    connection.execute(insert(schema.ledgers), {"session": session, **asdict(state)})
 
 
 def _wait_for_others(connection: Connection) -> None:
@@ -276,14 +274,14 @@ def rebuild_command(url: URL, lab: Path | None) -> str:
 
 
 def _demand_version(connection: Connection, lab: Path | None = None) -> None:
-    """Make what is missing; what is there must be of this version."""
+    """Create what is missing. Raises CollectError where what is there is of another version."""
     schema.palpate.create(connection, checkfirst=True)
-    found = connection.execute(select(schema.palpate.c.version)).scalar_one_or_none()
-    if found is None:
+    version = connection.execute(select(schema.palpate.c.version)).scalar_one_or_none()
+    if version is None:
         connection.execute(insert(schema.palpate), {"version": schema.VERSION})
-    elif found != schema.VERSION:
+    elif version != schema.VERSION:
         raise CollectError(
-            f"collected in version {found}, and this Palpate writes {schema.VERSION}; make it anew from the ledgers:"
+            f"collected in version {version}, and this Palpate writes {schema.VERSION}; make it anew from the ledgers:"
             f" {rebuild_command(connection.engine.url, lab)}"
         )
     schema.create_all(connection)
@@ -345,7 +343,7 @@ def bring_in(connection: Connection, session: SessionTables, path: Path) -> str:
 
 
 def _demand_continuation(connection: Connection, session: SessionTables, path: Path) -> None:
-    """A session may only grow: what was collected of it must be how it still begins."""
+    """Raise CollectError unless the session still begins with what was collected of it: it may only grow."""
     name = session.session["session"]
     query = select(schema.events.c.seq, schema.events.c.hash).where(schema.events.c.session == name)
     now = {row["seq"]: row["hash"] for row in session.events}

@@ -32,48 +32,48 @@ class ModelsChanged(ValueError):
 
 
 class ScreenChanged(ValueError):
-    """The screen is not the one that the session was begun on."""
+    """The screen is not the one that the session was started on."""
 
 
 class DevicesChanged(ValueError):
-    """The devices are not those that the session was begun with."""
+    """The devices are not those that the session was started with."""
 
 
 def study_change(recorded: Mapping[str, Any], current: Study) -> str | None:
-    """The first differences of the study from its recorded definition, in plain words; None where it is the same.
+    """Return the first differences of the study from its recorded definition, in plain words; None if it is the same.
 
     What a participant meets is compared: a sample, planned minutes or questions that changed are no change of it.
     """
-    found = list(differences(conditions_of(recorded), current.conditions()))
-    if not found:
+    changes = list(differences(conditions_of(recorded), current.conditions()))
+    if not changes:
         return None
-    more = f"; and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
-    return "; ".join(found[:MOST_NAMED]) + more
+    more = f"; and {len(changes) - MOST_NAMED} more" if len(changes) > MOST_NAMED else ""
+    return "; ".join(changes[:MOST_NAMED]) + more
 
 
 def demand_unchanged(header: Mapping[str, Any], current: Study, accept: bool) -> dict[str, Any] | None:
-    """What is to be put on record where the study has changed since `header` was written; None where it has not.
+    """Return what goes on record where the study has changed since `header` was written; None where it has not.
 
     `header` is the first event's body of the session, of the participant's earlier session, or else of the sample's
     latest one.
     Raises StudyChanged naming the differences, unless they are accepted.
     """
-    told = study_change(header["study"], current)
-    if told is None:
+    change = study_change(header["study"], current)
+    if change is None:
         return None
     before, now = digest(conditions_of(header["study"])), digest(current.conditions())
     if not accept:
         raise StudyChanged(
             f"{current.study}: the study has changed since participant {header['participant']} began session "
-            f"{header['session']} (digest {before[:SHOWN]}, now {now[:SHOWN]}): {told}. Put it back as it was, or "
+            f"{header['session']} (digest {before[:SHOWN]}, now {now[:SHOWN]}): {change}. Put it back as it was, or "
             "accept the change for this participant with --accept-change, which goes on record"
         )
     since = {"since_participant": header["participant"], "since_session": header["session"]}
-    return {**since, "study_before": before, "study_now": now, "differences": told}
+    return {**since, "study_before": before, "study_now": now, "differences": change}
 
 
 def earlier_header(lab: Path, study: str, participant: str, number: int) -> dict[str, Any] | None:
-    """The first event of the participant's latest session before this one; None where there is none."""
+    """Return the first event's body of the participant's latest session before this one; None if there is none."""
     for earlier in range(number - 1, 0, -1):
         path = ledger_path(lab, study, participant, earlier)
         if path.is_file():
@@ -136,13 +136,17 @@ def demand_same_models(study: Study, lab: Path, ledgers: Iterable[Path], accept:
 
 
 def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool) -> dict[str, Any] | None:
-    """What is to be put on record where a session goes on at another screen; None where it is the same.
+    """Return what goes on record where a session is resumed at another screen; None where it is the same.
 
     A screen is the same where its pixels are, and where 127 mm stay within half a millimetre.
     Raises ScreenChanged unless the change is accepted.
     """
-    before = header.get("calibration")
-    if before is None or _same_screen(before, now):
+    from palpate.devices.window.calibration import TOLERANCE_MM
+
+    if (before := header.get("calibration")) is None:
+        return None
+    drawn_mm = now.nominal_mm * now.px_per_mm / before["px_per_mm"]
+    if tuple(before["size_px"]) == now.size_px and abs(drawn_mm - now.nominal_mm) <= TOLERANCE_MM:
         return None
     if not accept:
         raise ScreenChanged(
@@ -153,36 +157,29 @@ def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool
 
 
 def demand_same_devices(header: Mapping[str, Any], now: Mapping[str, Any], accept: bool) -> dict[str, Any] | None:
-    """What is to be put on record where a session goes on with other devices or settings; None where they are the same.
+    """Return what goes on record where a session is resumed with other devices or settings; None if with the same.
 
     Where a device is plugged in does not matter. Raises DevicesChanged naming the differences unless it is accepted.
     """
     before, after = _unplugged(header["rig"].get("settings")), _unplugged(now.get("settings"))
-    found = list(differences(before, after))
-    if not found:
+    changes = list(differences(before, after))
+    if not changes:
         return None
-    told = "; ".join(found[:MOST_NAMED])
+    shown = "; ".join(changes[:MOST_NAMED])
     if not accept:
         raise DevicesChanged(
-            f"the rig has changed since the session was begun: {told}. Put it back as it was, or accept the change "
+            f"the rig has changed since the session was begun: {shown}. Put it back as it was, or accept the change "
             "with --accept-change, which goes on record"
         )
-    return {"settings_before": before, "settings_now": after, "devices_changed": told}
+    return {"settings_before": before, "settings_now": after, "devices_changed": shown}
 
 
 def _unplugged(settings: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Settings without the ports; one that is none counts as one that is not there, as before Palpate had it."""
+    """Return settings without the ports; one that is None counts as missing, as before Palpate had it."""
     return {
         name: {key: value for key, value in given.items() if key != "port" and value is not None}
         for name, given in (settings or {}).items()
     }
-
-
-def _same_screen(before: Mapping[str, Any], now: Calibration) -> bool:
-    from palpate.devices.window.calibration import TOLERANCE_MM
-
-    drawn_mm = now.nominal_mm * now.px_per_mm / before["px_per_mm"]
-    return tuple(before["size_px"]) == now.size_px and abs(drawn_mm - now.nominal_mm) <= TOLERANCE_MM
 
 
 def _screen(calibration: Mapping[str, Any]) -> str:
@@ -191,7 +188,7 @@ def _screen(calibration: Mapping[str, Any]) -> str:
 
 
 def differences(before: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Every difference of two definitions in plain words, keys in order; items of lists go by their names."""
+    """Yield every difference of two definitions in plain words, keys in order; items of lists go by their names."""
     if isinstance(before, Mapping) and isinstance(now, Mapping):
         yield from _of_mappings(before, now, place)
     elif _is_list(before) and _is_list(now):
@@ -217,14 +214,14 @@ def _of_lists(before: Sequence[Any], now: Sequence[Any], place: str) -> Iterator
         if canonical(before) != canonical(now):
             yield f"{place} was {_short(before)} and is {_short(now)}"
         return
-    found = list(_of_mappings(old, new, place))
-    if not found and list(old) != list(new):
-        found = [f"{place} stands in another order"]
-    yield from found
+    changes = list(_of_mappings(old, new, place))
+    if not changes and list(old) != list(new):
+        changes = [f"{place} stands in another order"]
+    yield from changes
 
 
 def _named(items: Sequence[Any]) -> dict[str, Any] | None:
-    """Items by what they are called; None where they have no names, or one stands twice."""
+    """Return items by their names; None where they have none, or one stands twice."""
     names = [next((str(item[key]) for key in NAMES if key in item), "") for item in items if isinstance(item, Mapping)]
     if len(names) < len(items) or "" in names or len(set(names)) < len(names):
         return None

@@ -53,7 +53,10 @@ def export(registry: Registry, with_simulated: bool = False) -> Exported:
     described = columns(sidecar)
     before = read_table(lab / TABLE, list(described))
     answers = demographics(lab, with_simulated)
-    status = _people(registry)
+    people = schema.participants
+    with reading(registry) as connection:
+        rows_of_people = connection.execute(select(people.c.participant, people.c.status))
+        status = {row.participant: row.status for row in rows_of_people}
     gone = {who for who, state in status.items() if state == "withdrawn"}
     everybody = sorted((set(status) | set(answers.given)) - gone)
     # participant -> studies, by rows held and by sessions
@@ -63,9 +66,10 @@ def export(registry: Registry, with_simulated: bool = False) -> Exported:
             studies.setdefault(allocation.participant, set()).add(allocation.study)
     rows = []
     for who in everybody:
-        checked = {name: _checked(sidecar, described, name, *said) for name, said in answers.given.get(who, {}).items()
-                 if name in described}  # fmt: skip
-        rows.append(_row(who, before.get(bids_id(who), {}), checked, studies.get(who, set())))
+        given = answers.given.get(who, {}).items()
+        checked = {name: _checked(sidecar, described, name, *answer) for name, answer in given if name in described}
+        taken_part = ";".join(sorted(studies.get(who, set())))
+        rows.append({**before.get(bids_id(who), {}), **checked, KEY: bids_id(who), STUDIES: taken_part})
     write_table(lab / TABLE, list(described), rows)
     return Exported(
         lab / TABLE, tuple(everybody), tuple(sorted(gone)), tuple(answers.simulated), tuple(answers.refused)
@@ -75,18 +79,6 @@ def export(registry: Registry, with_simulated: bool = False) -> Exported:
 def forget(lab: Path, participant: str) -> bool:
     """Take a participant out of LAB/participants.tsv; returns whether they were in it."""
     return drop_row(lab / TABLE, participant)
-
-
-def _row(who: str, before: Row, asked: Row, studies: set[str]) -> Row:
-    return {**before, **asked, KEY: bids_id(who), STUDIES: ";".join(sorted(studies))}
-
-
-def _people(registry: Registry) -> dict[str, str]:
-    people = schema.participants
-    with reading(registry) as connection:
-        return {
-            row.participant: row.status for row in connection.execute(select(people.c.participant, people.c.status))
-        }
 
 
 def _checked(file: Path, described: Mapping[str, Any], name: str, value: Any, session: str) -> str:
@@ -101,7 +93,7 @@ def _checked(file: Path, described: Mapping[str, Any], name: str, value: Any, se
 
 
 def bids_id(participant: str) -> str:
-    """sub-P001 for P001."""
+    """Return sub-P001 for P001."""
     return f"sub-{participant}"
 
 
@@ -180,9 +172,9 @@ class Answers:
 
 
 def demographics(lab: Path, with_simulated: bool = False) -> Answers:
-    """Return every answer about themselves that participants gave in the lab's sessions, the latest sitting last.
+    """Return every answer about themselves that participants gave in the lab's sessions, the latest session last.
 
-    Simulated people are nobody: their sessions are left out unless asked for.
+    Simulated people are nobody: their sessions are left out unless `with_simulated`.
     """
     answers = Answers()
     records = []
@@ -200,5 +192,5 @@ def demographics(lab: Path, with_simulated: bool = False) -> Answers:
         given = answers.given.setdefault(who, {})
         for answer in record.state.answers:
             if answer.form == FORM:
-                given |= {name: (said, record.path.name) for name, said in answer.values.items() if said is not None}
+                given |= {name: (value, record.path.name) for name, value in answer.values.items() if value is not None}
     return answers

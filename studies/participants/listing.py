@@ -32,28 +32,24 @@ def listed(registry: Registry, study: str | None = None) -> list[Row]:
     status = dict.fromkeys(in_sessions(registry.lab), "session") | status
     sessions = sessions_by_participant(registry.lab)
     return [
-        _row(who, status[who], rows.get(who, []), sessions.get(who, []))
+        {
+            "participant": who,
+            "status": status[who],
+            "studies": [
+                {
+                    "study": allocation.study,
+                    "group": allocation.group,
+                    "row": allocation.row,
+                    "status": allocation.status,
+                    "replaces": allocation.replaces,
+                }
+                for allocation in rows.get(who, [])
+            ],
+            "sessions": sessions.get(who, []),
+        }
         for who in sorted(status)
         if study is None or who in rows
     ]
-
-
-def _row(participant: str, status: str, rows: Sequence[Allocation], sessions: list[str]) -> Row:
-    return {
-        "participant": participant,
-        "status": status,
-        "studies": [
-            {
-                "study": allocation.study,
-                "group": allocation.group,
-                "row": allocation.row,
-                "status": allocation.status,
-                "replaces": allocation.replaces,
-            }
-            for allocation in rows
-        ],
-        "sessions": sessions,
-    }
 
 
 def lines(people: Sequence[Row], identities: Mapping[str, Identity]) -> Iterator[str]:

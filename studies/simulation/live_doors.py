@@ -27,7 +27,7 @@ TICKS_A_S = 1000
 
 
 def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) -> Done:
-    """The presentation `done`, with the sliders moved meanwhile and the force that the hand then met.
+    """Return the presentation `done` with the sliders moved meanwhile, and the forces that the hand then met.
 
     In virtual time the models and the line take none: `made` and `taken` are the moment that a setting was seen.
     """
@@ -44,12 +44,14 @@ def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) 
         if live.newer(tick_ns) is not None:
             live.took(tick_ns, "")
     (door,) = done.reply.samples
-    reply = replace(done.reply, value={**done.reply.value, **record.summary()}, samples=(_met(door, record),))
+    angles = [float(angle) for angle in array.array("f", door.data)[0::2]]
+    opening = replace(door, data=interleaved(angles, list(_forces(angles, door, record))))
+    reply = replace(done.reply, value={**done.reply.value, **record.summary()}, samples=(opening,))
     return replace(done, reply=replace(reply, samples=(*reply.samples, *record.take())))
 
 
 def _moves(form: Sliders, start: Setting, end: Mapping[str, float]) -> Callable[[float], Setting]:
-    """The setting at a time: every slider that is moved goes there evenly."""
+    """Return the setting by time, in seconds: every slider that is moved goes there evenly."""
 
     def at(t_s: float) -> Setting:
         share = min(max((t_s - BEGINS_S) / MOVES_S, 0.0), 1.0)
@@ -61,15 +63,8 @@ def _moves(form: Sliders, start: Setting, end: Mapping[str, float]) -> Callable[
     return at
 
 
-def _met(door: Samples, record: LiveRecord) -> Samples:
-    """The opening's block, its forces those of the profile that the door had, or was passing over to, by then."""
-    values = array.array("f", door.data)
-    angles = [float(angle) for angle in values[0::2]]
-    return replace(door, data=interleaved(angles, list(_forces(angles, door, record))))
-
-
 def _forces(angles: list[float], door: Samples, record: LiveRecord) -> Iterator[float]:
-    """The force at each sample, by the rule that the device passes from one profile to another."""
+    """Yield the force at each sample, in N, by the rule that the device passes from one profile to another."""
     stiffness = DEFAULT.control.end_stiffness_Nm_rad
     end_rad = (len(record.force_N) - 1) * STEP_RAD
     rendered = Rendered([force * HANDLE_RADIUS_M for force in record.force_N], end_rad, stiffness)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ QUALITY = 92
 
 
 def jpegs_of(request: Sense, count: int) -> Iterator[bytes]:
-    """The trial's texture under the first `count` lights, each as the bytes of a JPEG file."""
+    """Yield the trial's texture under the first `count` lights, each as the bytes of a JPEG file."""
     for _, photo in zip(range(count), photos_of(request), strict=False):
         taken = BytesIO()
         photo.save(taken, "JPEG", quality=QUALITY)
@@ -35,7 +36,7 @@ def jpegs_of(request: Sense, count: int) -> Iterator[bytes]:
 
 @dataclass
 class KeptCameraTwin:
-    """The simulated camera, whose pictures are kept in LAB/pictures; what it gives is what it gives at a rig.
+    """The simulated camera, whose pictures are saved in LAB/pictures; what it gives is what it gives at a rig.
 
     `taken` makes the pictures of a request; None: `jpegs_of`.
     """
@@ -46,12 +47,12 @@ class KeptCameraTwin:
     made: list[Camera] = field(default_factory=list)
 
     def check(self, trial: Trial) -> None:
-        """The stimulus says what the simulation needs to know of it, and there are so many lights."""
+        """Raise RigError unless the simulation knows enough of the stimulus, and there are so many lights."""
         self._camera()
         demand_surface(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
-        """Take the pictures of a stimulus, and keep them. Raises RigError where they cannot be kept."""
+        """Take the pictures of a stimulus, and save them. Raises RigError where they cannot be saved."""
         sense = sensing(request, "camera")
         clock = Leaping()
 
@@ -77,16 +78,9 @@ def _camera(lab: Path, lights: int, taken: PicturesOf | None) -> Camera:
         raise RigError(f"{lights} pictures of each texture: from 1 to {TWIN_LIGHTS} are expected, as many as a twin's")
     camera = make("camera", Settings(kind="camera", driver="twin", lights=lights), Path())
     camera.source.suffix = ".jpg"  # type: ignore[union-attr]
-    camera.pictures_of = taken or _jpegs(lights)
+    camera.pictures_of = taken or partial(jpegs_of, count=lights)
     camera.keep_in(lab)
     return camera
-
-
-def _jpegs(lights: int) -> PicturesOf:
-    def taken(request: Sense) -> Iterable[bytes]:
-        return jpegs_of(request, lights)
-
-    return taken
 
 
 @dataclass(frozen=True)

@@ -30,13 +30,13 @@ Watch = Callable[[Event], None]
 
 @dataclass(frozen=True)
 class ToolAhead:
-    """The simulated tool, what it does with a request done ahead, and given as of when it is asked for."""
+    """The simulated tool whose work is done ahead, and given the time of the request."""
 
     tool: DeviceTwin
     felt: Ahead[Done]
 
     def check(self, trial: Trial) -> None:
-        """As the tool's."""
+        """Raise as the tool does."""
         self.tool.check(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
@@ -47,7 +47,7 @@ class ToolAhead:
 
 
 def felt(plan: Plan, request: Sense) -> Done:
-    """What the simulated tool does with a request, from second 0 on. It pickles by name."""
+    """Return what the simulated tool records of a request, from second 0 on. It pickles by name."""
     return ToolTwin(plan, Strokes(plan, WHOLE))(request, 0)
 
 
@@ -58,14 +58,14 @@ class Seen:
     lights: int
 
     def __call__(self, _plan: Plan, request: Sense) -> list[bytes]:
-        """Each as the bytes of a JPEG file."""
+        """Return each as the bytes of a JPEG file."""
         return list(jpegs_of(request, self.lights))
 
 
 def rig_for(found: Found, lab: Path, pictures: int, workers: int, watch: Watch) -> RigPlan:
-    """The rig of a simulated session whose pictures are kept; events are the same whatever the workers.
+    """Return the rig of a simulated session whose pictures are saved; events are the same whatever the workers.
 
-    `watch` is told of every event once it is kept.
+    `watch` is called with every event once it is written.
     """
     kept = pictures if "camera" in found.study.needs else None
     plain = simulated(found.study, found.folder, lab, kept)
@@ -82,7 +82,7 @@ def rig_for(found: Found, lab: Path, pictures: int, workers: int, watch: Watch) 
 def _ahead(
     plan: Plan, lab: Path, pictures: int, workers: int, records: Mapping[str, DeviceTwin]
 ) -> tuple[dict[str, DeviceTwin], Callable[[], None]]:
-    """What records, its work done ahead; and what ends that work."""
+    """Return what records, its work done ahead, and what ends that work."""
     if "tool" in records:
         tool = Ahead(felt, plan, workers)
         return {"tool": ToolAhead(records["tool"], tool)}, tool.close
@@ -97,7 +97,7 @@ T = TypeVar("T")
 
 @dataclass
 class Ahead(Generic[T]):
-    """`make(plan, request)`, where the plan's next requests to record are begun by `workers` processes meanwhile.
+    """`make(plan, request)`, where `workers` processes compute the plan's next requests to record meanwhile.
 
     The answers are those of `make` alone, whichever way: it depends on its arguments only, and pickles by name. One
     worker: it is called here. At most one answer more than there are workers waits in memory.
@@ -110,32 +110,27 @@ class Ahead(Generic[T]):
     coming: dict[int, Future[T]] = field(default_factory=dict)
 
     def __call__(self, request: Sense) -> T:
-        """The answer to a request. Raises what `make` raises; RigError where a process died."""
+        """Return the answer to a request. Raises what `make` raises; RigError where a process died."""
         if self.workers == 1 or request.trial.attempt > 1:
             return self.make(self.plan, request)
-        self._begin(request)
+        if not self.pools:
+            spawned = multiprocessing.get_context("spawn")
+            self.pools.append(ProcessPoolExecutor(self.workers, spawned, initializer=serve_the_parent))
+        later = [trial for trial in self.plan.trials if trial.number > request.trial.number]
+        senses = [Sense(t.recording.device, t.recording.seconds, t) for t in later if t.recording is not None]
+        for sense in (request, *senses[: self.workers]):
+            if sense.trial.number not in self.coming:
+                self.coming[sense.trial.number] = self.pools[0].submit(self.make, self.plan, sense)
         try:
             return self.coming.pop(request.trial.number).result()
         except BrokenProcessPool:
-            told = f"{request.trial.stimulus.id}: a process that computed it died, likely for want of memory"
-            raise RigError(f"{told}; go on with one worker") from None
+            name = request.trial.stimulus.id
+            raise RigError(
+                f"{name}: a process that computed it died, likely for want of memory; go on with one worker"
+            ) from None
 
     def close(self) -> None:
         """End the processes; what they are at is waited for, a few seconds."""
         self.coming.clear()
         while self.pools:
             self.pools.pop().shutdown(cancel_futures=True)
-
-    def _begin(self, request: Sense) -> None:
-        if not self.pools:
-            spawned = multiprocessing.get_context("spawn")
-            self.pools.append(ProcessPoolExecutor(self.workers, spawned, initializer=serve_the_parent))
-        for each in self._next(request):
-            if each.trial.number not in self.coming:
-                self.coming[each.trial.number] = self.pools[0].submit(self.make, self.plan, each)
-
-    def _next(self, request: Sense) -> list[Sense]:
-        """This request and those of the trials after it."""
-        later = [trial for trial in self.plan.trials if trial.number > request.trial.number]
-        asked = [Sense(t.recording.device, t.recording.seconds, t) for t in later if t.recording is not None]
-        return [request, *asked[: self.workers]]

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from palpate.protocols.canonical import digest
 from palpate.protocols.files import file_sha256
@@ -39,7 +39,7 @@ class VirtualTextures:
     """Whether what is kept beside the study's table is used."""
 
     def card(self, stimulus: Stimulus) -> Path:
-        """The model's card of a stimulus. Raises RigError where there is none."""
+        """Return the card of a stimulus' model. Raises RigError where there is none."""
         from palpate.devices.render.found import SHIPPED as MODELS
         from palpate.devices.render.found import card_for
         from palpate.signals.textures.sounds import RenderError
@@ -51,7 +51,7 @@ class VirtualTextures:
             raise RigError(f"stimulus {stimulus.id!r}: {error}") from None
 
     def check(self, stimulus: Stimulus) -> None:
-        """The stimulus has a whole model, and its hand is the planned one. Raises RigError."""
+        """Raise RigError unless the stimulus has a whole model, and its hand is the planned one."""
         card = self.card(stimulus)
         _friction(stimulus)
         demand_whole(card)
@@ -60,7 +60,7 @@ class VirtualTextures:
             self._felt(stimulus)
 
     def of(self, stimulus: Stimulus) -> Rendered:
-        """What its model plays, and how alike that is; rendered where nobody has kept it. Raises RigError."""
+        """Return what its model plays, and how alike that is; rendered if it was not saved. Raises RigError."""
         card = self.card(stimulus)
         key = self._key(stimulus, card)
         if key not in self.known:
@@ -68,27 +68,25 @@ class VirtualTextures:
         return self.known[key]
 
     def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
-        """By which columns it is felt otherwise than its table says."""
-        found = self.of(stimulus).alike
-        return {} if found is None else found.columns()
+        """Return the columns that take the place of the table's, as simulated people feel them."""
+        alike = self.of(stimulus).alike
+        return {} if alike is None else alike.columns()
 
     def _key(self, stimulus: Stimulus, card: Path) -> str:
-        """What decides a rendering: the card, which names the digest of its numbers; the hand's file; the seed."""
+        """Return the digest of what decides a rendering: card (it names the digest of its numbers), hand and seed."""
         made = [card.stem, file_sha256(card)]
         parts = [*made, stimulus.sha256, stimulus.columns.get("friction")]
         return digest({"rendering": VERSION, "seed": SEED, "of": parts})
 
     def _kept(self, key: str, card: Path) -> Rendered | None:
-        """What was kept of this rendering; None where nobody did. Raises RigError on a file that is damaged."""
-        if (told := self._shipped().get(key)) is not None:
-            return restored(told, card, self.folder / SHIPPED)
+        """Return this rendering as it was saved, None if it was not. Raises RigError on a file that is damaged."""
+        file = self.folder / SHIPPED
+        shipped = read_kept(file) if self.shipped and file.is_file() else {}
+        if (entry := shipped.get(key)) is not None:
+            return restored(entry, card, file)
         if self.lab is not None and (file := _kept_file(self.lab, key)).is_file():
             return restored(read_kept(file), card, file)
         return None
-
-    def _shipped(self) -> Mapping[str, Any]:
-        file = self.folder / SHIPPED
-        return read_kept(file) if self.shipped and file.is_file() else {}
 
     def _fresh(self, key: str, stimulus: Stimulus, card: Path) -> Rendered:
         from palpate.studies.simulation.played_textures import rendered
@@ -109,7 +107,7 @@ class VirtualTextures:
             raise RigError(str(error)) from None
 
     def _felt(self, stimulus: Stimulus) -> Array:
-        """(3, n): what the hand meets on the real surface, its speed and its force. Raises RigError."""
+        """Return (3, n): what the hand meets on the real surface, its speed and its force. Raises RigError."""
         from palpate.studies.simulation.played_textures import read_felt
 
         file = self.folder / _column(stimulus, "file")
@@ -128,18 +126,18 @@ def _kept_file(lab: Path, key: str) -> Path:
 
 
 def _friction(stimulus: Stimulus) -> float | None:
-    """The table's; None where it says nothing. Raises RigError."""
-    told = stimulus.columns.get("friction", "")
+    """Return the friction of the table, None if it has none. Raises RigError if it is no number."""
+    text = stimulus.columns.get("friction", "")
     try:
-        found = float(told) if told else None
+        friction = float(text) if text else None
     except ValueError:
-        found = math.nan
-    if found is not None and not math.isfinite(found):
-        raise RigError(f"stimulus {stimulus.id!r}: its friction is {told!r}; a number is expected")
-    return found
+        friction = math.nan
+    if friction is not None and not math.isfinite(friction):
+        raise RigError(f"stimulus {stimulus.id!r}: its friction is {text!r}; a number is expected")
+    return friction
 
 
 def _column(stimulus: Stimulus, name: str) -> str:
-    if not (told := stimulus.columns.get(name, "")):
+    if not (text := stimulus.columns.get(name, "")):
         raise RigError(f"stimulus {stimulus.id!r}: the texture renderer needs the column {name!r} in its table")
-    return told
+    return text

@@ -98,7 +98,11 @@ class LiveRecord:
         names, forces = list(self.attributes), [f"{n / POINTS_PER_DEG:g} deg" for n in range(POINTS)]
         channels = ("time", "made", "taken", "refused", *names)
         units = ("s", "s", "s", "yes/no", *["scale"] * len(names))
-        settings = [value for change in changes for value in self._row(change)]
+        settings: list[float] = []
+        for change in changes:
+            taken_ns = change.made_ns if change.taken_ns is None else change.taken_ns
+            settings += [self._s(t_ns) for t_ns in (change.seen_ns, change.made_ns, taken_ns)]
+            settings += [float(change.taken_ns is None), *(float(change.wish[name]) for name in self.attributes)]
         made = [value for change in changes for value in (self._s(change.seen_ns), *change.force_N)]
         return (
             Samples(SETTINGS, channels, units, 0.0, self.t0_ns, interleaved(settings), first),
@@ -112,11 +116,6 @@ class LiveRecord:
         live = {"rate_hz": RATE_HZ, "ticks": self.live.ticks, "missed": self.live.missed, "changes": len(changes)}
         left_at = dict(changes[-1].wish if changes else self.start)
         return {"left_at": left_at, "live": live | {"refused": len(refused), "why": refused[-1] if refused else ""}}
-
-    def _row(self, change: Change[Setting]) -> list[float]:
-        taken_ns = change.made_ns if change.taken_ns is None else change.taken_ns
-        times = [self._s(t_ns) for t_ns in (change.seen_ns, change.made_ns, taken_ns)]
-        return [*times, float(change.taken_ns is None), *(float(change.wish[name]) for name in self.attributes)]
 
     def _s(self, t_ns: int) -> float:
         return (t_ns - self.t0_ns) / NS

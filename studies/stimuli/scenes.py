@@ -58,7 +58,7 @@ def demand_surface(trial: Trial) -> None:
 
 
 def sensing(request: Request, device: str) -> Sense:
-    """The request, if it asks this device to record. Raises RigError otherwise."""
+    """Return the request if this device is to record. Raises RigError otherwise."""
     if not isinstance(request, Sense) or request.device != device:
         raise RigError(f"the simulated {device} cannot do {request.body()['do']!r}")
     return request
@@ -73,22 +73,17 @@ class Strokes:
     grounds: OrderedDict[str, Any] = field(default_factory=OrderedDict)
 
     def __call__(self, request: Sense) -> Scene:
-        """The scene of a request to record."""
+        """Return the scene of a request to record."""
         from palpate.devices.surfaces.act import KEPT
-        from palpate.devices.surfaces.scene import SurfaceScene
+        from palpate.devices.surfaces.scene import SurfaceScene, ground_of
 
         surface = surface_of(request.trial.stimulus)
-        key = drawn(self.plan, request.trial)
-        return SurfaceScene(surface, request.seconds, *key, under=self._ground(surface), kept=self.kept or KEPT)
-
-    def _ground(self, surface: Surface) -> Any:
-        from palpate.devices.surfaces.scene import ground_of
-
         if surface.id not in self.grounds:
             self.grounds[surface.id] = ground_of(surface)
             while len(self.grounds) > GROUNDS:
                 self.grounds.popitem(last=False)
-        return self.grounds[surface.id]
+        key, ground = drawn(self.plan, request.trial), self.grounds[surface.id]
+        return SurfaceScene(surface, request.seconds, *key, under=ground, kept=self.kept or KEPT)
 
 
 @dataclass
@@ -99,7 +94,7 @@ class Openings:
     profiles: Profiles
 
     def __call__(self, request: Sense) -> Scene:
-        """The scene of a request to record."""
+        """Return the scene of a request to record."""
         from palpate.devices.door.opening_scene import OpeningScene
 
         profile_N: Sequence[float] = profile_of(request.trial.stimulus, self.profiles)
@@ -107,12 +102,12 @@ class Openings:
 
 
 def scenes_for(need: str, plan: Plan, profiles: Profiles) -> Callable[[Sense], Scene]:
-    """The scene of each request to record with the sensors of a need."""
+    """Return what makes the scene of each request to record with the sensors of a need."""
     return Strokes(plan) if need == "tool" else Openings(plan, profiles)
 
 
 def pictures_of(request: Sense) -> Iterator[bytes]:
-    """The trial's texture under one light after the other, each as the bytes of a PNG file."""
+    """Yield the trial's texture under one light after the other, each as the bytes of a PNG file."""
     for photo in photos_of(request):
         taken = BytesIO()
         photo.save(taken, "PNG", compress_level=3)
@@ -120,7 +115,7 @@ def pictures_of(request: Sense) -> Iterator[bytes]:
 
 
 def photos_of(request: Sense) -> Iterator[Image]:
-    """The trial's texture under one light after the other, 1568 x 1568 pixels."""
+    """Yield the trial's texture under one light after the other, 1568 x 1568 pixels."""
     from PIL import Image
 
     from palpate.devices.surfaces.photo import LIGHTS, light, photographs
