@@ -146,18 +146,14 @@ def write_recordings(source: Source, session: SharedSession, task: str, draft: P
                 )
         for stream in streams:
             guard.demand_columns(f"stream {stream.name}", [stream.name, *stream.channels])
-            counts += _write_recording(_Place(draft, session, task, attempt), stream)
+            if stream.noted:
+                counts += RecordingCounts(noted=1)
+                continue
+            is_motion = tuple(stream.channels) == AXES and set(stream.units) <= LENGTHS
+            write = _write_motion if is_motion else _write_physio
+            write(_Place(draft, session, task, attempt), stream)
+            counts += RecordingCounts(files=1, gappy=bool(stream.gaps), lost=stream.lost)
     return counts
-
-
-def _write_recording(place: _Place, stream: Stream) -> RecordingCounts:
-    if stream.noted:
-        return RecordingCounts(noted=1)
-    if tuple(stream.channels) == AXES and set(stream.units) <= LENGTHS:
-        _write_motion(place, stream)
-    else:
-        _write_physio(place, stream)
-    return RecordingCounts(files=1, gappy=bool(stream.gaps), lost=stream.lost)
 
 
 def _write_physio(place: _Place, stream: Stream) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from sqlalchemy import select
 
 from palpate.analysis.exporting.session_rows import AGE, OLDEST, SessionRows
-from palpate.analysis.exporting.source import SharedSession, Source
+from palpate.analysis.exporting.source import Source
 from palpate.analysis.exporting.tabular import Column, Row, Table
 from palpate.protocols.forms import LabForms, Question
 from palpate.studies.collecting import schema
@@ -40,10 +40,15 @@ class ParticipantTable:
 
 def participant_table(source: Source) -> ParticipantTable:
     """Return everybody who has a session among those that are shared; the last answer that was one counts."""
+    events = schema.events
     questions: dict[str, Question] = {}
     rows: dict[str, Row] = {}
     for session in source.sessions:
-        questions |= {question.name: question for question in _questions(source, session)}
+        if FORM in source.study.opening:  # the questions that the session put, by its first event
+            query = select(events.c.body).where((events.c.session == session.name) & (events.c.seq == 0))
+            forms: Any = json.loads(source.connection.execute(query).scalar_one()).get("lab_forms")
+            if forms:
+                questions |= {question.name: question for question in LabForms.from_definition(forms).questions}
         of_person: Row = {
             **{"participant": session.participant, "group": session.row["group_name"]},
             **{"counterbalancing_row": session.row["row"], "sessions": 0},
@@ -123,14 +128,6 @@ def _own_columns(source: Source) -> tuple[Column, ...]:
         Column("sessions", "Sessions of the participant in this data set.", "whole"),
         Column("simulated", "Whether a simulated participant gave the answers, not a person.", "truth"),
     )
-
-
-def _questions(source: Source, session: SharedSession) -> tuple[Question, ...]:
-    """Return the questions that the session put, by its first event."""
-    events = schema.events
-    query = select(events.c.body).where((events.c.session == session.name) & (events.c.seq == 0))
-    forms: Any = json.loads(source.connection.execute(query).scalar_one()).get("lab_forms")
-    return LabForms.from_definition(forms).questions if forms and FORM in source.study.opening else ()
 
 
 def _column(question: Question, described: Mapping[str, Any]) -> Column:

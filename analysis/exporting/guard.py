@@ -102,9 +102,9 @@ class Guard:
         """Raise ExportRefused on a pseudonym that holds a number as of identity, or its bearer's name."""
         for place, pseudonym in enumerate(participants, start=1):
             own = self.people.get(pseudonym, Identity()).name or ""
-            if re.search(rf"\d{{{_FEWEST},}}", pseudonym) or pseudonym.casefold().rstrip("0123456789") in _name_words(
-                own
-            ):
+            words = unicodedata.normalize("NFKC", own).casefold().split()
+            telling = {"".join(words), *(word for word in words if len(word) > 2)} - {""}
+            if re.search(rf"\d{{{_FEWEST},}}", pseudonym) or pseudonym.casefold().rstrip("0123456789") in telling:
                 raise ExportRefused(
                     f"participant {place} of the export: the pseudonym itself says who somebody is (their name, or"
                     f" {_FEWEST} digits or more); such sessions cannot be shared"
@@ -114,7 +114,8 @@ class Guard:
         """Return what in a text says who somebody is: 'an e-mail address', ...; None where nothing does."""
         plain = unicodedata.normalize("NFKC", text).casefold()
         kind = next((what for what, pattern in IDENTIFYING_PATTERNS.items() if pattern.search(plain)), None)
-        if kind is None and any(_looks_like_telephone_number(match[0]) for match in _DIGITS.finditer(plain)):
+        numbers = [match[0] for match in _DIGITS.finditer(plain) if not re.fullmatch(r"\d+\.\d+", match[0])]
+        if kind is None and any(_FEWEST <= sum(map(str.isdigit, number)) <= _MOST for number in numbers):
             kind = "a telephone or identity number"
         if kind is None and any(_mentions(plain, known) for known in self._known()):
             kind = "the name or the contact of somebody whom the lab knows"
@@ -143,12 +144,6 @@ def identifying_word(name: str) -> str | None:
     return next((word for word in (*words, *pairs) if word in known), None)
 
 
-def _looks_like_telephone_number(text: str) -> bool:
-    """Return whether a text has eight digits or more and is no decimal number."""
-    digits = sum(letter.isdigit() for letter in text)
-    return _FEWEST <= digits <= _MOST and not re.fullmatch(r"\d+\.\d+", text)
-
-
 def _mentions(text: str, known: str) -> bool:
     """Return whether a text holds a name. Korean, Chinese and Japanese ones stand in it without blanks: particles
     follow at once.
@@ -161,11 +156,3 @@ def _mentions(text: str, known: str) -> bool:
 
 def _has_no_blanks(text: str) -> bool:
     return re.search(r"[\u3040-\u30ff\u3400-\u9fff\uac00-\ud7af]", text) is not None
-
-
-def _name_words(name: str) -> Iterator[str]:
-    """Yield a name's words of three letters or more, and all of it in one."""
-    words = unicodedata.normalize("NFKC", name).casefold().split()
-    yield from (word for word in words if len(word) > 2)
-    if words:
-        yield "".join(words)

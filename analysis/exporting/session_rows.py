@@ -140,19 +140,18 @@ class SessionRows:
             last = recordings.get((*where, times.get(where, 0)))
             if last is None or row["first"] < int(last["next"] or 0):
                 times[where] = times.get(where, 0) + 1
-                last = recordings[(*where, times[where])] = self._recording(row, times[where])
+                same = ("trial", "attempt", "stream", "channels", "units", "rate_hz")
+                before_s = row["first"] / row["rate_hz"] if row["rate_hz"] else 0.0
+                last = recordings[(*where, times[where])] = {
+                    **self._who(), **{name: row[name] for name in same}, "recording": times[where], "next": 0,
+                    "start_s": row["t0_ns"] / NS - before_s, "samples": 0, "lost": 0, "gaps": 0,
+                }  # fmt: skip
             gap = row["first"] - int(last["next"] or 0)
             last["samples"] = int(last["samples"] or 0) + row["samples"]
             last["lost"] = int(last["lost"] or 0) + gap
             last["gaps"] = int(last["gaps"] or 0) + (gap > 0)
             last["next"] = row["first"] + row["samples"]
         yield from recordings.values()
-
-    def _recording(self, row: dict[str, Any], number: int) -> Row:
-        same = ("trial", "attempt", "stream", "channels", "units", "rate_hz")
-        return {**self._who(), **{name: row[name] for name in same}, "recording": number, "next": 0,
-                "start_s": row["t0_ns"] / NS - (row["first"] / row["rate_hz"] if row["rate_hz"] else 0.0),
-                "samples": 0, "lost": 0, "gaps": 0}  # fmt: skip
 
     def _who(self) -> Row:
         return {"participant": self.session.participant, "session": self.session.number}

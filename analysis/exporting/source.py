@@ -136,7 +136,15 @@ def _source(request: DataRequest, connection: Connection) -> Source:
         request.simulated,
         withdrawn(request.lab),
     )
-    kept = [_shared_session(rows[row.session]) for row in choice.kept]
+    sessions: list[SharedSession] = []
+    for kept in choice.kept:
+        row = rows[kept.session]
+        number = session_number(row["session"])
+        if not (row["participant"].isascii() and row["participant"].isalnum() and number.isdecimal()):
+            raise ExportRefused(
+                f"session {row['session']!r}: STUDY/PSEUDONYM/NUMBER is expected, as door_ratings/P001/1"
+            )
+        sessions.append(SharedSession(row["session"], row["participant"], int(number), row))
     table = schema.studies
     text = connection.execute(select(table.c.definition).where(table.c.study_digest == choice.digest)).scalar_one()
     definition: dict[str, Any] = parse(text.encode())
@@ -145,7 +153,7 @@ def _source(request: DataRequest, connection: Connection) -> Source:
         study=Study.model_validate(definition),
         definition=definition,
         digest=choice.digest,
-        sessions=tuple(sorted(kept, key=lambda session: (natural_key(session.participant), session.number))),
+        sessions=tuple(sorted(sessions, key=lambda session: (natural_key(session.participant), session.number))),
         left_out=choice.left_out,
         simulated=any(row.simulated for row in choice.kept),
         connection=connection,
@@ -165,10 +173,3 @@ def _sessions(connection: Connection, request: DataRequest) -> list[dict[str, An
             f"{describe_url(connection.engine.url)}: not a collected database ({database_reason(error)})"
         ) from None
     raise ExportRefused(f"no session of study {request.name!r} is collected; {nearest(request.name, known)}")
-
-
-def _shared_session(row: dict[str, Any]) -> SharedSession:
-    number = session_number(row["session"])
-    if not (row["participant"].isascii() and row["participant"].isalnum() and number.isdecimal()):
-        raise ExportRefused(f"session {row['session']!r}: STUDY/PSEUDONYM/NUMBER is expected, as door_ratings/P001/1")
-    return SharedSession(row["session"], row["participant"], int(number), row)

@@ -297,15 +297,15 @@ def _answer_columns(study: Study) -> tuple[Column, ...]:
 
 def codebook(data_set: DataSet) -> Table:
     """Return one row for each column of each table."""
-    return Table("codebook", "What every column of every table means.", CODEBOOK_COLUMNS, lambda: _rows(data_set))
 
+    def rows() -> Iterator[Row]:
+        for table in data_set.tables:
+            for column in table.columns:
+                levels = " | ".join(f"{value} = {meaning}" for value, meaning in column.levels.items())
+                yield {"table": table.name, "column": column.name, "kind": column.kind, "unit": column.unit,
+                       "description": column.description, "levels": levels}  # fmt: skip
 
-def _rows(data_set: DataSet) -> Iterator[Row]:
-    for table in data_set.tables:
-        for column in table.columns:
-            levels = " | ".join(f"{value} = {meaning}" for value, meaning in column.levels.items())
-            yield {"table": table.name, "column": column.name, "kind": column.kind, "unit": column.unit,
-                   "description": column.description, "levels": levels}  # fmt: skip
+    return Table("codebook", "What every column of every table means.", CODEBOOK_COLUMNS, rows)
 
 
 def shared_definition(data_set: DataSet) -> dict[str, Any]:

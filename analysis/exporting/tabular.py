@@ -91,13 +91,14 @@ def write_csv(path: Path, table: Table, rows: Iterable[Row]) -> int:
     with open_text(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
-        return _count(writer.writerow([_csv_cell(name, row.get(name)) for name in names]) for row in rows)
-
-
-def _csv_cell(name: str, value: Value) -> str:
-    if isinstance(value, float):
-        demand_not_infinite(name, value)
-    return without_formula(cell_text(value))
+        written = 0
+        for row in rows:
+            for name in names:
+                if isinstance(number := row.get(name), float):
+                    demand_not_infinite(name, number)
+            writer.writerow([without_formula(cell_text(row.get(name))) for name in names])
+            written += 1
+        return written
 
 
 def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
@@ -109,7 +110,11 @@ def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
     """
     with open_text(path) as file:
         file.write("\t".join(column.name for column in table.columns) + "\n")
-        return _count(file.write("\t".join(line) + "\n") for line in tsv_lines(path.name, table, rows))
+        written = 0
+        for line in tsv_lines(path.name, table, rows):
+            file.write("\t".join(line) + "\n")
+            written += 1
+        return written
 
 
 def tsv_lines(where: str, table: Table, rows: Iterable[Row]) -> Iterable[Sequence[str]]:
@@ -133,7 +138,3 @@ def _tsv_cell(where: str, number: int, name: str, value: Value, free_answer: boo
             f" and n/a mean something else there); use --csv, or leave the column out with --without {name}"
         )
     return text
-
-
-def _count(written: Iterable[int]) -> int:
-    return sum(1 for _ in written)

@@ -71,7 +71,15 @@ def compact_svg(svg: str, prefix: str, keep: Collection[str]) -> str:
     `keep` are the ids of groups that stay; `prefix` makes the styles' names the figure's own.
     """
     used = {*keep, *_USED.findall(svg)}
-    svg = _LENGTH.sub(_round_lengths, svg.replace("xlink:href=", "href="))
+
+    def round_number(match: re.Match[str]) -> str:
+        text = f"{float(match[0]):.2f}".rstrip("0").rstrip(".")
+        return "0" if text == "-0" else text
+
+    def round_lengths(match: re.Match[str]) -> str:
+        return " ".join(_LONG.sub(round_number, match[0]).split())
+
+    svg = _LENGTH.sub(round_lengths, svg.replace("xlink:href=", "href="))
     svg = _GROUP_ID.sub(lambda match: match[0] if match[1] in used else "<g", svg)
     svg = re.sub(r">\s+<", "><", svg)
     while (shorter := _EMPTY.sub("", svg)) != svg:
@@ -85,12 +93,3 @@ def compact_svg(svg: str, prefix: str, keep: Collection[str]) -> str:
     svg = _STYLE.sub(add_class, svg)
     rules = "".join(f".{name}{{{style.replace('; ', ';').replace(': ', ':')}}}" for style, name in names.items())
     return re.sub(r"(<svg[^>]*>)", lambda match: f"{match[1]}<style>{rules}</style>", svg, count=1) if names else svg
-
-
-def _round_lengths(match: re.Match[str]) -> str:
-    return " ".join(_LONG.sub(lambda number: _round(float(number[0])), match[0]).split())
-
-
-def _round(value: float) -> str:
-    text = f"{value:.2f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text

@@ -88,7 +88,15 @@ def level_rows(selected: Selected, settings: LevelSettings) -> tuple[Row, ...]:
 
 def with_families(rows: Sequence[Row], table: pd.DataFrame, settings: LevelSettings) -> tuple[Row, ...]:
     """Return the rows with the family of their level: its column, the first of several factors, or none."""
-    families = _families(table, settings, list(dict.fromkeys(_key(row, settings.by) for row in rows)))
+    keys = list(dict.fromkeys(_key(row, settings.by) for row in rows))
+    if len(settings.by) > 1:
+        families = {key: key[0] for key in keys}
+    elif settings.families is None or settings.families == settings.by[0]:
+        families = dict.fromkeys(keys, "")
+    else:
+        levels = list(dict.fromkeys(texts_of(table, settings.by[0])))
+        family_of = families_of(table, settings.by[0], settings.families, levels)
+        families = {key: family_of[key[0]] for key in keys}
     return tuple({**row, "family": families[_key(row, settings.by)]} for row in rows)
 
 
@@ -114,17 +122,6 @@ def _intervals(
 
 def _key(row: Row, by: Sequence[str]) -> Key:
     return tuple(str(row[name]) for name in by)
-
-
-def _families(table: pd.DataFrame, settings: LevelSettings, keys: Sequence[Key]) -> dict[Key, str]:
-    if len(settings.by) > 1:
-        return {key: key[0] for key in keys}
-    if settings.families is None or settings.families == settings.by[0]:
-        return dict.fromkeys(keys, "")
-    family_of = families_of(
-        table, settings.by[0], settings.families, list(dict.fromkeys(texts_of(table, settings.by[0])))
-    )
-    return {key: family_of[key[0]] for key in keys}
 
 
 def level_words(selected: Selected, settings: LevelSettings, rows: Sequence[Row]) -> dict[str, Any]:

@@ -84,7 +84,14 @@ def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
         values = list(known[item].values())
         lowest, highest = whiskers(values)
         rows.append({"shows": "item", "item": item, **summary(values), "whisker_low": lowest, "whisker_high": highest})
-    rows += [row for item in order for row in _point_rows(item, list(known[item].values()), low, high)]
+    for item in order:
+        chosen = list(known[item].values())
+        if all(value == int(value) for value in chosen):  # not where answers lie between points, which bars refuse
+            counts = {point: chosen.count(point) for point in range(low, high + 1)}
+            rows += [
+                {"shows": "point", "item": item, "value": float(point), "count": n, "share": n / len(chosen)}
+                for point, n in counts.items()
+            ]
     rows += [
         {"shows": "answer", "item": item, "participant": person, "value": value}
         for item in order
@@ -136,23 +143,6 @@ def _answers(settings: LikertSettings, cells: PersonCells, j: int, ends: tuple[i
         if settings.style == "bars" and value != int(value):
             raise DataRefused(f"{where} (the mean of several answers?); bars count points: keep one session in `where`")
     return answers
-
-
-def _point_rows(item: str, values: Sequence[float], low: int, high: int) -> list[dict[str, Any]]:
-    """Return how many chose each point; empty where an answer lies between points, which bars refuse."""
-    if any(value != int(value) for value in values):
-        return []
-    points = [int(value) for value in values]
-    return [
-        {
-            "shows": "point",
-            "item": item,
-            "value": float(point),
-            "count": points.count(point),
-            "share": points.count(point) / len(points),
-        }
-        for point in range(low, high + 1)
-    ]
 
 
 def draw(data: FigureData) -> DrawnFigure:

@@ -246,7 +246,9 @@ def draw(data: FigureData) -> DrawnFigure:
     size = (max(4.6, sum(wide) + 1.0), 3.3 + 0.17 * storeys + (widest_pt(names, 6) / 72 if upright else 0.0))
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(1, len(panels), squeeze=False, sharey=True, width_ratios=wide)[0]
-    values, scale = _every_value(data), data.words["scale"]
+    columns = ("mean", "value", "low", "high")
+    values = [to_float(row[name]) for row in data.rows for name in columns if row.get(name) is not None]
+    scale = data.words["scale"]
     low, high = scale or (min(0.0, *values), max(0.0, *values))
     # Bars start at zero where the scale has it, else at its nearest end.
     tools = _Bars(data, Marks(), min(max(0.0, low), high), (high - low) or 1.0, decimals_for(values))
@@ -264,9 +266,9 @@ def draw(data: FigureData) -> DrawnFigure:
     if clusters:
         handles = [Patch(**tools.look(bar)) for bar in bars]
         bar_names = [fold(bar, 24) for bar in bars]
-        columns = max(1, min(len(bars), int(figure.get_figwidth() / (0.55 + 0.075 * max(map(len, bar_names))))))
+        abreast = max(1, min(len(bars), int(figure.get_figwidth() / (0.55 + 0.075 * max(map(len, bar_names))))))
         figure.legend(
-            handles, bar_names, loc="outside upper left", ncols=columns, frameon=False, fontsize=8.5,
+            handles, bar_names, loc="outside upper left", ncols=abreast, frameon=False, fontsize=8.5,
             labelcolor=SOFT, handlelength=1.6, handleheight=1.1, columnspacing=1.3,
         )  # fmt: skip
     return DrawnFigure(figure, tools.marks.all())
@@ -284,15 +286,6 @@ def _letters(cluster_in: float, clusters: int) -> tuple[int, bool]:
     """Return how many letters fit under a cluster, and whether the names stand upright because these are too few."""
     letters = max(5, int(cluster_in / 0.075))
     return letters, letters < 8 and clusters > 12
-
-
-def _every_value(data: FigureData) -> list[float]:
-    return [
-        to_float(row[name])
-        for row in data.rows
-        for name in ("mean", "value", "low", "high")
-        if row.get(name) is not None
-    ]
 
 
 def _rows_of(data: FigureData, shows: str, cluster: str | None) -> list[Row]:

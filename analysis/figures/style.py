@@ -113,11 +113,8 @@ def inline_svg(svg: str, prefix: str) -> str:
     body = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}-\1"', body)
     body = re.sub(r'href="#([^"]+)"', rf'href="#{prefix}-\1"', body)
     body = re.sub(r"url\(#([^)]+)\)", rf"url(#{prefix}-\1)", body)
-    return re.sub(r'<svg ([^>]*?)width="[^"]*" ?|height="[^"]*pt" ?', _without_size, body, count=2).strip()
-
-
-def _without_size(match: re.Match[str]) -> str:
-    return f"<svg {match[1]}" if match[1] is not None else ""
+    size = r'<svg ([^>]*?)width="[^"]*" ?|height="[^"]*pt" ?'
+    return re.sub(size, lambda match: "" if match[1] is None else f"<svg {match[1]}", body, count=2).strip()
 
 
 def quiet_axes(axes: Axes) -> None:

@@ -109,7 +109,12 @@ def _rating(column_map: ColumnMap, line: Line, value: float, groups: _Groups) ->
     attribute = columns.attribute_is or ""
     if not attribute and columns.attribute is not None:
         attribute = _level(column_map, line, "attribute", columns.attribute)
-    loops = {factor: _loop_level(line, factor, levels) for factor, levels in column_map.loop.items()}
+    loops: dict[str, str] = {}
+    for factor, levels in column_map.loop.items():
+        inside = [level for level, column in levels.items() if line[column]]
+        if len(inside) != 1:
+            raise TableRefused(f"{line.where}: the row belongs to {' and '.join(inside)} of {factor!r} at once")
+        loops[factor] = inside[0]
     within = {factor: _level(column_map, line, factor, source) for factor, source in columns.within.items()}
     return ForeignRating(
         where=line.where,
@@ -134,13 +139,6 @@ def _label(column_map: ColumnMap, line: Line, column: str) -> str:
     if text != text.strip():
         raise TableRefused(f"{line.where}: {column!r} is {text!r}: blanks around it; say trim: true")
     return text
-
-
-def _loop_level(line: Line, factor: str, levels: Mapping[str, str]) -> str:
-    inside = [level for level, column in levels.items() if line[column]]
-    if len(inside) != 1:
-        raise TableRefused(f"{line.where}: the row belongs to {' and '.join(inside)} of {factor!r} at once")
-    return inside[0]
 
 
 def _level(column_map: ColumnMap, line: Line, factor: str, source: Source) -> str:

@@ -251,7 +251,13 @@ def _complaint(problem: dict[str, Any], document: Document, name: str) -> str:
 def _reason(problem: dict[str, Any], path: tuple[str | int, ...]) -> str:
     match problem["type"]:
         case "extra_forbidden":
-            return f"unknown key; {nearest(str(path[-1]), _keys_beside(path))}"
+            # The keys that the map knows beside the last one of the path.
+            models: dict[str, type[BaseModel]] = {"columns": Columns, "scale": MapScale, "where": Condition}
+            model = models.get(str(path[0]), ColumnMap) if len(path) > 1 else ColumnMap
+            if len(path) > 2 and path[0] == "columns":
+                model = Source
+            known = [field.alias or name for name, field in model.model_fields.items()]
+            return f"unknown key; {nearest(str(path[-1]), known)}"
         case "missing":
             return "this key is required"
         case "value_error":
@@ -259,12 +265,3 @@ def _reason(problem: dict[str, Any], path: tuple[str | int, ...]) -> str:
         case _:
             value_text = "" if isinstance(problem["input"], dict | list) else f"found {problem['input']!r:.60}, "
             return f"{value_text}{expectation(problem)}"
-
-
-def _keys_beside(path: tuple[str | int, ...]) -> list[str]:
-    """Return the keys that the map knows beside the last one of a path."""
-    models: dict[str, type[BaseModel]] = {"columns": Columns, "scale": MapScale, "where": Condition}
-    model = models.get(str(path[0]), ColumnMap) if len(path) > 1 else ColumnMap
-    if len(path) > 2 and path[0] == "columns":
-        model = Source
-    return [field.alias or name for name, field in model.model_fields.items()]

@@ -67,13 +67,10 @@ class Design:
         whole = np.zeros((sum(self.widths),) * 2)
         for effect in self.effects:
             for part in _parts(effect):
-                blocks = [self._block(name, name in part) for name in effect]
+                backs = {name: self.variables[name].back for name in effect}
+                blocks = [back[1:, 1:] if name in part else back[:1, 1:] for name, back in backs.items()]
                 whole[places[part], places[effect]] = kronecker(blocks)
         return whole
-
-    def _block(self, name: str, stays: bool) -> Floats:
-        back = self.variables[name].back
-        return back[1:, 1:] if stays else back[:1, 1:]
 
 
 def _times(a: Floats, b: Floats) -> Floats:

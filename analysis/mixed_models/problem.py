@@ -202,7 +202,14 @@ def _rotated(z: Floats, a: Floats, y_low: Floats) -> tuple[Floats, Floats, Float
 
     The first row of a block is taken off first, so that offsets cost no digit.
     """
-    u, through = _factored(z)
+    # U (blocks, rows, r) and R = S V' (blocks, r, width); columns of U that Z does not span are zero.
+    if z.shape[2] == 1:
+        through = np.sqrt((z * z).sum(axis=1, keepdims=True))
+        u = z / through
+    else:
+        u, s, v = np.linalg.svd(z, full_matrices=False)
+        s = np.where(s > LOST * s[:, :1], s, 0.0)
+        u, through = u * (s > 0)[:, None, :], s[:, :, None] * v
     pivot = a[:, :1].copy()
     a -= pivot  # lies in the span of the intercept, which every block has
     a[:, :, -1] += y_low - y_low[:, :1]
@@ -212,16 +219,6 @@ def _rotated(z: Floats, a: Floats, y_low: Floats) -> tuple[Floats, Floats, Float
     rest = a - u @ seen
     rest -= u @ (turned @ rest)
     return through, seen + turned.sum(axis=2)[:, :, None] * pivot, rest.reshape(-1, a.shape[2])
-
-
-def _factored(z: Floats) -> tuple[Floats, Floats]:
-    """Return U (blocks, rows, r) and R = S V' (blocks, r, width); columns of U that Z does not span are zero."""
-    if z.shape[2] == 1:
-        norms = np.sqrt((z * z).sum(axis=1, keepdims=True))
-        return z / norms, norms
-    u, s, v = np.linalg.svd(z, full_matrices=False)
-    s = np.where(s > LOST * s[:, :1], s, 0.0)
-    return u * (s > 0)[:, None, :], s[:, :, None] * v
 
 
 def _batch(through: Floats, seen: Floats, members: Codes) -> Batch:
@@ -290,7 +287,16 @@ def solve(problem: Problem, parts: Reduced, factors: Sequence[Floats]) -> Solved
         rows.append(whiten(lower[batch.which], batch.seen).reshape(-1, batch.seen.shape[2]))
     width = outside_width(problem)
     whole = np.concatenate(rows)
-    triangle = triangle_of(_penalised(problem, whole, factors) if width else whole)
+    if width:  # the columns outside times their factors, above the rows of their penalty
+        scaled = np.zeros((len(whole) + width, whole.shape[1]))
+        scaled[: len(whole), width:] = whole[:, width:]
+        scaled[len(whole) :, :width] = np.eye(width)
+        for i, (term, start) in zip(problem.layout.outside, outside(problem), strict=True):
+            stop = start + len(term.levels) * term.size
+            levels = whole[:, start:stop].reshape(-1, term.size) @ factors[i]
+            scaled[: len(whole), start:stop] = levels.reshape(len(whole), -1)
+        whole = scaled
+    triangle = triangle_of(whole)
     log_det += 2 * float(np.log(np.abs(np.diag(triangle)[:width])).sum())
     return Solved(log_det, triangle, width, max(float(triangle[-1, -1] ** 2), NOTHING))
 
@@ -325,19 +331,6 @@ def whiten(lower: Floats, seen: Floats) -> Floats:
         known = np.einsum("bj,bjc->bc", lower[:, i, :i], result[:, :i])
         result[:, i] = (seen[:, i] - known) / lower[:, i, i, None]
     return result
-
-
-def _penalised(problem: Problem, whole: Floats, factors: Sequence[Floats]) -> Floats:
-    """Return the rows with the columns outside times their factors, above the rows of their penalty."""
-    width = outside_width(problem)
-    scaled = np.zeros((len(whole) + width, whole.shape[1]))
-    scaled[: len(whole), width:] = whole[:, width:]
-    scaled[len(whole) :, :width] = np.eye(width)
-    for i, (term, start) in zip(problem.layout.outside, outside(problem), strict=True):
-        stop = start + len(term.levels) * term.size
-        levels = whole[:, start:stop].reshape(-1, term.size) @ factors[i]
-        scaled[: len(whole), start:stop] = levels.reshape(len(whole), -1)
-    return scaled
 
 
 def deviance(problem: Problem, at: Solved, reml: bool) -> float:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.analysis.ordinal.ranks import Ints
-from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, shown
 
 BATCH = 2_000_000  # counts held at once
@@ -41,22 +40,9 @@ def w_interval(ranks: Ints, interval: Interval) -> tuple[float, float, str]:
     if len(ranks) < 3:
         return math.nan, math.nan, "no interval of W: two participants are one pair, whoever is drawn"
     centred = (ranks - (ranks.shape[1] + 1))[np.lexsort(ranks.T)].astype(np.float64)
-    values = _resampled(centred, interval)
-    defined = values[~np.isnan(values)]
-    if len(defined) == 0:
-        return math.nan, math.nan, ""
-    lost = len(values) - len(defined)
-    tail = (1 - interval.confidence) / 2
-    low, high = np.quantile(defined, [tail, 1 - tail]).tolist()
-    return low, high, f"W undefined in {lost} of {len(values)} bootstrap samples, left out" if lost else ""
-
-
-def _resampled(centred: Floats, interval: Interval) -> Floats:
-    """Return W of each bootstrap sample of rows; whole numbers held in doubles, so sums are exact.
-
-    W = (1 + (n - 1) r) / n with r the mean agreement of two participants. A sample holds some participants several
-    times; that they agree with themselves is no agreement, so r is taken over pairs of different ones.
-    """
+    # W = (1 + (n - 1) r) / n with r the mean agreement of two participants. A sample holds some participants several
+    # times; that they agree with themselves is no agreement, so r is taken over pairs of different ones. Whole numbers
+    # are held in doubles, so sums are exact.
     n = len(centred)
     rng = np.random.Generator(np.random.PCG64(interval.seed))
     squares = (centred**2).sum(axis=1)
@@ -68,4 +54,11 @@ def _resampled(centred: Floats, interval: Interval) -> Floats:
         pairs = n * n - twice.sum(axis=1)
         r = np.divide(together * n, pairs * total, out=np.full(len(counts), np.nan), where=(pairs > 0) & (total > 0))
         parts.append(np.clip((1 + (n - 1) * r) / n, 0.0, 1.0))
-    return np.concatenate(parts)
+    values = np.concatenate(parts)
+    defined = values[~np.isnan(values)]
+    if len(defined) == 0:
+        return math.nan, math.nan, ""
+    lost = len(values) - len(defined)
+    tail = (1 - interval.confidence) / 2
+    low, high = np.quantile(defined, [tail, 1 - tail]).tolist()
+    return low, high, f"W undefined in {lost} of {len(values)} bootstrap samples, left out" if lost else ""

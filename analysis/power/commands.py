@@ -89,7 +89,9 @@ def power(
     file = find(study, lab)
     name, plan = find_plan(DataRequest(study, lab), plan_file)
     planned = planned_people(read_study(file).study)
-    sizes = sizes or _sizes_up_to(planned)
+    if not sizes:  # about ten up to the planned number, itself among them, or 4 to 40
+        most = min(max(planned or 40, 2), 999)
+        sizes = tuple(sorted({*range(min(4, most), most, max(1, (most - 4) // 9)), most}))
     request = PowerRequest(file, plan.path, lab, test, outcome, row, column, effect, plan.declared.alpha, seed)
     runs, jobs = runs or (QUICK_RUNS if quick else RUNS), jobs or os.cpu_count() or 1
     if not as_json and sys.stderr.isatty():
@@ -135,13 +137,6 @@ def planned_verdict(points: Sequence[Point], planned: int, target: float) -> str
     if point is None:
         return f"{sample} is not one of the simulated sizes: add it to --participants"
     return f"whether {sample} is enough is not known: no simulated study gave a p value: {point.why}"
-
-
-def _sizes_up_to(planned: int | None) -> tuple[int, ...]:
-    """Return numbers of participants to simulate: about ten up to the planned one, itself among them, or 4 to 40."""
-    most = min(max(planned or 40, 2), 999)
-    step = max(1, (most - 4) // 9)
-    return tuple(sorted({*range(min(4, most), most, step), most}))
 
 
 def _show(points: list[Point], request: PowerRequest, target: float, enough: Point | None) -> None:

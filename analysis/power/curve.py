@@ -125,17 +125,16 @@ def estimate_s(
     check_request(request)
     half = max(2, sizes[-1] // 2)
     one_run((request, (2,), 0))  # what is imported is not timed
-    few, many = (_seconds(request, size, clock) for size in (2, half))
+    seconds = []
+    for participants in (2, half):
+        start = clock()
+        one_run((request, (participants,), 0))
+        seconds.append(clock() - start)
+    few, many = seconds
     per_person = max(0.0, (many - few) / (half - 2)) if half > 2 else 0.0
     largest = few + per_person * (sizes[-1] - 2)
     tests = (len(sizes) - 1) / 2 * few  # the smaller sizes are tests of the same people
     return (largest + tests) * runs / min(jobs, runs)
-
-
-def _seconds(request: PowerRequest, participants: int, clock: Clock) -> float:
-    start = clock()
-    one_run((request, (participants,), 0))
-    return clock() - start
 
 
 def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue]:

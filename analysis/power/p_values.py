@@ -28,7 +28,11 @@ def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
     `row` is text that a cell of it holds, or several such divided by commas; "" takes the first row that is no
     intercept. Raises PowerError where there is no such row or column, no p value at all, or more rows than one.
     """
-    match = _row_with(answer, test, row) if row else _first_row(answer, test)
+    match = next((row_of for row_of in answer.rows if INTERCEPT not in row_of.values()), None)
+    if row:
+        match = _row_with(answer, test, row)
+    if match is None:
+        raise PowerError(f"{test}: its answer has no row")
     columns = [column] if column else [name for name in P_COLUMNS if name in match]
     known = [name for name in match if name == "p" or name.startswith("p_")]
     if not known:
@@ -43,19 +47,16 @@ def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
     return PValue(None, str(match.get("note") or "p is undefined"), by)
 
 
-def _first_row(answer: Answer, test: str) -> Row:
-    for row in answer.rows:
-        if INTERCEPT not in row.values():
-            return row
-    raise PowerError(f"{test}: its answer has no row")
-
-
 def _row_with(answer: Answer, test: str, text: str) -> Row:
     """Return the one row of the answer that holds the text; else one of its further tables, as a model's tests of
     effects.
     """
     for rows in (answer.rows, *answer.more.values()):
-        matches = [row for row in rows if _row_holds(row, text)]
+        matches = []
+        for row in rows:
+            texts = _row_texts(row)
+            if text in texts or all(part.strip() in texts for part in text.split(",")):
+                matches.append(row)
         if len(matches) == 1:
             return matches[0]
         if matches:
@@ -64,13 +65,8 @@ def _row_with(answer: Answer, test: str, text: str) -> Row:
                 f"{test}: {len(matches)} rows hold {text!r} ({matches_text}{'; ...' if len(matches) > 4 else ''});"
                 " name one, its texts divided by commas"
             )
-    texts = dict.fromkeys(text for row in answer.rows for text in _row_texts(row))
-    raise PowerError(f"{test}: no row with {text!r}; {nearest(text, texts)}")
-
-
-def _row_holds(row: Row, text: str) -> bool:
-    texts = _row_texts(row)
-    return text in texts or all(part.strip() in texts for part in text.split(","))
+    known = dict.fromkeys(text for row in answer.rows for text in _row_texts(row))
+    raise PowerError(f"{test}: no row with {text!r}; {nearest(text, known)}")
 
 
 def _row_texts(row: Row) -> Sequence[str]:

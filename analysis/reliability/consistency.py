@@ -81,7 +81,14 @@ def cronbach_alpha(
     signs = np.array([-1.0 if name in reverse else 1.0 for name in table.columns])
     values = table.values
     keyed = values * signs
-    alpha, correlation = alpha_value(keyed), _average_r(keyed)
+    alpha, correlation = alpha_value(keyed), math.nan
+    # The mean of all correlations between two items, undefined where one does not vary.
+    z = np.stack([deviations(column) for column in keyed.T], axis=1)
+    length = np.sqrt(np.add.reduce(z * z, axis=0))
+    if (length != 0).all():
+        products = (z / length).T @ (z / length)
+        sum_r = float(math.fsum(products[np.triu_indices(len(products), 1)].tolist()))
+        correlation = sum_r * 2 / (len(length) * (len(length) - 1))
     low, high = feldt_interval(alpha, len(values), values.shape[1], confidence) if alpha < 1 else (math.nan, math.nan)
     k = values.shape[1]
     total = 1 + (k - 1) * correlation
@@ -114,18 +121,6 @@ def feldt_interval(alpha: float, cases: int, items: int, confidence: float) -> t
     """Return Feldt's interval (1965): (1 - alpha) over its true value is distributed as F."""
     df1, df2, tail = cases - 1, (cases - 1) * (items - 1), (1 - confidence) / 2
     return 1 - (1 - alpha) * f_upper(tail, df1, df2), 1 - (1 - alpha) / f_upper(tail, df2, df1)
-
-
-def _average_r(keyed: Floats) -> float:
-    """Return the mean of all correlations between two items, NaN where one does not vary."""
-    z = np.stack([deviations(column) for column in keyed.T], axis=1)
-    length = np.sqrt(np.add.reduce(z * z, axis=0))
-    if (length == 0).any():
-        return math.nan
-    products = (z / length).T @ (z / length)
-    return (
-        float(math.fsum(products[np.triu_indices(len(products), 1)].tolist())) * 2 / (len(length) * (len(length) - 1))
-    )
 
 
 def _item(values: Floats, keyed: Floats, at: int, name: Hashable) -> Item:

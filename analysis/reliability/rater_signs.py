@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Hashable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -44,19 +44,15 @@ def rater_signs(
     """
     table = cross_table(data, dv, targets, raters, gaps="keep", aggregate=aggregate)
     refuse_few(table, "targets", f"raters ({raters})", (1, 2))
-    signs = pd.DataFrame(_signs(table.values, table.columns))
-    signs.attrs.update(table.attrs("targets", "raters"))
-    return signs
-
-
-def _signs(values: Floats, raters: list[Hashable]) -> Iterator[RaterSign]:
+    values = table.values
     x, exponent = scaled(np.where(np.isnan(values), 0, values))
     present = ~np.isnan(values)
     x = np.where(present, x - x.flat[int(np.argmax(present))], 0)
     others, count = _without_own(x), _without_own(present.astype(np.float64))
-    columns = [x[present[:, i], i] for i in range(len(raters))]
+    columns = [x[present[:, i], i] for i in range(len(table.columns))]
     variances = [deviation_ss(own) / (len(own) - 1) if len(own) > 1 else math.nan for own in columns]
-    for i, name in enumerate(raters):
+    signs: list[RaterSign] = []
+    for i, name in enumerate(table.columns):
         shared = present[:, i] & (count[:, i] > 0)
         own, rest = x[shared, i], others[shared, i] / count[shared, i]
         notes = []
@@ -77,10 +73,15 @@ def _signs(values: Floats, raters: list[Hashable]) -> Iterator[RaterSign]:
         else:
             spread = math.sqrt(variances[i] / pooled)
         there = int(present[:, i].sum())
-        yield RaterSign(
-            *(name, there, len(x) - there, len(own), r.r if r else math.nan, shift, spread),
-            note="; ".join(notes),
+        signs.append(
+            RaterSign(
+                *(name, there, len(x) - there, len(own), r.r if r else math.nan, shift, spread),
+                note="; ".join(notes),
+            )
         )
+    result = pd.DataFrame(signs)
+    result.attrs.update(table.attrs("targets", "raters"))
+    return result
 
 
 def _without_own(x: Floats) -> Floats:

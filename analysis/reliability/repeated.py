@@ -118,7 +118,12 @@ def _measures(first: Floats, second: Floats, confidence: float) -> Iterator[Meas
         if coefficient.type in ("ICC2", "ICC3"):
             yield Measure(coefficient.name, coefficient.icc, coefficient.ci_low, coefficient.ci_high, coefficient.note)
     n, tail = len(first), (1 - confidence) / 2
-    bias, sd, square, exponent = _differences(first, second)
+    x, exponent = scaled(np.stack((first, second)))
+    apart, rest = difference(x[1], x[0])
+    bias = math.fsum([*apart.tolist(), *rest.tolist()]) / n
+    ss = deviation_ss(apart + rest)
+    ss = ss if ss > x.size * ROUNDING**2 else 0.0
+    sd, square = math.sqrt(ss / (n - 1)), ss / n + bias * bias
     z, t = normal_upper(0.025), t_critical(n - 1, confidence)  # limits of agreement hold 95 % by convention
     wide = t * sd * math.sqrt(1 / n + z * z / (2 * (n - 1)))
     low, high = (math.sqrt((n - 1) / float(chdtri(n - 1, at))) for at in (tail, 1 - tail))
@@ -138,14 +143,3 @@ def _measures(first: Floats, second: Floats, confidence: float) -> Iterator[Meas
     for name, value, lower, upper, note in rows:
         own, least, most = (rescaled(limit, exponent) for limit in (value, lower, upper))
         yield Measure(name, own, least, most, note)
-
-
-def _differences(first: Floats, second: Floats) -> tuple[float, float, float, int]:
-    """Return the mean, SD and mean square of second minus first, and the power of two that they are multiples of."""
-    x, exponent = scaled(np.stack((first, second)))
-    high, low = difference(x[1], x[0])
-    n = len(high)
-    bias = math.fsum([*high.tolist(), *low.tolist()]) / n
-    ss = deviation_ss(high + low)
-    ss = ss if ss > x.size * ROUNDING**2 else 0.0
-    return bias, math.sqrt(ss / (n - 1)), ss / n + bias * bias, exponent

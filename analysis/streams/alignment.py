@@ -63,6 +63,13 @@ class StreamSpeed:
         """Return the method, its window, its delay, its noise and its bias, as JSON data."""
         one, rates = self.estimate, (self.stream.timing.rate_hz, self.grid_hz)
         ahead_s = one.wait_s + self.method.ahead_s(*rates)
+        # What the recording's own noise does to the speed; nulls where it is too short to tell.
+        noise: dict[str, float | None] = dict.fromkeys(("noise_mm", "noise_mm_s", "at_rest_mm_s"))
+        if self.noise_mm is not None:
+            noise = {
+                "noise_mm": self.noise_mm, "noise_mm_s": self.noise_mm * one.noise_gain_per_s,
+                "at_rest_mm_s": floor_mm_s(self.noise_mm, one, len(self.axes)),
+            }  # fmt: skip
         return {
             "columns": list(self.columns()), "unit": "mm/s", "causal": ahead_s == 0.0,
             "method": "slope at the {} of a parabola fitted to the window (Savitzky and Golay 1964)".format(
@@ -79,21 +86,12 @@ class StreamSpeed:
                 f"{hz:g} Hz": sine_error(self.method.name, self.stream.rate_hz, self.grid_hz, hz)
                 for hz in self._sines_hz()
             },
-            **self._noise(),
+            **noise,
             "empty_rows": int(np.isnan(self.velocities[:, 0]).sum()),
         }  # fmt: skip
 
     def _sines_hz(self) -> Iterator[float]:
         return (hz for hz in SINES_HZ if hz < self.estimate.rate_hz / 2)
-
-    def _noise(self) -> dict[str, Any]:
-        """Return what the recording's own noise does to the speed; nulls where it is too short to tell."""
-        if self.noise_mm is None:
-            return {"noise_mm": None, "noise_mm_s": None, "at_rest_mm_s": None}
-        return {
-            "noise_mm": self.noise_mm, "noise_mm_s": self.noise_mm * self.estimate.noise_gain_per_s,
-            "at_rest_mm_s": floor_mm_s(self.noise_mm, self.estimate, len(self.axes)),
-        }  # fmt: skip
 
 
 def speed_of(
@@ -235,11 +233,16 @@ def align_streams(streams: Sequence[Stream], options: AlignmentOptions, hinge: s
     known = [stream.name for stream in regular]
     for name in sorted({*options.methods, *options.latency_s, *options.speed.streams}.difference(known)):
         raise StreamError(f"{regular[0].where}: there is no stream {name!r} beside it; there are: {', '.join(known)}")
-    spans = [_span(stream, options) for stream in regular]
-    starts, ends = [start for start, _ in spans], [end for _, end in spans]
+    starts, ends = [], []
+    for stream in regular:
+        first, last = stream.blocks[0].first, stream.blocks[-1].first + stream.blocks[-1].count - 1
+        late_s = options.latency_s.get(stream.name, 0.0)
+        starts.append(stream.timing.time_s(first) - late_s)
+        ends.append(stream.timing.time_s(last) - late_s)
     start, end = (min(starts), max(ends)) if options.everything else (max(starts), min(ends))
     if end <= start:
-        spans_text = "; ".join(f"{s.name} {a:.3f} to {b:.3f} s" for s, (a, b) in zip(regular, spans, strict=True))
+        spans = zip(regular, starts, ends, strict=True)
+        spans_text = "; ".join(f"{stream.name} {first_s:.3f} to {last_s:.3f} s" for stream, first_s, last_s in spans)
         raise StreamError(f"{regular[0].where} shares no time with the others: {spans_text}")
     grid_s = grid_points(start, end, options.grid_hz)
     aligned = tuple(_align(stream, grid_s, options) for stream in regular)
@@ -265,13 +268,6 @@ def _door_angle(name: str, streams: Sequence[Stream], aligned: Sequence[Aligned]
     except AlignError as error:
         raise StreamError(f"{streams[place].where}: {error}") from error
     return DoorAngle(name, hinge, hinge.angle_deg(positions))
-
-
-def _span(stream: Stream, options: AlignmentOptions) -> tuple[float, float]:
-    last = stream.blocks[-1]
-    late = options.latency_s.get(stream.name, 0.0)
-    clock = stream.timing
-    return clock.time_s(stream.blocks[0].first) - late, clock.time_s(last.first + last.count - 1) - late
 
 
 def _times_s(stream: Stream, options: AlignmentOptions) -> Array:

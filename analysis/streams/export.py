@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -77,7 +77,7 @@ def export(record: Record, selection: ExportSelection, out: Path, options: Align
     """
     if (selection.attempt is not None or selection.act is not None) and not selection.single:
         raise StreamError("--attempt and --act choose among the recordings of one trial: name it with --trial")
-    acts = list(_chosen_acts(record, selection))
+    acts = _chosen_acts(record, selection)
     if options is not None and selection.act is None:
         acts = [act for act in acts if any(not stream.noted for stream in act.streams)] or acts
     into_file = out.suffix.lower() == ".csv" and not out.is_dir()
@@ -129,7 +129,7 @@ def _with_timing(streams: Sequence[Stream], by_stamps: Sequence[str]) -> tuple[S
     return timed
 
 
-def _chosen_acts(record: Record, selection: ExportSelection) -> Iterator[_Act]:
+def _chosen_acts(record: Record, selection: ExportSelection) -> list[_Act]:
     attempts = attempts_of(record)
     if selection.trial is not None:
         streams_of(record, selection.trial, selection.attempt)  # refuses what is not there
@@ -141,23 +141,21 @@ def _chosen_acts(record: Record, selection: ExportSelection) -> Iterator[_Act]:
     used = list(counting_attempts(attempts).values()) if selection.attempt is None else list(attempts)
     if not used:
         raise StreamError(f"{record.path}: no attempt that counts holds streams")
-    acts = [act for attempt in used for act in _acts_of(record, attempt, selection.act)]
+    acts: list[_Act] = []
+    for attempt in used:
+        by_act: dict[int, list[Stream]] = {}
+        for stream in streams_in(attempt):
+            by_act.setdefault(stream.act, []).append(stream)
+        for number, streams in by_act.items():
+            if selection.act in (None, number):
+                again = f"_act{number}" if len(by_act) > 1 else ""
+                acts.append(_Act(f"{record.path.stem}_t{attempt.trial:03d}{again}", attempt, tuple(streams)))
     if not acts:
         raise StreamError(
             f"{record.path}: trial {selection.trial} has {count(len(used[0].acts), 'recording')},"
             f" none is {selection.act}"
         )
-    yield from acts
-
-
-def _acts_of(record: Record, attempt: RecordedAttempt, act: int | None) -> Iterator[_Act]:
-    by_act: dict[int, list[Stream]] = {}
-    for stream in streams_in(attempt):
-        by_act.setdefault(stream.act, []).append(stream)
-    for number, streams in by_act.items():
-        if act in (None, number):
-            again = f"_act{number}" if len(by_act) > 1 else ""
-            yield _Act(f"{record.path.stem}_t{attempt.trial:03d}{again}", attempt, tuple(streams))
+    return acts
 
 
 def ledger_account(record: Record, attempts: Sequence[RecordedAttempt]) -> dict[str, Any]:

@@ -175,18 +175,17 @@ class RecordedAttempt:
 
 def attempts_of(record: Record) -> tuple[RecordedAttempt, ...]:
     """Return every attempt of every trial, in the order in which they were made."""
-    return tuple(RecordedAttempt(attempt, tuple(_acts(record, attempt))) for attempt in record.state.attempts)
-
-
-def _acts(record: Record, attempt: Attempt) -> Iterator[tuple[Event, ...]]:
-    """Yield what came of each request of the attempt, where samples did."""
-    acts: list[list[Event]] = []
-    for event in record.events_of(attempt):
-        if event.kind == "request":
-            acts.append([])
-        elif event.kind in ("samples", "reply"):
-            acts[-1].append(event)
-    return (tuple(act) for act in acts if any(event.samples for event in act))
+    attempts = []
+    for attempt in record.state.attempts:
+        acts: list[list[Event]] = []  # what came of each request
+        for event in record.events_of(attempt):
+            if event.kind == "request":
+                acts.append([])
+            elif event.kind in ("samples", "reply"):
+                acts[-1].append(event)
+        sampled = tuple(tuple(act) for act in acts if any(event.samples for event in act))
+        attempts.append(RecordedAttempt(attempt, sampled))
+    return tuple(attempts)
 
 
 def counting_attempts(attempts: Iterable[RecordedAttempt]) -> dict[int, RecordedAttempt]:
@@ -269,7 +268,12 @@ def _gaps(act: Sequence[Event], blocks: Sequence[Samples], name: str, where: str
     """Yield what the numbering of the blocks leaves out, from number 0 on, and what was named as missing after the
     last.
     """
-    named = [gap for event in act for gap in _named_gaps(event, name)]
+    named = [  # those of a reply are their number
+        Gap(int(first), int(lost), str(why))
+        for event in act
+        if event.kind == "samples"
+        for first, lost, why in _stream_metadata(event, name).get("gaps", ())
+    ]
     expected = 0
     for block in blocks:
         if block.first < expected:
@@ -292,11 +296,3 @@ def _missing_samples(first: int, end: int, named: Iterable[Gap]) -> Iterator[Gap
 def _unexplained_gap(first: int, end: int) -> Iterator[Gap]:
     if end > first:
         yield Gap(first, end - first, "not told")
-
-
-def _named_gaps(event: Event, name: str) -> Iterator[Gap]:
-    """Yield each gap that an event of samples names; that of a reply is their number."""
-    if event.kind == "samples":
-        yield from (
-            Gap(int(first), int(lost), str(why)) for first, lost, why in _stream_metadata(event, name).get("gaps", ())
-        )
