@@ -85,6 +85,7 @@ experimenter: by
 experimenter.by: participant
 experimenter.do: abort
 lab_forms.questions: high kind levels low name optional text unit
+reply: feel moves
 reply.by: experimenter
 reply.recorded: drift_ppm gaps lost rate_hz samples
 request ask: anchor
@@ -102,6 +103,7 @@ fault.what: emergency_stop firmware heartbeat_lost limit link_lost not_a_number 
 """
 """The words that faults are counted by: a ledger holds them, and analyses select by them."""
 STUDIES = """
+settings of ranking: again
 study: adjectives analysis anchors attributes capture closing console eligible groups instructions interview lexicon
     live minutes navigation needs noise opening order participants practice questionnaire questions rest scale settings
     setup sides simulation stimuli study task title
@@ -142,8 +144,8 @@ study.scale.start =: unset
 study.scale.ticks =: labels none steps
 study.simulation: anchored answer_s bias_sd gain_sd lapse_rate latents noise_sd present_s revise_rate vocabulary
 study.stimuli: columns id sha256
-study.task =: adjective_selection authoring capture free_lexicon matching similarity slider_rating
-tasks: adjective_selection authoring capture free_lexicon matching similarity slider_rating
+study.task =: adjective_selection authoring capture free_lexicon matching ranking similarity slider_rating
+tasks: adjective_selection authoring capture free_lexicon matching ranking similarity slider_rating
 """
 """Keys of a study. Its definition is stored in every ledger, and the digest of the plan is made of it."""
 COLLECTED = """
@@ -153,6 +155,7 @@ events: attempt body hash kind seq session t_ns trial
 ledgers: mtime_ns session size wal_mtime_ns wal_size
 palpate: version
 participants: group_name participant row study
+rankings: attempt attribute block counts participant position practice rank seq session set_size stimulus trial
 ratings: antonym attribute block group_name number participant practice response_time_s revised session simulated
     status stimulus study trial value
 responses: antonym attempt attribute counts response_time_s revised session trial value

@@ -16,6 +16,11 @@ PARTS = {
     "adjective_selection": {"adjectives": {"words": WORDS, "order": "random", "further": True}},
     "free_lexicon": {"lexicon": {"at_least": 2}},
     "capture": {"capture": {"device": "tool", "seconds": 2.0}, "navigation": "forward"},
+    "ranking": {
+        "attributes": [["Soft", "Hard"]],
+        "order": {"design": "williams", "within": "block", "blocks": {"by": "kind"}, "repeats": 2},
+        "settings": {"again": True},
+    },
 }
 UNRATED = ("adjective_selection", "free_lexicon", "capture")
 ITEMS = [{"name": "Realism", "text": "It felt real."}, {"name": "Ease", "text": "It was easy."}]
@@ -40,7 +45,7 @@ def study_of(task, **changes) -> Study:
         **PARTS[task],
         **changes,
     }
-    without = ("attributes", "scale") if task in UNRATED else ()
+    without = ("attributes", "scale") if task in UNRATED else ("scale",) if task == "ranking" else ()
     data = {key: value for key, value in {**toy().definition(), **parts}.items() if key not in without}
     return Study.model_validate(data)
 

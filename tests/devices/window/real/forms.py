@@ -5,6 +5,7 @@ from pathlib import Path
 from palpate.protocols.forms import Consent, Demographics, Lexicon, Likert, Question, Sliders, Words
 from palpate.protocols.requests import Ask, Confirm, Instruct, Rest
 from palpate.protocols.study import Attribute, Item, Order, Questionnaire, Scale, Stimulus, Study
+from palpate.protocols.tasks.ranking import Ranking
 from palpate.protocols.trial import Trial
 
 WORDS = tuple(f"{first} and {second}" for first in ("smooth", "rough", "soft", "stiff") for second in range(17))
@@ -38,6 +39,7 @@ FORMS = {
     "suggestions": Lexicon(0, "suggestions"),
     "likert": LIKERT,
     "demographics": Demographics(QUESTIONS),
+    "ranking": Ranking(("T01", "T02"), ATTRIBUTES[0]),
     "consent": Consent("\n\n".join(["**Taking part is voluntary.** " + "You can stop at any time. " * 40] * 4)),
 }
 FOLDER = Path(__file__).parent
@@ -70,6 +72,7 @@ KEYS = {
     "likert": [*RIGHT_DOWN * 5, ("enter",)],
     "demographics": [("tab",), ("4",), ("2",), ("tab",), ("tab",), ("space",), ("right",), ("tab",), ("F",), ("r",),
                      ("enter",)],
+    "ranking": [("right",), ("enter",)],
     "consent": [*[("enter",)] * 12, ("tab",), ("enter",)],
     "instructions": [("enter",)] * 12,
     "rest": [("enter",)],

@@ -1,0 +1,194 @@
+"""The task that puts the stimuli of a set in order: each is felt, and placed among those that were felt before."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from math import floor
+from typing import Any, Literal
+
+from palpate.protocols.complaints import Problem
+from palpate.protocols.forms import FormKind, OwnColumn, OwnTable
+from palpate.protocols.keyed import normal, uniform
+from palpate.protocols.requests import Ask, Present, Reply
+from palpate.protocols.study import Attribute, Stimulus, Strict, Study
+from palpate.protocols.tasks.steps import Steps, Task, TaskError, form_of, outcome_of
+from palpate.protocols.trial import Trial
+
+MOST = 12
+"""How many stimuli a set may have: the row of their places is one line on the smallest screen."""
+FELT_AGAIN = 0.3
+"""How often a simulated participant feels a stimulus again before the order stands."""
+
+
+class Settings(Strict):
+    """What a study file says of this task: `again` lets a stimulus be felt again while the order is made."""
+
+    again: bool = True
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """A set in the order in which it is felt: {stimulus: rank}, from 1 at the attribute's low end; 0 has no place yet.
+
+    The places are those among the stimuli that have one. While some have none, the reply goes on to feel another
+    (go: try, feel: stimulus); with `again` any other reply may, too.
+    """
+
+    stimuli: tuple[str, ...]
+    attribute: Attribute
+    again: bool = True
+    tries: Literal[True] = True
+    name: Literal["ranking"] = "ranking"
+
+    def items(self) -> list[str]:
+        """The stimuli, by their ids."""
+        return list(self.stimuli)
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.stimuli):
+            return f"ranks of {self.items()} expected, found {answers!r:.200}"
+        if not all(type(rank) is int for rank in answers.values()):
+            return f"whole numbers expected as ranks, found {answers!r:.200}"
+        ranks = sorted(rank for rank in answers.values() if rank != 0)
+        good = ranks == list(range(1, len(ranks) + 1))
+        return None if good else f"ranks from 1 to {len(ranks)}, each once, expected, found {answers!r:.200}"
+
+    def unfinished(self, answers: Mapping[str, Any]) -> str | None:
+        """Why these answers are none to go on with, or None."""
+        without = [stimulus for stimulus in self.stimuli if not answers[stimulus]]
+        return f"these have no rank yet: {', '.join(without)}" if without else None
+
+    def new(self, ranks: Mapping[str, int]) -> str | None:
+        """Return the stimulus that is felt next, or was just felt: the first that has no rank; else None."""
+        return next((stimulus for stimulus in self.stimuli if not ranks.get(stimulus)), None)
+
+
+def put_in_order(trial: Trial) -> Steps:
+    """Feel the stimuli one after another, each placed before the next is felt, then again as often as wished.
+
+    Asked again to revise, the participant sees the former order and feels nothing that has a place in it.
+    """
+    form = form_of(trial)
+    ranks: Mapping[str, Any] | None = trial.previous
+    feel = form.new(ranks or {}) if isinstance(form, Ranking) else None
+    while True:
+        if feel is not None:
+            yield Present(replace(trial, stimulus=_stimulus(trial, feel)))
+        reply = yield Ask(form, trial, ranks)
+        if reply.value.get("go") != "try":
+            return outcome_of(reply)
+        ranks, feel = reply.value["answers"], reply.value.get("feel", "")
+
+
+def _stimulus(trial: Trial, name: str) -> Stimulus:
+    for stimulus in trial.stimuli:
+        if stimulus.id == name:
+            return stimulus
+    raise TaskError(f"trial {trial.number}: {name!r} is to be felt, which is not of its set")
+
+
+def simulated(person: Any, ask: Ask, form: Ranking) -> tuple[Reply, float]:
+    """Place the stimulus that was just felt by what is perceived of each; now and then feel one again at the end.
+
+    `person` is a simulated participant of the kind `perceiver`.
+    """
+    ranks = {name: int((ask.previous or {}).get(name, 0)) for name in form.stimuli}
+    if (new := form.new(ranks)) is None:
+        return _reply(person, ask, form, ranks, {})
+    placed = [name for name in form.stimuli if ranks[name]]
+    rank = 1 + sum(_perceived(person, ask, form, name) < _perceived(person, ask, form, new) for name in placed)
+    if uniform(*person.moment("lapse", ask, new)) < person.simulation.lapse_rate:
+        rank = 1 + floor(uniform(*person.moment("anywhere", ask, new)) * (len(placed) + 1))
+    ranks = {name: r + 1 if r >= rank else r for name, r in ranks.items()} | {new: rank}
+    following = form.new(ranks)
+    if following is None and form.again and uniform(*person.moment("again", ask, "")) < FELT_AGAIN:
+        following = form.stimuli[floor(uniform(*person.moment("again which", ask, "")) * len(form.stimuli))]
+    go = {} if following is None else {"go": "try", "feel": following}
+    return _reply(person, ask, form, ranks, go)
+
+
+def _reply(
+    person: Any, ask: Ask, form: Ranking, ranks: Mapping[str, int], go: Mapping[str, str]
+) -> tuple[Reply, float]:
+    seconds = round(person.seconds(ask, f"rank {sum(map(bool, ranks.values()))} of {len(form.stimuli)}"), 3)
+    return Reply({**go, "answers": dict(ranks), "seconds": seconds}), seconds
+
+
+def _perceived(person: Any, ask: Ask, form: Ranking, name: str) -> float:
+    """What is felt of a stimulus, in units of the simulation's latents; the same whenever it is asked in a trial."""
+    if ask.trial is None:
+        raise ValueError("a ranking needs a trial")
+    latent = person.latent(form.attribute.name, _stimulus(ask.trial, name))
+    noise = normal(*person.moment("noise", ask, name))
+    return float(person.gain(form.attribute) * latent + person.simulation.noise_sd * noise)
+
+
+def _rows(form: Ranking, answers: Mapping[str, Any], _reply: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    for position, stimulus in enumerate(form.stimuli, start=1):
+        yield {
+            "attribute": form.attribute.name, "rank": answers[stimulus], "stimulus": stimulus,
+            "set_size": len(form.stimuli), "position": position,
+        }  # fmt: skip
+
+
+def _form(study: Study, stimuli: tuple[Stimulus, ...]) -> Ranking | None:
+    if not study.attributes:
+        return None
+    settings = study.settings if isinstance(study.settings, Settings) else Settings()
+    return Ranking(tuple(stimulus.id for stimulus in stimuli), study.attributes[0], settings.again)
+
+
+def _ends(study: Study) -> str:
+    return " and ".join(f"an order from {attribute.low} to {attribute.high}" for attribute in study.attributes)
+
+
+def _sets(study: Study) -> Iterator[Problem]:
+    """The study asks for one order, of sets that can be put in one. Columns that are missing are named elsewhere."""
+    if len(study.attributes) > 1:
+        yield Problem(
+            ("attributes",), f"one pair to put stimuli in order by is expected, found {len(study.attributes)}"
+        )
+    by = study.order.blocks.by if study.order.blocks is not None else None
+    if by is not None and any(by not in stimulus.columns for stimulus in study.stimuli):
+        return
+    for group in study.groups or (None,):
+        if group is not None and any(c not in s.columns for c in study.groups[group] for s in study.stimuli):
+            return
+        sizes = Counter("main" if by is None else s.columns[by] for s in study.stimuli_of(group))
+        yield from _size(("stimuli",), sizes, "" if group is None else f"group {group}: ")
+    if study.practice is not None:
+        if len(set(study.practice.stimuli)) < len(study.practice.stimuli):
+            yield Problem(("practice", "stimuli"), "different stimuli are expected, which are put in order")
+        yield from _size(("practice", "stimuli"), {"practice": len(set(study.practice.stimuli))}, "")
+
+
+def _size(path: tuple[str, ...], sizes: Mapping[str, int], where: str) -> Iterator[Problem]:
+    for name, size in sorted(sizes.items()):
+        if not 2 <= size <= MOST:
+            yield Problem(path, f"{where}from 2 to {MOST} stimuli to put in order are expected, found {size} ({name})")
+
+
+TASK = Task(
+    "The stimuli of a set are felt one after another and put in order.",
+    put_in_order, keys=("attributes", "settings"), required=("attributes",), block_form=_form, settings=Settings,
+    answers="rankings", asked=_ends, check=_sets,
+)  # fmt: skip
+FORM = FormKind(
+    "putting {n} stimuli in order",
+    simulated,
+    table=OwnTable(
+        "rankings",
+        "One row for each stimulus of an order, revised ones too.",
+        (
+            OwnColumn("attribute", "The attribute that stimuli are put in order by."),
+            OwnColumn("rank", "The place in the order: 1 at the low end of the attribute.", "whole"),
+            OwnColumn("stimulus", "The stimulus, as in the table of stimuli.", key=True),
+            OwnColumn("set_size", "How many stimuli were put in order.", "whole"),
+            OwnColumn("position", "The how-manieth of the set it was felt first, from 1.", "whole"),
+        ),
+        _rows,
+    ),
+)
