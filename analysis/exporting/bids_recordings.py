@@ -111,7 +111,8 @@ class _Place:
         """Return what a recording's JSON file says of it; gaps are named by the number of the row, from 0."""
         entries = {
             "StreamName": stream.name, "Trial": stream.trial, "Attempt": stream.attempt, "Recording": stream.act,
-            "Stimulus": self.attempt.stimulus, "NominalRate": stream.rate_hz, "SamplesLost": stream.lost,
+            "Stimulus": self.attempt.stimulus_of(stream.act), "NominalRate": stream.rate_hz,
+            "SamplesLost": stream.lost,
         }  # fmt: skip
         gaps = [{"FirstRow": gap.first, "Rows": gap.lost, "Reason": gap.why} for gap in stream.gaps[:MANY_GAPS]]
         return entries | ({"Gaps": gaps} if gaps else {}) | ({"NotFinite": not_finite} if not_finite else {})

@@ -62,7 +62,7 @@ class _Act:
     def about(self, of_ledger: dict[str, Any]) -> dict[str, Any]:
         return {
             **of_ledger, "trial": self.attempt.trial, "attempt": self.attempt.number, "counts": self.attempt.usable,
-            "act": self.streams[0].act, "stimulus": self.attempt.stimulus,
+            "act": self.streams[0].act, "stimulus": self.attempt.stimulus_of(self.streams[0].act),
         }  # fmt: skip
 
 

@@ -47,8 +47,8 @@ def _rows(record: Record, attempt: RecordedAttempt) -> list[Row]:
     try:
         return [
             {
-                "trial": stream.trial, "attempt": stream.attempt, "act": stream.act, "stimulus": attempt.stimulus,
-                "stream": stream.name, **describe_stream(stream),
+                "trial": stream.trial, "attempt": stream.attempt, "act": stream.act,
+                "stimulus": attempt.stimulus_of(stream.act), "stream": stream.name, **describe_stream(stream),
             }
             for stream in streams_in(attempt)
         ]  # fmt: skip

@@ -140,10 +140,11 @@ def _rows(block: Samples) -> NDArray[np.float32]:
 
 @dataclass(frozen=True)
 class RecordedAttempt:
-    """An attempt at a trial, and the events that hold its samples, request by request."""
+    """An attempt at a trial, and the events that hold its samples, request by request, with the stimulus of each."""
 
     attempt: Attempt
     acts: tuple[tuple[Event, ...], ...]
+    felt: tuple[str, ...]
 
     @property
     def trial(self) -> int:
@@ -157,8 +158,12 @@ class RecordedAttempt:
 
     @property
     def stimulus(self) -> str:
-        """Return the stimulus of the trial."""
+        """Return the stimulus of the trial, of a set the first."""
         return self.attempt.stimulus
+
+    def stimulus_of(self, act: int) -> str:
+        """Return the stimulus that was felt in an act, counted from 1."""
+        return self.felt[act - 1]
 
     @property
     def usable(self) -> bool:
@@ -177,14 +182,17 @@ def attempts_of(record: Record) -> tuple[RecordedAttempt, ...]:
     """Return every attempt of every trial, in the order in which they were made."""
     attempts = []
     for attempt in record.state.attempts:
-        acts: list[list[Event]] = []  # what came of each request
+        stimulus = attempt.stimulus
+        acts: list[tuple[str, list[Event]]] = []  # the stimulus that was felt, and what came of each request
         for event in record.events_of(attempt):
             if event.kind == "request":
-                acts.append([])
+                stimulus = event.value.get("stimulus", stimulus)
+                acts.append((stimulus, []))
             elif event.kind in ("samples", "reply"):
-                acts[-1].append(event)
-        sampled = tuple(tuple(act) for act in acts if any(event.samples for event in act))
-        attempts.append(RecordedAttempt(attempt, sampled))
+                acts[-1][1].append(event)
+        sampled = [(felt, tuple(act)) for felt, act in acts if any(event.samples for event in act)]
+        felt_in, events = tuple(felt for felt, _ in sampled), tuple(act for _, act in sampled)
+        attempts.append(RecordedAttempt(attempt, events, felt_in))
     return tuple(attempts)
 
 

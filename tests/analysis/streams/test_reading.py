@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from palpate.analysis.streams.recorded_streams import Gap, StreamError, attempts_of, counting_attempts, streams_of
-from palpate.studies.sessions.record import read
+from palpate.analysis.streams.recorded_streams import (
+    Gap,
+    StreamError,
+    attempts_of,
+    counting_attempts,
+    streams_in,
+    streams_of,
+)
+from palpate.protocols.session_state import fold
+from palpate.studies.sessions.record import Record, read
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks, told
+from tests.protocols.every_task import plan_of
+from tests.protocols.test_every_task import ran
 
 
 @pytest.fixture
@@ -44,6 +55,15 @@ def test_a_stimulus_that_was_presented_again_has_an_act_for_each_time():
         (each.act, each.name, each.count) for each in streams_of(read(RECORDED / "door_authoring_P001_s1.sqlite"), 2)
     ]
     assert acts == [(1, "door", 349), (2, "door", 349)]
+
+
+def test_the_streams_of_a_set_name_the_stimulus_that_was_felt_when_they_were_recorded():
+    plan = plan_of("ranking", settings={"again": False})
+    events = tuple(ran(plan))
+    record = Record(Path("set.sqlite"), events, (), (), fold(events))
+    first, *_ = attempts_of(record)
+    felt = [stimulus.id for stimulus in plan.trials[0].stimuli]
+    assert [first.stimulus_of(stream.act) for stream in streams_in(first)] == felt and first.stimulus == felt[0]
 
 
 def test_chunks_are_joined_and_their_clock_is_fitted(written):
