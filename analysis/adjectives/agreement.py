@@ -43,13 +43,13 @@ def word_agreement(
 ) -> WordAgreement:
     """Return the agreement on words: Krippendorff's nominal alpha, Fleiss' kappa of ticked or not, Jaccard's overlap.
 
-    A word counts as ticked by a participant who ticked it in any meeting with the stimulus. Kappa needs the same number
-    of participants for every stimulus, alpha does not. Raises TooFew where no stimulus was met by two participants.
+    A word counts as ticked by a participant who ticked it for the stimulus in any trial. Kappa needs the same number
+    of participants for every stimulus, alpha does not. Raises TooFew where no stimulus was presented to two people.
     """
     demand_draws(draws)
     demand_confidence(confidence)
     refuse_without_draws(draws, seed=(seed, 0), confidence=(confidence, 0.95))
-    if not ((selections.met > 0).sum(axis=0) >= 2).any() or not selections.words:
+    if not ((selections.presented > 0).sum(axis=0) >= 2).any() or not selections.words:
         raise TooFew("no stimulus was met by two participants with words to tick: nothing to agree on")
     rng = generator(seed, "word_agreement")
     blocks = list(weights(rng, len(selections.stimuli), draws)) if len(selections.stimuli) > 1 else []
@@ -70,7 +70,7 @@ def word_agreement(
 
 def _by_word(selections: Selections, drawn: Floats, confidence: float) -> Iterator[dict[str, object]]:
     """Yield alpha of each word over the stimuli, then of all words: each stimulus and word together is one unit."""
-    raters = (selections.met > 0).sum(axis=0)
+    raters = (selections.presented > 0).sum(axis=0)
     paired = raters >= 2
     ticks = selections.any_ticked.sum(axis=0)[paired]
     m = raters[paired].astype(np.float64)[:, None]
@@ -116,7 +116,7 @@ def _by_stimulus(
     selections: Selections, draws: int, rng: np.random.Generator, confidence: float
 ) -> Iterator[dict[str, object]]:
     for i, stimulus in enumerate(selections.stimuli):
-        there = selections.met[:, i] > 0
+        there = selections.presented[:, i] > 0
         overlap = jaccard_matrix(selections.any_ticked[there, i] > 0)
         n, value = len(overlap), mean_overlap(overlap, np.ones((1, len(overlap))))[0]
         blocks = [mean_overlap(overlap, w) for w in weights(rng, n, draws)] if n > 1 and draws else []

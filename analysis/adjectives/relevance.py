@@ -36,7 +36,7 @@ def relevance(
     """Return the relevance of every word, most relevant first (ties as offered), and whether it reaches the threshold.
 
     `normalisation` is "share_of_trials" (ticks over answered trials), "share_of_maximum" (ticks over those of the word
-    with most) or "any_stimulus" (the largest share, over stimuli, of the participants who met it and ticked the word).
+    with most) or "any_stimulus" (the largest share, over stimuli, of those it was presented to who ticked the word).
     Columns: word, ticks, participants and stimuli (on how many it was ticked), relevance, ci_low, ci_high, kept,
     kept_chance (the share of draws in which it is kept), note. Participants are drawn with replacement; `draws=0`
     leaves intervals out. Raises BadOption or TooFew (nobody ticked anything, for a share of the maximum).
@@ -79,7 +79,10 @@ def relevance(
 
 
 def _share_of_trials(selections: Selections) -> Scored:
-    ticks, trials = selections.ticked.sum(axis=1).astype(np.float64), selections.met.sum(axis=1).astype(np.float64)
+    ticks, trials = (
+        selections.ticked.sum(axis=1).astype(np.float64),
+        selections.presented.sum(axis=1).astype(np.float64),
+    )
     return lambda w: (w @ ticks) / (w @ trials)[:, None]
 
 
@@ -99,10 +102,10 @@ def _share_of_maximum(selections: Selections) -> Scored:
 
 def _any_stimulus(selections: Selections) -> Scored:
     n, stimuli, words = selections.ticked.shape
-    ticked, met = selections.any_ticked.reshape(n, -1), (selections.met > 0).astype(np.float64)
+    ticked, presented = selections.any_ticked.reshape(n, -1), (selections.presented > 0).astype(np.float64)
 
     def scored(w: Floats) -> Floats:
-        who = (w @ met)[:, :, None]
+        who = (w @ presented)[:, :, None]
         share = np.divide(
             (w @ ticked).reshape(-1, stimuli, words), who, out=np.zeros((len(w), stimuli, words)), where=who > 0
         )

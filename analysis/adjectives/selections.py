@@ -21,11 +21,11 @@ Counts: TypeAlias = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Selections:
-    """`ticked` (participants, stimuli, words) counts the trials in which a word was ticked; `met` (participants,
-    stimuli) counts the trials. Words stand in the order in which they were offered, the rest in natural order."""
+    """`ticked` (participants, stimuli, words) counts the trials in which a word was ticked; `presented` (participants,
+    stimuli) counts all trials. Words stand in the order in which they were offered, the rest in natural order."""
 
     ticked: Counts
-    met: Counts
+    presented: Counts
     participants: list[Hashable]
     stimuli: list[Hashable]
     words: list[str]
@@ -33,12 +33,12 @@ class Selections:
 
     @property
     def trials(self) -> int:
-        """All answered trials."""
-        return int(self.met.sum())
+        """Return how many trials were answered."""
+        return int(self.presented.sum())
 
     @property
     def any_ticked(self) -> Floats:
-        """1 where a participant ticked the word in at least one meeting with the stimulus."""
+        """Return 1 where a participant ticked the word in at least one trial with the stimulus, else 0."""
         return (self.ticked > 0).astype(np.float64)
 
 
@@ -74,9 +74,9 @@ def gather_selections(
     at = {label: code for code, label in enumerate(keys.labels)}
     first = np.zeros(len(keys.labels), dtype=np.intp)
     first[keys.codes] = np.arange(len(trials))
-    met = np.zeros((len(who.labels), len(what.labels)), dtype=np.intp)
-    np.add.at(met, (who.codes[first], what.codes[first]), 1)
-    ticked = np.zeros((*met.shape, len(listed_words)), dtype=np.intp)
+    presented = np.zeros((len(who.labels), len(what.labels)), dtype=np.intp)
+    np.add.at(presented, (who.codes[first], what.codes[first]), 1)
+    ticked = np.zeros((*presented.shape, len(listed_words)), dtype=np.intp)
     if len(words):
         named = combine_labels(words, names)
         if lost := [label for label in named.labels if label not in at]:
@@ -87,7 +87,7 @@ def gather_selections(
         both = np.unique(rows * len(listed_words) + columns)  # the trial and the word of every tick, each once
         rows, columns = first[both // len(listed_words)], both % len(listed_words)
         np.add.at(ticked, (who.codes[rows], what.codes[rows], columns), 1)
-    return Selections(ticked, met, who.labels, what.labels, listed_words, bool(offered))
+    return Selections(ticked, presented, who.labels, what.labels, listed_words, bool(offered))
 
 
 def check_words(words: pd.DataFrame, names: Sequence[Hashable]) -> None:

@@ -46,7 +46,7 @@ class Posterior:
     """Posterior means and equal-tailed intervals; `eta` is the overdispersion (0: binomial, 1: all or nothing).
 
     `threshold` (F = `at`) and `jnd` are in the level's units, averaged in these units. `width` is x.95 - x.05 of F, of
-    the log level for "weibull". `assumed` says in words what the task made of the two rates.
+    the log level for "weibull". `assumed` says in words what the task assumes of the two rates.
     """
 
     function: str
@@ -84,7 +84,7 @@ def posterior(
     """Return the posterior under the priors of psignifit 4, with beta-binomial answers (or binomial ones).
 
     Also answers that step from one side to the other, or are all alike, have a posterior: it then shows mostly the
-    prior, which is made from the levels tested. Data and rates as for `fit_psychometric`.
+    prior, which is built from the levels tested. Data and rates as for `fit_psychometric`.
     Source: Schütt, Harmeling, Macke & Wichmann 2016, appendix A.
     """
     check_share(confidence, "confidence")
@@ -203,7 +203,7 @@ def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:
 
 @dataclass(frozen=True)
 class Tested:
-    """What the priors are made from: the lowest and highest level tested, and the smallest step between two."""
+    """What the priors are built from: the lowest and highest level tested, and the smallest step between two."""
 
     low: float
     high: float
@@ -211,7 +211,7 @@ class Tested:
 
     @property
     def range(self) -> float:
-        """From the lowest to the highest level."""
+        """Return the distance from the lowest to the highest level."""
         return self.high - self.low
 
 

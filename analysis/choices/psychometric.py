@@ -41,7 +41,7 @@ class Psychometric:
     `threshold` is the level at which F = `at` (psi = `share_at`), `jnd` as `jnd_kind` says, both in the level's units.
     `centre` and `spread` are the shape's own parameters (see `shapes`; of the log level for "weibull"). `slope` is that
     of psi at the threshold, per unit of level. `deviance` (`df`) is against free shares at every level. `table`:
-    level, n, hits, share, expected, deviance_residual. `assumed` says in words what the task made of the two rates.
+    level, n, hits, share, expected, deviance_residual. `assumed` says in words what the task assumes of the two rates.
     """
 
     function: str

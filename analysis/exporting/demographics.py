@@ -1,4 +1,4 @@
-"""Who took part, by pseudonym: group, row of the counterbalancing square, and what they said of themselves."""
+"""Who took part, by pseudonym: group, row of the counterbalancing square, and what they answered about themselves."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _OWN = ("participant", "group", "counterbalancing_row", "sessions", "simulated")
 
 @dataclass(frozen=True)
 class ParticipantTable:
-    """The participants' table: a column for each question that was asked."""
+    """The participants' table: a column for each question that was put."""
 
     columns: tuple[Column, ...]
     rows: tuple[Row, ...]

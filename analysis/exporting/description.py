@@ -60,7 +60,7 @@ def palpate_version() -> str:
 
 
 def readme_text(description: Description, source: Source, holds: Sequence[str]) -> str:
-    """README: what it is, what it holds, what was left out and why. `holds` are the format's own lines."""
+    """Return the README: what it is, what it holds, what was left out and why. `holds` are the format's own lines."""
     return "\n".join([
         f"# {description.name}", "",
         *(["**Simulated data: no person gave these answers.** They show the data's form and are no finding.", ""]
@@ -94,13 +94,13 @@ def _left_out_lines(source: Source) -> list[str]:
 
 
 def changes_text(source: Source) -> str:
-    """CHANGES, in the form that BIDS asks for; without a date, since none leaves the lab."""
+    """Return CHANGES in the form that BIDS requires; without a date, since none leaves the lab."""
     sessions = count(len(source.sessions), "session")
     return f"1.0.0\n  - Exported by Palpate {palpate_version()}: {sessions}, study {source.digest[:12]}.\n"
 
 
 def json_for_people(value: Any) -> str:
-    """JSON for people to read."""
+    """Return JSON that is indented for people to read."""
     return json_text(value, indent=2)
 
 

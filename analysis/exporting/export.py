@@ -1,4 +1,4 @@
-"""From what is asked for to a folder that holds it."""
+"""Write the requested data set to a folder, all of it or nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The folder of an export: whole or not at all, and never in the place of anything that no export made."""
+"""The folder of an export: whole or not at all, and never in the place of anything but an export."""
 
 from __future__ import annotations
 

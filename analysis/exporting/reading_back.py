@@ -85,7 +85,7 @@ def _csv_rows(path: Path) -> Iterator[Cells]:
 
 
 def _tsv_rows(path: Path) -> Iterator[Cells]:
-    """BIDS knows no quotes; n/a is nothing."""
+    """Yield the rows of a BIDS table, which knows no quotes; n/a becomes an empty text."""
     header, *lines = path.read_text("utf-8").removesuffix("\n").split("\n")
     for line in lines:
         cells = ["" if cell == NOT_AVAILABLE else cell for cell in line.split("\t")]

@@ -46,7 +46,7 @@ class SessionRows:
 
     @cached_property
     def request_s(self) -> dict[int, float]:
-        """Return for the number of each reply when its request was made, in seconds since the session began."""
+        """Return for the number of each reply when its request came, in seconds since the session began."""
         times, last = {}, 0.0
         for event in self.events:
             if event["kind"] == "request":

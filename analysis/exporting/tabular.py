@@ -23,7 +23,7 @@ _LARGEST = 2**53
 
 
 class ExportRefused(ValueError):
-    """The data cannot be exported as asked; the message says where, what was found and what to do."""
+    """The data cannot be exported as requested; the message says where, what is wrong and what to do."""
 
 
 @dataclass(frozen=True)

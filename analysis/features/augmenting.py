@@ -32,8 +32,6 @@ def varied(values: Gray, chance: Generator, noise_sd: float = NOISE_SD) -> Gray:
 
 
 def chance_of(picture_sha256: str, version: int, seed: int = 0) -> Generator:
-    """Return what the version (1, 2, ...) of a picture is drawn from: its content and the seed decide, not its
-    place.
-    """
+    """Return the random numbers for a version (1, 2, ...) of a picture: its content and the seed decide, no order."""
     content = int.from_bytes(hashlib.sha256(picture_sha256.encode()).digest()[:8], "big")
     return Generator(PCG64(SeedSequence([seed, version, content])))

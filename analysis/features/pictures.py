@@ -25,7 +25,7 @@ RAW = b"FOVb"
 
 
 class PictureError(ValueError):
-    """A picture that shows nothing that can be looked at: the message says where, what was found and what to do."""
+    """A picture that cannot be used: the message says where, what is wrong and what to do."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class Looking:
 
     def __post_init__(self) -> None:
         if not 1 <= self.patch <= self.side or self.stride < 1:
-            found = f"side {self.side}, patch {self.patch}, stride {self.stride}"
-            raise PictureError(f"{found}: patches of 1 pixel or more that fit into the side, 1 or more apart")
+            sizes = f"side {self.side}, patch {self.patch}, stride {self.stride}"
+            raise PictureError(f"{sizes}: patches of 1 pixel or more that fit into the side, 1 or more apart")
         most = len(self._all())
         if self.grid is not None and not 1 <= self.grid <= most:
             raise PictureError(f"grid {self.grid}: from 1 to {most} patches along each side are there")
@@ -97,7 +97,7 @@ def square(data: bytes, where: str, side: int = SIDE) -> Square:
 
 
 def patches(values: Gray, looking: Looking) -> Gray:
-    """(patches, patch, patch) of a square, row after row."""
+    """Return the patches of a square, (patches, patch, patch), row after row. Raises PictureError for another size."""
     size, starts = looking.patch, looking.starts
     if values.shape != (looking.side, looking.side):
         raise PictureError(f"a square of {values.shape} pixels: {looking.side} x {looking.side} are expected")

@@ -1,4 +1,4 @@
-"""What a tool felt of one texture, filtered and at 1 kHz, its axes still apart (thesis 3.4.1)."""
+"""A tool's contact with one texture, filtered and at 1 kHz, its axes still apart (thesis 3.4.1)."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ SEGMENT_S = 0.5
 SEGMENT = round(SEGMENT_S * RATE_HZ)
 """Samples of a segment; what is left over at the end of a stretch is in none."""
 CONTACT_N = 0.15
-"""A segment whose mean normal force is below this was not felt: the tool was lifted, or only brushed the surface. Force
-sensors of tools drift by a few hundredths of a newton; explorations press with 0.2 N and more."""
+"""A segment whose mean normal force is below this has no contact: the tool was lifted, or only brushed the surface.
+Force sensors of tools drift by a few hundredths of a newton; explorations press with 0.2 N and more."""
 
 
 class FeatureError(ValueError):
-    """Signals that have no features: the message says where, what was found and what is expected."""
+    """Signals that have no features: the message says where, what is wrong and what is expected."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Touch:
-    """All that was felt of one texture, in stretches between which something lacks. `where` names it in messages."""
+    """Everything recorded of one texture, in stretches with gaps between them. `where` names it in messages."""
 
     where: str
     stretches: tuple[Stretch, ...]

@@ -1,4 +1,4 @@
-"""The columns and answers that a figure is made from, as plain texts and numbers; what is missing is refused."""
+"""The columns and answers that a figure is drawn from, as plain texts and numbers; what is missing is refused."""
 
 from __future__ import annotations
 

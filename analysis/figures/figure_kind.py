@@ -49,7 +49,7 @@ class FigureSettings(Strict):
 class FigureInput:
     """What a figure's data are computed from: the selected rows, and the answers of the tests that it names.
 
-    `answers` maps a test's name to its answers by outcome ("" for a kind that is asked once for all).
+    `answers` maps a test's name to its answers by outcome ("" for a kind that answers once for all outcomes).
     """
 
     selected: Selected
@@ -113,7 +113,7 @@ class FigureKind:
 
     `data` computes the figure's table and caption, and raises a ValueError of ours where there is nothing to show.
     `draw` sees the data alone, so that a figure can be drawn again from its table. `takes` says which table of the
-    study the figure is made from.
+    study the figure is drawn from.
     """
 
     settings: type[FigureSettings]

@@ -1,4 +1,4 @@
-"""Figures on a page that can be looked at closer: each mark has its numbers, and is found in the other figures."""
+"""Figures on a page that can be looked at closer: each mark has its numbers, and its like in the other figures."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ def _column_by_stimulus(
 
 
 def _ellipse_rows(settings: MapSettings, answer: Answer) -> list[dict[str, Any]]:
-    """Return a row for each ellipse; none in other dimensions than those that the ellipses were made in."""
+    """Return a row for each ellipse; none in other dimensions than those that the ellipses were computed in."""
     if not settings.ellipses or settings.dimensions != (1, 2):
         return []
     rows = []

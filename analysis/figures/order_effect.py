@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 TIME = "response time"
 STEP = 10
-"""Slopes are told per so many trials."""
+"""Slopes are written per so many trials."""
 
 
 class OrderEffectSettings(FigureSettings):

@@ -55,7 +55,7 @@ class Sheet:
     encoding: str
 
     def place(self, column: str) -> int:
-        """Return the index of a column that `read_sheet` was told to demand."""
+        """Return the index of a column that `read_sheet` demanded."""
         return self.header.index(column)
 
 
@@ -68,11 +68,11 @@ def read_sheet(
     required: Sequence[str],
     trim: bool,
 ) -> Sheet:
-    """Read a delimited table in which every column of `column_names` must stand.
+    """Read a delimited table in which every column of `required` must stand.
 
-    The first encoding that fits is used. Where no delimiter is told, it is the one under which the header has
-    the wanted columns. Raises TableRefused on an empty file, bytes that no encoding reads, a header without a
-    wanted column or with one name twice, a row with too few or too many cells, and unbalanced quotes.
+    The first encoding that fits is used. Without a `delimiter`, it is the one under which the header has
+    the required columns. Raises TableRefused on an empty file, bytes that no encoding reads, a header without a
+    required column or with one name twice, a row with too few or too many cells, and unbalanced quotes.
     """
     data = path.read_bytes()
     text, encoding = _decode(data, encodings, name)
@@ -165,7 +165,7 @@ def _reads(data: bytes, encoding: str) -> bool:
 
 
 def _likeliest_delimiter(text: str, required: Sequence[str], trim: bool) -> str:
-    """Return the delimiter under which most wanted columns stand in the header; then the one with most columns."""
+    """Return the delimiter under which most required columns stand in the header; then the one with most columns."""
 
     def score(delimiter: str) -> tuple[int, int]:
         try:

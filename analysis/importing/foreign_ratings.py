@@ -239,7 +239,7 @@ def choose_lines(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Lin
 
 
 def demand_one_file_each(column_map: ColumnMap, lines: Sequence[Line]) -> None:
-    """Refuse a participant in two PsychoPy files: it writes one file a session, so one was met twice."""
+    """Refuse a participant in two PsychoPy files: it writes one file a session, so the participant took part twice."""
     files: dict[str, str] = {}
     for line in lines if column_map.format == "psychopy" else ():
         person = line[column_map.columns.participant]

@@ -25,7 +25,7 @@ class MapRefused(DataRefused):
 
 
 def _as_text(value: Any) -> Any:
-    """Return a level or a column may be written as a whole number; it is a text from then on."""
+    """Return a whole number as text: a level or a column may be written as one."""
     return str(value) if type(value) is int else value
 
 
@@ -64,7 +64,7 @@ class _Strict(BaseModel):
 
 
 class Source(_Strict):
-    """Where a factor's level stands: in a column, as it is, renamed by `levels`, or told by what the text contains.
+    """Where a factor's level stands: in a column, as it is, renamed by `levels`, or known by what the text contains.
 
     `levels` as a list gives the order and refuses others; as a mapping it renames, too. `contains` maps a level
     to a text that some cell of the participant's column contains, in any row of the table.
@@ -100,7 +100,7 @@ class Source(_Strict):
 
     @property
     def declared(self) -> tuple[str, ...]:
-        """Return the levels in the map's order, () where the column tells them."""
+        """Return the levels in the map's order, () where the column decides."""
         return tuple(dict.fromkeys((self.levels or {}).values())) or tuple(self.contains or ())
 
 

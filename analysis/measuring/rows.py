@@ -60,7 +60,7 @@ def measure(case: Case, clock: Clock = time.perf_counter) -> Row:
 
 
 def run_bench(areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str], None] = lambda _: None) -> list[Row]:
-    """Measure every case of every area, in order; `progress` is told what comes next."""
+    """Measure every case of every area, in order; `progress` is called with what comes next."""
     rows = []
     for area, cases in areas_cases.items():
         for case in cases:

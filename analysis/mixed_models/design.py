@@ -40,18 +40,18 @@ class Design:
 
     @property
     def widths(self) -> list[int]:
-        """The number of columns of each effect."""
+        """Return the number of columns of each effect."""
         return [math.prod(self.variables[name].width for name in effect) for effect in self.effects]
 
     @property
     def places(self) -> dict[Effect, slice]:
-        """Where each effect's columns stand."""
+        """Return where each effect's columns stand."""
         ends = np.cumsum(self.widths).tolist()
         return {e: slice(end - w, end) for e, end, w in zip(self.effects, ends, self.widths, strict=True)}
 
     @property
     def names(self) -> list[str]:
-        """The names of the reported columns, such as "car[K8]:damping"."""
+        """Return the names of the reported columns, such as "car[K8]:damping"."""
         labels = [product(*(self.variables[name].labels for name in effect)) for effect in self.effects]
         return [":".join(parts) or INTERCEPT for of_effect in labels for parts in of_effect]
 
@@ -132,7 +132,7 @@ class Variable:
 
     @property
     def width(self) -> int:
-        """How many columns the variable takes."""
+        """Return how many columns the variable takes."""
         return len(self.back) - 1
 
     def columns(self, rows: Rows) -> Floats:
@@ -255,17 +255,17 @@ class Random:
 
     @property
     def size(self) -> int:
-        """Random effects per level."""
+        """Return the number of random effects per level."""
         return len(self.back)
 
     @property
     def effects(self) -> list[str]:
-        """The names of a level's reported random effects."""
+        """Return the names of a level's reported random effects."""
         return self.design.names
 
     @property
     def free(self) -> int:
-        """How many numbers its relative covariance factor has."""
+        """Return how many numbers its relative covariance factor has."""
         return self.size * (self.size + 1) // 2 if self.correlated else self.size
 
 

@@ -194,7 +194,7 @@ class Parameters:
 
     @property
     def free(self) -> int:
-        """How many free numbers there are."""
+        """Return how many free numbers there are."""
         return sum(term.free for term in self.random)
 
     def factors(self, free: Floats) -> list[Floats]:

@@ -68,7 +68,7 @@ class Problem:
 
     @property
     def columns(self) -> int:
-        """The number of fixed effects."""
+        """Return the number of fixed effects."""
         return sum(self.fixed.widths)
 
 
@@ -257,17 +257,17 @@ class Solved:
 
     @property
     def fixed_triangle(self) -> Floats:
-        """R_X, with X' V^-1 X = R_X' R_X / sigma^2."""
+        """Return R_X, with X' V^-1 X = R_X' R_X / sigma^2."""
         return self.triangle[self.width : -1, self.width : -1]
 
     @property
     def coefficients(self) -> Floats:
-        """The internal fixed effects."""
+        """Return the internal fixed effects."""
         return np.asarray(np.linalg.solve(self.fixed_triangle, self.triangle[self.width : -1, -1]))
 
     @property
     def log_det_fixed(self) -> float:
-        """log|R_X|^2."""
+        """Return log|R_X|^2."""
         return 2 * float(np.log(np.abs(np.diag(self.fixed_triangle))).sum())
 
     def covariance(self) -> Floats:

@@ -46,12 +46,12 @@ class _Profile:
 
     @property
     def factors(self) -> list[Floats]:
-        """The factors at the optimum."""
+        """Return the factors at the optimum."""
         return self.best.parameters.factors(self.best.free)
 
     @property
     def sigma(self) -> float:
-        """The residual's standard deviation at the optimum."""
+        """Return the residual's standard deviation at the optimum."""
         return math.sqrt(solve(self.problem, self.parts, self.factors).rss / len(self.problem.y))
 
     def rise(self, sd: float) -> float:

@@ -47,7 +47,7 @@ class Rows:
 
     @property
     def answers(self) -> float:
-        """How many answers the rows stand for."""
+        """Return how many answers the rows stand for."""
         return float(self.weights.sum())
 
     def bounds(self, g: Floats) -> tuple[Floats, Floats]:

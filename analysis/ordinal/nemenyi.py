@@ -48,7 +48,7 @@ def nemenyi(
 
     `q` is |difference| / sqrt(k (k + 1) / (12 n)), `p` its tail of the studentized range with infinite df, so already
     right for all pairs together; a difference beyond `critical` is significant at `alpha`. `ties=True` takes the
-    spread of the ranks found instead of k (k + 1) / 12 (less cautious where there are ties). `p_exact` is the exact
+    spread of the observed ranks instead of k (k + 1) / 12 (less cautious where there are ties). `p_exact` is the exact
     p of this pair alone given all ties, `p_exact_holm` the same adjusted by Holm; NaN where it costs too much.
     Raises a StatisticsError (a ValueError) that names what is wrong with the table.
     Sources: Nemenyi 1963; Demsar 2006, equation 3; Eisinga et al. 2017 for the exact test.

@@ -40,7 +40,7 @@ class OrdinalData:
 
     @property
     def points(self) -> int:
-        """How many different answers there are."""
+        """Return how many different answers there are."""
         return len(self.names)
 
 
@@ -150,7 +150,7 @@ class Predictors:
 
     @property
     def names(self) -> list[str]:
-        """The table's columns that the model needs."""
+        """Return the table's columns that the model needs."""
         return [*self.fixed, *self.numeric]
 
 

@@ -91,7 +91,7 @@ class Marginal:
 
     @property
     def lengths(self) -> Ints:
-        """How many rows each participant has."""
+        """Return how many rows each participant has."""
         lengths: Ints = np.diff(np.append(self.rows.starts, len(self.rows.weights)))
         return lengths
 

@@ -58,7 +58,7 @@ class RankComparison:
 
     @property
     def p(self) -> float:
-        """The p to report: exact where it was computed."""
+        """Return the p to report: exact where it was computed."""
         return self.p_normal if math.isnan(self.p_exact) else self.p_exact
 
 
@@ -116,7 +116,7 @@ def wilcoxon_tests(
 def rank_sums(a: Floats, b: Floats, confidence: float = 0.95) -> RankComparison:
     """Return the test of two samples: statistic W (Mann-Whitney's U of the first), as in R's wilcox.test.
 
-    The exact p is P(|W - mean| >= the distance found) over all ways to split the values found; the effect size
+    The exact p is P(|W - mean| >= the observed distance) over all ways to split the values; the effect size
     2 W / (n_a n_b) - 1 is the rank-biserial correlation (Cliff's delta). Mann & Whitney 1947; Hollander, Wolfe &
     Chicken 2014, 4.1.
     """

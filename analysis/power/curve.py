@@ -59,7 +59,7 @@ class PowerRequest:
 class Point:
     """One number of participants: in how many of the runs p was at most alpha, and in how many there was no p.
 
-    `power` counts a run without a p as one that found nothing, `why` tells the first reason; `by` names the row of the
+    `power` counts a run without a p as one that found nothing, `why` is the first reason; `by` names the row of the
     answer and the column that p stands in; `low` and `high` bound it (Wilson 1927, 95 %).
     """
 
@@ -80,7 +80,7 @@ def power_curve(
     """Simulate `runs` studies and test each with its first 2, 3, ... participants, as `sizes` asks.
 
     A study's participants are the same for every size, so the curve is smooth and as cheap as its largest size. Each
-    run has a seed of its own: the result depends neither on `jobs` nor on what else is asked.
+    run has a seed of its own: the result depends neither on `jobs` nor on the other sizes.
     Raises PowerError or PlanError where test, outcome or row do not exist.
     """
     sizes = sorted(set(sizes))
@@ -148,7 +148,7 @@ def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue
 
 
 def only(plan: Plan, request: PowerRequest, study: Study) -> Plan:
-    """Return the plan with nothing but the test that is meant, for one outcome where it is asked for each by itself."""
+    """Return the plan with nothing but the requested test, for one outcome where each is answered by itself."""
     test = next(item for item in plan.tests if item.name == request.test)
     kind = TESTS[test.test]
     first = next((item.name for item in study.attributes), "") if kind.each == "outcome" else ""
@@ -185,9 +185,9 @@ def _point(size: int, outcomes: Sequence[PValue], alpha: float) -> Point:
     return Point(size, runs, found, len(missing), found / runs, low, high, missing[0] if missing else "", by)
 
 
-def wilson(found: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:
+def wilson(hits: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:
     """Return the 95 % interval of a share (Wilson 1927, J. Am. Stat. Assoc. 22, 209-212)."""
-    share, square = found / runs, z * z
+    share, square = hits / runs, z * z
     centre = (share + square / (2 * runs)) / (1 + square / runs)
     half = z / (1 + square / runs) * math.sqrt(share * (1 - share) / runs + square / (4 * runs * runs))
     return max(0.0, centre - half), min(1.0, centre + half)

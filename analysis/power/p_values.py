@@ -74,4 +74,4 @@ def _row_texts(row: Row) -> Sequence[str]:
 
 
 class PowerError(ValueError):
-    """The power of this test cannot be simulated as asked."""
+    """The power of this test cannot be simulated as requested."""

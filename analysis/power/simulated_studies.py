@@ -87,7 +87,7 @@ def _presented(request: Request, _t_ns: int) -> Done:
 
 
 class NoAnswers(ValueError):
-    """The study's task gives nothing that a test could be asked about."""
+    """The study's task gives no answers, so no test can be about them."""
 
 
 def _with_person(plan: Plan, row: dict[str, object]) -> dict[str, object]:

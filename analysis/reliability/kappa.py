@@ -76,8 +76,7 @@ class CohenKappa(NamedTuple):
 
 
 def cohen_kappa(counts: Floats, confidence: float = 0.95) -> CohenKappa:
-    """Return Cohen's kappa of an array (k, k): units by the first rater's (row) and the second rater's category.
-    column's.
+    """Return Cohen's kappa of an array (k, k): units by the first rater's category (row) and the second's.
 
     Source: Cohen 1960; the standard error, for large samples: Fleiss, Cohen & Everitt 1969, equation 13. The interval
     is kappa +- z se, cut at 1 and -1. Raises BadValue for counts that are no whole numbers or not square, and for a

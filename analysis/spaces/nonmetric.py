@@ -104,7 +104,7 @@ def nonmetric_mds(
 
 
 def _rare(best: Searched) -> list[str]:
-    """Return a word of caution: places that can move, or a best map that only a hop, no start by itself, found."""
+    """Return a word of caution: places that can move, or a best map that only a hop, no start by itself, reached."""
     if best.stress < EXACT:
         return ["stress is 0: the order of the pairs is met exactly, so places can move without cost"]
     if not best.hopped or min(best.starts) <= best.stress + ALIKE:

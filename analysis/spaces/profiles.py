@@ -44,12 +44,12 @@ class Profiles:
 
     @property
     def ratings(self) -> Ratings:
-        """The same as (participants, cells)."""
+        """Return the ratings as (participants, cells)."""
         return Ratings(self.own.reshape(len(self.participants), -1))
 
     @property
     def raters(self) -> tuple[int, int]:
-        """The least and the most participants that a mean is over."""
+        """Return the least and the most participants that a mean is over."""
         count = (~np.isnan(self.own)).sum(axis=0)
         return int(count.min()), int(count.max())
 

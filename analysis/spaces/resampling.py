@@ -21,7 +21,7 @@ class Ratings:
 
     @property
     def people(self) -> int:
-        """How many participants there are."""
+        """Return how many participants there are."""
         return len(self.values)
 
     def means(self, counts: Floats | None = None) -> Floats:

@@ -27,7 +27,7 @@ FOURTH = 70.0
 """Sum of the squares of 1, 4, 6, 4, 1: the variance of the fourth difference of white noise of variance 1."""
 ANGLE = "angle_deg"
 MANY_HOLES = 200
-"""So many holes are listed one by one; of more, only their number is told."""
+"""So many holes are listed one by one; of more, only their number is given."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ NO_SPEEDS = SpeedOptions()
 
 @dataclass(frozen=True)
 class StreamSpeed:
-    """Velocities (m, axes) of a stream on the grid in mm/s, NaN where they are not known, and how they were made."""
+    """Velocities (m, axes) of a stream on the grid in mm/s, NaN where they are not known, and how they are computed."""
 
     stream: Stream
     axes: tuple[str, ...]
@@ -173,7 +173,7 @@ class AlignmentOptions:
 
 @dataclass(frozen=True)
 class DoorAngle:
-    """The angle of a door on the grid, by a stream of positions, and the hinge that was found in them."""
+    """The angle of a door on the grid, by a stream of positions, and the hinge that was fitted to them."""
 
     stream: str
     hinge: Hinge

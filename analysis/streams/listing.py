@@ -24,7 +24,7 @@ SILENT = ("-", "host")
 def list_streams(record: Record, trial: int | None = None) -> Row:
     """Return the session's streams, of the attempt of each trial that counts, and a line for each that does not.
 
-    Raises StreamError for a trial that was not met.
+    Raises StreamError for a trial that the session does not have.
     """
     attempts = [attempt for attempt in attempts_of(record) if trial in (None, attempt.trial)]
     if trial is not None and not attempts:

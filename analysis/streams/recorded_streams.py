@@ -37,7 +37,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class Stream:
-    """A stream of one trial; its samples stay in the ledger until `values` is asked for.
+    """A stream of one trial; its samples stay in the ledger until `values` is called.
 
     `act` is the how-manieth recording of the attempt it belongs to: streams of one act were recorded together.
     `arrived` are (n, t_ns): sample n, the last of its block, was there at t_ns of session time. `rate_hz` is nominal;

@@ -291,7 +291,7 @@ def _answer(
     more: Mapping[str, tuple[Row, ...]] | None = None,
 ) -> Answer:
     known = () if selected.offered else ("The words that were offered are not known: one never ticked is not listed.",)
-    met = selections.met
+    met = selections.presented
     again = ("Stimuli were met more than once, or not by all.",) if met.min() != 1 or met.max() != 1 else ()
     people, ticks = len(selections.participants), int(selections.ticked.sum())
     return Answer(tuple(rows), method, kinds, people, ticks, headline, (*notes, *known, *again), more or {})
