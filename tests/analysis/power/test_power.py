@@ -11,16 +11,17 @@ from palpate.analysis.plans.material import read_material
 from palpate.analysis.power.commands import Sizes, planned_verdict, power
 from palpate.analysis.power.curve import (
     Point,
+    PowerError,
     PowerRequest,
     check_request,
     estimate_s,
     needed,
     one_run,
+    p_of,
     power_curve,
     suffices,
     wilson,
 )
-from palpate.analysis.power.p_values import PowerError, p_of
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
 from palpate.analysis.ratings.sources import gathered
 from palpate.protocols.plan import compile_plan
