@@ -40,17 +40,17 @@ def json_text(value: Json, indent: int | None = None, *, sort_keys: bool = False
 
 
 def digest(value: Json) -> str:
-    """SHA-256 of the canonical text, in hexadecimal."""
+    """Return the SHA-256 of the canonical text, in hexadecimal."""
     return hashlib.sha256(canonical(value)).hexdigest()
 
 
 def parse(text: bytes) -> Json:
-    """The value of a canonical text; refuses NaN, Infinity and a key that stands twice."""
+    """Return the value of a canonical text. Raises NotCanonical on NaN, Infinity and a key that stands twice."""
     return _DECODER.decode(text.decode("utf-8"))
 
 
 def difference(recorded: Json, now: Json, place: str = "$") -> str | None:
-    """The first place where two values differ and how, or None where they are the same text."""
+    """Return the first place where two values differ and how; None if they are the same text."""
     if isinstance(recorded, Mapping) and isinstance(now, Mapping):
         return _mapping_difference(recorded, now, place)
     if isinstance(recorded, list | tuple) and isinstance(now, list | tuple):
@@ -67,22 +67,22 @@ def _mapping_difference(recorded: Mapping[str, Json], now: Mapping[str, Json], p
             return f"{inner}: recorded {_short(recorded[key])}, now missing"
         if key not in recorded:
             return f"{inner}: not recorded, now {_short(now[key])}"
-        if found := difference(recorded[key], now[key], inner):
-            return found
+        if text := difference(recorded[key], now[key], inner):
+            return text
     return None
 
 
 def _list_difference(recorded: Json, now: Json, place: str) -> str | None:
     for index, (old, new) in enumerate(zip(recorded, now, strict=False)):
-        if found := difference(old, new, f"{place}[{index}]"):
-            return found
+        if text := difference(old, new, f"{place}[{index}]"):
+            return text
     if len(recorded) != len(now):
         return f"{place}: recorded {len(recorded)} items, now {len(now)}"
     return None
 
 
 def _is_plain(value: Json) -> bool:
-    """Whether the value is built of finite numbers, texts, lists, tuples and dicts alone, so that it needs no copy."""
+    """Return whether the value is of finite numbers, texts, lists, tuples and dicts alone, so that it needs no copy."""
     waiting = [value]
     for item in waiting:  # grows while it is read: no recursion
         kind = type(item)
@@ -124,10 +124,10 @@ def _refuse_constant(name: str) -> Json:
 
 
 def _without_repeats(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    unique = dict(pairs)
+    if len(unique) != len(pairs):
         raise NotCanonical("a key stands twice in one object")
-    return found
+    return unique
 
 
 def _short(value: Json) -> str:
@@ -136,7 +136,7 @@ def _short(value: Json) -> str:
 
 
 def _writer() -> Callable[[Json], str]:
-    """Return what writes a value's text.
+    """Return a function that writes a value's text.
 
     `JSONEncoder.encode` builds CPython's encoder for every value, which takes longer than a short value does: it is
     built once here.

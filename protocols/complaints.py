@@ -26,8 +26,11 @@ _UNION_MEMBERS = {"constrained-int", "constrained-float", "int", "float", "float
 
 
 def listed(problems: Sequence[Problem], document: Document, name: str) -> str:
-    """The problems, one line each: file, line, place and what is wrong; at most eight."""
-    lines = [f"{name}:{_line(p.path, document)} {_dotted(p.path)}: {p.message}" for p in problems]
+    """Return the problems, one line each: file, line, place and what is wrong; at most eight."""
+    lines = []
+    for problem in problems:
+        dotted = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem.path).lstrip(".")
+        lines.append(f"{name}:{_line(problem.path, document)} {dotted or 'the file'}: {problem.message}")
     return "\n".join(some_lines(lines, MOST_SHOWN))
 
 
@@ -37,74 +40,63 @@ def _line(path: Path, document: Document) -> str:
     return f" line {document.lines[path]}:" if path else ""
 
 
-def _dotted(path: Path) -> str:
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
-    return text.lstrip(".") or "the file"
-
-
 def translated(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """What a schema has found wrong with a file's data, in words of the file."""
-    found: dict[Path, Problem] = {}
-    for each in error.errors(include_url=False):
+    """Return what a schema refuses in a file's data, in words of the file."""
+    problems: dict[Path, Problem] = {}
+    for detail in error.errors(include_url=False):
         # pydantic's location holds names of union members, which the file does not
-        path = tuple(part for part in each["loc"] if part not in _UNION_MEMBERS and "[" not in str(part))
-        found.setdefault(path, Problem(path, _message(dict(each), path, model)))
-    return list(found.values())
+        path = tuple(part for part in detail["loc"] if part not in _UNION_MEMBERS and "[" not in str(part))
+        problems.setdefault(path, Problem(path, _message(dict(detail), path, model)))
+    return list(problems.values())
 
 
-def _message(each: dict[str, Any], path: Path, model: type[BaseModel]) -> str:
-    found = "" if isinstance(each["input"], dict | list) else f"found {each['input']!r:.60}, "
-    match each["type"]:
+def _message(detail: dict[str, Any], path: Path, model: type[BaseModel]) -> str:
+    found = "" if isinstance(detail["input"], dict | list) else f"found {detail['input']!r:.60}, "
+    match detail["type"]:
         case "extra_forbidden":
             return f"unknown key; {nearest(str(path[-1]), _keys_at(path[:-1], model))}"
         case "missing":
             return "this key is required"
         case "literal_error":
-            return f"{found}expected {each['ctx']['expected']}; {_closest_literal(each)}"
+            expected = detail["ctx"]["expected"]
+            options = [option.strip("'") for option in expected.replace(" or ", ", ").split(", ")]
+            return f"{found}expected {expected}; {nearest(str(detail['input']), options)}"
         case "value_error":
-            return str(each["ctx"]["error"])
+            return str(detail["ctx"]["error"])
         case _:
-            return f"{found}{expectation(each)}"
+            return f"{found}{expectation(detail)}"
 
 
-def expectation(each: dict[str, Any]) -> str:
-    """What pydantic expected, without its words for Python's kinds of data."""
-    match each["type"]:
+def expectation(detail: dict[str, Any]) -> str:
+    """Return what pydantic expected, without its words for Python's kinds of data."""
+    match detail["type"]:
         case "tuple_type" | "list_type":
             return "a list is expected, as [ONE, OTHER]"
         case "dict_type" | "model_type" | "model_attributes_type" | "mapping_type":
             return "keys and values are expected, as {KEY: VALUE}"
         case "too_short":
-            return f"at least {count(each['ctx']['min_length'], 'item')} expected, found {each['ctx']['actual_length']}"
+            least, actual = count(detail["ctx"]["min_length"], "item"), detail["ctx"]["actual_length"]
+            return f"at least {least} expected, found {actual}"
         case "too_long":
-            return f"at most {count(each['ctx']['max_length'], 'item')} expected"
+            return f"at most {count(detail['ctx']['max_length'], 'item')} expected"
         case _:
-            return f"{each['msg'][0].lower()}{each['msg'][1:]}"
-
-
-def _closest_literal(each: dict[str, Any]) -> str:
-    options = each["ctx"]["expected"].replace(" or ", ", ").split(", ")
-    return nearest(str(each["input"]), [option.strip("'") for option in options])
+            return f"{detail['msg'][0].lower()}{detail['msg'][1:]}"
 
 
 def _keys_at(path: Path, model: type[BaseModel]) -> list[str]:
-    """The keys that the schema knows at a path."""
+    """Return the keys that the schema knows at a path."""
     for part in path:
         field = model.model_fields.get(str(part))
         inner = _model_in(field.annotation) if field is not None else None
         model = inner or model
-    return [alias for name, field in model.model_fields.items() for alias in _spellings(name, field)]
-
-
-def _spellings(name: str, field: Any) -> list[str]:
-    alias = field.validation_alias
-    return [alias.choices[0]] if alias is not None else [name]
+    aliases: dict[str, Any] = {name: field.validation_alias for name, field in model.model_fields.items()}
+    return [name if alias is None else alias.choices[0] for name, alias in aliases.items()]
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     for argument in get_args(annotation):
-        if (found := _model_in(argument)) is not None:
-            return found
+        if (model := _model_in(argument)) is not None:
+            return model
     return None

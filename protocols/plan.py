@@ -110,16 +110,15 @@ class Plan:
             "eligibility": Eligibility(self.study.eligible),
             "demographics": Demographics(self.lab_forms.questions),
         }
-        asked = {"consent", "eligibility", *(("demographics",) if self.lab_forms.questions else ())}
-        return tuple(forms[name] for name in self.study.opening if name in asked)
+        names = [name for name in self.study.opening if name != "demographics" or self.lab_forms.questions]
+        return tuple(forms[name] for name in names)
 
     @property
     def closing(self) -> tuple[Form, ...]:
         """The forms after the last trial."""
-        asked = self.study.questionnaire
         forms: dict[str, Form] = {"suggestions": Lexicon(0, "suggestions")}
-        if asked is not None:
-            forms["questionnaire"] = Likert(asked)
+        if self.study.questionnaire is not None:
+            forms["questionnaire"] = Likert(self.study.questionnaire)
         forms["interview"] = Interview(self.study.interview)
         return tuple(forms[name] for name in self.study.closing)
 
@@ -150,7 +149,9 @@ def compile_plan(
     task = TASKS[study.task]
     form = None if task.form is None else task.form(study, who, seed, session)
     gathered = _singly if task.block_form is None else _in_sets
-    practice = list(gathered(("practice", stimulus) for stimulus in _practice(study)))
+    by_id = {stimulus.id: stimulus for stimulus in study.stimuli}
+    practised = [] if study.practice is None else [by_id[name] for name in study.practice.stimuli]
+    practice = list(gathered(("practice", stimulus) for stimulus in practised))
     main = list(gathered(main_order(study, who, seed, session)))
     trials = [
         _trial(study, form, number, block, stimuli, number - 1 - len(practice))
@@ -160,7 +161,7 @@ def compile_plan(
 
 
 def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 1) -> Iterator[tuple[str, Stimulus]]:
-    """(block, stimulus) of every counted trial; a repeat takes the next row of the square.
+    """Yield (block, stimulus) of every counted trial; a repeat takes the next row of the square.
 
     The study's rule orders a later session: `next_row` goes on with the rows after those of the session before,
     `mirrored` reverses the first session's order in every second one, `same` repeats it.
@@ -199,7 +200,7 @@ def count_trials(study: Study, stimuli: Sequence[Stimulus]) -> int:
 def ordered(
     design: Design, items: Sequence[str], row: int, label: tuple[Any, ...], chance: tuple[Any, ...]
 ) -> list[str]:
-    """The items in the order of a design's row.
+    """Return the items in the order of a design's row.
 
     A square's item numbers are dealt to the items by the key `label`, one deal for the whole study;
     `random` draws by the key `chance`, which holds the participant.
@@ -216,20 +217,20 @@ def ordered(
 def _one_pass(
     study: Study, who: ParticipantRow, seed: int, turn: int, stimuli: Sequence[Stimulus]
 ) -> Iterator[tuple[str, Stimulus]]:
-    """The order of one pass; `turn` counts the rows that the participant has taken before."""
+    """Yield the order of one pass; `turn` counts the rows that the participant has taken before."""
     by_id = {stimulus.id: stimulus for stimulus in stimuli}
     label = ("deal", study.study, who.group, study.order.seed)
     chance = ("order", study.study, seed, who.participant, turn)
     row = who.row + turn
     for name, members, inner_row in _blocks(study, by_id, row, label, chance):
         inner = ordered(study.order.design, members, inner_row, (*label, name), (*chance, name))
-        yield from ((name, by_id[each]) for each in inner)
+        yield from ((name, by_id[item]) for item in inner)
 
 
 def _blocks(
     study: Study, by_id: Mapping[str, Stimulus], row: int, label: tuple[Any, ...], chance: tuple[Any, ...]
 ) -> Iterator[tuple[str, list[str], int]]:
-    """(name, stimulus ids, row within) of every block in order.
+    """Yield (name, stimulus ids, row within) of every block in order.
 
     The row within a block moves on once more after each common round of the two designs, so that every block
     order meets every order within equally often in rows(blocks) x rows(within) participants.
@@ -239,23 +240,16 @@ def _blocks(
         yield "main", list(by_id), row
         return
     members: dict[str, list[str]] = {}
-    for each in by_id.values():
-        members.setdefault(each.columns[blocks.by], []).append(each.id)
+    for stimulus in by_id.values():
+        members.setdefault(stimulus.columns[blocks.by], []).append(stimulus.id)
     outer_rows = rows_of(blocks.design, len(members))
     for name in ordered(blocks.design, list(members), row, (*label, "blocks"), (*chance, "blocks")):
         common = lcm(outer_rows, rows_of(study.order.design, len(members[name])))
         yield name, members[name], row + row // common
 
 
-def _practice(study: Study) -> list[Stimulus]:
-    if study.practice is None:
-        return []
-    by_id = {stimulus.id: stimulus for stimulus in study.stimuli}
-    return [by_id[each] for each in study.practice.stimuli]
-
-
 def _anchor(study: Study, block: str, number: int, met: int) -> Trial:
-    """The study's anchor of this number before a block, which is the `met`-th that the participant meets."""
+    """Return the study's anchor of this number before a block, which is the `met`-th that the participant meets."""
     several = study.anchors.stimuli if study.anchors is not None else ()
     anchor = several[number - 1]
     wish = None

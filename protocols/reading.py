@@ -23,14 +23,17 @@ class StudyError(ValueError):
 
 
 def study_from(document: Document, stimuli: Sequence[Mapping[str, Any]], name: str) -> Study:
-    """The study in `document`, its stimulus table being `stimuli` ({id, columns, sha256} each).
+    """Return the study in `document`, its stimulus table being `stimuli` ({id, columns, sha256} each).
 
     Raises StudyError with every problem found (at most eight are shown).
     """
     if not isinstance(document.data, dict):
         raise StudyError(f"{name}: keys and values are expected at the top, e.g. study: NAME")
     try:
-        study = Study.model_validate(_texts_as_keys(document.data) | _table(document, stimuli))
+        data = _texts_as_keys(document.data)
+        if "stimuli" in data:  # the stimulus table in the place of its name
+            data["stimuli"] = list(stimuli)
+        study = Study.model_validate(data)
     except StudyError as error:
         raise StudyError(f"{name}: {error}") from None
     except ValidationError as error:
@@ -40,13 +43,8 @@ def study_from(document: Document, stimuli: Sequence[Mapping[str, Any]], name: s
     return study
 
 
-def _table(document: Document, stimuli: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The stimulus table in the place of its name; a file that names none lacks the key."""
-    return {"stimuli": list(stimuli)} if "stimuli" in document.data else {}
-
-
 def _texts_as_keys(value: Any) -> Any:
-    """YAML lets a key be a number (groups: {1: ...}); a study's keys are texts."""
+    """Return the value with texts as keys: YAML lets a key be a number (groups: {1: ...}). Raises StudyError."""
     if isinstance(value, dict):
         texts = {str(key): _texts_as_keys(inner) for key, inner in value.items()}
         if len(texts) < len(value):
@@ -59,7 +57,7 @@ def _texts_as_keys(value: Any) -> Any:
 
 
 def inconsistencies(study: Study) -> Iterator[Problem]:
-    """Every misfit between the parts of a study that is well-formed by itself."""
+    """Yield every misfit between the parts of a study that is well-formed by itself."""
     yield from _repeated((s.id for s in study.stimuli), ("stimuli",), "the stimulus id")
     yield from parts_of_task(study)
     yield from _adjectives(study)
@@ -69,8 +67,8 @@ def inconsistencies(study: Study) -> Iterator[Problem]:
         yield from _column(study, study.order.blocks.by, ("order", "blocks", "by"))
     if study.practice is not None:
         ids = [s.id for s in study.stimuli]
-        for index, wanted in enumerate(study.practice.stimuli):
-            yield from _known(wanted, ids, ("practice", "stimuli", index), "a stimulus id")
+        for index, name in enumerate(study.practice.stimuli):
+            yield from _known(name, ids, ("practice", "stimuli", index), "a stimulus id")
     yield from _anchors(study)
     for index, column in enumerate(study.blind):
         yield from _column(study, column, ("console", "blind", index))
@@ -89,7 +87,7 @@ def _adjectives(study: Study) -> Iterator[Problem]:
     yield from _same_words(poles)
     if any(a.outcome for a in study.attributes):
         yield from _repeated((a.name for a in study.attributes), ("attributes",), "the name")
-    yield from _same_words([(("adjectives", "words", index), each.word) for index, each in enumerate(listed)])
+    yield from _same_words([(("adjectives", "words", index), word.word) for index, word in enumerate(listed)])
 
 
 def _same_words(words: Iterable[tuple[Path, str]]) -> Iterator[Problem]:
@@ -110,7 +108,7 @@ def _groups(study: Study) -> Iterator[Problem]:
 
 
 def _anchors(study: Study) -> Iterator[Problem]:
-    """The anchors are stimuli; what they stand for, or are made from, is on the scale of an attribute."""
+    """Yield misfits of anchors: they are stimuli; what they stand for, or are made from, is on an attribute's scale."""
     if study.anchors is None:
         return
     task = TASKS[study.task]
@@ -136,14 +134,14 @@ def _anchors(study: Study) -> Iterator[Problem]:
 
 
 def _sample(study: Study) -> Iterator[Problem]:
-    """The sample fits the groups, and a rule over sessions has sessions to order."""
+    """Yield misfits of the sample with the groups, and of rules over sessions without sessions to order."""
     sample, groups = study.participants, len(study.groups)
     if sample is not None and sample.per_group is not None:
         if not groups:
             yield Problem(("participants", "per_group"), "the study has no groups; say planned")
         elif sample.planned not in (None, sample.per_group * groups):
-            told = f"{sample.per_group} in each of {groups} groups are {sample.per_group * groups}"
-            yield Problem(("participants", "planned"), f"found {sample.planned}, but {told}")
+            total = f"{sample.per_group} in each of {groups} groups are {sample.per_group * groups}"
+            yield Problem(("participants", "planned"), f"found {sample.planned}, but {total}")
     if study.order.over_sessions is not None and study.sessions < 2:
         yield Problem(("order", "over_sessions"), "needs participants: {sessions: 2} or more")
     if study.questions is not None and "demographics" not in study.opening:
@@ -178,7 +176,11 @@ def _analysis(study: Study) -> Iterator[Problem]:
 def _simulation(study: Study) -> Iterator[Problem]:
     if study.simulation is None:
         return
-    names = list(_perceived(study))
+    names = [attribute.name for attribute in study.attributes]
+    if study.adjectives is not None:
+        names += [word.word for word in study.adjectives.words]
+    if study.questionnaire is not None:
+        names += [item.name for item in study.questionnaire.items]
     for attribute, weights in study.simulation.latents.items():
         path = ("simulation", "latents", attribute)
         yield from _known(
@@ -187,15 +189,6 @@ def _simulation(study: Study) -> Iterator[Problem]:
         for column in weights:
             if column != "intercept":
                 yield from _numeric_column(study, column, (*path, column))
-
-
-def _perceived(study: Study) -> Iterator[str]:
-    """What simulated participants may have latents for."""
-    yield from (attribute.name for attribute in study.attributes)
-    if study.adjectives is not None:
-        yield from (each.word for each in study.adjectives.words)
-    if study.questionnaire is not None:
-        yield from (item.name for item in study.questionnaire.items)
 
 
 def _numeric_column(study: Study, column: str, path: Path) -> Iterator[Problem]:
@@ -231,8 +224,15 @@ def _repeated(names: Iterable[str], path: Path, what: str) -> Iterator[Problem]:
         seen.add(name)
 
 
+def _repeated_at(names: Sequence[str], path: Path, what: str) -> Iterator[Problem]:
+    """Yield a problem at the place of each name that stands before it already."""
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            yield Problem((*path, index), f"{what} {name!r} stands twice")
+
+
 def parts_of_task(study: Study) -> Iterator[Problem]:
-    """A part that the task needs and the file lacks, or that no such task has."""
+    """Yield each part that the task needs and the file lacks, or that no such task has."""
     task = TASKS[study.task]
     tasks_with: dict[str, list[str]] = {}
     for name, other in TASKS.items():
@@ -252,7 +252,7 @@ def parts_of_task(study: Study) -> Iterator[Problem]:
 
 
 def _of_devices(study: Study, task: Task) -> Iterator[Problem]:
-    """What records the stimuli, or makes what is wished for, is listed; and nothing that the task does not use."""
+    """Yield each device that records or makes stimuli and is not listed, and each listed one that has no use."""
     used = task.device(study)
     if used and used not in study.needs:
         yield Problem(("needs",), f"task {study.task} needs the device {used}, which is not listed")
@@ -281,21 +281,12 @@ def _of_ends(study: Study) -> Iterator[Problem]:
             yield Problem((key,), f"a form stands twice in {', '.join(names)}")
     if ("eligibility" in study.opening) != bool(study.eligible):
         yield Problem(("eligible",), "opening: [eligibility] and eligible: [{name, text, answer}, ...] go together")
-    names = [criterion.name for criterion in study.eligible]
-    for index, name in enumerate(names):
-        if name in names[:index]:
-            yield Problem(("eligible", index), f"the question {name!r} stands twice")
+    yield from _repeated_at([criterion.name for criterion in study.eligible], ("eligible",), "the question")
     if ("interview" in study.closing) != bool(study.interview):
         yield Problem(("interview",), "closing: [interview] and interview: [{name, text}, ...] go together")
-    names = [item.name for item in study.interview]
-    for index, name in enumerate(names):
-        if name in names[:index]:
-            yield Problem(("interview", index), f"the question {name!r} stands twice")
-    asked = "questionnaire" in study.closing
-    if asked != (study.questionnaire is not None):
+    yield from _repeated_at([item.name for item in study.interview], ("interview",), "the question")
+    if ("questionnaire" in study.closing) != (study.questionnaire is not None):
         yield Problem(("questionnaire",), "closing: [questionnaire] and questionnaire: {items: ...} go together")
     if study.questionnaire is not None:
         items = [item.name for item in study.questionnaire.items]
-        for index, name in enumerate(items):
-            if name in items[:index]:
-                yield Problem(("questionnaire", "items", index), f"the item {name!r} stands twice")
+        yield from _repeated_at(items, ("questionnaire", "items"), "the item")

@@ -256,12 +256,14 @@ def _people(participant: str, simulate: bool) -> list[str]:
 
 
 def report(results: list[SessionResult], as_json: bool, study: str | None, rig: Path | None = None) -> None:
-    """Say how each run of a session ended, with its receipt; `rig` is the file that was named.
+    """Print how each run of a session ended, with its receipt; `rig` is the file that was named.
+
+    Of several sessions the receipts that differ are printed, in red, and how many are good.
 
     The exit code is 1 unless every session is complete and all its events were read back from the disk; 130 after
     Ctrl-C.
     """
-    bad = [session for session in results if session.receipt is not None and not session.receipt.good]
+    bad = [result for result in results if result.receipt is not None and not result.receipt.good]
     if as_json:
         echo_json(
             [
@@ -276,24 +278,19 @@ def report(results: list[SessionResult], as_json: bool, study: str | None, rig: 
             ]
         )
     else:
-        _show_receipts(results, bad)
+        for result in bad:
+            click.secho(f"{result.receipt}: {result.path}", fg="red")
+        good = [result.receipt for result in results if result.receipt is not None and result.receipt.good]
+        if len(good) == 1:
+            click.echo(str(good[0]))
+        elif good:
+            events = f"{sum(receipt.planned for receipt in good)} events planned, written and read back from the disk"
+            click.echo(f"receipts of {len(good)} sessions: {events}")
         for line in _outcome_lines(results, study, rig):
             click.echo(line)
     if bad or not all(result.complete for result in results):
         interrupted = not bad and any("SIGINT" in result.reason for result in results)
         raise click.exceptions.Exit(130 if interrupted else 1)
-
-
-def _show_receipts(results: list[SessionResult], bad: list[SessionResult]) -> None:
-    """Print the receipt; of several sessions those that differ, in red, and how many are good."""
-    for session in bad:
-        click.secho(f"{session.receipt}: {session.path}", fg="red")
-    good = [session.receipt for session in results if session.receipt is not None and session.receipt.good]
-    if len(good) == 1:
-        click.echo(str(good[0]))
-    elif good:
-        events = sum(receipt.planned for receipt in good)
-        click.echo(f"receipts of {len(good)} sessions: {events} events planned, written and read back from the disk")
 
 
 def _outcome_lines(results: list[SessionResult], study: str | None, rig: Path | None) -> Iterator[str]:

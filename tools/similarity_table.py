@@ -57,7 +57,7 @@ def main(renew: bool) -> None:
 
 def write_felt(file: Path, texture: str) -> None:
     """A hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
-    from palpate.studies.simulation.texture_simulator import scene
+    from palpate.studies.simulation.texture_capturing import scene
 
     felt = zip(*scene(texture, SECONDS, SEED), strict=True)
     rows = ([f"{place / 1000:.3f}", *(f"{value:.4g}" for value in values)] for place, values in enumerate(felt))
@@ -81,7 +81,7 @@ def planned() -> Iterator[Stimulus]:
 def kinetic(texture: str) -> float:
     """Kinetic friction of a simulated surface."""
     from palpate.devices.surfaces.choice import surface_for
-    from palpate.studies.simulation.texture_simulator import stimuli
+    from palpate.studies.simulation.texture_capturing import stimuli
 
     return surface_for(texture, stimuli()[texture]).kinetic_friction
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from palpate.protocols.files import write_bytes
-from palpate.studies.simulation.texture_simulator import stimuli
+from palpate.studies.simulation.texture_capturing import stimuli
 from tools.similarity_table import TEXTURES
 
 LIGHT, PX, QUALITY = 3, 800, 78

@@ -51,13 +51,16 @@ def page(view: View, t_ns: int, width: int, height: int = 30) -> Layout:
     """
     prompted = view.prompt is not None and not view.status.paused
     further = cell_len(view.prompt.text) // max(width - 8, 20) if view.prompt is not None and prompted else 0
+    keys = Text(" ", no_wrap=True, overflow="ellipsis")
+    for key, meaning in KEYS:
+        keys.append(key, style="bold").append(f" {meaning}  ", style="dim")
     layout = Layout()
     layout.split_column(
         Layout(_title(view.status), size=1),
         Layout(_demand(view), size=4 + min(further, 5)),
         Layout(_progress(view.status, t_ns), size=3),
         Layout(_help() if view.help else _middle(view, t_ns, width, height)),
-        Layout(_keys(), size=1),
+        Layout(keys, size=1),
         Layout(entry_line(view.entry, view.hint, width), size=1),
     )
     return layout
@@ -192,13 +195,6 @@ def _remarks(status: SessionStatus) -> RenderableType:
     for remark in reversed(status.remarks):
         rows.add_row(clock(remark.t_ns / NS), Text(remark.text))
     return rows
-
-
-def _keys() -> RenderableType:
-    line = Text(" ", no_wrap=True, overflow="ellipsis")
-    for key, meaning in KEYS:
-        line.append(key, style="bold").append(f" {meaning}  ", style="dim")
-    return line
 
 
 def _help() -> RenderableType:

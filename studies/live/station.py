@@ -50,7 +50,12 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows
         renderer = rig_renderer(rig, plan, found.folder, lab, tablet)
     presents = _door(rig, found, plan, lab) if renderer is None else renderer
     made = compose_station(plan.study, presents, records, lambda: _stage(rig, plan))
-    made = replace(made, beside=renderer, recorder=_recorder(rig, plan))
+    recorder: BesideRecorder | None = None
+    if needs := recorded_beside(plan.study.needs):
+        from palpate.devices.streams.beside import BesideRecorder
+
+        recorder = BesideRecorder(*_sensors(rig, needs))
+    made = replace(made, beside=renderer, recorder=recorder)
     if renderer is not None:
         made = replace(made, switch_side=renderer.switch_side)
     if "masking_noise" not in plan.study.needs:
@@ -130,15 +135,6 @@ def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:
     """Return the sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
     sensors, names, may_hide = _sensors(rig, [need])
     return Capture(sensors, names, _scenes(rig, need, found, plan), may_hide=may_hide)
-
-
-def _recorder(rig: OpenRig, plan: Plan) -> BesideRecorder | None:
-    """Return what records sensors beside the session, if the study needs any."""
-    if not (needs := recorded_beside(plan.study.needs)):
-        return None
-    from palpate.devices.streams.beside import BesideRecorder
-
-    return BesideRecorder(*_sensors(rig, needs))
 
 
 def _sensors(rig: OpenRig, needs: Sequence[str]) -> tuple[dict[str, Sensor], dict[tuple[str, str], str], list[str]]:

@@ -77,21 +77,21 @@ def _withdrawn(
 ) -> Withdrawn:
     people = schema.participants
     connection.execute(update(people).where(people.c.participant == participant).values(status="withdrawn"))
-    released = [give_up(connection, allocation, "withdrawn") for allocation in _held(connection, participant, rows)]
-    body = {"participant": participant, "why": why, "identity_erased": erased, "sessions": list(sessions)}
-    note(connection, "withdrawn", body)
-    return Withdrawn(participant, erased, tuple(released), sessions)
-
-
-def _held(connection: Connection, participant: str, rows: dict[str, ParticipantRow]) -> list[Allocation]:
-    """Return the participant's rows in the registry, and those of sessions from before there was one."""
+    # the rows in the registry, and those of sessions from before there was one
     mine = schema.allocations
     query = select(mine.c.study).where(mine.c.participant == participant).order_by(mine.c.study)
     known = connection.execute(query).scalars().all()
     allocations = [allocation_of(connection, study, participant) for study in known]
-    earlier = [
+    allocations += [
         Allocation(study, participant, who.group, who.row, "active")
         for study, who in sorted(rows.items())
         if study not in known
     ]
-    return [allocation for allocation in (*allocations, *earlier) if allocation is not None and allocation.holds]
+    released = [
+        give_up(connection, allocation, "withdrawn")
+        for allocation in allocations
+        if allocation is not None and allocation.holds
+    ]
+    body = {"participant": participant, "why": why, "identity_erased": erased, "sessions": list(sessions)}
+    note(connection, "withdrawn", body)
+    return Withdrawn(participant, erased, tuple(released), sessions)

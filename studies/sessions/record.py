@@ -65,7 +65,7 @@ class LedgerError(ValueError):
 
 @dataclass(frozen=True)
 class Sitting:
-    """A process took the ledger up or laid it down: when by the wall clock, with what software, why."""
+    """A note that a process opened or closed the ledger: when by the wall clock, with what software, why."""
 
     kind: str
     events: int
@@ -80,7 +80,7 @@ class Sitting:
 
     @property
     def at_rest(self) -> bool:
-        """Whether nobody had opened the ledger again by what the file itself says, without a write-ahead log."""
+        """Return whether the file itself says, without a write-ahead log, that nobody has opened the ledger again."""
         return self.kind == "closed" or (self.kind == "created" and CHECKPOINTED in self.value)
 
 
@@ -93,7 +93,7 @@ class Record:
     hashes: tuple[str, ...]
     sittings: tuple[Sitting, ...]
     state: SessionState
-    """What the events come to: which attempt of each trial counts, what was answered, what is open."""
+    """The state after the events: which attempt of each trial counts, what was answered, what is open."""
     lacks_wal: bool = False
     """Whether the session was left in the middle and the -wal file that may hold its last events is not there."""
 
@@ -129,20 +129,25 @@ class Record:
 
 
 def read(path: Path) -> Record:
-    """The session in the file, its chains checked link by link.
+    """Return the session in the file, its chains checked link by link.
 
     Raises LedgerError on a file that is missing, no ledger, newer, damaged, changed or cut short, or whose events are
     not such as a session writes (see `palpate.protocols.event_shapes`).
     """
     _demand_sqlite(path)
-    without_wal = _without_wal(path)
+    # The file says that a write-ahead log belongs to it (bytes 18 and 19), and none with content is there.
+    with path.open("rb") as file:
+        lacks_wal = file.read(20)[18:20] == b"\2\2" and not _size(path.with_name(f"{path.name}-wal"))
     try:
-        _finish_rollback(path)
+        if path.with_name(f"{path.name}-journal").exists():
+            # Let SQLite undo what a crash interrupted between two ways of journalling; only a writer may.
+            with closing(connect_to_read(str(path), "rw")) as connection:
+                _one(connection, "SELECT count(*) FROM sqlite_master")
         with closing(connect_to_read(str(path))) as connection:
             connection.execute("BEGIN")  # one moment of a session that may be running
             _demand_ours(connection, path)
             record = _verified(path, connection)
-            return replace(record, lacks_wal=without_wal and not record.sittings[-1].at_rest)
+            return replace(record, lacks_wal=lacks_wal and not record.sittings[-1].at_rest)
     except LedgerError:
         raise
     except sqlite3.OperationalError as error:
@@ -152,7 +157,7 @@ def read(path: Path) -> Record:
 
 
 def read_header(path: Path) -> dict[str, Any]:
-    """The body of session_started alone, without checking the rest. Raises LedgerError if there is none."""
+    """Return the body of session_started alone, without checking the rest. Raises LedgerError if there is none."""
     _demand_sqlite(path)
     try:
         with closing(connect_to_read(str(path))) as connection:
@@ -175,14 +180,8 @@ def _demand_sqlite(path: Path) -> None:
         raise LedgerError(f"{path}: not a ledger (it does not start as an SQLite file does), or damaged at its start")
 
 
-def _without_wal(path: Path) -> bool:
-    """Whether the file says that a write-ahead log belongs to it (bytes 18 and 19), and none with content is there."""
-    with path.open("rb") as file:
-        return file.read(20)[18:20] == b"\2\2" and not _size(path.with_name(f"{path.name}-wal"))
-
-
 def _size(path: Path) -> int:
-    """How many bytes a file has; a running session may take its log away at any moment, and then it has none."""
+    """Return how many bytes a file has; 0 if it is gone: a running session may take its log away at any moment."""
     try:
         return path.stat().st_size
     except FileNotFoundError:
@@ -190,18 +189,10 @@ def _size(path: Path) -> int:
 
 
 def _unreadable(reason: str) -> str:
-    """A file that cannot be opened here is not thereby damaged."""
+    """Return why a file could not be read: one that cannot be opened here is not thereby damaged."""
     if any(word in reason for word in ("unable to open", "locked", "readonly", "disk I/O")):
         return f"cannot be read here ({reason}); copy it, with its -wal file if it has one, to a folder of your own"
     return f"the file is damaged ({reason}); restore it from a copy"
-
-
-def _finish_rollback(path: Path) -> None:
-    """Let SQLite undo what a crash interrupted between two ways of journalling; only a writer may."""
-    if not path.with_name(f"{path.name}-journal").exists():
-        return
-    with closing(connect_to_read(str(path), "rw")) as connection:
-        _one(connection, "SELECT count(*) FROM sqlite_master")
 
 
 def _one(connection: sqlite3.Connection, query: str) -> Any:
@@ -223,9 +214,9 @@ def _demand_ours(connection: sqlite3.Connection, path: Path) -> None:
     tables = {name for (name,) in names}
     if foreign := tables - set(metadata.tables):
         raise LedgerError(f"{path}: holds {some(sorted(foreign))}, which no ledger does: something else wrote to it")
-    found = _one(connection, "PRAGMA integrity_check(1)")
-    if found != "ok":
-        raise LedgerError(f"{path}: the file is damaged ({found}); restore it from a copy")
+    verdict = _one(connection, "PRAGMA integrity_check(1)")
+    if verdict != "ok":
+        raise LedgerError(f"{path}: the file is damaged ({verdict}); restore it from a copy")
 
 
 def _verified(path: Path, connection: sqlite3.Connection) -> Record:
@@ -256,7 +247,7 @@ def demand_shape(path: Path, shapes: EventShapes, event: Event) -> None:
 
 
 def linked_events(path: Path, connection: sqlite3.Connection, first: int | None = None) -> Iterator[tuple[Event, str]]:
-    """The events as they stand in the file, each with its link of the chain, not yet verified.
+    """Yield the events as they stand in the file, each with its link of the chain, not yet verified.
 
     All of them, or those from number `first` on.
 
@@ -297,7 +288,7 @@ def stored_sittings(connection: sqlite3.Connection) -> Iterator[tuple[int, Sitti
 
 
 def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str]) -> tuple[Sitting, ...]:
-    found, previous = [], SEED
+    verified, previous = [], SEED
     for place, (number, row) in enumerate(stored_sittings(connection)):
         previous = sitting_hash(previous, number, row.kind, row.events, row.head, row.body)
         if number != place or row.hash != previous:
@@ -312,17 +303,17 @@ def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str])
             demand_fields(parse_canonical(row.body.encode()), *_NOTE)
         except ShapeError as error:
             raise LedgerError(f"{path}: the note of when it was {row.kind} (sitting {place}): {error}") from None
-        found.append(row)
-    if not found:
+        verified.append(row)
+    if not verified:
         raise LedgerError(f"{path}: no sitting is on record: the file was changed")
-    return tuple(found)
+    return tuple(verified)
 
 
 SMALL_BYTES = 4096
 """Blocks up to this size are kept in memory: a form's few touches. A year of recordings is not."""
 
 
-FORM = tuple(each.name for each in fields(Samples) if each.name != "data")
+FORM = tuple(field.name for field in fields(Samples) if field.name != "data")
 
 
 class SamplesGone(ValueError):
@@ -333,9 +324,9 @@ class StoredSamples(Samples):
     """A block of samples whose `data` lies in a ledger; equal to any block of the same form and digest."""
 
     def __init__(self, block: Samples, path: Path, seq: int, number: int) -> None:
-        kept = {name: getattr(block, name) for name in FORM}
+        form = {name: getattr(block, name) for name in FORM}
         sha256 = hashlib.sha256(block.data).digest()
-        for name, value in (kept | {"_count": block.count, "_sha256": sha256, "_at": (path, seq, number)}).items():
+        for name, value in (form | {"_count": block.count, "_sha256": sha256, "_at": (path, seq, number)}).items():
             object.__setattr__(self, name, value)
 
     def __eq__(self, other: object) -> bool:
@@ -352,7 +343,7 @@ class StoredSamples(Samples):
     @property
     def data(self) -> bytes:
         """The bytes, read from the file. Raises SamplesGone where they are not there, or not what they were."""
-        path, seq, number = self._place()
+        path, seq, number = self.__dict__["_at"]
         data = _read(path, seq, number)
         if hashlib.sha256(data).digest() != self.sha256():
             raise SamplesGone(f"{path}: the samples of event {seq} are not those that were there when it was read")
@@ -367,13 +358,9 @@ class StoredSamples(Samples):
         """The digest of the bytes, known since they were read."""
         return bytes(self.__dict__["_sha256"])
 
-    def _place(self) -> tuple[Path, int, int]:
-        place: tuple[Path, int, int] = self.__dict__["_at"]
-        return place
-
 
 def stored(block: Samples, path: Path, seq: int, number: int) -> Samples:
-    """The block itself where it is small, else one that reads its bytes from the ledger."""
+    """Return the block itself if it is small, else one that reads its bytes from the ledger."""
     return block if len(block.data) <= SMALL_BYTES else StoredSamples(block, path, seq, number)
 
 

@@ -119,10 +119,10 @@ def test_a_partial_is_of_the_module_of_its_function():
         (
             {"modules": ("palpate.signals.textures.voice",), "registries": True},
             {"palpate.signals.models.native.library", "palpate.signals.models.runtime"},
-            {"palpate.studies.simulation.texture_simulator", "palpate.devices.surfaces.hand"},
+            {"palpate.studies.simulation.texture_capturing", "palpate.devices.surfaces.hand"},
         ),
         (
-            {"modules": ("palpate.studies.simulation.texture_simulator",), "registries": True},
+            {"modules": ("palpate.studies.simulation.texture_capturing",), "registries": True},
             {"palpate.devices.daq.force_torque", "palpate.devices.surfaces.hand", "palpate.protocols.keyed"},
             {
                 "palpate.studies.simulation.texture_set",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.studies.sessions.rig import RigError
-from palpate.studies.simulation.texture_simulator import captured, scene
+from palpate.studies.simulation.texture_capturing import captured, scene
 
 SECONDS = 1.5
 
