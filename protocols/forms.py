@@ -283,8 +283,8 @@ class AnchorForm:
 
     def describe(self) -> dict[str, Any]:
         """Return what the ledger keeps of the reference beside its stimulus."""
-        told = {"number": self.number, "of": self.of, "block": self.block}
-        return {**told, **self.anchor.model_dump(mode="json", exclude_none=True)}
+        place = {"number": self.number, "of": self.of, "block": self.block}
+        return {**place, **self.anchor.model_dump(mode="json", exclude_none=True)}
 
 
 @dataclass(frozen=True)

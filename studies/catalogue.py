@@ -29,7 +29,7 @@ STIMULI = TableFormat(
 
 
 @dataclass(frozen=True)
-class Found:
+class StudyFiles:
     """A study and the folder that its files lie in."""
 
     study: Study
@@ -38,11 +38,11 @@ class Found:
 
 def names(lab: Path) -> dict[str, Path]:
     """Every study by name: the lab's own (LAB/studies/NAME/study.yaml) and the shipped ones."""
-    found = {}
+    paths = {}
     for root in (SHIPPED, lab / "studies"):
         for file in sorted(root.glob(f"*/{STUDY_FILE}")):
-            found[file.parent.name] = file
-    return found
+            paths[file.parent.name] = file
+    return paths
 
 
 def find(name: str, lab: Path) -> Path:
@@ -65,7 +65,7 @@ def find(name: str, lab: Path) -> Path:
     return known[name]
 
 
-def read_study(path: Path) -> Found:
+def read_study(path: Path) -> StudyFiles:
     """Read and check a study file, its stimulus table and the files that the table names.
 
     Raises StudyError, or YamlError, with what is wrong, where, and the nearest valid name.
@@ -78,7 +78,7 @@ def read_study(path: Path) -> Found:
         raise StudyError(
             f"{path}: study: found {study.study!r} in a folder named {folder.name!r}; let both be the same"
         )
-    return Found(study, path.parent)
+    return StudyFiles(study, path.parent)
 
 
 def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:

@@ -13,7 +13,7 @@ from palpate.studies.options import JSON, LAB, echo_json
 if TYPE_CHECKING:
     from palpate.protocols.plan import Plan
     from palpate.protocols.study import Study
-    from palpate.studies.catalogue import Found
+    from palpate.studies.catalogue import StudyFiles
 
 
 @click.command()
@@ -95,44 +95,47 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
     from palpate.studies.sessions.rig import RigError
 
     try:
-        found = read_study(path)
-        _demand_playable(found)
-        notes = [*unasked_questions(found.study, lab)]
+        study_files = read_study(path)
+        _demand_playable(study_files)
+        notes = [*unasked_questions(study_files.study, lab)]
     except (StudyError, YamlError, RigError, DoorDataError, ParticipantError) as error:
         return {"file": str(path), "ok": False, "problems": str(error)}
-    if faults := _wordings(found, lab):
+    if faults := _wordings(study_files, lab):
         return {"file": str(path), "ok": False, "problems": "\n".join(faults)}
-    summary = "\n".join([_summary(found), *(f"    note: {note}" for note in notes)])
+    summary = "\n".join([_summary(study_files), *(f"    note: {note}" for note in notes)])
     return {"file": str(path), "ok": True, "summary": summary, **({"notes": notes} if notes else {})}
 
 
-def _wordings(found: Found, lab: Path) -> list[str]:
+def _wordings(study_files: StudyFiles, lab: Path) -> list[str]:
     """Return what is wrong with the words on the screens: the window's, the lab's own, and the study's translations."""
     from palpate.devices.window.texts import SHIPPED, problems
     from palpate.devices.window.texts_study import check_study_texts
 
     files = [*sorted(SHIPPED.glob("*.yaml")), *sorted((lab / "texts").glob("*.yaml"))]
-    return [*(fault for file in files for fault in problems(file)), *check_study_texts(found.study, found.folder)]
+    return [
+        *(fault for file in files for fault in problems(file)),
+        *check_study_texts(study_files.study, study_files.folder),
+    ]
 
 
-def _demand_playable(found: Found) -> None:
+def _demand_playable(study_files: StudyFiles) -> None:
     """Raise RigError, or the error of a device, unless every stimulus of every group can be presented."""
     from palpate.protocols.plan import compile_plan
     from palpate.protocols.trial import ParticipantRow
     from palpate.studies.simulation.rig import simulated
 
-    rig = simulated(found.study, found.folder)
-    groups: list[str | None] = [*sorted(found.study.groups)]
+    rig = simulated(study_files.study, study_files.folder)
+    groups: list[str | None] = [*sorted(study_files.study.groups)]
     for group in groups or [None]:
-        rig.check(compile_plan(found.study, ParticipantRow("P001", group)))
+        rig.check(compile_plan(study_files.study, ParticipantRow("P001", group)))
 
 
-def _summary(found: Found) -> str:
+def _summary(study_files: StudyFiles) -> str:
     from palpate.protocols.canonical import digest
     from palpate.protocols.plan import count_trials
     from palpate.protocols.tasks import TASKS
 
-    study = found.study
+    study = study_files.study
     stimuli = {group: study.stimuli_of(group) for group in study.groups} or {"all": study.stimuli}
     lines = [
         f"ok: {study.study}: {study.title or ''}".rstrip(": "),

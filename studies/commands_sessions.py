@@ -19,7 +19,7 @@ from palpate.studies.options import JSON, LAB, echo_json, progress, with_options
 if TYPE_CHECKING:
     from palpate.protocols.events import Event
     from palpate.protocols.plan import Plan
-    from palpate.studies.catalogue import Found
+    from palpate.studies.catalogue import StudyFiles
     from palpate.studies.sessions.record import Record
     from palpate.studies.sessions.rig import RigPlan
     from palpate.studies.sessions.session import SessionResult
@@ -67,8 +67,8 @@ def run(study: str, as_json: bool, **options: Any) -> None:
 
 
 def run_sessions(
-    found: Found, participant: str, simulate: bool, seed: int, group: str | None, row: int | None, number: int,
-    lab: Path, live: LiveOptions,
+    study_files: StudyFiles, participant: str, simulate: bool, seed: int, group: str | None, row: int | None,
+    number: int, lab: Path, live: LiveOptions,
 ) -> list[SessionResult]:  # fmt: skip
     """Start a session, or several simulated ones, and run them as far as they go."""
     from palpate.studies.live.hardware import hardware_for
@@ -77,39 +77,39 @@ def run_sessions(
     if simulate and (live.rehearse or live.twins or live.rig is not None):
         raise click.UsageError("--simulate needs no window and no rig: leave --rehearse, --twins and --rig out, or it")
     people = _people(participant, simulate)
-    for note in unasked_questions(found.study, lab):
+    for note in unasked_questions(study_files.study, lab):
         click.echo(f"note: {note}", err=True)
     if live.rehearse:
         from palpate.studies.live.rehearsal import rehearsal_plan, rehearse
 
-        [plan] = _plans(found, lab, people, seed, (group, row), live, real=False)
-        return [rehearse(lab, plan, rehearsal_plan(found, lab, live))]
+        [plan] = _plans(study_files, lab, people, seed, (group, row), live, real=False)
+        return [rehearse(lab, plan, rehearsal_plan(study_files, lab, live))]
     if simulate:
-        plans = _plans(found, lab, people, seed, (group, row), live, real=False, number=number)
-        return _simulated(found, lab, plans, number, row is not None, live)
-    hardware_for(found, lab, live)
-    return [_live(found, lab, people, seed, (group, row), number, live)]
+        plans = _plans(study_files, lab, people, seed, (group, row), live, real=False, number=number)
+        return _simulated(study_files, lab, plans, number, row is not None, live)
+    hardware_for(study_files, lab, live)
+    return [_live(study_files, lab, people, seed, (group, row), number, live)]
 
 
 def _plans(
-    found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions,
-    real: bool, number: int = 1,
+    study_files: StudyFiles, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None],
+    live: LiveOptions, real: bool, number: int = 1,
 ) -> list[Plan]:  # fmt: skip
     from palpate.studies.launching.launch import plans_of
 
-    return plans_of(found.study, lab, people, seed, real, live.language or "en", *place, number)
+    return plans_of(study_files.study, lab, people, seed, real, live.language or "en", *place, number)
 
 
 def _simulated(
-    found: Found, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions
+    study_files: StudyFiles, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions
 ) -> list[SessionResult]:
     from palpate.studies.participants.row_assignment import demand_free
     from palpate.studies.sessions.session import start
     from palpate.studies.simulation.rig import simulated
 
-    rig = simulated(found.study, found.folder, lab)
+    rig = simulated(study_files.study, study_files.folder, lab)
     people = [plan.who.participant for plan in plans]
-    accepted = _before(found, lab, people, number, live, real=False)
+    accepted = _before(study_files, lab, people, number, live, real=False)
     demand_free(lab, plans, number, shared)
     results: list[SessionResult] = []
     with closing(progress(plans, "running", live.as_json)) as steps:
@@ -121,7 +121,7 @@ def _simulated(
 
 
 def _live(
-    found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], number: int,
+    study_files: StudyFiles, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], number: int,
     live: LiveOptions,
 ) -> SessionResult:  # fmt: skip
     from palpate.studies.launching.launch import demand_new
@@ -129,30 +129,30 @@ def _live(
     from palpate.studies.sessions.session import start
 
     [who] = people
-    demand_new(lab, found.study.study, who, number)
-    accepted = _before(found, lab, people, number, live, real=True)[who]
-    rig = live_plan(found, lab, live)
+    demand_new(lab, study_files.study.study, who, number)
+    accepted = _before(study_files, lab, people, number, live, real=True)[who]
+    rig = live_plan(study_files, lab, live)
     # This allocates a row: nothing may be amiss by now.
-    [plan] = _plans(found, lab, people, seed, place, live, real=True, number=number)
+    [plan] = _plans(study_files, lab, people, seed, place, live, real=True, number=number)
     result = start(lab, plan, rig, number, accepted)
-    _update_row(found, lab, who, result)
+    _update_row(study_files, lab, who, result)
     return result
 
 
-def _update_row(found: Found, lab: Path, participant: str, result: SessionResult) -> None:
+def _update_row(study_files: StudyFiles, lab: Path, participant: str, result: SessionResult) -> None:
     """Mark the participant's row as finished, or offer it again where the participant does not take part."""
     from palpate.studies.participants.admission import decline, finish
 
     if result.complete:
-        finish(lab, found.study, participant)
+        finish(lab, study_files.study, participant)
     elif result.status == "declined":
-        decline(lab, found.study, participant)
+        decline(lab, study_files.study, participant)
     elif result.status == "ineligible":
-        decline(lab, found.study, participant, "not eligible")
+        decline(lab, study_files.study, participant, "not eligible")
 
 
 def _before(
-    found: Found, lab: Path, people: list[str], number: int, live: LiveOptions, real: bool
+    study_files: StudyFiles, lab: Path, people: list[str], number: int, live: LiveOptions, real: bool
 ) -> dict[str, dict[str, Any] | None]:
     """Demand that everybody's earlier sessions are over, and that study and models are those of the sample.
 
@@ -162,17 +162,17 @@ def _before(
     from palpate.studies.launching.launch import demand_in_time, demand_next
     from palpate.studies.sessions.record import read_header
 
-    study, today = found.study.study, datetime.now().astimezone().date() if real else None
+    study, today = study_files.study.study, datetime.now().astimezone().date() if real else None
     for who in people:
         demand_next(lab, study, who, number)
     sample = sample_ledgers(lab, study, real)
     of_sample = read_header(sample[0]) if sample else None
-    models = demand_same_models(found.study, lab, sample, live.accept_change)
+    models = demand_same_models(study_files.study, lab, sample, live.accept_change)
     accepted: dict[str, dict[str, Any] | None] = {}
     for who in people:
         header = earlier_header(lab, study, who, number) or of_sample
-        changed = None if header is None else demand_unchanged(header, found.study, live.accept_change)
-        timing = demand_in_time(lab, found.study, who, number, live.accept_timing, today)
+        changed = None if header is None else demand_unchanged(header, study_files.study, live.accept_change)
+        timing = demand_in_time(lab, study_files.study, who, number, live.accept_timing, today)
         accepted[who] = {**(changed or {}), **(models or {}), **(timing or {})} or None
     return accepted
 
@@ -206,18 +206,18 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
             "or add --without-wal to go on from what is left"
         )
     lab = ledger.resolve().parent.parent
-    found, rig, accepted = _resumed(record, lab, study, live)
+    study_files, rig, accepted = _resumed(record, lab, study, live)
     result = resume_session(ledger, rig, accepted)
     if in_person(record.header):
-        _update_row(found, lab, record.header["participant"], result)
+        _update_row(study_files, lab, record.header["participant"], result)
     report([result], as_json, study, live.rig)
 
 
 def _resumed(
     record: Record, lab: Path, study: str | None, live: LiveOptions
-) -> tuple[Found, RigPlan, dict[str, Any] | None]:
+) -> tuple[StudyFiles, RigPlan, dict[str, Any] | None]:
     """Return the recorded study at its folder, its rig, and what goes on record of changes since then."""
-    from palpate.studies.catalogue import Found, find
+    from palpate.studies.catalogue import StudyFiles, find
     from palpate.studies.launching.changes import demand_same_models, sample_ledgers
     from palpate.studies.launching.launch import changed_since
     from palpate.studies.live.opening import resumed_live_plan
@@ -230,15 +230,15 @@ def _resumed(
     header, declared = record.header, plan.study
     file = find(study or declared.study, lab)
     accepted = changed_since(header, file, live.accept_change)
-    found, real = Found(declared, file.parent), header["rig"]["kind"] != "simulated"
+    study_files, real = StudyFiles(declared, file.parent), header["rig"]["kind"] != "simulated"
     admit(lab, declared, plan.who.participant, live=False)
     ledgers = [record.path, *sample_ledgers(lab, declared.study, in_person(header))]
     accepted |= demand_same_models(declared, lab, ledgers, live.accept_change) or {}
     if not real:
-        return found, simulated(declared, file.parent, lab, header["rig"].get("pictures")), accepted or None
-    rig, of_screen = resumed_live_plan(found, lab, live, header)
+        return study_files, simulated(declared, file.parent, lab, header["rig"].get("pictures")), accepted or None
+    rig, of_screen = resumed_live_plan(study_files, lab, live, header)
     readmit(lab, declared, plan.who.participant)
-    return found, rig, {**accepted, **(of_screen or {})} or None
+    return study_files, rig, {**accepted, **(of_screen or {})} or None
 
 
 def _people(participant: str, simulate: bool) -> list[str]:
@@ -328,12 +328,13 @@ def record(study: str, as_json: bool, **options: Any) -> None:
     from palpate.protocols.tasks import TASKS
     from palpate.studies.catalogue import find, read_study
 
-    found = read_study(find(study, options["lab"]))
-    if TASKS[found.study.task].asks:
+    study_files = read_study(find(study, options["lab"]))
+    if TASKS[study_files.study.task].asks:
         raise click.UsageError(
-            f"{found.study.study} is no capture study: it asks, and no sensor records. {shell_command('run', study)}"
+            f"{study_files.study.study} is no capture study: it asks, and no sensor records. "
+            f"{shell_command('run', study)}"
         )
-    results = run_sessions(found, **options)
+    results = run_sessions(study_files, **options)
     if not as_json:
         from palpate.studies.sessions.record import read
 

@@ -25,9 +25,11 @@ JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as
 
 def sessions_option(otherwise: str = "") -> Callable[[Command], Command]:
     """The option --sessions; `otherwise` tells what is taken without it. `only_simulated` says what it means."""
-    told = f"  [default: {otherwise}]" if otherwise else ""
+    usual = f"  [default: {otherwise}]" if otherwise else ""
     return click.option(
-        "--sessions", type=click.Choice(["real", "simulated"]), help=f"Take only these, where the lab has both.{told}"
+        "--sessions",
+        type=click.Choice(["real", "simulated"]),
+        help=f"Take only these, where the lab has both.{usual}",
     )
 
 

@@ -17,7 +17,7 @@ from palpate.protocols.yaml_text import YamlError
 from palpate.studies.catalogue import read_study
 from palpate.studies.launching.changes import StudyChanged, demand_unchanged
 from palpate.studies.participants.admission import admit, demand_known_here, demand_not_finished
-from palpate.studies.participants.allocations import place_told
+from palpate.studies.participants.allocations import describe_place
 from palpate.studies.participants.lab_forms import lab_forms
 from palpate.studies.participants.row_assignment import AllocationError, allocate
 from palpate.studies.sessions.record import LedgerError, read
@@ -44,7 +44,7 @@ def row_of(study: Study, lab: Path, participant: str, live: bool, group: str | N
     if held is None:
         return allocate(study, participant, group, row)
     if (row is not None and row != held.row) or (group is not None and group != held.group):
-        place = place_told((held.group, held.row))
+        place = describe_place((held.group, held.row))
         raise AllocationError(f"participant {participant} has {place} of {study.study}; leave --group and --row out")
     return held
 

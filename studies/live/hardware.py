@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
-from palpate.studies.catalogue import Found
+from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.live.world import Station, TwinInRealTime, compose_station
 from palpate.studies.sessions.rig import RigError
@@ -31,7 +31,7 @@ def driven(study: Study) -> list[str]:
 class Hardware:
     """The devices of one study at one station; `twins` are the needs that simulated ones of this process stand for."""
 
-    found: Found
+    study_files: StudyFiles
     lab: Path
     twins: Sequence[str] = ()
     file: RigFile | None = None
@@ -55,11 +55,11 @@ class Hardware:
 
     def open(self, plan: Plan) -> None:
         """Check the stimuli and open the devices. Raises RigError or DeviceError; then none is open."""
-        presented = any(NEEDS[need].role == "presents" for need in self.found.study.needs)
+        presented = any(NEEDS[need].role == "presents" for need in self.study_files.study.needs)
         if self.simulated_needs or presented:  # what is presented comes from files, which may be wrong
             from palpate.studies.simulation.rig import simulated
 
-            simulated(self.found.study, self.found.folder, self.lab).check(plan)
+            simulated(self.study_files.study, self.study_files.folder, self.lab).check(plan)
         if self.file is not None:
             from palpate.devices.rig.opened import open_rig
             from palpate.studies.live.station import demand_follows, demand_within_limits
@@ -67,7 +67,7 @@ class Hardware:
             self.opened = open_rig(self.file, self._names())
             try:
                 self.description.update(self.opened.describe())
-                demand_within_limits(self.opened, self.found, plan)
+                demand_within_limits(self.opened, self.study_files, plan)
                 demand_follows(self.opened, plan, self.recorded)
                 self._open_tablet(plan)
             except BaseException:
@@ -95,8 +95,8 @@ class Hardware:
         if self.opened is not None:
             from palpate.studies.live.station import rig_station
 
-            return rig_station(self.opened, self.found, plan, self.lab, self.tablet)
-        return twin_station(plan, self.found.folder, self.twins, self.lab)
+            return rig_station(self.opened, self.study_files, plan, self.lab, self.tablet)
+        return twin_station(plan, self.study_files.folder, self.twins, self.lab)
 
     def changed_firmware(self) -> list[str]:
         """Return sentences for the record: which devices have another firmware than when the session was started."""
@@ -119,7 +119,7 @@ class Hardware:
 
     def _tablet_display(self) -> Display | None:
         """The screen that the renderer's tablet is, where the rig file says so."""
-        if self.file is None or "texture_renderer" not in self.found.study.needs:
+        if self.file is None or "texture_renderer" not in self.study_files.study.needs:
             return None
         names = self.file.names_for("texture_renderer")
         settings: Any = next(self.file.devices[name] for name in names if self.file.kind(name) == "tablet")
@@ -134,7 +134,7 @@ class Hardware:
         from palpate.signals.textures.sounds import RenderError
         from palpate.studies.live.renderer import demand_pictures
 
-        demand_pictures(plan, self.found.folder, self.lab)
+        demand_pictures(plan, self.study_files.folder, self.lab)
         try:
             self.tablet = TabletScreen(display).__enter__()
         except RenderError as error:
@@ -142,8 +142,8 @@ class Hardware:
 
     def _needs(self) -> list[str]:
         """The needs that the rig serves."""
-        needs = driven(self.found.study)
-        stage = "samples" in self.found.study.needs and self.file is not None and "samples" in self.file.needs
+        needs = driven(self.study_files.study)
+        stage = "samples" in self.study_files.study.needs and self.file is not None and "samples" in self.file.needs
         return [*needs, *(["samples"] if stage else [])]
 
     def _names(self) -> list[str]:
@@ -153,20 +153,20 @@ class Hardware:
         return list(dict.fromkeys(name for need in self._needs() for name in self.file.names_for(need)))
 
 
-def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
+def hardware_for(study_files: StudyFiles, lab: Path, options: LiveOptions) -> Hardware:
     """The devices that a live session of the study gets.
 
     Raises RigError where there is neither a rig file nor stand-ins, RigFileError where the file lacks something.
     """
-    needs = driven(found.study)
+    needs = driven(study_files.study)
     if options.twins:
-        return Hardware(found, lab, twins=[need for need in needs if NEEDS[need].role != "beside"])
-    file = _rig_file(found.study, lab, options.rig)
+        return Hardware(study_files, lab, twins=[need for need in needs if NEEDS[need].role != "beside"])
+    file = _rig_file(study_files.study, lab, options.rig)
     if file is None:
-        return Hardware(found, lab)
+        return Hardware(study_files, lab)
     for need in needs:
         file.names_for(need)
-    return Hardware(found, lab, file=file)
+    return Hardware(study_files, lab, file=file)
 
 
 def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:

@@ -14,7 +14,7 @@ from palpate.protocols.extras import demand_packages
 from palpate.protocols.plan import Plan
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
-from palpate.studies.catalogue import Found
+from palpate.studies.catalogue import StudyFiles
 from palpate.studies.console.headless import Windowless, asks_anything
 from palpate.studies.launching.changes import demand_same_devices, demand_same_screen
 from palpate.studies.live.hardware import hardware_for
@@ -32,20 +32,22 @@ LAST_PAGE = {"declined": "thanks", "ineligible": "ineligible", "aborted": "abort
 """The last page, where a session does not end as it should."""
 
 
-def live_plan(found: Found, lab: Path, options: LiveOptions, recorded: Mapping[str, Any] | None = None) -> RigPlan:
+def live_plan(
+    study_files: StudyFiles, lab: Path, options: LiveOptions, recorded: Mapping[str, Any] | None = None
+) -> RigPlan:
     """Return how a live session gets its rig; `recorded` is how its devices described themselves when it was started.
 
     Raises RigError where devices can be had in no way, WindowError where this station's screen is not calibrated. The
     devices and the window are opened by `check`, before anything is recorded.
     """
-    hardware = hardware_for(found, lab, options)
+    hardware = hardware_for(study_files, lab, options)
     hardware.recorded = recorded or {}
-    if found.study.live is not None and "door_generator" in hardware.twins:
+    if study_files.study.live is not None and "door_generator" in hardware.twins:
         raise RigError(
             "a door that follows the sliders needs a rig, and here a stand-in would take its place. `palpate rig "
             "simulate` writes a rig of simulated devices, which follow as real ones do"
         )
-    calibration = window_calibration(found.study, lab, options)
+    calibration = window_calibration(study_files.study, lab, options)
     if calibration is not None:
         hardware.demand_other_screen(calibration.screen)
     language = options.language or LANGUAGE
@@ -76,7 +78,7 @@ def live_plan(found: Found, lab: Path, options: LiveOptions, recorded: Mapping[s
             world = RecordedBeside(world, lambda: recorder.ready(presenter, desk, now_ns), recorder.take)
         return Rig(world, opened.close, desk.watch, lambda: presenter.finish(desk, last_page(desk)))
 
-    window = window_of(found, lab, calibration, language, options.windowed is None)
+    window = window_of(study_files, lab, calibration, language, options.windowed is None)
     opening = Opening(description, hardware.open, window, furnish, hardware.close)
     measured = None if calibration is None else calibration.definition()
     return RigPlan(description, opening.check, opening.open, measured, opening.drop)
@@ -91,7 +93,7 @@ def draw_forces(presenter: Presenter, plan: Plan, lab: Path) -> None:
 
 
 def resumed_live_plan(
-    found: Found, lab: Path, options: LiveOptions, header: Mapping[str, Any]
+    study_files: StudyFiles, lab: Path, options: LiveOptions, header: Mapping[str, Any]
 ) -> tuple[RigPlan, dict[str, Any] | None]:
     """Return the rig plan to resume a recorded live session, and what goes on record of changed screen and devices.
 
@@ -106,11 +108,11 @@ def resumed_live_plan(
         twins=options.twins or (options.rig is None and "settings" not in rig),  # started without a rig file
         language=options.language or rig.get("language"),
     )
-    calibration = window_calibration(found.study, lab, as_recorded)
+    calibration = window_calibration(study_files.study, lab, as_recorded)
     accepted: dict[str, Any] = {}
     if calibration is not None:
         accepted |= demand_same_screen(header, calibration, options.accept_change) or {}
-    planned = live_plan(found, lab, as_recorded, rig.get("devices"))
+    planned = live_plan(study_files, lab, as_recorded, rig.get("devices"))
     accepted |= demand_same_devices(header, planned.description, options.accept_change) or {}
     return planned, accepted or None
 
@@ -207,7 +209,7 @@ def desk_for(
 
 
 def window_of(
-    found: Found, lab: Path, calibration: Calibration | None, language: str, full: bool
+    study_files: StudyFiles, lab: Path, calibration: Calibration | None, language: str, full: bool
 ) -> Callable[[Plan], Presenter]:
     """Return what opens the participant's window for a plan; without a calibration there is none.
 
@@ -221,7 +223,7 @@ def window_of(
         from palpate.devices.window.presenter_window import open_presenter
 
         return open_presenter(
-            found.study, calibration, language, found.folder, fullscreen=full, plan=plan,
+            study_files.study, calibration, language, study_files.folder, fullscreen=full, plan=plan,
             texts_file=own if own.is_file() else None,
         )  # fmt: skip
 

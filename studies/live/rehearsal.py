@@ -13,7 +13,7 @@ from palpate.devices.desk import Desk
 from palpate.protocols.events import World
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Aside, Came, Present, Reply, Request, Sense
-from palpate.studies.catalogue import Found
+from palpate.studies.catalogue import StudyFiles
 from palpate.studies.console.headless import asks_anything
 from palpate.studies.live.opening import (
     LANGUAGE,
@@ -86,14 +86,14 @@ class Rehearsed:
         return aside
 
 
-def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
+def rehearsal_plan(study_files: StudyFiles, lab: Path, options: LiveOptions) -> RigPlan:
     """Return how a rehearsal gets its rig: simulated people and devices, the real window, the console.
 
     Raises WindowError where the window cannot be had; RigError on a device that cannot be simulated either.
     """
-    inner = simulated(found.study, found.folder, lab)
+    inner = simulated(study_files.study, study_files.folder, lab)
     language = options.language or LANGUAGE
-    calibration = _calibration(found, lab, options)
+    calibration = _calibration(study_files, lab, options)
     description = {**inner.description, "kind": "rehearsal", "window": None, "language": language}
 
     def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
@@ -108,7 +108,7 @@ def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
         return Rig(rehearsed, opened.close, desk.watch, finish)
 
     full = options.windowed is None and calibration is not None and calibration.confirmed_at != NEVER
-    opening = Opening(description, inner.check, window_of(found, lab, calibration, language, full), furnish)
+    opening = Opening(description, inner.check, window_of(study_files, lab, calibration, language, full), furnish)
     return RigPlan(description, opening.check, opening.open, drop=opening.drop)
 
 
@@ -120,13 +120,13 @@ def rehearse(lab: Path, plan: Plan, rig: RigPlan) -> SessionResult:
     return start(folder, plan, rig, number)
 
 
-def _calibration(found: Found, lab: Path, options: LiveOptions) -> Calibration | None:
+def _calibration(study_files: StudyFiles, lab: Path, options: LiveOptions) -> Calibration | None:
     """This station's calibration; an invented one, for a small window, where the screen was never measured."""
-    if options.no_window or not asks_anything(found.study):
+    if options.no_window or not asks_anything(study_files.study):
         return None
     from palpate.devices.window.calibration import Calibration, station_file
 
     if station_file(lab).is_file():
-        return window_calibration(found.study, lab, options)
+        return window_calibration(study_files.study, lab, options)
     size = options.windowed or UNCALIBRATED_PX
     return Calibration(size, UNCALIBRATED_PX_PER_MM, options.screen or 0, NEVER)

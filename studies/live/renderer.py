@@ -31,7 +31,7 @@ from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import read_card
 from palpate.signals.textures.sounds import RenderError, Sounds
 from palpate.studies.simulation.virtual_textures import VirtualTextures
-from palpate.studies.stimuli.renderings import MET, told_of
+from palpate.studies.stimuli.renderings import MET, model_metadata
 from palpate.studies.stimuli.scenes import drawn
 
 NEED = "texture_renderer"
@@ -79,7 +79,7 @@ class RigRenderer:
     on: bool = False
     mending: Mending = field(default_factory=Mending)
     counted: dict[str, Any] = field(default_factory=dict)
-    told: dict[str, Any] = field(default_factory=dict)
+    metadata: dict[str, Any] = field(default_factory=dict)
     picture: Path | None = None
     side: str | None = None
     trouble: RenderError | None = None
@@ -95,9 +95,9 @@ class RigRenderer:
         except (ValueError, OSError) as error:
             return self._fault(error)
         blind = self.plan.study.blind
-        desk.tell({NEED: "renders" if blind else f"{self.told['model']}, {self.told['runtime']}"})
+        desk.tell({NEED: "renders" if blind else f"{self.metadata['model']}, {self.metadata['runtime']}"})
         seconds = round((now_ns() - begun_ns) / NS, 3)
-        made = {**self.told, "deadlines": self.counted}
+        made = {**self.metadata, "deadlines": self.counted}
         return Reply({"presented": True, "by": "renderer", "seconds": seconds, "rendered": made})
 
     def before(self, request: Ask) -> Came | None:
@@ -124,10 +124,10 @@ class RigRenderer:
         plays.switch(Sounds(card, seed))
         self.on, record = True, plays.record()
         self.counted = counts_of(record)
-        self.told = {**told_of(card, read_card(card)), "runtime": runtime_of(record), "seed": seed}
+        self.metadata = {**model_metadata(card, read_card(card)), "runtime": runtime_of(record), "seed": seed}
         self.picture = None
         if self.tablet is not None:
-            self.picture, self.told["picture"] = picture_of(card)
+            self.picture, self.metadata["picture"] = picture_of(card)
             self._show()
 
     def switch_side(self, side: str) -> None:
@@ -168,7 +168,7 @@ class RigRenderer:
             return fault if isinstance(came, Reply) else came
         if not isinstance(came, Reply):
             return came
-        made = {**self.told, "deadlines": since(self.counted, counts_of(record)), "met": met_in(record)}
+        made = {**self.metadata, "deadlines": since(self.counted, counts_of(record)), "met": met_in(record)}
         return replace(came, value={**came.value, "rendered": made})
 
     def close(self) -> None:

@@ -17,7 +17,7 @@ from palpate.devices.streams.capture import Capture
 from palpate.protocols.needs import NEEDS, needs_with, recorded_beside
 from palpate.protocols.plan import Plan
 from palpate.protocols.requests import Present, Sense
-from palpate.studies.catalogue import Found
+from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.world import Station, compose_station
 from palpate.studies.stimuli.profiles import Profiles
 from palpate.studies.stimuli.scenes import pictures_of, scenes_for
@@ -33,10 +33,10 @@ CAPTURED = tuple(need for need in needs_with("records") if need != "camera")
 """Needs that sensors record together; a camera does so alone."""
 
 
-def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows | None = None) -> Station:
+def rig_station(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path, tablet: Shows | None = None) -> Station:
     """The station of a study at open devices; pictures that a camera takes are kept in the lab, textures' pictures are
     shown on the `tablet`."""
-    records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
+    records: dict[str, Records] = {need: _capture(rig, need, study_files, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
         # its twin must know what it sees, and both where the pictures go
         camera: Any = rig.of("camera")["camera"]
@@ -47,8 +47,8 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows
     if "texture_renderer" in plan.study.needs:
         from palpate.studies.live.renderer import rig_renderer
 
-        renderer = rig_renderer(rig, plan, found.folder, lab, tablet)
-    presents = _door(rig, found, plan, lab) if renderer is None else renderer
+        renderer = rig_renderer(rig, plan, study_files.folder, lab, tablet)
+    presents = _door(rig, study_files, plan, lab) if renderer is None else renderer
     made = compose_station(plan.study, presents, records, lambda: _stage(rig, plan))
     recorder: BesideRecorder | None = None
     if needs := recorded_beside(plan.study.needs):
@@ -71,7 +71,7 @@ def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
     return [need for need in plan.study.needs if need in among]
 
 
-def _door(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Presents | None:
+def _door(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path) -> Presents | None:
     """Return the door, which plays profiles of the study's files, or what the lab's models make of a wish."""
     for need in _needed(plan, ("door", "door_generator")):
         door: Any = rig.of(need)["door"]
@@ -81,12 +81,12 @@ def _door(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Presents | None:
             made = made_doors(lab)
             door.profile_for = made.force_N
             return PresentsMade(door, made, partial(setattr, door, "changes"))
-        door.profile_for = profiles_of(found)
+        door.profile_for = profiles_of(study_files)
         return cast(Presents, door)
     return None
 
 
-def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
+def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> None:
     """Raise DeviceError unless the door can play every stimulus of the plan, and whatever may be wished for, the
     renderer's devices are fit for textures, and the noise is bearable.
     """
@@ -104,7 +104,7 @@ def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
         door.check(hardest(), "the hardest door that may be wished for")
     if "door" not in plan.study.needs:
         return
-    door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(found.folder)
+    door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(study_files.folder)
     for stimulus in {trial.stimulus.id: trial.stimulus for trial in plan.presented}.values():
         door.check(files.of(stimulus), stimulus.id)
 
@@ -121,9 +121,9 @@ def demand_follows(rig: OpenRig, plan: Plan, recorded: Mapping[str, Any]) -> Non
         door.demand_follows()
 
 
-def profiles_of(found: Found) -> Callable[[Present], Sequence[float]]:
+def profiles_of(study_files: StudyFiles) -> Callable[[Present], Sequence[float]]:
     """Where the 621 forces, in N, of a request come from: the study's files."""
-    files = Profiles(found.folder)
+    files = Profiles(study_files.folder)
 
     def from_file(request: Present) -> Sequence[float]:
         return files.of(request.trial.stimulus)
@@ -131,10 +131,10 @@ def profiles_of(found: Found) -> Callable[[Present], Sequence[float]]:
     return from_file
 
 
-def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:
+def _capture(rig: OpenRig, need: str, study_files: StudyFiles, plan: Plan) -> Capture:
     """Return the sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
     sensors, names, may_hide = _sensors(rig, [need])
-    return Capture(sensors, names, _scenes(rig, need, found, plan), may_hide=may_hide)
+    return Capture(sensors, names, _scenes(rig, need, study_files, plan), may_hide=may_hide)
 
 
 def _sensors(rig: OpenRig, needs: Sequence[str]) -> tuple[dict[str, Sensor], dict[tuple[str, str], str], list[str]]:
@@ -161,10 +161,10 @@ def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[
     ]
 
 
-def _scenes(rig: OpenRig, need: str, found: Found, plan: Plan) -> Callable[[Sense], Scene | None]:
+def _scenes(rig: OpenRig, need: str, study_files: StudyFiles, plan: Plan) -> Callable[[Sense], Scene | None]:
     if not any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
         return lambda _request: None
-    return scenes_for(need, plan, Profiles(found.folder))
+    return scenes_for(need, plan, Profiles(study_files.folder))
 
 
 def _stage(rig: OpenRig, plan: Plan) -> Presents:

@@ -35,12 +35,12 @@ class Allocation:
         """Return whether the row is this participant's and nobody else's."""
         return self.status in schema.HOLDING
 
-    def told(self) -> str:
+    def describe(self) -> str:
         """Return the row in words."""
-        return place_told(self.place)
+        return describe_place(self.place)
 
 
-def place_told(place: tuple[str | None, int]) -> str:
+def describe_place(place: tuple[str | None, int]) -> str:
     """Return a row in words."""
     group, row = place
     return f"row {row}" + (f" of group {group}" if group is not None else "")
@@ -48,20 +48,20 @@ def place_told(place: tuple[str | None, int]) -> str:
 
 def allocations_of(connection: Connection, study: str) -> list[Allocation]:
     """Return a study's allocations, also those given up, by group, row and participant."""
-    return _found(connection, select(table).where(table.c.study == study))
+    return _read(connection, select(table).where(table.c.study == study))
 
 
 def allocation_of(connection: Connection, study: str, participant: str) -> Allocation | None:
     """Return a participant's allocation in a study, also one given up."""
     query = select(table).where(table.c.study == study, table.c.participant == participant)
-    return next(iter(_found(connection, query)), None)
+    return next(iter(_read(connection, query)), None)
 
 
 def every_allocation(registry: Registry, study: str | None = None) -> list[Allocation]:
     """Return all allocations of the lab, or of one study."""
     query = select(table) if study is None else select(table).where(table.c.study == study)
     with reading(registry) as connection:
-        return _found(connection, query)
+        return _read(connection, query)
 
 
 def keep(connection: Connection, one: Allocation) -> None:
@@ -78,7 +78,7 @@ def keep(connection: Connection, one: Allocation) -> None:
         connection.execute(insert(table), {"study": one.study, "participant": one.participant, **values})
 
 
-def _found(connection: Connection, query: Select[Any]) -> list[Allocation]:
+def _read(connection: Connection, query: Select[Any]) -> list[Allocation]:
     ordered = query.order_by(table.c.study, table.c.group_name, table.c.row, table.c.at, table.c.participant)
     return [
         Allocation(row.study, row.participant, row.group_name or None, row.row, row.status, row.replaces)

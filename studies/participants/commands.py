@@ -105,11 +105,11 @@ def identify_(
     from palpate.studies.participants.registry import open_registry
 
     identity = Identity(name, contact, consented, note)
-    if not identity.told():
+    if not identity.to_dict():
         raise click.UsageError("nothing to write down: give --name, --contact, --consented or --note")
     demand_known(_registry(lab, open_registry), participant)
     identify(lab, participant, identity)
-    click.echo(f"{participant}: {', '.join(identity.told())} kept in {lab / 'private'}")
+    click.echo(f"{participant}: {', '.join(identity.to_dict())} kept in {lab / 'private'}")
 
 
 @participants.command(name="list", short_help="List participants, rows, sessions.")
@@ -168,8 +168,8 @@ def withdraw(participant: str, why: str, lab: Path, as_json: bool) -> None:
     click.echo(
         f"{participant} has withdrawn; " + ("their identity is erased" if done.erased else "no identity was kept here")
     )
-    for each in done.released:
-        click.echo(f"  {each.told()} of {each.study} is on offer again")
+    for allocation in done.released:
+        click.echo(f"  {allocation.describe()} of {allocation.study} is on offer again")
     for name in done.sessions:
         click.echo(f"  marked: {name}")
 
@@ -239,7 +239,7 @@ def allocate(
     Example:
       palpate participants allocate door_ratings P041 --replaces P003 --lab LAB
     """
-    from palpate.studies.participants.allocations import place_told
+    from palpate.studies.participants.allocations import describe_place
     from palpate.studies.participants.rows import allocate_row
 
     declared, registry = _opened(study, lab)
@@ -247,7 +247,7 @@ def allocate(
     if as_json:
         echo_json({"study": declared.study, "participant": participant, "group": who.group, "row": who.row})
     else:
-        click.echo(f"{participant} has {place_told((who.group, who.row))} of {declared.study}")
+        click.echo(f"{participant} has {describe_place((who.group, who.row))} of {declared.study}")
 
 
 @participants.command(short_help="Say who dropped out of a study.")
@@ -272,7 +272,7 @@ def release(study: str, participant: str, why: str, lab: Path, as_json: bool) ->
     if as_json:
         echo_json({"study": declared.study, "participant": participant, "group": released.group, "row": released.row})
     else:
-        click.echo(f"{released.told()} of {declared.study} is on offer again; {participant} no longer holds it")
+        click.echo(f"{released.describe()} of {declared.study} is on offer again; {participant} no longer holds it")
 
 
 @participants.command(short_help="Certify a study's balance so far.")

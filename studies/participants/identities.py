@@ -55,15 +55,15 @@ _ALONE = (*_FORGETTING, "locking_mode=EXCLUSIVE", "journal_mode=PERSIST")
 
 @dataclass(frozen=True)
 class Identity:
-    """A person; `consented` is the ISO date of the signed consent. None means: not told."""
+    """A person; `consented` is the ISO date of the signed consent. None: not known."""
 
     name: str | None = None
     contact: str | None = None
     consented: str | None = None
     note: str | None = None
 
-    def told(self) -> dict[str, str]:
-        """Return what was told."""
+    def to_dict(self) -> dict[str, str]:
+        """Return what is known, by field."""
         return {key: value for key, value in asdict(self).items() if value is not None}
 
 
@@ -90,18 +90,18 @@ def identify(lab: Path, pseudonym: str, identity: Identity) -> None:
     Raises ParticipantError on an empty text, one with line breaks, a date that is none, or a store open to others.
     """
     demand_good(identity)
-    told = identity.told()
-    if not told:
+    known = identity.to_dict()
+    if not known:
         return
     with _opened(lab) as connection:
         mine = table.c.pseudonym == pseudonym
-        if connection.execute(update(table).where(mine).values(told)).rowcount == 0:
-            connection.execute(insert(table), {"pseudonym": pseudonym, **told})
+        if connection.execute(update(table).where(mine).values(known)).rowcount == 0:
+            connection.execute(insert(table), {"pseudonym": pseudonym, **known})
 
 
 def demand_good(identity: Identity) -> None:
     """Raise ParticipantError on an empty text, one of several lines, or a date that is none."""
-    for what, text in identity.told().items():
+    for what, text in identity.to_dict().items():
         if not text.strip() or not text.isprintable():
             raise ParticipantError(f"{what}: found {text!r:.60}, a text of one line is expected")
     if identity.consented is None:

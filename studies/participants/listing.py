@@ -56,7 +56,7 @@ def lines(people: Sequence[Row], identities: Mapping[str, Identity]) -> Iterator
     """Yield the list for the screen; with names where identities are given."""
     for person in people:
         known = identities.get(person["participant"])
-        named = "".join(f"  {text}" for text in known.told().values()) if known is not None else ""
+        named = "".join(f"  {text}" for text in known.to_dict().values()) if known is not None else ""
         sessions = len(person["sessions"])
         yield f"{person['participant']:<8} {person['status']:<10} {count(sessions, 'session')}{named}"
         for allocation in person["studies"]:

@@ -14,7 +14,7 @@ from palpate.protocols.plan import LARGEST_ROW
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
+from palpate.studies.participants.allocations import Allocation, allocation_of, allocations_of, describe_place, keep
 from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import demand_active
 from palpate.studies.participants.registry import Registry, gone, note, write
@@ -89,7 +89,7 @@ def give_up(connection: Connection, own: Allocation, why: str) -> Allocation:
     """Put on record that an allocation is released."""
     released = replace(own, status="released")
     keep(connection, released)
-    note(connection, "released", {**_told(own), "why": why})
+    note(connection, "released", {**_fields(own), "why": why})
     return released
 
 
@@ -106,7 +106,7 @@ def _allocated(
 ) -> Allocation:
     demand_active(connection, registry.lab, participant)
     everybody = allocations_of(connection, study.study)
-    own = next((each for each in everybody if each.participant == participant), None)
+    own = next((one for one in everybody if one.participant == participant), None)
     place = _wished(study.study, wish, everybody, recorded)
     if own is not None and own.holds:
         _demand_same(own, wish, place)
@@ -120,8 +120,8 @@ def _allocated(
         holder = standing.held.get(earlier.place)
         if holder is not None:
             raise ParticipantError(
-                f"{earlier.participant} had {earlier.told()} of {earlier.study}, which is {holder}'s now, and a row is "
-                f"allocated once; if {holder} dropped out: {release_command(earlier.study, holder)}"
+                f"{earlier.participant} had {earlier.describe()} of {earlier.study}, which is {holder}'s now, and "
+                f"a row is allocated once; if {holder} dropped out: {release_command(earlier.study, holder)}"
             )
         return _given(connection, replace(earlier, status="active"))
     return _given(
@@ -141,8 +141,8 @@ def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Pl
         return group, standing.offer(group)
     if place in standing.held:
         raise ParticipantError(
-            f"{place_told(place)} of {study.study} is {standing.held[place]}'s; leave --row out for one on offer, or "
-            f"first: {release_command(study.study, standing.held[place])}"
+            f"{describe_place(place)} of {study.study} is {standing.held[place]}'s; leave --row out for one on offer, "
+            f"or first: {release_command(study.study, standing.held[place])}"
         )
     return place
 
@@ -151,13 +151,13 @@ def _wished(study: str, wish: Wish, everybody: list[Allocation], recorded: Recor
     """Return the very place that is asked for, or None where any will do."""
     if wish.replaces is None:
         return (wish.group, wish.row) if wish.row is not None else None
-    left = next((each for each in everybody if each.participant == wish.replaces), None)
+    left = next((one for one in everybody if one.participant == wish.replaces), None)
     left = left or _earlier(study, wish.replaces, recorded)
     if left is None:
         raise ParticipantError(f"{wish.replaces} never had a row of {study}; there is nothing to inherit")
     if left.holds:
         raise ParticipantError(
-            f"{wish.replaces} still holds {left.told()} of {study}; if they dropped out: "
+            f"{wish.replaces} still holds {left.describe()} of {study}; if they dropped out: "
             f"{release_command(study, wish.replaces)}"
         )
     return left.place
@@ -167,17 +167,17 @@ def _demand_same(own: Allocation, wish: Wish, place: Place | None) -> None:
     """A row is allocated once: refuse a wish for another."""
     if (place is not None and place != own.place) or (wish.group is not None and wish.group != own.group):
         raise ParticipantError(
-            f"{own.participant} has {own.told()} of {own.study}; a row is allocated once, and another cannot be had"
+            f"{own.participant} has {own.describe()} of {own.study}; a row is allocated once, and another cannot be had"
         )
 
 
 def _given(connection: Connection, got: Allocation) -> Allocation:
     keep(connection, got)
-    note(connection, "allocated", {**_told(got), "replaces": got.replaces})
+    note(connection, "allocated", {**_fields(got), "replaces": got.replaces})
     return got
 
 
-def _told(one: Allocation) -> dict[str, str | int | None]:
+def _fields(one: Allocation) -> dict[str, str | int | None]:
     return {"study": one.study, "participant": one.participant, "group": one.group, "row": one.row}
 
 
@@ -208,13 +208,17 @@ def recorded_rows(lab: Path, study: str) -> dict[str, Place]:
 
 def places(allocations: Sequence[Allocation], recorded: Recorded, gone: set[str]) -> Places:
     """Return the rows of a study. The registry overrules sessions; `gone` are those who withdrew."""
-    known = {each.participant for each in allocations} | gone
+    known = {allocation.participant for allocation in allocations} | gone
     held = {place: who for who, place in sorted(recorded.items()) if who not in known}
-    held |= {each.place: each.participant for each in allocations if each.holds}
-    given_up = {each.place: each.participant for each in allocations if not each.holds and each.place not in held}
+    held |= {allocation.place: allocation.participant for allocation in allocations if allocation.holds}
+    given_up = {
+        allocation.place: allocation.participant
+        for allocation in allocations
+        if not allocation.holds and allocation.place not in held
+    }
     return Places(held, given_up)
 
 
-def emptiest(found: Places, groups: Sequence[str]) -> str | None:
+def emptiest(places: Places, groups: Sequence[str]) -> str | None:
     """Return the group with the fewest holders, the first in order of those; None where there are no groups."""
-    return min(sorted(groups), key=found.holders, default=None)
+    return min(sorted(groups), key=places.holders, default=None)

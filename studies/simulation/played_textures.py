@@ -19,7 +19,7 @@ from palpate.protocols.tables import Mistake, TableFormat, read_table
 from palpate.signals.arrays import Array
 from palpate.signals.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 from palpate.studies.sessions.rig import RigError
-from palpate.studies.stimuli.renderings import MET, SEED, Alike, Rendered, told_of
+from palpate.studies.stimuli.renderings import MET, SEED, Alike, Rendered, model_metadata
 
 if TYPE_CHECKING:
     from palpate.signals.textures.voice import Voice
@@ -60,7 +60,7 @@ def rendered(voice: Voice, card: Path, felt: Array, friction: float | None) -> R
     late = {"steps": loop.made, "late": loop.ready.late, "underruns": 0, "clock": "virtual"}
     met = {name: getattr(voice.tally, name) for name in MET}
     how = {"runtime": voice.runs.runtime, "seed": SEED, "deadlines": late, "met": met}
-    return Rendered({**told_of(card, voice.card), **how}, found)
+    return Rendered({**model_metadata(card, voice.card), **how}, found)
 
 
 def read_felt(file: Path) -> Array:

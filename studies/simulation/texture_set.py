@@ -23,7 +23,7 @@ from palpate.protocols.study import Study
 from palpate.protocols.tables import table_text
 from palpate.protocols.tasks import TASKS
 from palpate.protocols.wording import count, some
-from palpate.studies.catalogue import SHIPPED, STUDY_FILE, Found, read_study, stimulus_rows
+from palpate.studies.catalogue import SHIPPED, STUDY_FILE, StudyFiles, read_study, stimulus_rows
 from palpate.studies.console.words import about
 from palpate.studies.launching.changes import study_change
 from palpate.studies.launching.launch import plans_of
@@ -109,7 +109,7 @@ def set_studies(lab: Path, selection: TextureSelection) -> dict[str, Study]:
     return studies
 
 
-def write_studies(lab: Path, selection: TextureSelection) -> dict[str, Found]:
+def write_studies(lab: Path, selection: TextureSelection) -> dict[str, StudyFiles]:
     """Return the three studies at their folders: the shipped ones, else those in LAB/studies, written where missing."""
     if selection.is_shipped:
         return {name: read_study(SHIPPED / name / STUDY_FILE) for name in STUDIES}
@@ -254,10 +254,10 @@ def make_set(lab: Path, options: SetOptions, report: Report) -> list[SetSession]
     if not (lab / SIDECAR).is_file():
         make_lab(lab)
     made: list[SetSession] = []
-    for name, found in write_studies(lab, options.selection).items():
+    for name, study_files in write_studies(lab, options.selection).items():
         people = _people(name, options)
-        for plan in plans_of(found.study, lab, people, options.seed, False, group=GROUPS[name]):
-            made.append(_run_session(lab, found, plan, before[name, plan.who.participant], options, pace, report))
+        for plan in plans_of(study_files.study, lab, people, options.seed, False, group=GROUPS[name]):
+            made.append(_run_session(lab, study_files, plan, before[name, plan.who.participant], options, pace, report))
             if not made[-1].complete:
                 return made
     return made
@@ -362,15 +362,21 @@ def _difference(record: Record, study: Study, options: SetOptions) -> str:
 
 
 def _run_session(
-    lab: Path, found: Found, plan: Plan, record: Record | None, options: SetOptions, pace: Pace, report: Report
+    lab: Path,
+    study_files: StudyFiles,
+    plan: Plan,
+    record: Record | None,
+    options: SetOptions,
+    pace: Pace,
+    report: Report,
 ) -> SetSession:
-    who, study = plan.who.participant, found.study.study
+    who, study = plan.who.participant, study_files.study.study
     path = ledger_path(lab, study, who)
     if record is not None and record.complete:
         pace.skip(study, 1 if TASKS[plan.study.task].asks else len(plan.trials))
         return SetSession(study, who, path, "kept", True, len(record.events), "complete")
     seen = 0 if record is None else len(record.events)
-    rig = rig_for(found, lab, options.pictures, options.workers, _watch_progress(plan, seen, pace, report))
+    rig = rig_for(study_files, lab, options.pictures, options.workers, _watch_progress(plan, seen, pace, report))
     sat = start(lab, plan, rig) if record is None else resume(path, rig)
     return SetSession(study, who, path, "made" if record is None else "gone on", sat.complete, sat.events, sat.reason)
 

@@ -16,7 +16,7 @@ from palpate.protocols.requests import Request, Sense
 from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done, Simulated, VirtualClock
-from palpate.studies.catalogue import Found
+from palpate.studies.catalogue import StudyFiles
 from palpate.studies.sessions.rig import Rig, RigError, RigPlan
 from palpate.studies.simulation.photographs import KeptCameraTwin, jpegs_of
 from palpate.studies.simulation.rig import simulated
@@ -62,16 +62,16 @@ class Seen:
         return list(jpegs_of(request, self.lights))
 
 
-def rig_for(found: Found, lab: Path, pictures: int, workers: int, watch: Watch) -> RigPlan:
+def rig_for(study_files: StudyFiles, lab: Path, pictures: int, workers: int, watch: Watch) -> RigPlan:
     """Return the rig of a simulated session whose pictures are saved; events are the same whatever the workers.
 
     `watch` is called with every event once it is written.
     """
-    kept = pictures if "camera" in found.study.needs else None
-    plain = simulated(found.study, found.folder, lab, kept)
+    kept = pictures if "camera" in study_files.study.needs else None
+    plain = simulated(study_files.study, study_files.folder, lab, kept)
 
     def opened(plan: Plan, t_ns: int) -> Rig:
-        device = twin_for(found.study, plan, found.folder, Profiles(found.folder), lab, pictures=kept)
+        device = twin_for(study_files.study, plan, study_files.folder, Profiles(study_files.folder), lab, pictures=kept)
         records, close = _ahead(plan, lab, pictures, workers, device.records)
         world = Simulated(simulated_participant(plan), replace(device, records=records), VirtualClock(t_ns))
         return Rig(world, close, watch)

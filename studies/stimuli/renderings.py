@@ -39,12 +39,12 @@ class Alike:
 class Rendered:
     """What came of a model under the simulated hand; `alike` None where no real surface is known to compare with."""
 
-    told: Mapping[str, Any]
+    metadata: Mapping[str, Any]
     alike: Alike | None = None
 
     def record(self) -> dict[str, Any]:
         """As a reply keeps it."""
-        return dict(self.told) | ({} if self.alike is None else {"compared": self.alike.columns()})
+        return dict(self.metadata) | ({} if self.alike is None else {"compared": self.alike.columns()})
 
 
 def demand_whole(card: Path) -> None:
@@ -62,7 +62,7 @@ def demand_whole(card: Path) -> None:
         raise RigError(f"{file}: not the numbers that {card.name} names (SHA-256 {found[:12]}, not {expected[:12]})")
 
 
-def told_of(card: Path, read: Any) -> dict[str, Any]:
+def model_metadata(card: Path, read: Any) -> dict[str, Any]:
     """A model's files, by name and digest, as every reply names them."""
     return {
         "model": card.stem, "method": read.method, "sha256": file_sha256(card),
@@ -81,12 +81,12 @@ def read_kept(file: Path) -> Mapping[str, Any]:
     return found
 
 
-def restored(told: Mapping[str, Any], card: Path, file: Path) -> Rendered:
+def restored(metadata: Mapping[str, Any], card: Path, file: Path) -> Rendered:
     """The inverse of `Rendered.record`, as `file` holds it of this card. Raises RigError."""
     try:
-        rest = {name: value for name, value in told.items() if name != "compared"}
-        compared = None if "compared" not in told else Alike(**told["compared"])
-        if (told["model"], told["sha256"]) != (card.stem, file_sha256(card)):
+        rest = {name: value for name, value in metadata.items() if name != "compared"}
+        compared = None if "compared" not in metadata else Alike(**metadata["compared"])
+        if (metadata["model"], metadata["sha256"]) != (card.stem, file_sha256(card)):
             raise ValueError("it is of another card")
         if compared is not None and not all(map(math.isfinite, compared.columns().values())):
             raise ValueError("finite numbers are expected")

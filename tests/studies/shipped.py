@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from palpate.protocols.plan import Plan, compile_plan
-from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.participants.row_assignment import allocate
 from tests.protocols.every_task import LAB
 
@@ -23,7 +23,7 @@ GROUPS = {"door_capture": "pilot", "texture_capture": "pilot"}
 """Where a study has a group that checks the rig, a short session is one of that."""
 
 
-def found_study(name: str) -> Found:
+def found_study(name: str) -> StudyFiles:
     """A shipped study with its folder."""
     return read_study(SHIPPED / name / "study.yaml")
 

@@ -12,7 +12,7 @@ from palpate.protocols.requests import Ask, Present, Reply
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.live.opening import live_plan
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.sessions.session import start
@@ -100,14 +100,14 @@ class Room:
         pass
 
 
-def doors(count=1, **changes) -> Found:
+def doors(count=1, **changes) -> StudyFiles:
     stimuli = [s.model_dump() for s in DOORS.study.stimuli if s.columns["variant"] == "g0"][:count]
     given = {"stimuli": stimuli, "groups": {}, "opening": (), "rest": None, "order": {"design": "as_listed"}, **changes}
     given |= {"analysis": None, "practice": None, "instructions": None}
-    return Found(Study.model_validate(DOORS.study.definition() | given), DOORS.folder)
+    return StudyFiles(Study.model_validate(DOORS.study.definition() | given), DOORS.folder)
 
 
-def live_doors(folder, practice=True) -> Found:
+def live_doors(folder, practice=True) -> StudyFiles:
     """The shipped authoring study with a door that follows the sliders, written to a folder; without its opening."""
     shipped = SHIPPED / "door_authoring"
     text = (shipped / "study.yaml").read_text(encoding="utf-8")
@@ -120,12 +120,12 @@ def live_doors(folder, practice=True) -> Found:
     return read_study(folder / "study.yaml")
 
 
-def captures(**changes) -> Found:
+def captures(**changes) -> StudyFiles:
     given = {
         "study": "quick", "task": "capture", "stimuli": [{"id": "T15"}, {"id": "T36"}], "needs": ["tool", "samples"],
         "capture": {"device": "tool", "seconds": 1.0}, "order": {"design": "as_listed"},
     }  # fmt: skip
-    return Found(Study.model_validate(given | changes), SHIPPED / "texture_capture")
+    return StudyFiles(Study.model_validate(given | changes), SHIPPED / "texture_capture")
 
 
 def plan_of(found):

@@ -16,7 +16,7 @@ from palpate.protocols.requests import Ask, Reply, Sense
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done
-from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.console.headless import Windowless, asks_anything
 from palpate.studies.launching.changes import ScreenChanged
 from palpate.studies.live.hardware import twin_station as station
@@ -51,22 +51,22 @@ def test_a_stand_in_is_written_into_the_header(tmp_path):
 @pytest.mark.needs("psychopy")
 def test_a_screen_that_was_never_measured_is_refused(tmp_path):
     with pytest.raises(WindowError, match="not calibrated"):
-        live_plan(Found(sheets(), tmp_path), tmp_path, LiveOptions())
+        live_plan(StudyFiles(sheets(), tmp_path), tmp_path, LiveOptions())
 
 
 def test_the_screens_speak_the_lab_s_own_language_where_it_has_brought_one(tmp_path):
     with pytest.raises(WindowError, match="no texts in language 'fr'.*LAB/texts/fr.yaml"):
-        window_of(Found(sheets(), tmp_path), tmp_path, SCREEN, "fr", True)(sheets_plan())
+        window_of(StudyFiles(sheets(), tmp_path), tmp_path, SCREEN, "fr", True)(sheets_plan())
     (tmp_path / "texts").mkdir()
     (tmp_path / "texts" / "fr.yaml").write_text("next: Suivant\n", encoding="utf-8")
     with pytest.raises(WindowError, match=r"texts/fr\.yaml: the key 'back' is missing"):
-        window_of(Found(sheets(), tmp_path), tmp_path, SCREEN, "fr", True)(sheets_plan())
+        window_of(StudyFiles(sheets(), tmp_path), tmp_path, SCREEN, "fr", True)(sheets_plan())
 
 
 def test_only_the_calibrated_screen_is_taken(tmp_path):
     with pytest.raises(RigError, match=r"screen 0 is calibrated, and screen 1"):
-        live_plan(Found(sheets(), tmp_path), calibrated(tmp_path), LiveOptions(screen=1))
-    smaller = live_plan(Found(sheets(), tmp_path), tmp_path, LiveOptions(windowed=(1280, 720)))
+        live_plan(StudyFiles(sheets(), tmp_path), calibrated(tmp_path), LiveOptions(screen=1))
+    smaller = live_plan(StudyFiles(sheets(), tmp_path), tmp_path, LiveOptions(windowed=(1280, 720)))
     assert smaller.calibration["size_px"] == [1280, 720] and smaller.calibration["px_per_mm"] == 3.62
 
 
@@ -177,7 +177,7 @@ def silent_capture() -> Study:
 
 def test_a_capture_that_shows_nothing_needs_no_window(tmp_path):
     assert not asks_anything(silent_capture()) and asks_anything(sheets())
-    found = Found(silent_capture(), tmp_path)
+    found = StudyFiles(silent_capture(), tmp_path)
     assert live_plan(found, tmp_path, LiveOptions(twins=True)).calibration is None
 
 

@@ -11,7 +11,7 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Simulated, VirtualClock
-from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.launching.launch import lab_forms
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.live.rehearsal import Rehearsed, rehearsal_plan, rehearse
@@ -44,7 +44,7 @@ class Rehearsing(Hall):
 
 
 def test_a_rehearsal_is_a_session_of_its_own_that_nothing_collects(tmp_path):
-    found = Found(sheets(), tmp_path)
+    found = StudyFiles(sheets(), tmp_path)
     for number in (1, 2):
         sat = rehearse(tmp_path, sheets_plan(), rehearsal_plan(found, tmp_path, FAST))
         assert sat.complete and sat.path.name == f"sheets_P001_s{number}.sqlite"

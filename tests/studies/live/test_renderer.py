@@ -10,7 +10,7 @@ from palpate.devices.rig.opened import open_rig
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Aside, Ask, Fault, Present, Reply
 from palpate.signals.textures.sounds import RenderError
-from palpate.studies.catalogue import Found
+from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.hardware import Hardware
 from palpate.studies.live.renderer import RigRenderer, demand_usable
 from palpate.studies.live.station import rig_station
@@ -168,7 +168,7 @@ def test_a_tablet_that_goes_dark_marks_the_trial(lab):
 
 def test_a_tablet_s_screen_is_its_own_and_every_texture_has_a_picture(lab):
     screened = TEXTURE_TWINS.replace("tablet, driver: twin", "tablet, driver: twin, screen: {number: 1, px_per_mm: 5}")
-    hardware = Hardware(Found(PLAN.study, FOLDER), lab, file=rig_file(lab, screened))
+    hardware = Hardware(StudyFiles(PLAN.study, FOLDER), lab, file=rig_file(lab, screened))
     hardware.demand_other_screen(0)
     with pytest.raises(RigError, match="screen 1 is the participant's"):
         hardware.demand_other_screen(1)
@@ -233,7 +233,7 @@ def rig_file(lab, text=TEXTURE_TWINS):
 def test_the_twins_of_stylus_and_actuator_render_in_a_process_of_their_own(lab):
     rig = open_rig(rig_file(lab), ["stylus", "actuator", "noise"])
     try:
-        station = rig_station(rig, Found(PLAN.study, FOLDER), PLAN, lab)
+        station = rig_station(rig, StudyFiles(PLAN.study, FOLDER), PLAN, lab)
         assert isinstance(station.presents.presents, Mounted) and isinstance(station.beside, RigRenderer)
         try:
             assert isinstance(present(station.beside), Reply)
@@ -266,7 +266,7 @@ def closed(file):
 
 def test_a_model_that_is_not_whole_is_refused_before_a_device_is_opened(lab):
     (lab / "models" / "texture-cloth-ar.safetensors").unlink()
-    hardware = Hardware(Found(PLAN.study, FOLDER), lab, file=rig_file(lab))
+    hardware = Hardware(StudyFiles(PLAN.study, FOLDER), lab, file=rig_file(lab))
     with pytest.raises(RigError, match=r"texture-cloth-ar"):
         hardware.open(PLAN)
     assert hardware.opened is None

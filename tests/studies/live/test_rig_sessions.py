@@ -23,7 +23,7 @@ from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Ask
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.live import opening as live_rig
 from palpate.studies.live.hardware import hardware_for
 from palpate.studies.live.opening import live_plan, resumed_live_plan
@@ -411,11 +411,11 @@ def test_a_live_session_begun_with_a_door_that_follows_is_not_resumed_with_one_t
     assert read(path).events == events and not read(path).ended and not list(children())
 
 
-def textures(count=1) -> Found:
+def textures(count=1) -> StudyFiles:
     found = read_study(SHIPPED / "texture_similarity" / "study.yaml")
     some = tuple(each for each in found.study.stimuli if each.columns["method"] == "AR")[:count]
     given = {"stimuli": some, "opening": (), "setup": (), "instructions": None}
-    return Found(found.study.model_copy(update=given), found.folder)
+    return StudyFiles(found.study.model_copy(update=given), found.folder)
 
 
 @pytest.mark.long

@@ -107,7 +107,7 @@ def test_two_models_that_are_the_same_are_on_record_each_by_its_name(lab):
     models = lab / "models"
     shutil.copy(models / "texture-cloth-ar.json", models / "texture-cloth-hapinf.json")
     found = counted(lab)
-    assert [found.of(stimulus(f"cloth_{name}")).told["model"] for name in ("AR", "HapInf")] == [
+    assert [found.of(stimulus(f"cloth_{name}")).metadata["model"] for name in ("AR", "HapInf")] == [
         "texture-cloth-ar", "texture-cloth-hapinf",
     ]  # fmt: skip
 
