@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
@@ -20,7 +19,7 @@ from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import Watch, no_progress
 from palpate.analysis.exporting.stimuli import copy_files, stimulus_files
 from palpate.analysis.exporting.tables import DataSet, codebook, shared_definition
-from palpate.analysis.exporting.tabular import ExportRefused, Row, Table, write_csv
+from palpate.analysis.exporting.tabular import ExportRefused, write_csv
 from palpate.protocols.files import open_bytes, write_text
 
 STUDY = "study.json"
@@ -44,11 +43,27 @@ def write_parquet_files(
     data_set: DataSet, description: Description, guard: Guard, draft: Path, watch: Watch = no_progress
 ) -> None:
     """Write a Parquet file for each table, its columns' meanings in it; codebook.csv and so on as for CSV."""
-    parquet = _pyarrow()
+    pyarrow = _pyarrow()
+    kinds = {"text": pyarrow.string(), "number": pyarrow.float64(), "whole": pyarrow.int64(), "truth": pyarrow.bool_()}
     for table in watch(data_set.tables, "writing tables"):
         name = f"{table.name}.parquet"
         guard.demand_columns(name, [column.name for column in table.columns])
-        _write_parquet_table(parquet, draft / name, table, guard.watched(table, name))
+        # What a column means stands in the schema of the file; rows are written in pieces.
+        schema = pyarrow.schema(
+            [
+                pyarrow.field(c.name, kinds[c.kind], metadata={"description": c.description, "unit": c.unit})
+                for c in table.columns
+            ],
+            metadata={"description": table.description},
+        )
+        with (
+            open_bytes(draft / name) as file,
+            pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer,
+        ):
+            left = iter(guard.watched(table, name))
+            while piece := list(islice(left, ROWS)):
+                columns = {column.name: [row.get(column.name) for row in piece] for column in table.columns}
+                writer.write_table(pyarrow.table(columns, schema=schema))
     holds = [f"`{table.name}.parquet`: {table.description}" for table in data_set.tables]
     _write_accompanying_files(data_set, description, guard, draft, holds)
 
@@ -85,20 +100,3 @@ def _pyarrow() -> Any:
         return import_module("pyarrow")
     except ImportError:
         raise ExportRefused('--parquet needs pyarrow, which is not installed: pip install "palpate[export]"') from None
-
-
-def _write_parquet_table(pyarrow: Any, path: Path, table: Table, rows: Iterable[Row]) -> None:
-    """Write a table in pieces; what a column means stands in the file's schema."""
-    kinds = {"text": pyarrow.string(), "number": pyarrow.float64(), "whole": pyarrow.int64(), "truth": pyarrow.bool_()}
-    schema = pyarrow.schema(
-        [
-            pyarrow.field(c.name, kinds[c.kind], metadata={"description": c.description, "unit": c.unit})
-            for c in table.columns
-        ],
-        metadata={"description": table.description},
-    )
-    with open_bytes(path) as file, pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer:
-        left = iter(rows)
-        while piece := list(islice(left, ROWS)):
-            columns = {column.name: [row.get(column.name) for row in piece] for column in table.columns}
-            writer.write_table(pyarrow.table(columns, schema=schema))

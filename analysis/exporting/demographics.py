@@ -66,7 +66,18 @@ def participant_table(source: Source) -> ParticipantTable:
     described = described_columns(sidecar) if sidecar.is_file() else {}
     further = (_column(question, described.get(name, {})) for name, question in questions.items())
     kinds = {name: (_name(name), question.kind) for name, question in questions.items()}
-    return ParticipantTable((*_own_columns(source), *further), tuple(rows.values()), kinds)
+    groups = {
+        str(group): ("; ".join(f"{column}: {', '.join(some)}" for column, some in levels.items()) or "all stimuli")
+        for group, levels in source.study.groups.items()
+    }
+    own_columns = (
+        Column("participant", "Pseudonym of the participant. Never a name.", key=True),
+        Column("group", "Group of the study that the participant was in.", levels=groups),
+        Column("counterbalancing_row", "Row of the counterbalancing square, from 0, that ordered the trials.", "whole"),
+        Column("sessions", "Sessions of the participant in this data set.", "whole"),
+        Column("simulated", "Whether a simulated participant gave the answers, not a person.", "truth"),
+    )
+    return ParticipantTable((*own_columns, *further), tuple(rows.values()), kinds)
 
 
 def without_small_groups(people: ParticipantTable, least: int) -> tuple[ParticipantTable, tuple[str, ...]]:
@@ -114,20 +125,6 @@ def _average_small_groups(answered: list[dict[str, Any]], name: str, least: int)
         for row in group:
             row[name] = None if len(group) < least else round(fsum(values) / len(values), 1)
     return before != [row[name] for row in answered]
-
-
-def _own_columns(source: Source) -> tuple[Column, ...]:
-    groups = {
-        str(group): ("; ".join(f"{column}: {', '.join(some)}" for column, some in levels.items()) or "all stimuli")
-        for group, levels in source.study.groups.items()
-    }
-    return (
-        Column("participant", "Pseudonym of the participant. Never a name.", key=True),
-        Column("group", "Group of the study that the participant was in.", levels=groups),
-        Column("counterbalancing_row", "Row of the counterbalancing square, from 0, that ordered the trials.", "whole"),
-        Column("sessions", "Sessions of the participant in this data set.", "whole"),
-        Column("simulated", "Whether a simulated participant gave the answers, not a person.", "truth"),
-    )
 
 
 def _column(question: Question, described: Mapping[str, Any]) -> Column:

@@ -61,6 +61,18 @@ def palpate_version() -> str:
 
 def readme_text(description: Description, source: Source, holds: Sequence[str]) -> str:
     """Return the README: what it is, what it holds, what was left out and why. `holds` are the format's own lines."""
+    never = [why for _, why in source.left_out if why.startswith("the participant ")]
+    others = [
+        f"{session.participant}, session {session.session.rpartition('/')[2]}: {why}"
+        for session, why in source.left_out
+        if why not in never
+    ]
+    lines = (
+        [f"Left out because people withdrew, declined or were not eligible: {count(len(never), 'session')}."]
+        if never
+        else []
+    )
+    left_out = lines + (["Sessions not included:", "", *(f"- {line}" for line in others)] if others else [])
     return "\n".join([
         f"# {description.name}", "",
         *(["**Simulated data: no person gave these answers.** They show the data's form and are no finding.", ""]
@@ -74,23 +86,8 @@ def readme_text(description: Description, source: Source, holds: Sequence[str]) 
         "experimenter's notes and the consent form are not included. Times are seconds since the session began;",
         "when that was, the table of sessions tells." if description.dated else "when that was, is not included.",
         "Ages above 89 read 89. People who withdrew, declined or were not eligible are not included.",
-        "", *_left_out_lines(source), "",
+        "", *left_out, "",
     ])  # fmt: skip
-
-
-def _left_out_lines(source: Source) -> list[str]:
-    never = [why for _, why in source.left_out if why.startswith("the participant ")]
-    others = [
-        f"{session.participant}, session {session.session.rpartition('/')[2]}: {why}"
-        for session, why in source.left_out
-        if why not in never
-    ]
-    lines = (
-        [f"Left out because people withdrew, declined or were not eligible: {count(len(never), 'session')}."]
-        if never
-        else []
-    )
-    return lines + (["Sessions not included:", "", *(f"- {line}" for line in others)] if others else [])
 
 
 def changes_text(source: Source) -> str:

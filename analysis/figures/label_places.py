@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import NamedTuple
 
 from palpate.analysis.figures.lettering import width_pt
@@ -125,26 +126,14 @@ def place_beside_points(
     crowd = [sum(abs(a - x) < 40 and abs(b - y) < 20 for a, b in points) for x, y in points]
     for i in sorted(range(len(points)), key=lambda i: (crowd[i], i)):
         sides = (width_pt(names[i], size), 1.05 * size)
-        candidates = [_cover_at(points[i], way, far, sides, blocked) for far in (1.0, 2.4) for way in AROUND]
+        candidates = []  # what a name would cover there, in square points, and the place
+        for far, (right, up) in product((1.0, 2.4), AROUND):
+            gap = 4.6 * far
+            middle = right * (gap + sides[0] / 2), up * (gap + sides[1] / 2) * (0.75 if right else 1.0)
+            area = area_about((points[i][0] + middle[0], points[i][1] + middle[1]), *sides)
+            cover = sum(area.shared(other) for other in blocked)
+            candidates.append((cover, PlacedName(*middle, cover < 1.0)))
         chosen[i] = min(candidates, key=lambda candidate: candidate[0])[1]
         if chosen[i].free:
             blocked.append(area_about((points[i][0] + chosen[i].x, points[i][1] + chosen[i].y), *sides))
     return [chosen[i] for i in range(len(points))]
-
-
-def _cover_at(
-    point: tuple[float, float],
-    direction: tuple[int, int],
-    far: float,
-    sides: tuple[float, float],
-    blocked: Sequence[Area],
-) -> tuple[float, PlacedName]:
-    """Return what a name would cover there, in square points, and the place."""
-    gap = 4.6 * far
-    middle = (
-        direction[0] * (gap + sides[0] / 2),
-        direction[1] * (gap + sides[1] / 2) * (0.75 if direction[0] else 1.0),
-    )
-    area = area_about((point[0] + middle[0], point[1] + middle[1]), *sides)
-    cover = sum(area.shared(other) for other in blocked)
-    return cover, PlacedName(*middle, cover < 1.0)

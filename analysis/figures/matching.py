@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -26,7 +25,7 @@ from palpate.analysis.figures.figure_kind import (
 )
 from palpate.analysis.figures.lettering import decimals_for, fold, format_number
 from palpate.analysis.figures.style import INK, PAPER, SOFT, colours_and_shapes, quiet_axes, tint
-from palpate.analysis.plans.answers import Row, Selected
+from palpate.analysis.plans.answers import Row
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import person_cells, texts_of
 from palpate.protocols.did_you_mean import nearest
@@ -57,7 +56,24 @@ def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
     Raises DataRefused where a column is missing, a target is no number or no rating is of a manipulated attribute.
     """
     selected = inputs.selected
-    ratings = _manipulated(settings, selected)
+    frame = selected.table
+    column = settings.attribute_column or next((name for name in USUAL if name in frame.columns), USUAL[0])
+    require_columns(settings, frame, ["participant", "attribute", "value", column, settings.target])
+    rated, manipulated = texts_of(frame, "attribute"), texts_of(frame, column)
+    if not set(manipulated) & set(rated):
+        raise DataRefused(
+            f"figure {settings.name!r}: column {column!r} names {manipulated[0]!r}, which is not rated;"
+            f" {nearest(manipulated[0], sorted(set(rated)))}"
+        )
+    matching = np.array([a == b for a, b in zip(rated, manipulated, strict=True)])
+    of_target = frame.loc[matching].reset_index(drop=True)
+    targets = read_numbers(of_target, settings.target)
+    if np.isnan(targets).any():
+        raise DataRefused(f"figure {settings.name!r}: column {settings.target!r} has no number in some rows")
+    ratings = of_target[["participant", "value"]].assign(
+        attribute=[name for name, same in zip(rated, matching, strict=True) if same],
+        target=[repr(value) for value in targets],
+    )
     by_size = tuple(sorted(set(ratings["target"].tolist()), key=float))
     cells = person_cells(ratings, ["attribute", "target"], levels={**selected.levels, "target": by_size})
     summaries: list[dict[str, Any]] = []
@@ -87,28 +103,6 @@ def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
         " dashed lines: the targets; below: the mean absolute error (MAE)."
     )
     return FigureData(fill_columns([*summaries, *values]), title, caption, words)
-
-
-def _manipulated(settings: MatchingSettings, selected: Selected) -> pd.DataFrame:
-    """Return the ratings whose attribute is the one that their stimulus was made for, with the target as a number."""
-    frame = selected.table
-    column = settings.attribute_column or next((name for name in USUAL if name in frame.columns), USUAL[0])
-    require_columns(settings, frame, ["participant", "attribute", "value", column, settings.target])
-    attribute, manipulated = texts_of(frame, "attribute"), texts_of(frame, column)
-    if not set(manipulated) & set(attribute):
-        raise DataRefused(
-            f"figure {settings.name!r}: column {column!r} names {manipulated[0]!r}, which is not rated;"
-            f" {nearest(manipulated[0], sorted(set(attribute)))}"
-        )
-    matching = np.array([a == b for a, b in zip(attribute, manipulated, strict=True)])
-    rows = frame.loc[matching].reset_index(drop=True)
-    targets = read_numbers(rows, settings.target)
-    if np.isnan(targets).any():
-        raise DataRefused(f"figure {settings.name!r}: column {settings.target!r} has no number in some rows")
-    selection = rows[["participant", "value"]].assign(
-        attribute=[a for a, k in zip(attribute, matching, strict=True) if k]
-    )
-    return selection.assign(target=[repr(value) for value in targets])
 
 
 @dataclass(frozen=True)

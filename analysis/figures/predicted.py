@@ -165,7 +165,18 @@ def _caption(settings: PredictedSettings, column: str | None, rows: tuple[Row, .
 def draw(data: FigureData) -> DrawnFigure:
     """Draw a square panel for each level, all with the same axes; a point outside ± 1 SD is open."""
     panels = list(dict.fromkeys(str(row["panel"]) for row in data.rows))
-    limits, levels = _limits(data), data.words["colours"]
+    values = [
+        to_float(row[name])
+        for row in data.rows
+        for name in ("actual", "predicted", "low", "high")
+        if row.get(name) is not None
+    ]
+    low, high = min(values), max(values)
+    scale = data.words["scale"]
+    if scale is not None and scale[0] <= low and high <= scale[1]:
+        low, high = scale
+    margin = 0.03 * (high - low) or 0.03 * abs(high) or 0.5
+    limits, levels = (low - margin, high + margin), data.words["colours"]
     look = dict(zip(levels, colours_and_shapes(len(levels)), strict=True)) or {"": (OKABE_ITO[1], "o")}
     sheet = _sheet(data, panels, limits)
     wide, tall = sheet.size
@@ -245,22 +256,6 @@ def grid_columns(panels: int) -> int:
     """Return how many columns leave the fewest places empty: as many as lines, or up to 1.6 times as many."""
     least = math.ceil(math.sqrt(panels))
     return min(range(least, max(least, math.floor(1.6 * math.sqrt(panels))) + 1), key=lambda c: (-panels % c, c))
-
-
-def _limits(data: FigureData) -> tuple[float, float]:
-    """Return the study's scale where all values lie on it, else the smallest and the largest value with a margin."""
-    values = [
-        to_float(row[name])
-        for row in data.rows
-        for name in ("actual", "predicted", "low", "high")
-        if row.get(name) is not None
-    ]
-    low, high = min(values), max(values)
-    scale = data.words["scale"]
-    if scale is not None and scale[0] <= low and high <= scale[1]:
-        low, high = scale
-    margin = 0.03 * (high - low) or 0.03 * abs(high) or 0.5
-    return low - margin, high + margin
 
 
 def _draw_panel(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], side: float) -> None:

@@ -52,8 +52,23 @@ def data(inputs: FigureInput, settings: TreemapSettings) -> FigureData:
     chosen.
     """
     answer = find_answer(settings, inputs, ("word", "relevance", "kept"), "relevance")
-    rows = [_row(settings, row) for row in answer.rows]
-    rows = [row for row in rows if row["kept"] or settings.words == "all"]
+    rows: list[dict[str, Any]] = []
+    for row in answer.rows:
+        where, kept = f"figure {settings.name!r}, word {row['word']!r}", bool(row["kept"])
+        share = finite_or_nan(row["relevance"], where)
+        if not (math.isnan(share) or 0 <= share <= 1):
+            raise DataRefused(f"{where}: a relevance of {share:g}; a share between 0 and 1 is expected")
+        threshold = settings.threshold
+        if threshold is not None and not math.isnan(share) and kept != (share >= threshold - ROUNDING):
+            raise DataRefused(
+                f"{where}: relevance {share:g}, {'kept' if kept else 'not kept'}: the test's threshold is not"
+                f" {threshold:g}"
+            )
+        columns: dict[str, Any] = {"word": str(row["word"]), "relevance": nan_to_none(share)}
+        for end in ("low", "high"):
+            columns[end] = nan_to_none(finite_or_nan(row.get(end, row.get(f"ci_{end}")), where))
+        if kept or settings.words == "all":
+            rows.append(columns | {"kept": kept} | {name: row[name] for name in ("ticks", "n") if name in row})
     ranked = sorted(rows, key=lambda row: (-_size(row), natural_key(str(row["word"]))))
     if not any(_size(row) > 0 for row in ranked):
         raise DataRefused(f"figure {settings.name!r}: no word has a relevance above 0; there is no box to draw")
@@ -61,10 +76,10 @@ def data(inputs: FigureInput, settings: TreemapSettings) -> FigureData:
     least = ""
     if settings.threshold is not None:
         least = f"at least {format_percent(settings.threshold, 1).replace('.0', '')}"
-    kept, outlined = sum(bool(row["kept"]) for row in ranked), least or "kept"
-    outlined = outlined if kept else f"none ({outlined})"
+    outlined, outline = sum(bool(row["kept"]) for row in ranked), least or "kept"
+    outline = outline if outlined else f"none ({outline})"
     boxless = sum(_size(row) == 0 for row in ranked)
-    foot = f"Outlined: {outlined}." + (f"  No box: {count(boxless, 'word')} at 0 %." if boxless else "")
+    foot = f"Outlined: {outline}." + (f"  No box: {count(boxless, 'word')} at 0 %." if boxless else "")
     words = {"width_in": settings.width_in, "height_in": settings.height_in, "foot": foot}
     title = settings.title or "Relevance of the words"
     reading = "Boxes are as large as a word's relevance and stand in its order; outlined are the words that are kept"
@@ -73,25 +88,8 @@ def data(inputs: FigureInput, settings: TreemapSettings) -> FigureData:
     undefined = [str(row["word"]) for row in ranked if row["relevance"] is None]
     reasons = [(irrelevant, "relevance 0"), (undefined, "undefined relevance")]
     without = "".join(f" Without a box, at {why}: {phrase(names)}." for names, why in reasons if names)
-    caption = f"{reading}, {kept} of {len(ranked)}. {answer.method}{without}"
+    caption = f"{reading}, {outlined} of {len(ranked)}. {answer.method}{without}"
     return FigureData(tuple(numbered), title, caption, words)
-
-
-def _row(settings: TreemapSettings, row: Row) -> dict[str, Any]:
-    where = f"figure {settings.name!r}, word {row['word']!r}"
-    share = finite_or_nan(row["relevance"], where)
-    if not (math.isnan(share) or 0 <= share <= 1):
-        raise DataRefused(f"{where}: a relevance of {share:g}; a share between 0 and 1 is expected")
-    kept = bool(row["kept"])
-    threshold = settings.threshold
-    if threshold is not None and not math.isnan(share) and kept != (share >= threshold - ROUNDING):
-        raise DataRefused(
-            f"{where}: relevance {share:g}, {'kept' if kept else 'not kept'}: the test's threshold is not {threshold:g}"
-        )
-    columns: dict[str, Any] = {"word": str(row["word"]), "relevance": nan_to_none(share)}
-    for end in ("low", "high"):
-        columns[end] = nan_to_none(finite_or_nan(row.get(end, row.get(f"ci_{end}")), where))
-    return columns | {"kept": kept} | {name: row[name] for name in ("ticks", "n") if name in row}
 
 
 def _size(row: Row) -> float:

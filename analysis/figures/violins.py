@@ -64,7 +64,20 @@ def data(inputs: FigureInput, settings: ViolinSettings) -> FigureData:
 
     Raises DataRefused where a column is missing or no row has a value.
     """
-    values, left_out = _values(inputs, settings)
+    if settings.value is None:
+        points = read_predictions(settings, inputs.selected, (settings.by,))
+        error = (lambda x: x) if settings.signed else abs
+        values = [(p.labels[settings.by], p.stimulus, float(error(p.error))) for p in points.points]
+        left_out = points.left_out
+    else:
+        frame, stimulus = inputs.selected.table, chosen_column(settings, "stimulus", inputs.selected)
+        require_columns(settings, frame, (settings.by, settings.value, *([stimulus] if stimulus else [])))
+        stimuli = texts_of(frame, stimulus) if stimulus else [""] * len(frame)
+        triples = zip(texts_of(frame, settings.by), stimuli, read_numbers(frame, settings.value), strict=True)
+        values = [row for row in triples if not math.isnan(row[2])]
+        left_out = len(frame) - len(values)
+        if not values:
+            raise DataRefused(f"figure {settings.name!r}: column {settings.value!r} holds no value")
     levels = list(ordered_levels(inputs.selected, settings.by, {level for level, _, _ in values}))
     summaries = {level: summary([value for item, _, value in values if item == level]) for level in levels}
     if settings.order == "median":
@@ -92,23 +105,6 @@ def data(inputs: FigureInput, settings: ViolinSettings) -> FigureData:
         f" three different values), the long line the median, the short ones the quartiles, the diamond the mean.{lost}"
     )
     return FigureData(fill_columns(rows), title, caption, words)
-
-
-def _values(inputs: FigureInput, settings: ViolinSettings) -> tuple[list[tuple[str, str, float]], int]:
-    """Return level, stimulus and value of each row that has one, and how many rows have none."""
-    if settings.value is None:
-        points = read_predictions(settings, inputs.selected, (settings.by,))
-        error = (lambda x: x) if settings.signed else abs
-        return [(p.labels[settings.by], p.stimulus, float(error(p.error))) for p in points.points], points.left_out
-    frame = inputs.selected.table
-    stimulus = chosen_column(settings, "stimulus", inputs.selected)
-    require_columns(settings, frame, (settings.by, settings.value, *([stimulus] if stimulus else [])))
-    names = texts_of(frame, stimulus) if stimulus else [""] * len(frame)
-    rows = zip(texts_of(frame, settings.by), names, read_numbers(frame, settings.value), strict=True)
-    known = [row for row in rows if not math.isnan(row[2])]
-    if not known:
-        raise DataRefused(f"figure {settings.name!r}: column {settings.value!r} holds no value")
-    return known, len(frame) - len(known)
 
 
 def draw(data: FigureData) -> DrawnFigure:

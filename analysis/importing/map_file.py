@@ -13,7 +13,7 @@ from palpate.analysis.ratings.dataset import Scale as RatingScale
 from palpate.protocols.complaints import expectation
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import some_lines
-from palpate.protocols.yaml_text import Document, YamlError, load
+from palpate.protocols.yaml_text import YamlError, load
 
 SHIPPED = Path(__file__).resolve().parent / "maps"
 MOST_SHOWN = 8
@@ -235,17 +235,16 @@ def read_map(path: Path) -> ColumnMap:
     try:
         return ColumnMap.model_validate(document.data)
     except ValidationError as error:
-        lines = [_complaint(dict(problem), document, path.name) for problem in error.errors(include_url=False)]
+        lines = []
+        for problem in error.errors(include_url=False):
+            place = tuple(part for part in problem["loc"] if part != "[key]")
+            known = place
+            while known and known not in document.lines:
+                known = known[:-1]
+            where = f" line {document.lines[known]}:" if known else ""
+            key = ".".join(map(str, place)) or "the map"
+            lines.append(f"{path.name}:{where} {key}: {_reason(dict(problem), place)}")
         raise MapRefused("\n".join(some_lines(lines, MOST_SHOWN))) from None
-
-
-def _complaint(problem: dict[str, Any], document: Document, name: str) -> str:
-    path = tuple(part for part in problem["loc"] if part != "[key]")
-    known = path
-    while known and known not in document.lines:
-        known = known[:-1]
-    where = f" line {document.lines[known]}:" if known else ""
-    return f"{name}:{where} {'.'.join(map(str, path)) or 'the map'}: {_reason(problem, path)}"
 
 
 def _reason(problem: dict[str, Any], path: tuple[str | int, ...]) -> str:

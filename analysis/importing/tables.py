@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 
 from palpate.analysis.importing.dialects import Sheet, TableRefused, read_sheet
-from palpate.analysis.importing.foreign_ratings import ForeignRating, ratings_of, settle_duplicates
+from palpate.analysis.importing.foreign_ratings import ratings_of, settle_duplicates
 from palpate.analysis.importing.map_file import ColumnMap, MapRefused, read_map
 from palpate.analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
 from palpate.protocols.did_you_mean import nearest
@@ -34,7 +33,18 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
     empty = "empty: delimiters only"
     blank = [Exclusion("rows", sheet.name, empty, sheet.empty_rows) for sheet in sheets if sheet.empty_rows]
     exclusions = [*blank, *exclusions, *more]
-    table = _table(column_map, settled)
+    stimulus = {"stimulus": [r.stimulus for r in settled]} if column_map.columns.stimulus else {}
+    table = pd.DataFrame(
+        {
+            "participant": [r.participant for r in settled],
+            "attribute": [r.attribute for r in settled],
+            "value": pd.Series([r.value for r in settled], dtype="float64"),
+            **{factor: [r.within[factor] for r in settled] for factor in column_map.within},
+            **{factor: [r.between[factor] for r in settled] for factor in column_map.columns.between},
+            **stimulus,
+            **{column: [r.kept[column] for r in settled] for column in column_map.columns.keep},
+        }
+    )
     scale = column_map.scale.scale() if column_map.scale else None
     declared = column_map.columns.attribute.declared if column_map.columns.attribute else ()
     attributes = tuple(dict.fromkeys((*declared, *table["attribute"].tolist())))
@@ -95,21 +105,6 @@ def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> li
         )
         for path, name in zip(paths, names, strict=True)
     ]
-
-
-def _table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd.DataFrame:
-    stimulus = {"stimulus": [r.stimulus for r in ratings]} if column_map.columns.stimulus else {}
-    return pd.DataFrame(
-        {
-            "participant": [r.participant for r in ratings],
-            "attribute": [r.attribute for r in ratings],
-            "value": pd.Series([r.value for r in ratings], dtype="float64"),
-            **{factor: [r.within[factor] for r in ratings] for factor in column_map.within},
-            **{factor: [r.between[factor] for r in ratings] for factor in column_map.columns.between},
-            **stimulus,
-            **{column: [r.kept[column] for r in ratings] for column in column_map.columns.keep},
-        }
-    )
 
 
 def _crossings(column_map: ColumnMap, table: pd.DataFrame) -> tuple[Crossing, ...]:

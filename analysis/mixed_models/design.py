@@ -323,12 +323,8 @@ def random_effects_of(
             f"grouping factor {random.name!r} has {count:,} random effects ({len(random.levels):,} levels x "
             f"{random.size}) for {rows:,} values; the residual cannot be told from them: take slopes or the factor out"
         )
-    _refuse_still(random, len(frame))
-    return random
-
-
-def _refuse_still(random: Random, rows: int) -> None:
-    """Refuse slopes that vary within no level: they cannot be told from the intercept's variance."""
+    # Slopes that vary within no level cannot be told from the intercept's variance.
+    rows = len(frame)
     first = np.zeros(len(random.levels), dtype=np.intp)
     first[random.codes[::-1]] = np.arange(rows)[::-1]
     for effect, place in random.design.places.items():
@@ -344,3 +340,4 @@ def _refuse_still(random: Random, rows: int) -> None:
                 f"the random slope of {listed(map(repr, still), len(still))} varies within no level of "
                 f"{random.name!r}, so it cannot be told from the intercept; take the slope out"
             )
+    return random

@@ -135,7 +135,14 @@ def _polished(counted: Counted, parameters: Parameters, factors: list[Floats]) -
             last, anew = np.inf, True
             continue
         slow = distance > 0.1 * last
-        moved = _line_search(value, free, step)
+        # The longest of the halved steps that does not raise the deviance, none if all do.
+        here, moved = value(free), None
+        noise = 1e-13 * abs(here) + 1e-12
+        for halving in range(12):
+            further = free + step * 0.5**halving
+            if value(further) <= here + noise:
+                moved = further
+                break
         if moved is None or (slow and distance < FINE):
             break
         free, last, anew = moved, distance, slow
@@ -152,17 +159,6 @@ def _newton(slope: Floats, curved: Floats) -> tuple[Floats, float, Floats | None
     firm = values > FLAT * largest
     along = vectors[:, firm].T @ slope
     return -vectors[:, firm] @ (along / values[firm]), float(0.5 * (along**2 / values[firm]).sum()), None
-
-
-def _line_search(value: Scalar, free: Floats, step: Floats) -> Floats | None:
-    """Return the longest of the halved steps that does not raise the deviance, None if all do."""
-    here = value(free)
-    noise = 1e-13 * abs(here) + 1e-12
-    for halving in range(12):
-        moved = free + step * 0.5**halving
-        if value(moved) <= here + noise:
-            return moved
-    return None
 
 
 def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) -> list[Floats]:

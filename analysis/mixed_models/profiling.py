@@ -17,7 +17,7 @@ import pandas as pd
 from scipy.optimize import brentq, minimize
 from scipy.special import gammaincinv
 
-from palpate.analysis.mixed_models.model import Fit, MixedModel
+from palpate.analysis.mixed_models.model import MixedModel
 from palpate.analysis.mixed_models.optimising import Counted, Optimum, find_optimum, natural_parameters, rough_gradient
 from palpate.analysis.mixed_models.problem import Problem, Reduced, degrees_of_freedom, deviance, solve
 from palpate.analysis.statistics.doubles import Floats, rescaled
@@ -96,25 +96,24 @@ def profile_intervals(model: MixedModel, confidence: float = 0.95) -> pd.DataFra
     if not 0 < confidence < 1:
         raise BadOption(f"confidence={confidence} is no share; give a number between 0 and 1, such as 0.95")
     allowed = 2 * float(gammaincinv(0.5, confidence))
+    fit = model.fit
     with one_thread():
-        return pd.DataFrame(list(_intervals(model.fit, allowed)), columns=COLUMNS)
-
-
-def _intervals(fit: Fit, allowed: float) -> Iterator[tuple[str, str, float, float, float]]:
-    problem, parts = fit.problem, fit.parts
-    if degrees_of_freedom(problem, False) < 3:
-        raise NotConverged("too few values for a profile")
-    counted = Counted(lambda factors: deviance(problem, solve(problem, parts, factors), False))
-    best = find_optimum(counted, natural_parameters(problem))
-    for group, effect, ratio, term in _ratios(fit.problem):
-        profile = _Profile(fit.problem, fit.parts, best, ratio, term)
-        # A standard deviation so small that the data cannot distinguish it from none.
-        unit = 1.0 if profile.term is None else profile.ratio_of(np.diag(profile.best.parameters.natural[profile.term]))
-        smallest = SMALLEST_SHARE * profile.sigma * unit
-        sd = profile.sigma * ratio(profile.factors)
-        low, high = _low(profile, sd, smallest, allowed), _high(profile, max(sd, smallest), allowed)
-        sd, low, high = (rescaled(x, fit.y_exponent) for x in (sd, low, high))
-        yield group, effect, sd, low, high
+        problem, parts = fit.problem, fit.parts
+        if degrees_of_freedom(problem, False) < 3:
+            raise NotConverged("too few values for a profile")
+        counted = Counted(lambda factors: deviance(problem, solve(problem, parts, factors), False))
+        best = find_optimum(counted, natural_parameters(problem))
+        rows = []
+        for group, effect, ratio, term in _ratios(fit.problem):
+            profile = _Profile(fit.problem, fit.parts, best, ratio, term)
+            # A standard deviation so small that the data cannot distinguish it from none.
+            unit = 1.0 if term is None else profile.ratio_of(np.diag(best.parameters.natural[term]))
+            smallest = SMALLEST_SHARE * profile.sigma * unit
+            sd = profile.sigma * ratio(profile.factors)
+            low, high = _low(profile, sd, smallest, allowed), _high(profile, max(sd, smallest), allowed)
+            sd, low, high = (rescaled(x, fit.y_exponent) for x in (sd, low, high))
+            rows.append((group, effect, sd, low, high))
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _low(profile: _Profile, sd: float, smallest: float, allowed: float) -> float:

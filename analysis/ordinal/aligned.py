@@ -95,7 +95,16 @@ def aligned_table(
 def alignments(design: Design) -> Iterator[Aligned]:
     """Yield every effect's alignment, in the order of the design's effects."""
     values = design.cells.values
-    codes, sizes = _codes(design)
+    # The level of every factor in every cell, between factors first, and how many levels each factor has.
+    shape, sizes = values.shape, [len(levels) for levels in design.groups.levels]
+    group = np.empty(shape[0], dtype=np.intp)
+    for place, people in enumerate(design.groups.groups):
+        group[people] = place
+    own = np.unravel_index(group, sizes) if sizes else ()
+    rest = math.prod(shape[1:])
+    codes_between = [np.repeat(codes, rest).astype(np.intp) for codes in own]
+    codes_within = [axis.ravel().astype(np.intp) for axis in np.indices(shape)[1:]]
+    codes, sizes = [*codes_between, *codes_within], [*sizes, *shape[1:]]
     pivot = float(values.flat[0])
     y = values.ravel() - pivot
     count = len(design.groups.factors)
@@ -117,20 +126,6 @@ def alignments(design: Design) -> Iterator[Aligned]:
         room = np.full((1, aligned.size), (2 + 2 ** len(term)) * unsure)
         ranks = doubled_ranks(aligned.reshape(1, -1), room, computed=True) / 2
         yield Aligned(design.source(between, axes), aligned, ranks.reshape(aligned.shape))
-
-
-def _codes(design: Design) -> tuple[list[Counts], list[int]]:
-    """Return the level of every factor in every cell (between factors first), and how many levels each has."""
-    shape = design.cells.values.shape
-    sizes = [len(levels) for levels in design.groups.levels]
-    group = np.empty(shape[0], dtype=np.intp)
-    for place, people in enumerate(design.groups.groups):
-        group[people] = place
-    own = np.unravel_index(group, sizes) if sizes else ()
-    rest = math.prod(shape[1:])
-    between = [np.repeat(codes, rest).astype(np.intp) for codes in own]
-    within = [axis.ravel().astype(np.intp) for axis in np.indices(shape)[1:]]
-    return [*between, *within], [*sizes, *shape[1:]]
 
 
 def _means(y: Floats, codes: Sequence[Counts], sizes: Sequence[int], part: Term) -> Floats:

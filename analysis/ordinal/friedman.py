@@ -197,7 +197,8 @@ def exact_tail(ranks: Ints) -> float:
     centred = ranks - (k + 1)
     # A turned scale costs as much.
     rows = min(_in_order(centred), _in_order(-centred), key=lambda ordered: ordered.tolist())
-    arrangements = max(_order_count(row) for row in np.unique(rows, axis=0))
+    ties = [np.unique(row, return_counts=True)[1].tolist() for row in np.unique(rows, axis=0)]
+    arrangements = max(math.factorial(k) // math.prod(map(math.factorial, counts)) for counts in ties)
     if arrangements > MOST_ARRANGEMENTS or (4 * n * (k + 1)) ** k >= MOST_KEY:
         return math.nan
     observed = int((centred.sum(axis=0) ** 2).sum())
@@ -229,11 +230,6 @@ def _in_order(rows: Ints) -> Ints:
     rising = np.sort(rows, axis=1)
     ordered: Ints = rising[np.lexsort(rising.T)]
     return ordered
-
-
-def _order_count(row: Ints) -> int:
-    counts = np.unique(row, return_counts=True)[1].tolist()
-    return math.factorial(len(row)) // math.prod(math.factorial(count) for count in counts)
 
 
 def _distinct(row: tuple[int, ...]) -> set[tuple[int, ...]]:

@@ -95,7 +95,16 @@ def power_curve(
         for done, p_values in enumerate(studies, start=1):
             outcomes.append(p_values)
             progress(done, runs, title)
-    return [_point(size, [p_values[size] for p_values in outcomes], request.alpha) for size in sizes]
+    points = []
+    for size in sizes:
+        of_size = [p_values[size] for p_values in outcomes]
+        found = sum(outcome.p is not None and outcome.p <= request.alpha for outcome in of_size)
+        missing = [outcome.why for outcome in of_size if outcome.p is None]
+        by = next((outcome.by for outcome in of_size if outcome.by), "")
+        low, high = wilson(found, len(of_size))
+        why = missing[0] if missing else ""
+        points.append(Point(size, len(of_size), found, len(missing), found / len(of_size), low, high, why, by))
+    return points
 
 
 def check_request(request: PowerRequest) -> StatisticSettings:
@@ -176,15 +185,6 @@ def _p_value(material: Material, plan: Plan, request: PowerRequest, size: int) -
     if answer is None:
         return PValue(None, next((result.refused for result in answered), "no answer"))
     return p_of(answer, request.test, request.row, request.column)
-
-
-def _point(size: int, outcomes: Sequence[PValue], alpha: float) -> Point:
-    runs = len(outcomes)
-    found = sum(outcome.p is not None and outcome.p <= alpha for outcome in outcomes)
-    missing = [outcome.why for outcome in outcomes if outcome.p is None]
-    by = next((outcome.by for outcome in outcomes if outcome.by), "")
-    low, high = wilson(found, runs)
-    return Point(size, runs, found, len(missing), found / runs, low, high, missing[0] if missing else "", by)
 
 
 def wilson(hits: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:

@@ -103,12 +103,14 @@ def iccs(values: Floats, confidence: float = 0.95) -> list[Icc]:
     agreement = absolute(ms)
     mean_agreement = _share(ms.rows - ms.residual, ms.rows + (ms.columns - ms.residual) / n)
     single = _agreement_limits(ms, agreement if mean_agreement <= 1 else math.nan, tail)
+    # Stepped up by Spearman-Brown; NaN where a limit lies so low that the mean of k ratings would have no variance.
+    stepped_up = [k * limit / total if (total := 1 + (k - 1) * limit) > 0 else math.nan for limit in single]
     return [
         _row("ICC1", _share(ms.rows - ms.within, ms.rows + (k - 1) * ms.within), one, *_single_limits(one, k)),
         _row("ICC2", agreement, two, *_agreement_limits(ms, agreement, tail)),
         _row("ICC3", _share(ms.rows - ms.residual, ms.rows + (k - 1) * ms.residual), two, *_single_limits(two, k)),
         _row("ICC1k", _share(ms.rows - ms.within, ms.rows), one, 1 - 1 / one.low, 1 - 1 / one.high),
-        _row("ICC2k", mean_agreement, two, *(_stepped_up(limit, k) for limit in single)),
+        _row("ICC2k", mean_agreement, two, *stepped_up),
         _row("ICC3k", _share(ms.rows - ms.residual, ms.rows), two, 1 - 1 / two.low, 1 - 1 / two.high),
     ]
 
@@ -155,12 +157,6 @@ def _agreement_limits(ms: MeanSquares, estimate: float, tail: float) -> tuple[fl
     high = n * (lower * ms.rows - ms.residual) / (shared + n * lower * ms.rows)
     # With few degrees of freedom the approximation can miss the estimate that it is about: then it says nothing.
     return (low, high) if low <= estimate <= high else (math.nan, math.nan)
-
-
-def _stepped_up(single: float, k: int) -> float:
-    """Step up by Spearman-Brown; NaN where a limit lies so low that the mean of k ratings would have no variance."""
-    total = 1 + (k - 1) * single
-    return k * single / total if total > 0 else math.nan
 
 
 def _row(kind: str, estimate: float, f: _F, low: float, high: float) -> Icc:

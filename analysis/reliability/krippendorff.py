@@ -111,26 +111,23 @@ def krippendorff(
             blocks = weights(generator(seed, "krippendorff"), len(pairable), draws)
             drawn = np.concatenate([of(block) for block in blocks])
     low, high = percentile(drawn, confidence)
-    return Krippendorff(
-        *(alpha, low, high, level, len(pairable), values.shape[1], int(present[paired].sum())),
-        *(int((~present).sum()), int((~paired & present.any(axis=1)).sum()), draws, seed, confidence),
-        note="; ".join(_notes(alpha, drawn, len(pairable), draws)),
-    )
-
-
-def _notes(alpha: float, drawn: Floats, units: int, draws: int) -> list[str]:
-    if not units:
-        return ["undefined: no unit has values of two raters"]
-    if math.isnan(alpha):
-        return ["undefined: all values are equal, so none could disagree by chance"]
-    notes = ["negative: raters disagree more than by chance"] if alpha < 0 else []
-    lost = int(np.isnan(drawn).sum())
-    if draws and units < 2:
+    lost, notes = int(np.isnan(drawn).sum()), []
+    if not len(pairable):
+        notes.append("undefined: no unit has values of two raters")
+    elif math.isnan(alpha):
+        notes.append("undefined: all values are equal, so none could disagree by chance")
+    elif alpha < 0:
+        notes.append("negative: raters disagree more than by chance")
+    if draws and len(pairable) == 1 and not math.isnan(alpha):
         notes.append("the interval needs two units or more")
     elif lost:
         what = "no interval" if 2 * lost > len(drawn) else "the interval rests on the others"
         notes.append(f"{lost} of {len(drawn)} draws hold one value only and have no alpha: {what}")
-    return notes
+    return Krippendorff(
+        *(alpha, low, high, level, len(pairable), values.shape[1], int(present[paired].sum())),
+        *(int((~present).sum()), int((~paired & present.any(axis=1)).sum()), draws, seed, confidence),
+        note="; ".join(notes),
+    )
 
 
 def disagreement_of(values: Floats, level: str) -> Weighted:

@@ -106,27 +106,21 @@ def _write_act(
 ) -> list[Path]:
     about = act.about(of_ledger)
     try:
-        streams = _with_timing(act.streams, selection.by_stamps)
+        names = [stream.name for stream in act.streams]
+        for name in selection.by_stamps:
+            if name not in names:
+                raise StreamError(
+                    f"{act.streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(names)}"
+                )
+        streams = tuple(replace(stream, by_stamps=stream.name in selection.by_stamps) for stream in act.streams)
+        for stream in streams:
+            if stream.by_stamps:
+                _ = stream.timing  # refuses it before anything is written
         if options is None:
             return write_raw(path.parent, act.stem, streams, about)
         return write_aligned(path, align_streams(streams, options, selection.hinge), about)
     except StreamError as error:
         raise StreamError(f"{record.path}: {error}") from error
-
-
-def _with_timing(streams: Sequence[Stream], by_stamps: Sequence[str]) -> tuple[Stream, ...]:
-    """Return the streams, those that are named timed by their stamps. Raises StreamError where one cannot be."""
-    names = [stream.name for stream in streams]
-    for name in by_stamps:
-        if name not in names:
-            raise StreamError(
-                f"{streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(names)}"
-            )
-    timed = tuple(replace(stream, by_stamps=stream.name in by_stamps) for stream in streams)
-    for stream in timed:
-        if stream.by_stamps:
-            _ = stream.timing  # refuses it before anything is written
-    return timed
 
 
 def _chosen_acts(record: Record, selection: ExportSelection) -> list[_Act]:

@@ -212,7 +212,11 @@ def streams_of(record: Record, trial: int, attempt: int | None = None) -> tuple[
     if attempt is not None:
         chosen = next((one for one in attempts if one.number == attempt), None)
     if chosen is None or not chosen.acts:
-        raise StreamError(f"{record.path}: {_no_streams_message(trial, attempt, attempts)}")
+        if not attempts:
+            raise StreamError(f"{record.path}: trial {trial} was not met in this session")
+        how = ", ".join(f"attempt {one.number} {one.ending}{'' if one.acts else ', no streams'}" for one in attempts)
+        missing = "no attempt that counts holds streams" if attempt is None else f"attempt {attempt} holds no streams"
+        raise StreamError(f"{record.path}: trial {trial}: {missing} ({how})")
     try:
         return streams_in(chosen)
     except StreamError as error:
@@ -226,14 +230,6 @@ def streams_in(attempt: RecordedAttempt) -> tuple[Stream, ...]:
         for number, act in enumerate(attempt.acts, start=1)
         for name in dict.fromkeys(block.stream for event in act for block in event.samples)
     )
-
-
-def _no_streams_message(trial: int, attempt: int | None, attempts: Sequence[RecordedAttempt]) -> str:
-    if not attempts:
-        return f"trial {trial} was not met in this session"
-    how = ", ".join(f"attempt {one.number} {one.ending}{'' if one.acts else ', no streams'}" for one in attempts)
-    missing = "no attempt that counts holds streams" if attempt is None else f"attempt {attempt} holds no streams"
-    return f"trial {trial}: {missing} ({how})"
 
 
 def _join_blocks(attempt: RecordedAttempt, number: int, act: Sequence[Event], name: str) -> Stream:
