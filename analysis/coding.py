@@ -132,8 +132,11 @@ def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder
     """
     if len({path.resolve() for path in paths}) < len(paths):
         raise TableRefused("--codes: one table is named twice; each coder has one of their own")
-    coders = tuple(_read(path, name, answers) for path, name in zip(paths, _names(paths), strict=True))
-    # Raise TableRefused where two codes look alike: coders would then differ in spelling alone.
+    # Coders are named by their files, with the folder where two have the same name.
+    stems = [path.stem for path in paths]
+    coders_names = [f"{path.parent.name}/{path.stem}" if stems.count(path.stem) > 1 else path.stem for path in paths]
+    coders = tuple(_read(path, name, answers) for path, name in zip(paths, coders_names, strict=True))
+    # Two codes that look alike are refused: coders would then differ in spelling alone.
     alike: dict[str, dict[str, str]] = {}
     for coder in coders:
         for code in sorted({code for codes in coder.codes.values() for code in codes}):
@@ -143,12 +146,6 @@ def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder
             listing = " and ".join(f"{code!r} ({name})" for code, name in spellings.items())
             raise TableRefused(f"codes that look alike: {listing}; write one code in one way")
     return coders
-
-
-def _names(paths: Sequence[Path]) -> list[str]:
-    """Return the names of the coders: their files, with the folder where two have the same name."""
-    stems = [path.stem for path in paths]
-    return [f"{path.parent.name}/{path.stem}" if stems.count(path.stem) > 1 else path.stem for path in paths]
 
 
 def _read(path: Path, name: str, answers: Sequence[Answer]) -> Coder:
@@ -187,7 +184,10 @@ def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer
         if form is not None and not codes and answer not in known:
             continue  # of an export: nothing was answered there
         if answer not in known:
-            raise TableRefused(f"{where}: {_described(answer)} is no answer in free text; {_nearest(answer, answers)}")
+            people = sorted({other.participant for other in answers})
+            items = sorted({other.item for other in answers if other.participant == answer.participant})
+            near = nearest(answer.item, items) if items else nearest(answer.participant, people)
+            raise TableRefused(f"{where}: {_described(answer)} is no answer in free text; {near}")
         yield where, answer, codes
 
 
@@ -202,13 +202,6 @@ def _session(where: str, participant: str, text: str | None, answers: Iterable[A
         listing = ", ".join(map(str, sorted(sessions)))
         raise TableRefused(f"{where}: {participant} had sessions {listing}: say which in a column `session`")
     return next(iter(sessions), 1)
-
-
-def _nearest(answer: Answer, answers: Sequence[Answer]) -> str:
-    people = sorted({other.participant for other in answers})
-    if answer.participant not in people:
-        return nearest(answer.participant, people)
-    return nearest(answer.item, sorted({other.item for other in answers if other.participant == answer.participant}))
 
 
 def _described(answer: Answer) -> str:

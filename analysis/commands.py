@@ -89,7 +89,11 @@ def analyse(
       palpate analyse my_study --codes ann.csv --codes bob.csv --lab LAB
     """
     if codes:
-        _demand_no_other_option()
+        context = click.get_current_context()
+        options = {"missing": "--missing", "reference": "--reference", "figures": "--figures/--no-figures"}
+        for name, option in options.items():
+            if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
+                raise click.UsageError(f"{option} has no effect on codes: leave it or --codes out")
         _analyse_codes(request, codes, as_json)
         return
     from palpate.analysis.first_look.page import save_figures
@@ -105,7 +109,12 @@ def analyse(
                 progress(0, 1, "drawing the figures")
                 drafts += save_figures(analysis, draft)
         files = [folder / path.relative_to(draft) for path in drafts]
-    comparisons = _compared(analysis, reference)
+    comparisons: list[Compared] = []
+    if reference != "none":
+        from palpate.analysis.first_look.compare_reference import compare_with_reference, fitting_test, read_reference
+
+        numbers = read_reference(reference, analysis.ratings.name)
+        comparisons = compare_with_reference(fitting_test(analysis.statistics.tests, numbers).rows, numbers)
     if as_json:
         echo_json(
             _summary(analysis, files)
@@ -115,14 +124,6 @@ def analyse(
         _show(analysis, files, comparisons)
     if not all(comparison.agrees for comparison in comparisons):
         raise click.exceptions.Exit(1)
-
-
-def _demand_no_other_option() -> None:
-    """Raise UsageError where an option is given that has no effect beside --codes."""
-    context = click.get_current_context()
-    for name, option in (("missing", "--missing"), ("reference", "--reference"), ("figures", "--figures/--no-figures")):
-        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
-            raise click.UsageError(f"{option} has no effect on codes: leave it or --codes out")
 
 
 def _analyse_codes(request: DataRequest, paths: tuple[Path, ...], as_json: bool) -> None:
@@ -237,15 +238,6 @@ def _analysed(request: DataRequest, missing: Missing, progress: Progress) -> Ana
 
 def _folder(request: DataRequest) -> Path:
     return request.lab / "analysis" / request.name
-
-
-def _compared(analysis: Analysis, choice: str) -> list[Compared]:
-    if choice == "none":
-        return []
-    from palpate.analysis.first_look.compare_reference import compare_with_reference, fitting_test, read_reference
-
-    reference = read_reference(choice, analysis.ratings.name)
-    return compare_with_reference(fitting_test(analysis.statistics.tests, reference).rows, reference)
 
 
 def _show(analysis: Analysis, files: list[Path], compared: list[Compared]) -> None:

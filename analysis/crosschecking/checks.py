@@ -193,15 +193,15 @@ def _check_alpha(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -
     refuse(conditions.incomplete(wide), conditions.out_of_range(wide.to_numpy()))
     values = wide.to_numpy(dtype=float)
     refuse(conditions.drowned(values), conditions.drowned(values.mean(axis=1)))
-    return PINGOUIN, _alpha_pairs(answer, turned, settings.confidence)
 
+    def pairs() -> Iterator[Pair]:  # computed only where the package is installed
+        numbers = packages.pingouin_alpha(turned, settings.confidence)
+        for row in answer.rows:
+            yield Pair("alpha", row["alpha"], numbers["alpha"], NEAR_ZERO)
+            for name in ("ci_low", "ci_high"):
+                yield Pair(name, row[name], numbers[name], decimals=packages.ALPHA_INTERVAL_DECIMALS)
 
-def _alpha_pairs(answer: Answer, wide: pd.DataFrame, confidence: float) -> Iterator[Pair]:
-    numbers = packages.pingouin_alpha(wide, confidence)
-    for row in answer.rows:
-        yield Pair("alpha", row["alpha"], numbers["alpha"], NEAR_ZERO)
-        for name in ("ci_low", "ci_high"):
-            yield Pair(name, row[name], numbers[name], decimals=packages.ALPHA_INTERVAL_DECIMALS)
+    return PINGOUIN, pairs()
 
 
 def _check_retest(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:  # noqa: ARG001
@@ -254,7 +254,11 @@ def _check_model(
     demand_size(len(table))
     columns = {str(row["effect"]): f"x{place}" for place, row in enumerate(coefficients)}
     values = _fixed_columns(table, model, list(columns))
-    groups = {f"g{place}": _grouping(table, name) for place, name in enumerate(model.random)}
+    groups: dict[str, list[str]] = {}
+    for place, name in enumerate(model.random):
+        parts = [name] if name in table.columns else name.split(":")
+        labels = zip(*(table[part].astype(str) for part in parts), strict=True)
+        groups[f"g{place}"] = [":".join(own) for own in labels]
     numbers = {f"s{place}": _numbers(table[name]) for place, name in enumerate(slopes)}
     own = table["value"].to_numpy(dtype=float)
     frame = pd.DataFrame({"y": own, **dict(zip(columns.values(), values, strict=True)), **groups, **numbers})
@@ -265,11 +269,6 @@ def _check_model(
     names = {**dict(zip(model.random, groups, strict=True)), **dict(zip(slopes, numbers, strict=True))}
     tested = effects if model.coding == "sum" or not model.interactions else ()
     return _model_pairs(answer, coefficients, tested, frame, columns, names, list(numbers), model.reml)
-
-
-def _grouping(table: pd.DataFrame, name: str) -> list[str]:
-    parts = [name] if name in table.columns else name.split(":")
-    return [":".join(labels) for labels in zip(*(table[part].astype(str) for part in parts), strict=True)]
 
 
 def _numbers(column: pd.Series[Any]) -> Any:

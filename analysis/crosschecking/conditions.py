@@ -172,7 +172,7 @@ def extreme_ratio(values: Floats, fixed: Floats, groups: Sequence[Sequence[str]]
     `fixed` are the columns of the fixed effects. Decided by least squares: the mean square of each grouping factor,
     adjusted for the fixed effects and the other factors, over that of the residual.
     """
-    dummies = [_dummies(labels) for labels in groups]
+    dummies = [pd.get_dummies(pd.Series(list(labels)), dtype=float).to_numpy() for labels in groups]
     whole = np.column_stack([fixed, *dummies])
     rest, rank = _left_over(values, whole)
     freedom = len(values) - rank
@@ -189,11 +189,6 @@ def extreme_ratio(values: Floats, fixed: Floats, groups: Sequence[Sequence[str]]
         if ratio <= 1:
             return "a variance is estimated as zero, where MixedLM's search does not end"
     return ""
-
-
-def _dummies(labels: Sequence[str]) -> Floats:
-    columns: Floats = pd.get_dummies(pd.Series(list(labels)), dtype=float).to_numpy()
-    return columns
 
 
 def _left_over(values: Floats, columns: Floats) -> tuple[float, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -67,7 +67,15 @@ def compare_with_reference(table: Iterable[Row], reference: Mapping[str, Any]) -
     for effect, numbers in reference["effects"].items():
         if effect not in rows:
             raise DataRefused(f"the reference has the effect {effect!r}; {nearest(effect, rows)}")
-        compared += list(_effect(effect, rows[effect], numbers))
+        for name, column in COLUMNS.items():
+            if name not in numbers or column not in rows[effect]:
+                continue
+            theirs = float(numbers[name]) if name != "HF_eps_raw" else min(1.0, float(numbers[name]))
+            ours = rows[effect][column]
+            error = None
+            if ours is not None and not math.isnan(ours):
+                error = abs(ours - theirs) / abs(theirs) if theirs else 0.0 if ours == 0 else float("inf")
+            compared.append(Compared(effect, name, ours, theirs, error))
     return compared
 
 
@@ -116,35 +124,13 @@ def comparison_table(compared: Iterable[Compared], title: str) -> Table:
         table.add_row(f"[bold]{escape(effect.replace(':', ' × '))}[/bold]")
         for comparison in numbers:
             name = SHOWN.get(comparison.number, comparison.number)
-            table.add_row(f"  {name}", _text(comparison.ours), _text(comparison.reference), _error_text(comparison))
+            error = comparison.relative_error
+            text = "undefined" if error is None else "0" if error == 0 else f"{error:.1e}"
+            shown = text if error is not None and comparison.agrees else f"[red]{text}[/red]"
+            table.add_row(f"  {name}", _text(comparison.ours), _text(comparison.reference), shown)
         table.add_section()
     return table
 
 
-def _effect(effect: str, row: Row, numbers: Mapping[str, Any]) -> Iterator[Compared]:
-    for name, column in COLUMNS.items():
-        if name in numbers and column in row:
-            reference = float(numbers[name])
-            if name == "HF_eps_raw":
-                reference = min(1.0, reference)
-            ours = row[column]
-            yield Compared(effect, name, ours, reference, _relative_error(ours, reference))
-
-
-def _relative_error(ours: float | None, reference: float) -> float | None:
-    if ours is None or math.isnan(ours):
-        return None
-    if reference == 0:
-        return 0.0 if ours == 0 else float("inf")
-    return abs(ours - reference) / abs(reference)
-
-
 def _text(value: float | None) -> str:
     return "undefined" if value is None else f"{value:.10g}"
-
-
-def _error_text(comparison: Compared) -> str:
-    if comparison.relative_error is None:
-        return "[red]undefined[/red]"
-    text = "0" if comparison.relative_error == 0 else f"{comparison.relative_error:.1e}"
-    return text if comparison.agrees else f"[red]{text}[/red]"

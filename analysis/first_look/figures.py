@@ -48,16 +48,12 @@ def pictures(ratings: Ratings) -> Iterator[Picture]:
     factors = shown_factors(ratings)
     if not factors:
         return
-    given, settings = FigureInput(all_ratings(ratings)), {"by": factors, "families": _families(ratings)}
+    # The column that groups the levels of the one factor; several factors group themselves by the first.
+    families = ratings.families if ratings.families not in ("", *factors) and len(factors) == 1 else None
+    given, settings = FigureInput(all_ratings(ratings)), {"by": factors, "families": families}
     means = MEANS.data(given, MeansSettings(name="means", figure="means", **settings))
     yield Picture("means", means, MEANS.draw)
     sizes = [len(list(own)) for _, own in groupby(means.words["levels"], key=lambda level: level["family"])]
     if len(sizes) > 1 and max(sizes) > 1:
         trends = TrendsSettings(name="trends", figure="trends", whiskers="none", **settings)
         yield Picture("trends", TRENDS.data(given, trends), TRENDS.draw)
-
-
-def _families(ratings: Ratings) -> str | None:
-    """Return the column that groups the levels of the one factor; several factors group themselves by the first."""
-    factors = shown_factors(ratings)
-    return ratings.families if ratings.families not in ("", *factors) and len(factors) == 1 else None

@@ -86,7 +86,14 @@ def save_figures(analysis: Analysis, folder: Path) -> list[Path]:
 
 
 def _results(analysis: Analysis) -> Iterator[Block]:
-    yield Words(_results_intro(analysis))
+    first = next((analysis.headline(attribute) for attribute in analysis.ratings.attributes), None)
+    if first is None:
+        yield Words("No test was made: the data set has no factor to compare.")
+    else:
+        over = phrase(first.question.averaged_over)
+        means = f" Each participant's ratings were averaged over {over} first." if over else ""
+        factors = phrase(first.question.factors)
+        yield Words(f"The effect of {factors} on each attribute, {first.question.scope}.{means}")
     yield Points(tuple(headlines(analysis)))
     if refused := tuple(refusals(analysis)):
         yield Heading("Not tested")
@@ -197,15 +204,6 @@ def stimulus_table(analysis: Analysis) -> Table:
     ]
     heads: list[str | Head] = [*labels, *map(number, attributes), number("n")]
     return text_table(heads, rows)
-
-
-def _results_intro(analysis: Analysis) -> str:
-    first = next((analysis.headline(attribute) for attribute in analysis.ratings.attributes), None)
-    if first is None:
-        return "No test was made: the data set has no factor to compare."
-    over = phrase(first.question.averaged_over)
-    means = f" Each participant's ratings were averaged over {over} first." if over else ""
-    return f"The effect of {phrase(first.question.factors)} on each attribute, {first.question.scope}.{means}"
 
 
 def methods(analysis: Analysis) -> Iterator[str]:

@@ -24,11 +24,22 @@ def lead(ratings: Ratings) -> str:
 def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
     """Yield each fact with its name, those that this data set has."""
     yield "Study" if "session" in ratings.table.columns else "Data set", ratings.name
-    yield "Participants", _by_group(ratings)
+    people = str(len(ratings.participants))
+    if len(ratings.between) == 1:
+        [factor] = ratings.between
+        groups = ratings.table.groupby(factor)["participant"].nunique()
+        sizes = ", ".join(f"{factor} {group}: {groups.get(group, 0)}" for group in ratings.levels(factor))
+        people = f"{people} ({sizes})"
+    yield "Participants", people
     yield from sample_facts(ratings.sample)
     yield "Ratings", f"{len(ratings.table):,}"
-    factors = ", ".join(f"{name} ({_levels_met(ratings, name)})" for name in ratings.within)
-    yield "Within participants", factors or "no factor"
+    factors = []
+    for name in ratings.within:
+        total = len(ratings.levels(name))
+        counts = ratings.table.groupby("participant")[name].nunique()
+        most = int(counts.max()) if len(counts) else 0
+        factors.append(f"{name} ({total})" if most == total else f"{name} ({total}, of which each met {most})")
+    yield "Within participants", ", ".join(factors) or "no factor"
     if ratings.scale is not None:
         low, high = (f"{end:g}".replace("-", "−") for end in (ratings.scale.low, ratings.scale.high))
         yield "Scale", f"{low} to {high}" + (f", steps of {ratings.scale.step:g}" if ratings.scale.step else "")
@@ -128,21 +139,3 @@ def inputs(ratings: Ratings) -> Table:
 
 def _rows(lines: list[Exclusion]) -> int:
     return sum(line.rows for line in lines)
-
-
-def _levels_met(ratings: Ratings, factor: str) -> str:
-    """Return how many levels there are, and how many of them a participant met where these are fewer."""
-    total = len(ratings.levels(factor))
-    counts = ratings.table.groupby("participant")[factor].nunique()
-    most = int(counts.max()) if len(counts) else 0
-    return f"{total}" if most == total else f"{total}, of which each met {most}"
-
-
-def _by_group(ratings: Ratings) -> str:
-    total = str(len(ratings.participants))
-    if len(ratings.between) != 1:
-        return total
-    factor = ratings.between[0]
-    groups = ratings.table.groupby(factor)["participant"].nunique()
-    sizes = ", ".join(f"{factor} {group}: {groups.get(group, 0)}" for group in ratings.levels(factor))
-    return f"{total} ({sizes})"

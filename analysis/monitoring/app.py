@@ -179,13 +179,9 @@ def _remembered(access: Access, answer: Answered) -> Answered:
 
 
 def _plain(text: str, status: int) -> Answered:
-    from flask import Response
-
-    page = f'<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Palpate monitor</title><p>{_escaped(text)}</p>'
-    return Response(page, status=status, mimetype="text/html")
-
-
-def _escaped(text: str) -> str:
     from html import escape
 
-    return escape(text)
+    from flask import Response
+
+    page = f'<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Palpate monitor</title><p>{escape(text)}</p>'
+    return Response(page, status=status, mimetype="text/html")

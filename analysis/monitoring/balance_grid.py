@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -99,10 +99,10 @@ def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Map
     The stimuli of a study that keeps something blind are numbered: who looks at the orders may guide a hand.
     """
     if named := aliases(study):
-        holders = [replace(each, order=tuple(named[name] for name in each.order)) for each in holders]
+        holders = [replace(holder, order=tuple(named[name] for name in holder.order)) for holder in holders]
     groups: list[str | None] = [*sorted(study.groups)] or [None]
-    found = (_of_group(study, group, [each for each in holders if each.group == group]) for group in groups)
-    return StudyBalance(study.study, study.title or study.study, digest, tuple(found), sample)
+    balances = (_of_group(study, group, [one for one in holders if one.group == group]) for group in groups)
+    return StudyBalance(study.study, study.title or study.study, digest, tuple(balances), sample)
 
 
 def round_of(study: Study, group: str | None) -> int:
@@ -120,20 +120,17 @@ def round_of(study: Study, group: str | None) -> int:
 
 def _of_group(study: Study, group: str | None, holders: Sequence[Holder]) -> GroupBalance:
     length = round_of(study, group)
-    counted = [each for each in holders if each.status in COUNTED and each.order]
+    counted = [holder for holder in holders if holder.status in COUNTED and holder.order]
     design = study.order.design if study.order.blocks is None else f"{study.order.design} within blocks"
     of_sessions = {
-        number: certificate(each.order for each in counted if each.session == number)
-        for number in sorted({each.session or 1 for each in counted} if study.sessions > 1 else ())
+        number: certificate(holder.order for holder in counted if holder.session == number)
+        for number in sorted({holder.session or 1 for holder in counted} if study.sessions > 1 else ())
     }
-    together = certificate(each.order for each in counted)
-    return GroupBalance(group, design, length, tuple(_rows(holders, length)), together, of_sessions)
-
-
-def _rows(holders: Iterable[Holder], length: int) -> Iterable[Row]:
+    together = certificate(holder.order for holder in counted)
     by_place: dict[int, list[Holder]] = {}
-    for each in holders:
-        by_place.setdefault(each.row % length, []).append(each)
-    for place, found in sorted(by_place.items()):
-        found.sort(key=lambda each: (RANK.index(each.status), each.participant, each.session or 0))
-        yield Row(place, found[0].status, tuple(found))
+    for holder in sorted(
+        holders, key=lambda holder: (RANK.index(holder.status), holder.participant, holder.session or 0)
+    ):
+        by_place.setdefault(holder.row % length, []).append(holder)
+    rows = tuple(Row(place, own[0].status, tuple(own)) for place, own in sorted(by_place.items()))
+    return GroupBalance(group, design, length, rows, together, of_sessions)

@@ -5,37 +5,32 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from palpate.analysis.monitoring.balance_grid import GroupBalance, Holder, StudyBalance
-from palpate.analysis.monitoring.sessions import Session
+from palpate.analysis.monitoring.balance_grid import GroupBalance
 from palpate.analysis.monitoring.watching import Snapshot
 from palpate.protocols.balance import Balance
 
 
 def as_data(snapshot: Snapshot) -> dict[str, Any]:
-    """The snapshot as JSON data: times in seconds, times of day in seconds since 1970."""
+    """Return the snapshot as JSON data: times in seconds, times of day in seconds since 1970."""
     return {
         "lab": snapshot.lab,
         "at": snapshot.at,
-        "sessions": [_session(session) for session in snapshot.sessions],
+        "sessions": [
+            {**asdict(session), "flags": [sign.sentence for sign in session.rated.flags] if session.rated else []}
+            for session in snapshot.sessions
+        ],
         "refused": [asdict(refused) for refused in snapshot.refused],
         "not_named_as_sessions": list(snapshot.others),
-        "balance": [_study(balance) for balance in snapshot.balances],
+        "balance": [
+            {
+                "study": balance.study,
+                "digest": balance.digest,
+                "sample": dict(balance.sample),
+                "groups": [_group(group) for group in balance.groups],
+            }
+            for balance in snapshot.balances
+        ],
         "people_problem": snapshot.people_problem,
-    }
-
-
-def _session(session: Session) -> dict[str, Any]:
-    data = asdict(session)
-    data["flags"] = [] if session.rated is None else [sign.sentence for sign in session.rated.flags]
-    return data
-
-
-def _study(balance: StudyBalance) -> dict[str, Any]:
-    return {
-        "study": balance.study,
-        "digest": balance.digest,
-        "sample": dict(balance.sample),
-        "groups": [_group(group) for group in balance.groups],
     }
 
 
@@ -53,7 +48,14 @@ def _group(group: GroupBalance) -> dict[str, Any]:
             {
                 "row": row.place,
                 "state": row.state,
-                "holders": [_holder(each) for each in row.holders],
+                "holders": [
+                    {
+                        "participant": holder.participant,
+                        **({} if holder.session is None else {"session": holder.session}),
+                        "status": holder.status,
+                    }
+                    for holder in row.holders
+                ],
             }
             for row in group.rows
         ],
@@ -66,8 +68,3 @@ def _certificate(found: Balance) -> dict[str, Any]:
         "sequences": found.sequences,
         "positions": found.positions,
     }
-
-
-def _holder(holder: Holder) -> dict[str, Any]:
-    session = {} if holder.session is None else {"session": holder.session}
-    return {"participant": holder.participant, **session, "status": holder.status}

@@ -51,8 +51,14 @@ def load_finished(lab: Path, paths: Iterable[Path]) -> tuple[dict[Path, Finished
                 studies[kept["digest"]] = Study.model_validate(kept["study"])
             else:
                 finished[kept["session"]["file"]] = _finished(kept)
-    known = {path: finished[path.name] for path in paths if path.name in finished}
-    return {path: one for path, one in known.items() if one.session.digest in studies and _holds(path, one)}, studies
+    unchanged: dict[Path, Finished] = {}
+    for path in paths:
+        one = finished.get(path.name)
+        with suppress(OSError):
+            known = one is not None and one.session.digest in studies
+            if one is not None and known and file_state(path) == one.state and last_hash(path) == one.head:
+                unchanged[path] = one
+    return unchanged, studies
 
 
 def save_finished(lab: Path, finished: Iterable[Finished], studies: dict[str, Study]) -> None:
@@ -75,27 +81,18 @@ def _version() -> dict[str, str]:
     return {"palpate monitor": palpate_version()}
 
 
-def _holds(path: Path, one: Finished) -> bool:
-    with suppress(OSError):
-        return file_state(path) == one.state and last_hash(path) == one.head
-    return False
-
-
 def _finished(kept: dict[str, Any]) -> Finished:
     session = kept["session"]
-    rated = session["rated"]
+    rated = None
+    if (stored := session["rated"]) is not None:
+        signs, (low, high) = tuple(Diagnostic(**sign) for sign in stored["signs"]), stored["ends"]
+        rated = Rated(stored["kind"], signs, tuple(stored["seconds"]), tuple(stored["histogram"]), (low, high))
     return Finished(
         FileState(**kept["state"]),
         kept["head"],
         tuple(kept["order"]),
         Session(**session | {
             "notes": tuple(Note(**note) for note in session["notes"]),
-            "rated": None if rated is None else _rated(rated),
+            "rated": rated,
         }),
     )  # fmt: skip
-
-
-def _rated(kept: dict[str, Any]) -> Rated:
-    signs = tuple(Diagnostic(**sign) for sign in kept["signs"])
-    low, high = kept["ends"]
-    return Rated(kept["kind"], signs, tuple(kept["seconds"]), tuple(kept["histogram"]), (low, high))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
 from dataclasses import dataclass, field
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,7 +67,14 @@ class Pages:
             "all_simulated": bool(sessions) and all(session.simulated for session in sessions),
         }
         alike["row"] = self._row_writer({"lab": snapshot, **alike})
-        studies = [self._study(study, snapshot, _raters(study, sessions), alike) for study in snapshot.balances]
+        flagged_first = sorted(
+            (session for session in sessions if session.rated is not None),
+            key=lambda rater: (-len(rater.rated.flags if rater.rated else ()), rater.participant),
+        )
+        raters = {
+            study.digest: [one for one in flagged_first if one.digest == study.digest] for study in snapshot.balances
+        }
+        studies = [self._study(study, snapshot, raters[study.digest], alike) for study in snapshot.balances]
         notes = [(session, note) for session in sessions for note in session.notes]
         parts = {"balances": [one for one, _ in studies], "raters": [one for _, one in studies if one]}
         return {"lab": snapshot, "sessions": sessions, "facts": list(_facts(snapshot)), "notes": notes} | parts | alike
@@ -114,23 +120,13 @@ def _urgency(session: Session) -> tuple[int, float, str]:
     return rank, -(session.ended_at or session.started_at or 0.0), session.file
 
 
-def _raters(study: StudyBalance, sessions: Sequence[Session]) -> list[Session]:
-    """Return the sessions of a study that have answers, the flagged first."""
-    answered = [session for session in sessions if session.rated is not None and session.digest == study.digest]
-    return sorted(answered, key=lambda rater: (-len(rater.rated.flags if rater.rated else ()), rater.participant))
-
-
 def _facts(snapshot: Snapshot) -> Any:
-    of = partial(_number, snapshot.sessions)
-    yield "Running", of("running")
-    yield "Complete", of("complete")
-    yield "Interrupted", of("interrupted")
-    if any(session.status in {"aborted", "declined", "ineligible"} for session in snapshot.sessions):
-        yield "Aborted, declined or not eligible", of("aborted") + of("declined") + of("ineligible")
+    number_of = Counter(session.status for session in snapshot.sessions)
+    yield "Running", number_of["running"]
+    yield "Complete", number_of["complete"]
+    yield "Interrupted", number_of["interrupted"]
+    if ended_early := number_of["aborted"] + number_of["declined"] + number_of["ineligible"]:
+        yield "Aborted, declined or not eligible", ended_early
     yield "Raters with a flag", sum(bool(session.rated and session.rated.flags) for session in snapshot.sessions)
     if snapshot.refused:
         yield "Refused ledgers", len(snapshot.refused)
-
-
-def _number(sessions: Sequence[Session], status: str) -> int:
-    return sum(session.status == status for session in sessions)

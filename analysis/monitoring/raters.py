@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from palpate.analysis.ratings.diagnostics import Answered, Diagnostic, diagnose
 from palpate.analysis.ratings.word_diagnostics import Worded, diagnose_words
@@ -59,21 +58,26 @@ def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
     ]
     if all(trial.practice for trial in trials) or TASKS[plan.study.task].answers not in ("ratings", "words"):
         return None
-    owed = len(plan.trials) - len(practice) if over else sum(number not in practice for number in _passed(state))
+    # Answers are expected to all trials of a session that is over, else to those that the participant has passed.
+    furthest = max((number for number, trial in state.trials.items() if trial.counting is not None), default=0)
+    passed = sum(number not in practice for number in state.trials if number <= furthest)
+    expected = len(plan.trials) - len(practice) if over else passed
     scale = plan.study.scale
-    if scale is not None and all(_numeric(trial.answer.values) for trial in trials):
-        return _ratings(trials, (float(scale.low), float(scale.high)), owed)
+    values_of = [trial.answer.values for trial in trials]
+    if scale is not None and all(own and all(type(v) in (int, float) for v in own.values()) for own in values_of):
+        low, high = float(scale.low), float(scale.high)
+        answered = [
+            Answered(trial.number, trial.stimulus, dict(trial.answer.values), trial.seconds, trial.practice)
+            for trial in trials
+        ]
+        values = [float(value) for trial in answered if not trial.practice for value in trial.values.values()]
+        signs = diagnose(answered, low, high, expected)
+        return Rated("ratings", signs, _seconds(trials), _histogram(values, low, high), (low, high))
     worded = [_worded(trial) for trial in trials]
     numbers = [float(len(trial.words)) for trial in worded if not trial.practice]
     most = max([*numbers, 1.0])
-    signs = diagnose_words(worded, owed)
+    signs = diagnose_words(worded, expected)
     return Rated("words", signs, _seconds(trials), _histogram(numbers, 0.0, most), (0.0, most))
-
-
-def _passed(state: SessionState) -> Iterator[int]:
-    """Trials that the participant has come past."""
-    furthest = max((number for number, trial in state.trials.items() if trial.counting is not None), default=0)
-    yield from (number for number in state.trials if number <= furthest)
 
 
 def _seconds_of(trial: TrialState, pauses: Sequence[Pause]) -> float | None:
@@ -82,21 +86,6 @@ def _seconds_of(trial: TrialState, pauses: Sequence[Pause]) -> float | None:
     if first.asked_ns is None or first.done_ns is None:
         return None
     return (active_ns(pauses, first.done_ns) - active_ns(pauses, first.asked_ns)) / NS
-
-
-def _numeric(values: Mapping[str, Any]) -> bool:
-    return bool(values) and all(type(value) in (int, float) for value in values.values())
-
-
-def _ratings(trials: Sequence[_Trial], scale: tuple[float, float], owed: int) -> Rated:
-    low, high = scale
-    answered = [
-        Answered(trial.number, trial.stimulus, dict(trial.answer.values), trial.seconds, trial.practice)
-        for trial in trials
-    ]
-    values = [float(value) for trial in answered if not trial.practice for value in trial.values.values()]
-    signs = diagnose(answered, low, high, owed)
-    return Rated("ratings", signs, _seconds(trials), _histogram(values, low, high), scale)
 
 
 def _worded(trial: _Trial) -> Worded:

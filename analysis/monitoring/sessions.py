@@ -106,21 +106,19 @@ def session_of(
 
 
 def _left(state: SessionState, status: str, done: int) -> float | None:
-    """Seconds to go: the participant's own median from trial to trial, for every trial that is left."""
-    if status not in {"running", "interrupted"} or len(paces_ns := list(_paces_ns(state))) < LEAST_TRIALS:
-        return None
-    to_go: int = state.header["trials"] - done
-    return median(paces_ns) / NS * to_go
-
-
-def _paces_ns(state: SessionState) -> Iterator[int]:
-    """How long each attempt that ended well took, from the end of the one before or, of the first, from its start."""
+    """Return the seconds to go: the participant's own median from trial to trial, for every trial that is left."""
+    # How long each attempt that ended well took, from the end of the one before or, of the first, from its start.
+    paces_ns = []
     since_ns = state.attempts[0].begun_ns if state.attempts else 0
     for attempt in state.attempts:
         if attempt.ended_ns is not None:
             if attempt.ended_as in (ANSWERED, CAPTURED):
-                yield attempt.ended_ns - since_ns
+                paces_ns.append(attempt.ended_ns - since_ns)
             since_ns = attempt.ended_ns
+    if status not in {"running", "interrupted"} or len(paces_ns) < LEAST_TRIALS:
+        return None
+    to_go: int = state.header["trials"] - done
+    return median(paces_ns) / NS * to_go
 
 
 def _notes(followed: Followed, simulated: bool, hide: Callable[[str], str]) -> Iterator[Note]:

@@ -161,7 +161,10 @@ class Watch:
         paths = ledgers_in(self.lab)
         if self.finished is None:
             self.finished, self.studies = load_finished(self.lab, paths)
-        states = dict(_states(paths))
+        states: dict[Path, FileState] = {}
+        for path in paths:
+            with suppress(FileNotFoundError):
+                states[path] = file_state(path)
         for gone in (self.known.keys() | self.bad.keys()) - states.keys():
             self.known.pop(gone, None)
             self.bad.pop(gone, None)
@@ -303,7 +306,10 @@ class Watch:
         done: dict[str, list[DoneSession]] = {}
         for session in sessions:
             given = self.people.allocations.get(session.study, ())
-            standing, order = _standing(session, given), orders[session.file]
+            # A participant who withdrew or was released gave up the row.
+            released = any(one.participant == session.participant and not one.holds for one in given)
+            standing = "withdrawn" if session.withdrawn else "released" if released else session.status
+            order = orders[session.file]
             several = self.studies[session.digest].sessions > 1 or session.number > 1
             number = session.number if several else None
             holder = Holder(session.participant, session.group, session.row, standing, order, number)
@@ -324,17 +330,3 @@ class Watch:
             if name not in self.balances or self.balances[name][0] != (everybody, sample):
                 self.balances[name] = (everybody, sample), balance_of(study, name, everybody, sample)
             yield self.balances[name][1]
-
-
-def _states(paths: list[Path]) -> Iterator[tuple[Path, FileState]]:
-    for path in paths:
-        with suppress(FileNotFoundError):
-            yield path, file_state(path)
-
-
-def _standing(session: Session, given: Sequence[Allocation]) -> str:
-    """A session's claim to its row: a participant who withdrew or was released gave it up."""
-    if session.withdrawn:
-        return "withdrawn"
-    released = any(each.participant == session.participant and not each.holds for each in given)
-    return "released" if released else session.status

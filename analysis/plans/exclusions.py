@@ -149,13 +149,9 @@ def _keeps(table: pd.DataFrame, where: Where) -> pd.Series[bool]:
 
 
 def _without_people(material: Material, people: list[str], why: str) -> tuple[Material, list[Exclusion]]:
-    lines = [Exclusion("participant", who, why, _rows_of(material, who)) for who in people]
+    whose = (material.trials if material.ratings is None else material.ratings.table)["participant"]
+    lines = [Exclusion("participant", who, why, int((whose == who).sum())) for who in people]
     return _kept(material, lambda table: ~table["participant"].isin(people)), lines
-
-
-def _rows_of(material: Material, who: str) -> int:
-    table = material.trials if material.ratings is None else material.ratings.table
-    return int((table["participant"] == who).sum())
 
 
 def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Material, list[Exclusion]]:

@@ -29,6 +29,7 @@ from palpate.analysis.ratings.reading import (
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import gives_ratings
+from palpate.protocols.wording import count
 from palpate.studies.sessions.model_versions import models_in
 from palpate.studies.sessions.tables import session_number
 
@@ -176,21 +177,20 @@ def read_material(
         study, choice = chosen(connection, name, **options)
         ratings = read_ratings(connection, name, **options) if gives_ratings(study) else None
         rows = Rows(*(_rows(connection, query, study, choice) for query in (_TRIALS, _WORDS, _ANSWERS)))
-        versions = (*_study_versions(study, choice), *_model_versions(connection, study, choice))
+        versions = tuple(_versions(connection, study, choice))
     return replace(material_of(study, choice, ratings, rows), versions=versions)
 
 
-def _study_versions(study: Study, choice: Choice) -> Iterator[Input]:
-    """Every version of the study, where the sample has several; only one of them is analysed."""
+def _versions(connection: Connection, study: Study, choice: Choice) -> Iterator[Input]:
+    """Yield every version of the study and of each model, where the sample has several, and how many sessions had it.
+
+    Only one version of the study is analysed, with whatever models its sessions had.
+    """
     sessions = (*choice.kept, *(session for session, _ in choice.left_out))
     counts = Counter(session.study_digest for session in sessions)
-    for digest, count in sorted(counts.items()) if len(counts) > 1 else ():
+    for digest, number in sorted(counts.items()) if len(counts) > 1 else ():
         left_out = "" if digest == choice.digest else ", left out"
-        yield Input(f"study {study.study}", digest, f"{_sessions(count)}{left_out}")
-
-
-def _model_versions(connection: Connection, study: Study, choice: Choice) -> Iterator[Input]:
-    """Every version of each model that was not the same in all sessions that are analysed."""
+        yield Input(f"study {study.study}", digest, f"{count(number, 'session')}{left_out}")
     if not any(NEEDS[need].plays_models for need in study.needs):
         return
     kept = {session.session for session in choice.kept}
@@ -199,12 +199,8 @@ def _model_versions(connection: Connection, study: Study, choice: Choice) -> Ite
         for name, sha256 in models_in(json.loads(body)) if session in kept else ():
             played.setdefault(name, {}).setdefault(sha256, set()).add(session)
     for name, versions in sorted(played.items()):
-        for sha256, sessions in sorted(versions.items()) if len(versions) > 1 else ():
-            yield Input(f"model {name}", sha256, _sessions(len(sessions)))
-
-
-def _sessions(count: int) -> str:
-    return f"{count} session" + "s" * (count != 1)
+        for sha256, own in sorted(versions.items()) if len(versions) > 1 else ():
+            yield Input(f"model {name}", sha256, count(len(own), "session"))
 
 
 @dataclass(frozen=True)

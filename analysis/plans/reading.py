@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
@@ -119,10 +119,17 @@ def read_plan(path: Path) -> Plan:
         raise PlanError(f"{path}: keys and values are expected at the top, e.g. study: NAME")
     declared = _validated(AnalysisPlan, document.data, (), document, path)
     problems: list[Problem] = []
-    tests = list(_asked(declared.tests, "tests", "test", _test_settings, problems))
-    figures = list(_asked(declared.figures, "figures", "figure", _figure_settings, problems))
+    tests = list(_settings_of(declared.tests, "tests", "test", TESTS, problems))
+    figures = list(_settings_of(declared.figures, "figures", "figure", FIGURES, problems))
     problems += [*_names(tests, "tests"), *_names(figures, "figures"), *_links(declared, tests, figures)]
-    problems += _tables(declared, path)
+    for name, file in declared.tables.items():
+        target = path.parent / file
+        if not target.resolve().is_relative_to(path.parent.resolve()):
+            message = f"{file!r} leads out of the plan's folder; put the file beside the plan"
+            problems.append(Problem(("tables", name), message))
+        elif not target.is_file():
+            files = sorted(file.name for file in path.parent.glob("*.csv"))
+            problems.append(Problem(("tables", name), f"no file {file!r} beside the plan; {nearest(file, files)}"))
     if problems:
         raise PlanError(listed(problems, document, str(path)))
     return Plan(path, hashlib.sha256(text).hexdigest(), declared, tuple(tests), tuple(figures), document)
@@ -138,31 +145,18 @@ def _validated(
         raise PlanError(listed(found, document, str(path))) from None
 
 
-def _test_settings(name: str) -> type[StatisticSettings] | None:
-    return TESTS[name].settings if name in TESTS else None
-
-
-def _figure_settings(name: str) -> type[FigureSettings] | None:
-    return FIGURES[name].settings if name in FIGURES else None
-
-
-def _asked(
-    entries: Sequence[Mapping[str, Any]],
-    section: str,
-    key: str,
-    settings: Callable[[str], type[SettingsT] | None],
-    problems: list[Problem],
-) -> Iterator[SettingsT]:
-    """Each entry read by the schema of its kind; what is wrong goes into `problems`."""
-    known = TESTS if key == "test" else FIGURES
+def _settings_of(
+    entries: Sequence[Mapping[str, Any]], section: str, key: str, kinds: Mapping[str, Any], problems: list[Problem]
+) -> Iterator[Any]:
+    """Yield the settings of each entry by the schema of its kind; what is wrong goes into `problems`."""
     for place, entry in enumerate(entries):
         name = entry.get(key)
-        model = settings(name) if isinstance(name, str) else None
-        if model is None:
+        if not isinstance(name, str) or name not in kinds:
             where: tuple[str | int, ...] = (section, place, key) if key in entry else (section, place)
-            found = f"no kind of {key} {name!r}; {nearest(str(name), known)}" if key in entry else f"no key {key!r}"
-            problems.append(Problem(where, found))
+            message = f"no kind of {key} {name!r}; {nearest(str(name), kinds)}" if key in entry else f"no key {key!r}"
+            problems.append(Problem(where, message))
             continue
+        model = kinds[name].settings
         try:
             yield model.model_validate(entry)
         except ValidationError as error:
@@ -197,13 +191,3 @@ def _links(
             if test.table is not None and test.table not in declared.tables:
                 told = nearest(test.table, declared.tables)
                 yield Problem((section, place, "table"), f"the plan has no table {test.table!r}; {told}")
-
-
-def _tables(declared: AnalysisPlan, path: Path) -> Iterator[Problem]:
-    for name, file in declared.tables.items():
-        target = path.parent / file
-        if not target.resolve().is_relative_to(path.parent.resolve()):
-            yield Problem(("tables", name), f"{file!r} leads out of the plan's folder; put the file beside the plan")
-        elif not target.is_file():
-            files = sorted(file.name for file in path.parent.glob("*.csv"))
-            yield Problem(("tables", name), f"no file {file!r} beside the plan; {nearest(file, files)}")

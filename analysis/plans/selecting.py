@@ -150,7 +150,9 @@ class Selecting:
         if takes == "words":
             return self.material.words, None
         if takes == "forms":
-            return _asked_forms(self.material, settings.name), _points(self.material)
+            study = self.material.study
+            points = None if study is None or study.questionnaire is None else (1.0, float(study.questionnaire.points))
+            return _asked_forms(self.material, settings.name), points
         return self._ratings(settings.normalise or self.plan.declared.normalise, settings.name)
 
     def _ratings(self, how: Normalise, name: str) -> tuple[pd.DataFrame, Scale]:
@@ -217,11 +219,6 @@ def _asked_forms(material: Material, name: str) -> pd.DataFrame:
     found = material.forms[material.forms["attribute"].isin(list(order))]
     rank = found["attribute"].map(order)
     return found.assign(_rank=rank).sort_values(["_rank", "participant"], ignore_index=True).drop(columns="_rank")
-
-
-def _points(material: Material) -> Scale:
-    study = material.study
-    return (1.0, float(study.questionnaire.points)) if study is not None and study.questionnaire is not None else None
 
 
 def _where(table: pd.DataFrame, chosen: pd.Series[bool]) -> pd.DataFrame:

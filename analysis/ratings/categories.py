@@ -114,12 +114,10 @@ def overall(cells: PersonCells) -> PersonCells:
     """Return each participant's mean over all cells of a category that they have, cells counting equally."""
     names = list(dict.fromkeys(cell[0] for cell in cells.cells))
     at = [[j for j, cell in enumerate(cells.cells) if cell[0] == name] for name in names]
-    values = [[_known_mean(row) for row in cells.values[:, places].tolist()] for places in at]
+    known = [
+        [[value for value in row if not math.isnan(value)] for row in cells.values[:, places].tolist()] for places in at
+    ]
+    values = [[math.fsum(row) / len(row) if row else NAN for row in rows] for rows in known]
     counts = np.column_stack([cells.counts[:, places].sum(axis=1) for places in at])
     means = np.array(values).T
     return replace(cells, values=means, counts=counts, by=("category",), cells=tuple((name,) for name in names))
-
-
-def _known_mean(row: Sequence[float]) -> float:
-    known = [value for value in row if not math.isnan(value)]
-    return math.fsum(known) / len(known) if known else NAN

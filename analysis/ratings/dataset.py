@@ -193,14 +193,12 @@ class Ratings:
         if factor == "attribute":
             declared.update(dict.fromkeys(self.attributes))
         if factor == self.families and self.pooled not in ("", factor):
-            declared.update(dict.fromkeys(self._families_in_order()))
+            # The families as they come along the levels of the factor that all participants share.
+            pairs = set(zip(self.table[self.pooled].tolist(), self.table[self.families].tolist(), strict=True))
+            rank = {level: place for place, level in enumerate(self.levels(self.pooled))}
+            in_order = sorted(pairs, key=lambda pair: (rank[pair[0]], natural_key(pair[1])))
+            declared.update(dict.fromkeys(family for _, family in in_order))
         return (*declared, *natural(set(self.table[factor].tolist()) - set(declared)))
-
-    def _families_in_order(self) -> list[str]:
-        """Return the families as they come along the levels of the factor that all participants share."""
-        pairs = set(zip(self.table[self.pooled].tolist(), self.table[self.families].tolist(), strict=True))
-        rank = {level: place for place, level in enumerate(self.levels(self.pooled))}
-        return [family for _, family in sorted(pairs, key=lambda pair: (rank[pair[0]], natural_key(pair[1])))]
 
     def factors_text(self) -> str:
         """Return the factors as a message lists them."""

@@ -29,7 +29,8 @@ def describe(ratings: Ratings, by: Sequence[str], *, kind: Kind = "over ratings"
     finite, a column that is not there, and where attributes would be averaged without being asked.
     """
     if kind == "over ratings":
-        return _over_ratings(ratings, tuple(by))
+        rows = [(*label, kind, *_summary(values, ONE_RATING)) for label, values in _cells(ratings, tuple(by))]
+        return _frame(rows, (*by, "kind", "n", "mean", "sd", "sd_reason"))
     if kind == "over participants":
         return _over_participants(ratings, tuple(by))
     raise DataRefused(f"means {kind!r}: 'over ratings' or 'over participants' is expected")
@@ -41,11 +42,6 @@ def participant_means(ratings: Ratings, by: Sequence[str]) -> pd.DataFrame:
     cells = _cells(ratings, columns)
     rows = [(*label, statistics.mean(values), len(values)) for label, values in cells]
     return _frame(rows, (*columns, "mean", "ratings"))
-
-
-def _over_ratings(ratings: Ratings, by: tuple[str, ...]) -> pd.DataFrame:
-    rows = [(*label, "over ratings", *_summary(values, ONE_RATING)) for label, values in _cells(ratings, by)]
-    return _frame(rows, (*by, "kind", "n", "mean", "sd", "sd_reason"))
 
 
 def _over_participants(ratings: Ratings, by: tuple[str, ...]) -> pd.DataFrame:
@@ -88,29 +84,21 @@ def _cells(ratings: Ratings, by: tuple[str, ...]) -> list[tuple[tuple[str, ...],
             f"data set {ratings.name!r}: {count(len(bad), 'value is', 'values are')} not finite, the first is"
             f" {first['value']} of {first['participant']} on {first['attribute']}; the design check names them all"
         )
-    columns = [_labels(ratings, name) for name in by]
+    of_category = [ratings.categories[name] for name in ratings.table["attribute"]] if "category" in by else []
+    columns = [of_category if name == "category" else list(map(str, ratings.table[name].tolist())) for name in by]
     cells: dict[tuple[str, ...], list[float]] = {}
     for *label, value in zip(*columns, ratings.table["value"].tolist(), strict=True):
         cells.setdefault(tuple(label), []).append(value)
-    ranks = [
-        {level: rank for rank, level in enumerate(_ordered(ratings, name, labels))}
-        for name, labels in zip(by, columns, strict=True)
-    ]
+    ranks: list[dict[str, int]] = []
+    for name, labels in zip(by, columns, strict=True):
+        if name == "category":
+            order = list(dict.fromkeys(ratings.categories[attribute] for attribute in ratings.attributes))
+        elif name in ("attribute", ratings.families, *ratings.within, *ratings.between):
+            order = list(ratings.levels(name))
+        else:
+            order = sorted(set(labels), key=natural_key)
+        ranks.append({level: rank for rank, level in enumerate(order)})
     return sorted(cells.items(), key=lambda cell: [rank[level] for rank, level in zip(ranks, cell[0], strict=True)])
-
-
-def _labels(ratings: Ratings, name: str) -> list[str]:
-    if name == "category":
-        return [ratings.categories[attribute] for attribute in ratings.table["attribute"].tolist()]
-    return [str(label) for label in ratings.table[name].tolist()]
-
-
-def _ordered(ratings: Ratings, name: str, labels: Sequence[str]) -> list[str]:
-    if name == "category":
-        return list(dict.fromkeys(ratings.categories[attribute] for attribute in ratings.attributes))
-    if name in ("attribute", ratings.families, *ratings.within, *ratings.between):
-        return list(ratings.levels(name))
-    return sorted(set(labels), key=natural_key)
 
 
 def _frame(rows: Sequence[tuple[object, ...]], columns: Sequence[str]) -> pd.DataFrame:

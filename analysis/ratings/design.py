@@ -94,10 +94,24 @@ def check_design(
             raise DataRefused(f"the design check: no column {column!r}; the columns are {known}")
     rows = _Rows(table[table[labels].notna().all(axis=1)], participant, tuple(cells), tuple(nested), groups)
     plan = _owed_cells(rows, crossings)
+    empty = table[labels].isna()
+    unlabelled = [
+        Place(f"row {row + 1}", found="no " + ", ".join(empty.columns[empty.iloc[row]]))
+        for row, bad in enumerate(empty.any(axis=1).tolist())
+        if bad
+    ]
+    two_groups = [
+        Place(
+            str(person),
+            found=" and ".join(", ".join(map(" ".join, zip(groups, map(str, own), strict=True))) for own in several),
+        )
+        for person, several in rows.groups_of().items()
+        if len(several) > 1
+    ]
     problems = [
         *gathered("no_rows", [] if len(table) else [Place("the table", found="holds no rating")], limit),
-        *_unlabelled(table, labels, limit),
-        *gathered("two_groups", list(_two_groups(rows)), limit),
+        *gathered("unlabelled", unlabelled, limit),
+        *gathered("two_groups", two_groups, limit),
         *_cell_problems(rows, plan, value, repeats, limit),
         *value_problems(table, participant, (*cells, *nested), value, scale=scale, limit=limit),
         *gathered("lookalike", list(lookalikes(table, labels)), limit),
@@ -139,26 +153,14 @@ def _in_order(levels: Mapping[str, object] | set[str]) -> list[str]:
     return sorted(levels, key=lambda level: natural_key(str(level)))
 
 
-def _unlabelled(table: pd.DataFrame, labels: list[str], limit: int) -> list[Problem]:
-    empty = table[labels].isna()
-    rows = [row for row, bad in enumerate(empty.any(axis=1).tolist()) if bad]
-    return gathered(
-        "unlabelled",
-        [Place(f"row {row + 1}", found="no " + ", ".join(empty.columns[empty.iloc[row]])) for row in rows],
-        limit,
-    )
-
-
-def _two_groups(rows: _Rows) -> Iterator[Place]:
-    for person, groups in rows.groups_of().items():
-        if len(groups) > 1:
-            words = [", ".join(map(" ".join, zip(rows.groups, map(str, group), strict=True))) for group in groups]
-            yield Place(str(person), found=" and ".join(words))
-
-
 def _owed_cells(rows: _Rows, crossings: Sequence[Crossing]) -> Plan:
     """Return the levels that each participant owes; one in two groups owes those of the first, and is reported."""
-    seen = _observed_levels(rows)
+    seen: dict[Label, dict[str, set[str]]] = {}
+    for label in rows.labels((*rows.groups, *rows.cells)):
+        group, cell = label[: len(rows.groups)], label[len(rows.groups) :]
+        levels_of = seen.setdefault(group, {name: set() for name in rows.cells})
+        for name, level in zip(rows.cells, cell, strict=True):
+            levels_of[name].add(level)
     by_group: dict[Label, dict[str, tuple[str, ...]]] = {}
     for group, levels in seen.items():
         own = dict(zip(rows.groups, group, strict=True))
@@ -166,18 +168,10 @@ def _owed_cells(rows: _Rows, crossings: Sequence[Crossing]) -> Plan:
             (crossing.levels for crossing in crossings
              if all(own[name] == level for name, level in crossing.between.items())), {},
         )  # fmt: skip
-        by_group[group] = {name: declared.get(name, levels[name]) for name in rows.cells}
+        by_group[group] = {
+            name: declared[name] if name in declared else tuple(_in_order(levels[name])) for name in rows.cells
+        }
     return {person: by_group[groups[0]] for person, groups in rows.groups_of().items()}
-
-
-def _observed_levels(rows: _Rows) -> dict[Label, dict[str, tuple[str, ...]]]:
-    by_group: dict[Label, dict[str, set[str]]] = {}
-    for label in rows.labels((*rows.groups, *rows.cells)):
-        group, cell = label[: len(rows.groups)], label[len(rows.groups) :]
-        levels = by_group.setdefault(group, {name: set() for name in rows.cells})
-        for name, level in zip(rows.cells, cell, strict=True):
-            levels[name].add(level)
-    return {g: {name: tuple(_in_order(levels)) for name, levels in labels.items()} for g, labels in by_group.items()}
 
 
 def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int) -> list[Problem]:
@@ -253,9 +247,12 @@ def value_problems(
     def off_step(number: Any) -> bool:
         return scale is not None and _finite(number) and scale.holds(float(number)) and not scale.on_step(float(number))
 
+    def is_outside(number: Any) -> bool:
+        return scale is not None and _finite(number) and not scale.holds(float(number))
+
     return [
         *gathered("non_finite", places(lambda number: not _finite(number)), limit),
-        *gathered("out_of_scale", places(lambda number: _finite(number) and not _inside(number, scale)), limit),
+        *gathered("out_of_scale", places(is_outside), limit),
         *gathered("off_step", places(off_step), limit),
         *_constant(rows, cells, limit),
     ]
@@ -263,10 +260,6 @@ def value_problems(
 
 def _finite(number: object) -> bool:
     return isinstance(number, Real) and isfinite(float(number))
-
-
-def _inside(number: object, scale: Scale | None) -> bool:
-    return scale is None or scale.holds(float(number))  # type: ignore[arg-type]
 
 
 def _constant(rows: Sequence[Row], cells: Sequence[str], limit: int) -> list[Problem]:
@@ -337,15 +330,17 @@ class Faults:
         for kind, (words, remedy) in _FAULTS.items():
             faulty = {who: places for who in people if (places := self.places.get((attribute, who), {}).get(kind))}
             if faulty:
-                lines = [self._line(words, who, places) for who, places in list(faulty.items())[:SHOWN]]
+                lines = []
+                for who, places in list(faulty.items())[:SHOWN]:
+                    several = (
+                        f"{len(places):,} of {count(self.owed, 'cell')}" if self.owed else count(len(places), "cell")
+                    )
+                    cell = places[0].cell
+                    first = ", ".join(f"{column} {level}" for column, level in cell.items() if column != "attribute")
+                    where = f" ({'the first: ' if len(places) > 1 else ''}{first})" if first else ""
+                    lines.append(f"{who} {words.format(cells=several)}{where}")
                 more = f"; and {count(len(faulty) - SHOWN, 'more participant')}" if len(faulty) > SHOWN else ""
                 raise CellsRefused(f"{'; '.join(lines)}{more}; {advice if kind == 'missing' else remedy}")
-
-    def _line(self, words: str, who: str, places: Sequence[Place]) -> str:
-        of = f"{len(places):,} of {count(self.owed, 'cell')}" if self.owed else count(len(places), "cell")
-        first = ", ".join(f"{column} {level}" for column, level in places[0].cell.items() if column != "attribute")
-        line = f"{who} {words.format(cells=of)}"
-        return line + (f" ({'the first: ' if len(places) > 1 else ''}{first})" if first else "")
 
 
 def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:

@@ -8,7 +8,7 @@ Meade & Craig (2012, Psychol. Methods 17, 437-455); for words see `palpate.analy
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import groupby, pairwise
@@ -102,29 +102,15 @@ def diagnose(
         raise DiagnosticsError(f"a scale from {low} to {high}: two finite ends are expected, the lower first")
     counted = tuple(sorted((trial for trial in trials if not trial.practice), key=lambda trial: trial.trial))
     for trial in counted:
-        _demand_on_scale(trial, low, high)
+        for item, value in trial.values.items():
+            if not low <= value <= high:
+                raise DiagnosticsError(
+                    f"trial {trial.trial}: {item} = {value!r}; a finite number from {low:g} to {high:g} is expected"
+                )
     items = max((len(trial.values) for trial in counted), default=0)
     rater = Rater(counted, low, high, len(counted) if owed is None else owed, items, limits or Limits())
-    return tuple(_signs(rater))
-
-
-def _demand_on_scale(answered: Answered, low: float, high: float) -> None:
-    for item, value in answered.values.items():
-        if not low <= value <= high:
-            raise DiagnosticsError(
-                f"trial {answered.trial}: {item} = {value!r}; a finite number from {low:g} to {high:g} is expected"
-            )
-
-
-def _signs(rater: Rater) -> Iterator[Diagnostic]:
-    yield same_value(rater)
-    yield longest_run(rater)
-    yield variability(rater)
-    yield at_the_ends(rater)
-    yield too_fast(rater)
-    yield seconds_per_item(rater)
-    yield from retest(rater)
-    yield missing(rater)
+    signs = (same_value, longest_run, variability, at_the_ends, too_fast, seconds_per_item)
+    return (*(sign(rater) for sign in signs), *retest(rater), missing(rater))
 
 
 def same_value(rater: Rater) -> Diagnostic:
@@ -201,12 +187,28 @@ def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
 
     Pearson's r, and the mean absolute difference as a share of the scale's range.
     """
-    pairs = list(_pairs(rater.trials))
+    by_stimulus: dict[str, list[Answered]] = {}
+    for trial in rater.trials:
+        by_stimulus.setdefault(trial.stimulus, []).append(trial)
+    pairs = [
+        (first.values[item], again.values[item])
+        for meetings in by_stimulus.values()
+        for first, again in pairwise(meetings)
+        for item in first.values
+        if item in again.values
+    ]
     names = "retest r", "retest difference"
     if not pairs:
         why = "no stimulus was rated twice"
         return none(names[0], "r", why), none(names[1], "range", why)
-    return _correlation(names[0], pairs, rater.limits), _difference(names[1], pairs, rater)
+    n, limit = len(pairs), rater.limits.retest_difference
+    difference = math.fsum(abs(a - b) for a, b in pairs) / n / (rater.high - rater.low)
+    flagged = n >= rater.limits.least_pairs and difference > limit
+    sentence = (
+        f"They differ by {difference:.1%} of the scale on average ({count(n, 'pair')}); flagged above {limit:.0%}."
+    )
+    by_difference = Diagnostic(names[1], difference, "range", n, limit, flagged, sentence)
+    return _correlation(names[0], pairs, rater.limits), by_difference
 
 
 def missing(rater: Rater) -> Diagnostic:
@@ -229,15 +231,6 @@ def _per_item(rater: Rater) -> list[float]:
     ]
 
 
-def _pairs(trials: Sequence[Answered]) -> Iterator[tuple[float, float]]:
-    by_stimulus: dict[str, list[Answered]] = {}
-    for trial in trials:
-        by_stimulus.setdefault(trial.stimulus, []).append(trial)
-    for meetings in by_stimulus.values():
-        for first, again in pairwise(meetings):
-            yield from ((first.values[item], again.values[item]) for item in first.values if item in again.values)
-
-
 def _correlation(name: str, pairs: Sequence[tuple[float, float]], limits: Limits) -> Diagnostic:
     r, n = _pearson(pairs), len(pairs)
     if r is None:
@@ -247,14 +240,6 @@ def _correlation(name: str, pairs: Sequence[tuple[float, float]], limits: Limits
     rule = f"too few to judge (from {limits.least_pairs})" if few else f"flagged below {limits.retest_r:g}"
     sentence = f"Ratings of stimuli met again correlate with r = {r:.2f} over {count(n, 'pair')}; {rule}."
     return Diagnostic(name, r, "r", n, limits.retest_r, not few and r < limits.retest_r, sentence)
-
-
-def _difference(name: str, pairs: Sequence[tuple[float, float]], rater: Rater) -> Diagnostic:
-    n, limit = len(pairs), rater.limits.retest_difference
-    value = math.fsum(abs(a - b) for a, b in pairs) / n / (rater.high - rater.low)
-    flagged = n >= rater.limits.least_pairs and value > limit
-    sentence = f"They differ by {value:.1%} of the scale on average ({count(n, 'pair')}); flagged above {limit:.0%}."
-    return Diagnostic(name, value, "range", n, limit, flagged, sentence)
 
 
 def _pearson(pairs: Sequence[tuple[float, float]]) -> float | None:

@@ -37,7 +37,9 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
     """
     if folder.exists() and not replace:
         raise DataRefused(f"{folder}: exists already; replace it with --replace, or give the data set another name")
-    if folder.exists() and (others := _other_files(folder)):
+    own = {TABLE, DESCRIPTION}
+    there = (path.name for path in folder.iterdir()) if folder.exists() else ()
+    if others := sorted(name for name in there if name not in own and not name.startswith(UNFINISHED)):
         raise DataRefused(f"{folder}: holds {others[0]}, which no import made; move it away, or give another name")
     kinds = {str(column): _kind(ratings.table[column], str(column)) for column in ratings.table.columns}
     # Texts quoted, numbers not; a float by its shortest text that reads back as the same float.
@@ -54,12 +56,6 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
     with staged_folder(folder) as draft:
         write_bytes(draft / TABLE, table)
         write_text(draft / DESCRIPTION, described)
-
-
-def _other_files(folder: Path) -> list[str]:
-    """Return the names in the folder that do not belong to a data set."""
-    names = (path.name for path in folder.iterdir() if not path.name.startswith(UNFINISHED))
-    return sorted(name for name in names if name not in {TABLE, DESCRIPTION})
 
 
 def load_ratings(folder: Path) -> Ratings:

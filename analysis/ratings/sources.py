@@ -59,18 +59,14 @@ def _read(request: DataRequest, progress: Progress) -> tuple[Ratings, str]:
     if paths and folder.exists():
         raise both_of(request.name, folder)
     if paths:
-        return _from_ledgers(paths, request, progress)
+        engine = gathered(paths, request.lab, progress)
+        try:
+            return _from_database(engine, request)
+        finally:
+            engine.dispose()
     if not folder.exists():
         raise nothing_of(request.name, request.lab)
     return load_ratings(folder), ""
-
-
-def _from_ledgers(paths: list[Path], request: DataRequest, progress: Progress) -> tuple[Ratings, str]:
-    engine = gathered(paths, request.lab, progress)
-    try:
-        return _from_database(engine, request)
-    finally:
-        engine.dispose()
 
 
 def gathered(paths: list[Path], lab: Path, progress: Progress = lambda *_: None) -> Engine:

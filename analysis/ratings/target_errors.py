@@ -116,15 +116,11 @@ def _ends(own: pd.DataFrame, aims: Floats) -> list[str]:
     targets: dict[str, set[float]] = {}
     for name, aim in zip(attributes, aims.tolist(), strict=True):
         targets.setdefault(name, set()).add(aim)
-    return [_end(aim, targets[name]) for name, aim in zip(attributes, aims.tolist(), strict=True)]
-
-
-def _end(aim: float, of: set[float]) -> str:
-    if len(of) == 1:
-        return "only"
-    if aim in (min(of), max(of)):
-        return "min" if aim == min(of) else "max"
-    return f"{aim:g}"
+    ends = []
+    for name, aim in zip(attributes, aims.tolist(), strict=True):
+        low, high = min(targets[name]), max(targets[name])
+        ends.append("only" if low == high else "min" if aim == low else "max" if aim == high else f"{aim:g}")
+    return ends
 
 
 def _all(

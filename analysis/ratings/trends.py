@@ -86,7 +86,10 @@ def cell_trends(
 ) -> Trends:
     """As `trends`, from the participants' means at each level (cells of one column, in order)."""
     order = cells.level(cells.by[0])
-    members = _members(order, families)
+    # The cells of each family, in order; families as they come along the levels.
+    members = {families[one]: [j for j, two in enumerate(order) if families[two] == families[one]] for one in order}
+    if not any(len(at) > 1 for at in members.values()):
+        raise DataRefused("no family has two levels; a trend needs at least two")
     start = reference_level(order, families, reference)
     if correction not in CORRECTIONS:
         raise BadOption(f"correction {correction!r} is unknown: one of {', '.join(CORRECTIONS)}")
@@ -145,16 +148,6 @@ def _number(text: str, column: str, level: str) -> float:
     return value
 
 
-def _members(order: Sequence[str], families: Mapping[str, str]) -> dict[str, list[int]]:
-    """Return the cells of each family, in order; families as they come along the levels."""
-    members: dict[str, list[int]] = {}
-    for j, one in enumerate(order):
-        members.setdefault(families[one], []).append(j)
-    if not any(len(at) > 1 for at in members.values()):
-        raise DataRefused("no family has two levels; a trend needs at least two")
-    return {families[one]: members[families[one]] for one in order}
-
-
 def reference_level(order: Sequence[str], families: Mapping[str, str], chosen: str | None = None) -> str | None:
     """Return the level that others are compared with: the chosen one, else the first if it is its own family."""
     if chosen is not None:
@@ -180,18 +173,12 @@ def _slope(
     away = x - x[0]
     away = away - math.fsum(away.tolist()) / len(away)
     weights: Floats = away / math.fsum((away * away).tolist())
-    rises = _rises(family.values, weights)
+    # The slope of every row, from differences to its first value.
+    high, low = differences((family.values, None), 1) if len(family.values) else (family.values, None)
+    change = high if low is None else high + low
+    rises = np.array([math.fsum(row) for row in (change * weights).tolist()])
     floor = family.floor() * float(np.abs(weights).sum())
     return one_sample(rises, floor=floor, confidence=confidence, what="slopes")
-
-
-def _rises(values: Floats, weights: Floats) -> Floats:
-    """Return the slope of every row, from differences to its first value."""
-    if not len(values):
-        return np.array([])
-    high, low = differences((values, None), 1)
-    change = high if low is None else high + low
-    return np.array([math.fsum(row) for row in (change * weights).tolist()])
 
 
 def _there(cells: PersonCells, missing: str) -> list[int]:

@@ -21,7 +21,7 @@ from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.protocols.complaints import Problem
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import Question
-from palpate.protocols.study import Study
+from palpate.protocols.study import Study, is_number
 from palpate.studies.catalogue import STUDY_FILE, find, names, read_study
 from palpate.studies.participants.lab_forms import lab_forms
 
@@ -37,10 +37,16 @@ def check_against_study(request: DataRequest, plan: Plan) -> None:
     """
     if request.digest is not None:
         return
-    study = _study(request)
+    study: Study | None = None
+    if (Path(request.name) / STUDY_FILE).is_file() or request.name in names(request.lab):
+        study = read_study(find(request.name, request.lab)).study
     design: StudyColumns | None = None
+    columns: dict[str, Collection[str]]
+    outcomes: dict[Takes, Collection[str]]
     if study is None:
-        columns, outcomes = _imported(request.lab / IMPORTED / request.name)
+        ratings = load_ratings(request.lab / IMPORTED / request.name)
+        columns = dict.fromkeys((*map(str, ratings.table.columns), *ALWAYS), ())
+        outcomes = {"ratings": ratings.attributes}
     else:
         form = lab_forms(study, request.lab, live=False) if "demographics" in study.opening else None
         design = study_columns(study, form.questions if form is not None else ())
@@ -85,12 +91,6 @@ def problems_of_test(settings: StatisticSettings, design: StudyColumns) -> list[
     return list(_problems(settings, _takes(settings), *_known(design), design))
 
 
-def _study(request: DataRequest) -> Study | None:
-    if (Path(request.name) / STUDY_FILE).is_file() or request.name in names(request.lab):
-        return read_study(find(request.name, request.lab)).study
-    return None
-
-
 def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
     """Return the study's columns with their levels (empty: any), and its outcomes by the table they stand in.
 
@@ -111,12 +111,6 @@ def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes
         "ratings": [attribute.name for attribute in study.attributes],
         "forms": [item.name for item in items],
     }
-
-
-def _imported(folder: Path) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
-    ratings = load_ratings(folder)
-    columns: dict[str, Collection[str]] = dict.fromkeys((*map(str, ratings.table.columns), *ALWAYS), ())
-    return columns, {"ratings": ratings.attributes}
 
 
 def _rule_problems(rules: Sequence[Rule], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
@@ -295,7 +289,7 @@ class StudyColumns:
         if name in self.people:
             return self.people[name][0] in ("number", "points")
         values = {row[name] for rows in self.met.values() for row in rows if name in row}
-        return all(_is_number(value) for value in values)
+        return all(is_number(value) for value in values)
 
     def _crossed(self, settings: StatisticSettings, groups: Mapping[str, Rows]) -> list[str]:
         """The factors whose combinations everybody must meet: those within participants."""
@@ -306,7 +300,13 @@ class StudyColumns:
 def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
     """What the study's answers will have; `questions` are those that it asks about a person."""
     groups: Sequence[str | None] = [*study.groups] or [None]
-    met = {group or "": tuple(_met(study, group)) for group in groups}
+    met: dict[str, list[dict[str, str]]] = {}
+    for group, session in product(groups, range(1, study.sessions + 1)):
+        for stimulus in study.stimuli_of(group):
+            block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
+            own = {column_name(name): level for name, level in stimulus.columns.items()}
+            row = {**own, "stimulus": stimulus.id, "group": group or "", "session": str(session), "block": block}
+            met.setdefault(group or "", []).append(row)
     levels: dict[str, tuple[str, tuple[str, ...]]] = {
         question.name: (question.kind, tuple(value for value, _ in question.levels))
         for question in questions
@@ -318,13 +318,6 @@ def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
     columns = {column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())}
     people = {name: told for name, told in levels.items() if name not in columns}
     return StudyColumns(study, met, people | {f"{ANSWER}{name}": told for name, told in levels.items()})
-
-
-def _met(study: Study, group: str | None) -> Iterator[dict[str, str]]:
-    for session, stimulus in product(range(1, study.sessions + 1), study.stimuli_of(group)):
-        block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
-        columns = {column_name(name): level for name, level in stimulus.columns.items()}
-        yield {**columns, "stimulus": stimulus.id, "group": group or "", "session": str(session), "block": block}
 
 
 def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
@@ -339,10 +332,3 @@ def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
 
 def _texts(value: Any) -> tuple[str, ...]:
     return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, tuple) else ()
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return float(text) - float(text) == 0
-    except ValueError:
-        return False

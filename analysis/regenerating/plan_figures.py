@@ -53,14 +53,14 @@ def draw_all(
     """Draw each figure (None where there is none), and write NAME.svg and NAME.png where a folder is given."""
     for done, figure in enumerate(figures):
         progress(done, len(figures), f"drawing {figure.settings.name}")
-        yield None if figure.data is None else _drawn(figure.settings, figure.data, folder)
+        settings, data = figure.settings, figure.data
+        if data is None:
+            yield None
+            continue
+        with drawing(settings.name):
+            drawn = FIGURES[settings.figure].draw(data)
+            files = save(drawn.figure, folder, settings.name) if folder is not None else []
+            svg = svg_text(drawn.figure) if folder is None else files[0].read_text(encoding="utf-8")
+        title = (settings.title or data.title).rstrip(".")
+        yield DrawnFigure(settings.name, title, data.caption, svg, drawn.marks)
     progress(len(figures), len(figures), "")
-
-
-def _drawn(settings: FigureSettings, data: FigureData, folder: Path | None) -> DrawnFigure:
-    with drawing(settings.name):
-        drawn = FIGURES[settings.figure].draw(data)
-        files = save(drawn.figure, folder, settings.name) if folder is not None else []
-        svg = svg_text(drawn.figure) if folder is None else files[0].read_text(encoding="utf-8")
-    title = (settings.title or data.title).rstrip(".")
-    return DrawnFigure(settings.name, title, data.caption, svg, drawn.marks)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import shorten
@@ -80,7 +80,10 @@ def regenerate(
 def regenerate_by(
     request: DataRequest, name: str, plan: Plan, progress: Progress = lambda *_: None, crosscheck: bool = False
 ) -> RegeneratedStudy:
-    """As `regenerate`, by a plan that was found before; with `crosscheck` also held against other packages."""
+    """Do as `regenerate`, by a plan that is read already; with `crosscheck` answers are compared with other packages.
+
+    Each refusal has with it what qualifies the data, which may be its reason.
+    """
     whole = whole_material(request, name, plan, progress)
     left = apply_exclusions(whole, plan.declared)
     tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}
@@ -89,12 +92,21 @@ def regenerate_by(
     ratings = left.material.ratings
     sessions = None if ratings is None else ratings.sessions
     notes = data_notes(selecting.faults().notes, exclusions, sessions)
-    answered = tuple(_qualified(result, notes) for result in run_tests(selecting, progress))
+    qualified = f" (of the data: {shorten('; '.join(notes), MOST_LETTERS)})" if notes else ""
+    answered = tuple(
+        result if result.answer is not None else replace(result, refused=f"{result.refused}{qualified}")
+        for result in run_tests(selecting, progress)
+    )
+    files = [(table, plan.table_path(table)) for table in plan.declared.tables]
+    plan_inputs = (
+        Input(plan.path.name, plan.sha256, "the analysis plan"),
+        *(Input(path.name, file_sha256(path), f"table {table}") for table, path in files),
+    )
     return RegeneratedStudy(
         plan=plan,
         material=left.material,
         exclusions=exclusions,
-        inputs=(*whole.inputs, *_plan_inputs(plan)),
+        inputs=(*whole.inputs, *plan_inputs),
         answered=answered,
         figures=figure_data(selecting, by_name(answered)),
         tables=tables,
@@ -102,13 +114,6 @@ def regenerate_by(
         checks=cross_check(answered, progress) if crosscheck else None,
         notes=notes,
     )
-
-
-def _qualified(result: QuestionResult, notes: Sequence[str]) -> QuestionResult:
-    """Return the answer; a refusal with what qualifies the data, which may be its reason."""
-    if result.answer is not None or not notes:
-        return result
-    return replace(result, refused=f"{result.refused} (of the data: {shorten('; '.join(notes), MOST_LETTERS)})")
 
 
 def find_plan(request: DataRequest, plan_file: Path | None) -> tuple[str, Plan]:
@@ -183,10 +188,3 @@ def read_table(path: Path) -> pd.DataFrame:
         if numbers.notna().equals(table[column].notna()):
             table[column] = numbers
     return table
-
-
-def _plan_inputs(plan: Plan) -> list[Input]:
-
-    files = [(name, plan.table_path(name)) for name in plan.declared.tables]
-    tables = [Input(path.name, file_sha256(path), f"table {name}") for name, path in files]
-    return [Input(plan.path.name, plan.sha256, "the analysis plan"), *tables]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,27 +39,18 @@ def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
 
 def table_csv(table: pd.DataFrame) -> str:
     """Return a table as CSV, the same text as that of its rows, built column by column, some thousand rows a time."""
-    parts = (table.iloc[first : first + ROWS] for first in range(0, len(table), ROWS))
-    return table_text(
-        [str(name) for name in table.columns],
-        (
-            row
-            for part in parts
-            for row in zip(*(_cells(str(name), _values(part[name])) for name in part.columns), strict=True)
-        ),
-    )
 
+    def rows() -> Iterator[tuple[str, ...]]:
+        for first in range(0, len(table), ROWS):
+            columns = []
+            for name, column in table.iloc[first : first + ROWS].items():
+                values = [value.item() if isinstance(value, np.generic) else value for value in column.tolist()]
+                # Most columns are of few texts, each of which is looked at once.
+                texts = {value: _cell(str(name), value) for value in values if type(value) is str}
+                columns.append([texts[v] if type(v) is str else _cell(str(name), v) for v in values])
+            yield from zip(*columns, strict=True)
 
-def _cells(name: str, values: Sequence[Any]) -> list[str]:
-    """Return the texts of a column's values. Most columns are of few texts, each of which is looked at once."""
-    texts = {value: _cell(name, value) for value in set(filter(lambda value: type(value) is str, values))}
-    return [texts[value] if type(value) is str else _cell(name, value) for value in values]
-
-
-def _values(column: pd.Series[Any]) -> list[Any]:
-    """Return the column's values as Python's own."""
-    values: list[Any] = column.tolist()
-    return [value.item() if isinstance(value, np.generic) else value for value in values]
+    return table_text([str(name) for name in table.columns], rows())
 
 
 def _cell(name: str, value: Any) -> str:
@@ -85,15 +76,13 @@ def without_formula(text: str) -> str:
     So does one with apostrophes before such a mark: taking away the first one always gives the text back.
     """
     begins = text.lstrip("'")[:1]
-    return f"'{text}" if begins in FORMULA and begins and not _is_number(text) else text
-
-
-def _is_number(text: str) -> bool:
+    if not begins or begins not in FORMULA:
+        return text
     try:
         float(text)
     except ValueError:
-        return False
-    return True
+        return f"'{text}"
+    return text
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:

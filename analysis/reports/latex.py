@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from palpate.analysis.reports.tables import Head, NumberedTable, Table, table_letters
+from palpate.analysis.reports.tables import Head, NumberedTable, table_letters
 
 PACKAGES = "booktabs,longtable,pdflscape"
 _GREEK = {
@@ -32,19 +32,22 @@ TURNED = ((150, r"\footnotesize", 3), (185, r"\scriptsize", 2), (10**6, r"\tiny"
 def latex_text(title: str, lead: str, tables: Sequence[NumberedTable]) -> str:
     """Return every table as a longtable with its caption and label, to be read into a document in the encoding T1."""
     head = [f"% {one_line(title)}", f"% Needs \\usepackage[T1]{{fontenc}} and \\usepackage{{{PACKAGES}}}"]
-    letters = sorted(
-        {letter for table in tables for letter in _letters(table) if letter not in LETTERS and letter > "ſ"}
-    )
+    texts = [
+        text
+        for table in tables
+        for row in (
+            [head.name for head in table.table.heads],
+            *table.table.rows,
+            table.notes,
+            table.table.groups.values(),
+        )
+        for text in (table.title, *row)
+    ]
+    letters = sorted({letter for text in texts for letter in text if letter not in LETTERS and letter > "ſ"})
     if letters:
         head.append(f"% Holds letters that pdflatex does not know (lualatex does): {' '.join(letters)}")
     leads = [escaped(lead)] if lead else []
     return "\n\n".join(["\n".join(head), *leads, *map(_table, tables)]) + "\n"
-
-
-def _letters(numbered: NumberedTable) -> str:
-    heads = "".join(head.name for head in numbered.table.heads)
-    cells = "".join(cell for row in numbered.table.rows for cell in row)
-    return "".join((numbered.title, heads, cells, *numbered.notes, *numbered.table.groups.values()))
 
 
 def one_line(text: str) -> str:
@@ -70,18 +73,14 @@ def _longtable(numbered: NumberedTable) -> list[str]:
     table = numbered.table
     head = [r"\toprule", " & ".join(map(_head, table.heads)) + r" \\", r"\midrule"]
     name = "".join(letter if letter.isascii() and letter.isalnum() else "-" for letter in numbered.name)
-    lines = [rf"\begin{{longtable}}{{@{{}}{_sides(table)}@{{}}}}", rf"\caption{{{escaped(numbered.title)}}}"]
+    sides = "".join({"number": "r", "words": r"p{5cm}"}.get(head.kind, "l") for head in table.heads)
+    lines = [rf"\begin{{longtable}}{{@{{}}{sides}@{{}}}}", rf"\caption{{{escaped(numbered.title)}}}"]
     lines += [rf"\label{{tab:{name}}}\\", *head, r"\endfirsthead", *head, r"\endhead", r"\bottomrule", r"\endfoot"]
     for place, row in enumerate(table.rows):
         if place in table.groups:
             lines += [rf"\multicolumn{{{len(table.heads)}}}{{@{{}}l}}{{\itshape {escaped(table.groups[place])}}}\\*"]
         lines.append(" & ".join(map(escaped, row)) + r" \\")
     return [*lines, r"\end{longtable}"]
-
-
-def _sides(table: Table) -> str:
-    kinds = {"number": "r", "words": r"p{5cm}"}
-    return "".join(kinds.get(head.kind, "l") for head in table.heads)
 
 
 def _head(head: Head) -> str:

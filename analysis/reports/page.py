@@ -169,23 +169,20 @@ def table(
         for column in used
     )
     cells = tuple(tuple(written(row.get(column.name), column.form) for column in used) for row in rows)
+    best: set[tuple[int, int]] = set()  # the cells of a column that hold its best number, as written
+    for place, column in enumerate(used):
+        own = [(i, row.get(column.name)) for i, row in enumerate(rows) if column.better and not row.get("printed")]
+        values = {i: value for i, value in own if value is not None}
+        if len(values) > 1:  # else there is nothing to compare
+            text = written((min if column.better == "low" else max)(values.values()), column.form)
+            best |= {(i, place) for i, value in values.items() if written(value, column.form) == text}
     emphasis = Emphasis(
         frozenset(i for i, row in enumerate(rows) if ours is not None and row.get("method") == ours),
-        frozenset(place for j, column in enumerate(used) for place in _best(rows, column, j)),
+        frozenset(best),
         frozenset(j for j, column in enumerate(used) if column.name in theirs),
         frozenset(i for i, row in enumerate(rows) if row.get("printed")),
     )
     return TableBlock(Table(heads, cells, emphasis=emphasis), title, note, folded)
-
-
-def _best(rows: Sequence[Row], column: Column, place: int) -> list[tuple[int, int]]:
-    """Return the cells of a column that hold its best number, as written; none where there is nothing to compare."""
-    own = [(i, row.get(column.name)) for i, row in enumerate(rows) if column.better and not row.get("printed")]
-    values = {i: value for i, value in own if value is not None}
-    if len(values) < 2:
-        return []
-    best = (min if column.better == "low" else max)(values.values())
-    return [(i, place) for i, value in values.items() if written(value, column.form) == written(best, column.form)]
 
 
 def long_table(content: Table, summary: str, file: str = "") -> tuple[Block, ...]:

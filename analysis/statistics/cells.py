@@ -10,7 +10,7 @@ import math
 import operator
 import re
 from collections import Counter
-from collections.abc import Collection, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Collection, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from numbers import Integral, Number, Real
@@ -113,7 +113,13 @@ def coded(column: pd.Series[Any], name: Hashable) -> Coded:
     where different labels read the same: 1 and "1", True and 1.
     """
     if len(column) > FEW and (column.dtype != object or infer_dtype(column, skipna=False) in ("string", "integer")):
-        return _coded_by_pandas(column, name)
+        codes, uniques = pd.factorize(column)
+        _refuse_missing(np.flatnonzero(codes < 0).tolist(), name)
+        distinct = uniques.tolist()
+        labels = ordered(_distinct(distinct, name))
+        rank = {label: i for i, label in enumerate(labels)}
+        order = np.array([rank[label] for label in distinct], dtype=np.intp)
+        return Coded(order[codes], labels)
     values = column.tolist()
     labels = ordered(_distinct(values, name))
     code = {label: i for i, label in enumerate(labels)}
@@ -133,7 +139,11 @@ def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
     # Refuse different labels that a reader, or the next program to read the table, takes for the same.
     seen: dict[str, Any] = {}
     for label in labels:
-        for text in _readings(label):
+        is_whole = isinstance(label, Integral | Truth) or (
+            isinstance(label, Real) and label not in ENDS and label % 1 == 0
+        )
+        # The texts that a label may be written as: 1.0 also as "1", True also as "1".
+        for text in (str(label), str(int(label))) if is_whole else (str(label),):
             twin = seen.setdefault(text, label)
             if len({twin, label}) > 1 or isinstance(twin, Truth) != isinstance(label, Truth):
                 both = " and ".join(sorted((repr(twin), repr(label)), reverse=True))
@@ -144,20 +154,16 @@ def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
 def ordered(labels: Collection[Any]) -> list[Hashable]:
     """Return labels in natural order (2 before 10, also within text), the same for 2 and "2"."""
     kinds = set(map(type, labels))
-    if kinds == {int} or (kinds == {str} and _read_alike(labels)):
+    if kinds == {int}:
+        return sorted(labels)
+    # Texts that begin with a letter and differ only in digits: their plain order is the natural one. A number could
+    # begin with a digit, a sign, a point or a space, and 1e5 and 9e4 would then stand the wrong way round.
+    shapes = {text.translate(ALIKE) for text in labels} if kinds == {str} else set()
+    if len(shapes) == 1 and shapes.pop()[:1].isalpha():
         return sorted(labels)
     if kinds == {str} and all(map(str.isdecimal, labels)):
         return sorted(labels, key=lambda text: (int(text), text))
     return sorted(labels, key=_natural)
-
-
-def _read_alike(texts: Iterable[str]) -> bool:
-    """Return whether texts begin with a letter and differ only in digits: their plain order is the natural one.
-
-    A number could begin with a digit, a sign, a point or a space, and 1e5 and 9e4 would then stand the wrong way round.
-    """
-    shapes = {text.translate(ALIKE) for text in texts}
-    return len(shapes) == 1 and shapes.pop()[:1].isalpha()
 
 
 def _natural(label: Hashable) -> tuple[Any, ...]:
@@ -170,16 +176,6 @@ def _natural(label: Hashable) -> tuple[Any, ...]:
     parts[1::2] = map(int, parts[1::2])
     tail = (parts, text, type(label).__name__)
     return (0, number, *tail) if math.isfinite(number) else (1, 0.0, *tail)
-
-
-def _coded_by_pandas(column: pd.Series[Any], name: Hashable) -> Coded:
-    codes, uniques = pd.factorize(column)
-    _refuse_missing(np.flatnonzero(codes < 0).tolist(), name)
-    distinct = uniques.tolist()
-    labels = ordered(_distinct(distinct, name))
-    rank = {label: i for i, label in enumerate(labels)}
-    order = np.array([rank[label] for label in distinct], dtype=np.intp)
-    return Coded(order[codes], labels)
 
 
 def _missing(value: Any) -> bool:
@@ -200,17 +196,6 @@ def _refuse_missing(rows: list[int], name: Hashable) -> None:
     if rows:
         where = listed((f"row {row + 1}" for row in rows), len(rows))
         raise BadValue(f"column {name!r} has no label in {where}; name every row or take these rows out")
-
-
-def _readings(label: Any) -> Iterator[str]:
-    """Yield the texts that a label may be written as: 1.0 also as "1", True also as "1"."""
-    yield str(label)
-    if _whole(label):
-        yield str(int(label))
-
-
-def _whole(label: Any) -> bool:
-    return isinstance(label, Integral | Truth) or (isinstance(label, Real) and label not in ENDS and label % 1 == 0)
 
 
 @dataclass(frozen=True)
@@ -353,7 +338,12 @@ def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) ->
     values = cell_means(y, grid.flat, count).reshape(grid.shape)
     complete = np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1))
     if not complete.all() and missing == "raise":
-        _refuse_gaps(grid, np.flatnonzero(np.isnan(values.ravel())))
+        cells = np.flatnonzero(np.isnan(values.ravel()))
+        gaps = listed((grid.described(int(cell), " has no value") for cell in cells), len(cells))
+        raise IncompleteCells(
+            f"{gaps}; {len(cells)} {'cell' if len(cells) == 1 else 'cells'} missing in all; "
+            "pass missing='listwise' to leave such participants out"
+        )
     counts = count.reshape(len(values), -1)[complete]
     if not counts.size:
         raise IncompleteCells("no participant has a value in every cell; nothing is left after listwise deletion")
@@ -377,19 +367,7 @@ def cell_means(y: Floats, flat: Counts, count: Counts) -> Floats:
     small, exponent = scaled(np.nan_to_num(y))
     listed_values = np.where(np.isnan(y), np.nan, small)[np.argsort(flat, kind="stable")].tolist()
     ends = np.cumsum(count).tolist()
-    means = [math.fsum(values) / len(values) if values else math.nan for values in _runs(listed_values, ends)]
+    runs = [listed_values[start:end] for start, end in zip([0, *ends], ends, strict=False)]
+    means = [math.fsum(values) / len(values) if values else math.nan for values in runs]
     result: Floats = np.ldexp(np.array(means), exponent)
     return result
-
-
-def _runs(values: list[float], ends: list[int]) -> Iterator[list[float]]:
-    for start, end in zip([0, *ends], ends, strict=False):
-        yield values[start:end]
-
-
-def _refuse_gaps(grid: _Grid, cells: Counts) -> None:
-    gaps = listed((grid.described(int(cell), " has no value") for cell in cells), len(cells))
-    raise IncompleteCells(
-        f"{gaps}; {len(cells)} {'cell' if len(cells) == 1 else 'cells'} missing in all; "
-        "pass missing='listwise' to leave such participants out"
-    )

@@ -152,8 +152,14 @@ def f_noncentrality(f: float, df1: float, df2: float, confidence: float) -> Limi
         return NONE
     tail = (1 - confidence) / 2
     start = df1 * f + df1 + 1.0
-    limits = [_largest(lambda nc: f_chance(f, df1, df2, nc), level, start) for level in (1 - tail, tail)]
-    return limits[0], limits[1]
+
+    def chance(nc: float) -> float:
+        return f_chance(f, df1, df2, nc)
+
+    # The noncentrality at which a falling probability reaches the level; 0 where it begins below.
+    at_0 = chance(0.0)
+    low, high = (0.0 if at_0 <= level else _crossing(chance, level, 0.0, start) for level in (1 - tail, tail))
+    return low, high
 
 
 def f_chance(f: float, df1: float, df2: float, nc: float) -> float:
@@ -216,11 +222,6 @@ def _nodes(low: float, high: float) -> tuple[Floats, Floats]:
 def _legendre() -> tuple[Floats, Floats]:
     x, weights = np.polynomial.legendre.leggauss(NODES)
     return x, weights
-
-
-def _largest(chance: Callable[[float], float], level: float, start: float) -> float:
-    """Return the noncentrality at which a falling probability reaches `level`; 0 where it begins below."""
-    return 0.0 if chance(0.0) <= level else _crossing(chance, level, 0.0, start)
 
 
 def _crossing(chance: Callable[[float], float], level: float, low: float, high: float) -> float:

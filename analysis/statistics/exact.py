@@ -121,16 +121,12 @@ def summed_part(table: Cells, shape: Sequence[int], axes: Sequence[int]) -> Cell
         key = tuple(where[axis] for axis in axes)
         part[key] = part.get(key, 0) + value
     for place, axis in enumerate(axes):
-        part = _centred(part, place, shape[axis])
+        sums: Cells = {}
+        for where, value in part.items():
+            key = where[:place] + where[place + 1 :]
+            sums[key] = sums.get(key, 0) + value
+        part = {where: shape[axis] * value - sums[where[:place] + where[place + 1 :]] for where, value in part.items()}
     return part
-
-
-def _centred(part: Cells, place: int, size: int) -> Cells:
-    sums: Cells = {}
-    for where, value in part.items():
-        key = where[:place] + where[place + 1 :]
-        sums[key] = sums.get(key, 0) + value
-    return {where: size * value - sums[where[:place] + where[place + 1 :]] for where, value in part.items()}
 
 
 def part_ss(part: Cells, shape: Sequence[int], axes: Sequence[int]) -> Fraction:
@@ -239,16 +235,14 @@ def _checked(effect: Effect, exact: ExactEffect) -> dict[str, Any]:
     if math.isnan(effect.f):
         return _row(effect, math.nan, "", exact.f, f"not checked: {effect.note}")
     pairs = {name: (getattr(effect, name), getattr(exact, name)) for name in NUMBERS}
-    apart = {name: _apart(*pair) for name, pair in pairs.items() if pair[1] is not None}
+    # Relative differences, without rounding; absolute where 0 is expected, infinite for no number.
+    apart = {
+        name: float(abs(Fraction(value) - expected) / (abs(expected) or 1)) if math.isfinite(value) else math.inf
+        for name, (value, expected) in pairs.items()
+        if expected is not None
+    }
     worst = max(apart, key=apart.__getitem__)
     return _row(effect, apart[worst], worst, exact.f, effect.note)
-
-
-def _apart(value: float, expected: Fraction) -> float:
-    """Return the relative difference, without rounding; absolute where 0 is expected, infinite for no number."""
-    if not math.isfinite(value):
-        return math.inf
-    return float(abs(Fraction(value) - expected) / (abs(expected) or 1))
 
 
 def _row(effect: Effect, difference: float, number: str, exact: Fraction | None, note: str) -> dict[str, Any]:

@@ -87,7 +87,12 @@ def form(levels: Sequence[int], sizes: Sequence[int], effect: Effect, kind: SumO
         df = math.prod(levels[place] - 1 for place in effect)
         return _reduced(df, top, int(size) * math.prod(levels))
     if not effect:
-        return _mean(sizes, kind)
+        # The form of the mean of all: of participants for type II, which adjusts it for nothing, else of groups.
+        if kind == "II":
+            return Form(1, np.ones((len(sizes),) * 2, dtype=object), sum(map(int, sizes)))
+        common = math.lcm(*map(int, sizes))
+        weights = np.array([common // int(size) for size in sizes], dtype=object)
+        return _reduced(1, np.outer(weights, weights), common * int(weights.sum()))
     if len(levels) == 1:
         # sum t^2 / n - (sum t)^2 / N.
         common, total = math.lcm(*map(int, sizes)), sum(map(int, sizes))
@@ -118,15 +123,6 @@ def _projected(own: Whole, rest: Whole, sizes: Sequence[int]) -> Projection:
     for _ in range(2):  # twice is enough (Parlett 1998, 6.9)
         new = new - known @ (known.T @ new)
     return Projection(own.shape[1], np.linalg.qr(new)[0].astype(np.float64), tuple(map(int, sizes)))
-
-
-def _mean(sizes: Sequence[int], kind: SumOfSquares) -> Form:
-    """Return the form of the mean of all: of participants for type II, which adjusts it for nothing, else of groups."""
-    if kind == "II":
-        return Form(1, np.ones((len(sizes),) * 2, dtype=object), sum(map(int, sizes)))
-    common = math.lcm(*map(int, sizes))
-    shares = np.array([common // int(size) for size in sizes], dtype=object)
-    return _reduced(1, np.outer(shares, shares), common * int(shares.sum()))
 
 
 def subsets(factors: int, first: int = 0) -> Iterator[Effect]:

@@ -141,7 +141,10 @@ def gather_design(
     check_columns(data, [dv, subject, *own, *others])
     cells = gather_all(data, dv, own, subject, missing, aggregate)
     refuse_too_few(cells)
-    cells = _by_value(cells) if nobodys else cells
+    if nobodys:  # rows are no participants, and no result may depend on their order: they go by their values
+        order = np.argsort(cells.values, kind="stable")
+        people = [cells.participants[i] for i in order.tolist()]
+        cells = replace(cells, values=cells.values[order], participants=people)
     design = Design(cells, membership(data, cells, others, subject))
     names = [design.source(between, axes) for axes, between in design.terms()]
     if len(set(names)) < len(names):
@@ -162,12 +165,6 @@ def _rows_as_participants(
     while subject in data.columns:
         subject += "'"
     return data.assign(**{subject: [f"row {row + 1}" for row in range(len(data))]}), subject
-
-
-def _by_value(cells: Cells) -> Cells:
-    """Return rows that are nobody's, in the order of their values: no result may depend on the order of the rows."""
-    order = np.argsort(cells.values, kind="stable")
-    return replace(cells, values=cells.values[order], participants=[cells.participants[i] for i in order.tolist()])
 
 
 @dataclass(frozen=True)

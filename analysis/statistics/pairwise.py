@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import combinations
 from numbers import Integral
 from typing import Any, NamedTuple, TypeAlias
@@ -187,21 +188,16 @@ def paired(labels: Sequence[Hashable], values: Floats) -> Iterator[Comparison]:
     x, exponent = scaled(values)
     limits = ROUNDING_ULPS * np.spacing(np.abs(x).max(axis=0))
     for i in range(len(labels) - 1):
-        means, spreads = _differences_to(x, i)
+        # Mean and standard deviation of column i minus each later column.
+        high, low = difference(x[:, i : i + 1], x[:, i + 1 :])
+        change, rest = differences((high, low), 0)
+        deviations = centred(change if rest is None else change + rest, 0) / len(x)
+        spreads = np.sqrt(np.add.reduce(deviations * deviations, axis=0) / (len(x) - 1))
+        means = row_sums((high.T, low.T)) / len(x)
         floors = np.maximum(limits[i], limits[i + 1 :])
         later = zip(labels[i + 1 :], means.tolist(), spreads.tolist(), floors.tolist(), strict=True)
         for label, mean, spread, floor in later:
             yield _paired(labels[i], label, (mean, spread, floor), len(x), exponent)
-
-
-def _differences_to(x: Floats, i: int) -> tuple[Floats, Floats]:
-    """Return mean and standard deviation of column i minus each later column."""
-    n = len(x)
-    high, low = difference(x[:, i : i + 1], x[:, i + 1 :])
-    change, rest = differences((high, low), 0)
-    deviations = centred(change if rest is None else change + rest, 0) / n
-    spreads = np.sqrt(np.add.reduce(deviations * deviations, axis=0) / (n - 1))
-    return row_sums((high.T, low.T)) / n, spreads
 
 
 def _paired(a: Hashable, b: Hashable, scaled_pair: tuple[float, float, float], n: int, exponent: int) -> Comparison:
@@ -233,7 +229,12 @@ def unpaired(labels: Sequence[Hashable], groups: Sequence[Floats]) -> Iterator[C
     """Yield the comparison of every pair of groups: pooled variance for equal sizes, else Welch's; Hedges' g."""
     x, exponent = scaled(np.concatenate(groups))
     parts = np.split(x, np.cumsum([len(group) for group in groups])[:-1])
-    samples = [_sample(label, part, float(x[0])) for label, part in zip(labels, parts, strict=True)]
+    samples = []
+    for label, part in zip(labels, parts, strict=True):
+        exact_mean = exact_sum(part, float(x[0])) / len(part)
+        high = float(exact_mean)
+        floor = ROUNDING_ULPS * float(np.spacing(np.abs(part).max()))
+        samples.append(_Sample(label, len(part), high, float(exact_mean - Fraction(high)), deviation_ss(part), floor))
     for a, b in combinations(samples, 2):
         mean = (a.mean - b.mean) + (a.low - b.low)
         floor, df = max(a.floor, b.floor), float(a.n + b.n - 2)
@@ -254,13 +255,6 @@ def unpaired(labels: Sequence[Hashable], groups: Sequence[Floats]) -> Iterator[C
         pooled = math.sqrt((a.ss + b.ss) / (a.n + b.n - 2)) if a.n + b.n > 2 else math.nan
         plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, pooled))
         yield Comparison(a.label, b.label, plain, own_error, t, df, size, note, own_spread)
-
-
-def _sample(label: Hashable, part: Floats, pivot: float) -> _Sample:
-    mean = exact_sum(part, pivot) / len(part)
-    high = float(mean)
-    floor = ROUNDING_ULPS * float(np.spacing(np.abs(part).max()))
-    return _Sample(label, len(part), high, float(mean - type(mean)(high)), deviation_ss(part), floor)
 
 
 def hedges_g(mean: float, ss: float, n: int) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Answer, Confidence, Kind, Row, Selected, StatisticSettings, Value
+from palpate.analysis.plans.answers import Answer, Confidence, Kind, Row, Selected, StatisticSettings
 from palpate.protocols.study import Text
 from palpate.protocols.wording import count, some
 
@@ -116,7 +116,9 @@ def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
 
 
 def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
-    """The bipolar pairs of the kept words; the kept words without a pair in `more`."""
+    """Return the bipolar pairs of the kept words; the kept words without a pair in `more`."""
+    import pandas as pd
+
     from palpate.analysis.adjectives.antonyms import antonym_pairs
     from palpate.analysis.adjectives.relevance import relevance
 
@@ -125,8 +127,22 @@ def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
     score: dict[str, float] = dict(zip(scores["word"], scores["relevance"].tolist(), strict=True))
     kept = scores.loc[scores["kept"], "word"].tolist()
     offered = () if settings.new_words else selected.offered
-    found = antonym_pairs(kept, _antonyms(selected, settings), offered, need_both=settings.need_both)
-    rows = tuple(_pair_row(pair, score) for pair in found.pairs)
+    antonyms = (
+        _own_table(selected, settings.antonyms)
+        if isinstance(settings.antonyms, str)
+        else pd.DataFrame(list(settings.antonyms), columns=["word", "antonym"])
+    )
+    found = antonym_pairs(kept, antonyms, offered, need_both=settings.need_both)
+    rows: list[Row] = []
+    for word, antonym, word_kept, antonym_kept in found.pairs:
+        absent = [name for name in (word, antonym) if name not in score]
+        rows.append(
+            {
+                **{"word": word, "antonym": antonym, "word_kept": word_kept, "antonym_kept": antonym_kept},
+                **{"relevance_word": score.get(word), "relevance_antonym": score.get(antonym)},
+                "note": f"{absent[0]} was not offered and has no relevance" if absent else "",
+            }
+        )
     left: tuple[Row, ...] = tuple(
         {"word": each, "relevance": score[each], "note": "no pair"} for each in found.left_out
     )
@@ -169,7 +185,7 @@ def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
 
 def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
     """The different words that were written; participants and stimuli in `more`."""
-    from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists
+    from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists, synonym_table
     from palpate.analysis.plans.families.rows import plain_rows, require_columns
     from palpate.analysis.ratings.dataset import DataRefused
     from palpate.analysis.statistics.apa import number
@@ -181,7 +197,9 @@ def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
         there = ", ".join(sorted(set(table["kind"]))) or "none at all"
         raise DataRefused(f"no written words among the answers; kinds of word there: {there}")
     written = table[wanted]
-    synonyms = _synonyms(selected, settings)
+    synonyms = settings.synonyms
+    if isinstance(synonyms, str):
+        synonyms = synonym_table(_own_table(selected, synonyms))
     found = lexicon(written, settings.normalisation, synonyms=synonyms, offered=selected.offered)
     per_person, sd = mean_and_sd(found.participants["words"].tolist())
     headline = (
@@ -225,32 +243,6 @@ def _selections(selected: Selected) -> Selections:
         raise DataRefused("no adjectives were chosen here: this test needs a study in which words are ticked")
     ticked = selected.table[selected.table["kind"] == TICKED]
     return gather_selections(ticked, selected.trials, selected.offered)
-
-
-def _pair_row(pair: tuple[str, str, bool, bool], score: Mapping[str, float]) -> dict[str, Value]:
-    word, antonym, word_kept, antonym_kept = pair
-    absent = [each for each in (word, antonym) if each not in score]
-    return {
-        **{"word": word, "antonym": antonym, "word_kept": word_kept, "antonym_kept": antonym_kept},
-        **{"relevance_word": score.get(word), "relevance_antonym": score.get(antonym)},
-        "note": f"{absent[0]} was not offered and has no relevance" if absent else "",
-    }
-
-
-def _antonyms(selected: Selected, settings: AskedPairs) -> pd.DataFrame:
-    import pandas as pd
-
-    if isinstance(settings.antonyms, str):
-        return _own_table(selected, settings.antonyms)
-    return pd.DataFrame(list(settings.antonyms), columns=["word", "antonym"])
-
-
-def _synonyms(selected: Selected, settings: AskedLexicon) -> Mapping[str, str]:
-    if not isinstance(settings.synonyms, str):
-        return settings.synonyms
-    from palpate.analysis.adjectives.lexicon import synonym_table
-
-    return synonym_table(_own_table(selected, settings.synonyms))
 
 
 def _lists(selected: Selected, settings: AskedLexicon) -> dict[str, list[str]]:

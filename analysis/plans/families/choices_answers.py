@@ -20,7 +20,6 @@ from palpate.analysis.choices.triads import circular_triads
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.families.rows import plain_row, require_columns
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
-from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.apa import apa_p
 from palpate.analysis.statistics.cells import coded
 from palpate.analysis.statistics.pvalues import t_critical
@@ -30,8 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from palpate.analysis.plans.answers import Row, Selected
-    from palpate.analysis.plans.families.choices import BradleyTerry, PsychometricFunction, Thurstone
-
+    from palpate.analysis.plans.idle import idle_note
+from palpate.analysis.plans.families.choices import BradleyTerry, PsychometricFunction, Thurstone
 
 NUMBERS = (
     "threshold", "threshold_low", "threshold_high", "share_at", "jnd", "jnd_low", "jnd_high", "slope", "guess", "lapse",
@@ -232,14 +231,6 @@ def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) 
     return f"Mean {'; '.join(told[:MOST_TOLD])}" + ("; ..." if len(told) > MOST_TOLD else "")
 
 
-def _without_interval(settings: PsychometricFunction, summary: tuple[Row, ...]) -> str:
-    """What is said of a confidence that nothing has."""
-    idle = settings.confidence != type(settings).model_fields["confidence"].default and settings.interval_kind == "none"
-    if not idle or any(row["ci_low"] is not None for row in summary):
-        return ""
-    return idle_note("confidence", "with `interval: none` and no mean over several functions")
-
-
 def _answer(
     selected: Selected,
     settings: PsychometricFunction,
@@ -250,6 +241,11 @@ def _answer(
     interval = settings.interval_kind
     how = "posterior on a grid (Schütt et al. 2016)" if interval == "posterior" else "maximum likelihood"
     jnd = "(x.75 - x.25) / 2 of F" if settings.jnd == "half_interquartile" else "x.84 - x.50 of F"
+    idle = (
+        settings.confidence != type(settings).model_fields["confidence"].default
+        and settings.interval_kind == "none"
+        and all(row["ci_low"] is None for row in more["summary"])
+    )
     people = selected.table["participant"].nunique() if "participant" in selected.table.columns else 0
     return Answer(
         rows=tuple(plain_row(row) for row in rows),
@@ -273,7 +269,7 @@ def _answer(
             [
                 NO_TASK if settings.task is None else "",
                 f"{len(lacking)} of {len(rows)} functions have no estimate (see `note`)" if lacking else "",
-                _without_interval(settings, more["summary"]),
+                idle_note("confidence", "with `interval: none` and no mean over several functions") if idle else "",
             ]
         ),
         more=more,

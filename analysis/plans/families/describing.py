@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -89,17 +90,13 @@ class TargetErrors(StatisticSettings):
     confidence: Confidence = 0.95
 
 
-def _cells(settings: Means) -> tuple[str, ...]:
-    return settings.by
-
-
 KINDS: Mapping[str, Kind] = {
     "means": Kind(
         "mean ratings",
         Means,
         lazy_function(f"{_ANSWERS}:means"),
         each="outcome",
-        complete=_cells,
+        complete=attrgetter("by"),
         with_gaps=lazy_function(f"{_ANSWERS}:means_with_gaps"),
     ),
     "trends": Kind("trends within families", Trends, lazy_function(f"{_ANSWERS}:trends"), each="all"),

@@ -24,7 +24,7 @@ from palpate.analysis.plans.families.rows import (
 from palpate.analysis.ratings.categories import category_cells, category_differences, overall, turned, two_categories
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.disagreement import Disagreement, attribute_spreads, disagreement
-from palpate.analysis.ratings.one_sample import OneSample, columns_of
+from palpate.analysis.ratings.one_sample import columns_of
 from palpate.analysis.ratings.person_cells import PersonCells, constant_columns, levels_of, person_cells
 from palpate.analysis.ratings.target_errors import ALL, CATEGORY, TargetError, target_errors
 from palpate.analysis.ratings.trends import CORRECTIONS, cell_trends, families_of, steps_of
@@ -241,9 +241,9 @@ def categories(selected: Selected, settings: Categories) -> Answer:
     rows = []
     for (label, each), p in zip(found, corrected, strict=True):
         sides = {name: float(np.nanmean(cells.values[:, cells.cells.index((name, *label))])) for name in pair}
-        rows.append(
-            plain_row({**dict(zip(settings.by, label, strict=True)), **sides, **_difference(each, p, len(found))})
-        )
+        numbers = {"difference" if name == "mean" else name: value for name, value in columns_of(each).items()}
+        corrected_p = {"p_corrected": p, "family_size": len(found), "note": each.note}
+        rows.append(plain_row({**dict(zip(settings.by, label, strict=True)), **sides, **numbers, **corrected_p}))
     more = {
         "levels": tuple(rows),
         "category_x_level": tuple(_interaction(cells)),
@@ -308,12 +308,6 @@ def _kinds(pair: Pair, within: str, confidence: float) -> dict[str, str]:
         "p": "two-sided p, not adjusted",
         "sd": "SD between participants",
     }
-
-
-def _difference(each: OneSample, corrected: float, size: int) -> dict[str, object]:
-    numbers: dict[str, object] = dict(columns_of(each))
-    numbers["difference"] = numbers.pop("mean")
-    return {**numbers, "p_corrected": corrected, "family_size": size, "note": each.note}
 
 
 def _interaction(cells: PersonCells) -> list[Row]:

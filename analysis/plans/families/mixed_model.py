@@ -56,10 +56,12 @@ class MixedModel(StatisticSettings):
 _mixed_model = lazy_function(f"{_ANSWERS}:model_answer")
 
 
-def _columns(settings: MixedModel) -> tuple[str, ...]:
-    return (*settings.fixed, *settings.numeric)
-
-
 KINDS: Mapping[str, Kind] = {
-    "mixed_model": Kind("linear mixed model", MixedModel, _mixed_model, complete=_columns, with_gaps=_mixed_model),
+    "mixed_model": Kind(
+        "linear mixed model",
+        MixedModel,
+        _mixed_model,
+        complete=lambda settings: (*settings.fixed, *settings.numeric),
+        with_gaps=_mixed_model,
+    ),
 }

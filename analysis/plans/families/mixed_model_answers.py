@@ -52,7 +52,13 @@ FITTED = {
 def model_answer(selected: Selected, settings: MixedModel) -> Answer:
     """One row per coefficient; F tests, variances, correlations and the fit's numbers beside."""
     effects = tuple(dict.fromkeys((*settings.fixed, *settings.numeric)))
-    table, notes = _table(selected, (*effects, *_parts(selected.table, settings)), settings.numeric)
+    grouping = [
+        *settings.random,
+        *(slope for slopes in settings.random.values() for slope in slopes),
+        *settings.interactions,
+    ]
+    parts = [part for name in grouping for part in ([name] if name in selected.table.columns else name.split(":"))]
+    table, notes = _table(selected, (*effects, *parts), settings.numeric)
     # The study's order of the levels of each factor of the model, also of those whose slopes vary.
     slopes = {part for each in settings.random.values() for name in each for part in name.split(":")}
     factors = {*settings.fixed, *slopes} - set(settings.numeric)
@@ -113,16 +119,6 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
         notes=notes,
         more=more,
     )
-
-
-def _parts(table: pd.DataFrame, settings: MixedModel) -> Iterable[str]:
-    """The columns of grouping factors, slopes and interactions."""
-    named = [
-        *settings.random,
-        *(slope for slopes in settings.random.values() for slope in slopes),
-        *settings.interactions,
-    ]
-    return [part for name in named for part in ([name] if name in table.columns else name.split(":"))]
 
 
 def _table(selected: Selected, columns: Iterable[str], numeric: Sequence[str]) -> tuple[pd.DataFrame, list[str]]:

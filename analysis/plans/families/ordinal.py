@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -189,14 +190,6 @@ def _factor(settings: Friedman | Cochran | Nemenyi | Wilcoxon) -> tuple[str, ...
     return (settings.factor,)
 
 
-def _within(settings: AlignedRanks) -> tuple[str, ...]:
-    return settings.within
-
-
-def _predictors(settings: Ordinal) -> tuple[str, ...]:
-    return settings.fixed
-
-
 KINDS: Mapping[str, Kind] = {
     "friedman": Kind("Friedman's test", Friedman, lazy_function(f"{_ANSWERS}:friedman_answer"), complete=_factor),
     "cochran": Kind("Cochran's Q", Cochran, cochran_answer, complete=_factor),
@@ -205,8 +198,13 @@ KINDS: Mapping[str, Kind] = {
         "Wilcoxon's signed ranks", Wilcoxon, lazy_function(f"{_ANSWERS}:wilcoxon_answer"), complete=_factor
     ),
     "aligned_ranks": Kind(
-        "aligned rank transform", AlignedRanks, lazy_function(f"{_ANSWERS}:aligned_answer"), complete=_within
+        "aligned rank transform",
+        AlignedRanks,
+        lazy_function(f"{_ANSWERS}:aligned_answer"),
+        complete=attrgetter("within"),
     ),
-    "ordinal_model": Kind("ordinal model", Ordinal, _ordinal_model, complete=_predictors, with_gaps=_ordinal_model),
+    "ordinal_model": Kind(
+        "ordinal model", Ordinal, _ordinal_model, complete=attrgetter("fixed"), with_gaps=_ordinal_model
+    ),
     "likert": Kind("Likert items", Likert, lazy_function(f"{_ANSWERS}:likert_answer"), takes="forms", each="all"),
 }

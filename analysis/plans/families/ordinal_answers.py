@@ -33,8 +33,6 @@ from palpate.protocols.wording import count
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
 
-    import pandas as pd
-
     from palpate.analysis.plans.answers import Answer, Row, Selected
     from palpate.analysis.plans.families.ordinal import (
         AlignedRanks,
@@ -54,7 +52,10 @@ def model_answer(selected: Selected, settings: Ordinal) -> Answer:
     """One row per threshold and slope, and the participants' SD; the likelihood ratio tests beside."""
     needed = (*settings.fixed, *settings.numeric)
     require_columns(selected.table, ("participant", *needed, "value"))
-    table, notes = _answered(selected.table, settings)
+    table, notes = selected.table, list[str]()
+    if settings.missing == "listwise" and (empty := int(table["value"].isna().sum())):
+        table = table[table["value"].notna()]
+        notes = [f"Left out: {count(empty, 'row')} without an answer."]
     model = ordinal_model(
         with_numbers(table, settings.numeric),
         "value",
@@ -80,7 +81,14 @@ def model_answer(selected: Selected, settings: Ordinal) -> Answer:
     more = {
         "tests": plain_rows(model.tests),
         "proportional": plain_rows(model.proportional),
-        "fit": (_fit_row(model),),
+        "fit": (
+            plain_row(
+                {
+                    **{"log_likelihood": model.log_likelihood, "aic": model.aic, "n": model.n},
+                    **{"participants": model.participants, "levels": ", ".join(model.levels)},
+                }
+            ),
+        ),
     }
     return answer_of(
         selected,
@@ -88,18 +96,13 @@ def model_answer(selected: Selected, settings: Ordinal) -> Answer:
         _method(settings),
         kinds,
         table=table,
-        headline=_words(model),
+        headline="; ".join(
+            f"{row['Source']}: χ²({row['ddof']}) = {number(float(row['LR']))}, {apa_p(float(row['p_unc']))}"
+            for row in model.tests.to_dict("records")
+        ),
         notes=notes,
         more=more,
     )
-
-
-def _answered(table: pd.DataFrame, settings: Ordinal) -> tuple[pd.DataFrame, list[str]]:
-    """The rows with an answer, where the test leaves others out."""
-    empty = int(table["value"].isna().sum())
-    if not empty or settings.missing != "listwise":
-        return table, []
-    return table[table["value"].notna()], [f"Left out: {count(empty, 'row')} without an answer."]
 
 
 def _model_rows(model: OrdinalModel) -> list[Row]:
@@ -113,11 +116,6 @@ def _model_rows(model: OrdinalModel) -> list[Row]:
     return [plain_row(row) for row in rows]
 
 
-def _fit_row(model: OrdinalModel) -> Row:
-    numbers = {"log_likelihood": model.log_likelihood, "aic": model.aic, "n": model.n}
-    return plain_row({**numbers, "participants": model.participants, "levels": ", ".join(model.levels)})
-
-
 def _method(settings: Ordinal) -> str:
     intercept = (
         "" if settings.random is None else ", a normal intercept per participant (adaptive Gauss-Hermite, 25 nodes)"
@@ -128,19 +126,17 @@ def _method(settings: Ordinal) -> str:
     )
 
 
-def _words(model: OrdinalModel) -> str:
-    told = [
-        f"{row['Source']}: χ²({row['ddof']}) = {number(float(row['LR']))}, {apa_p(float(row['p_unc']))}"
-        for row in model.tests.to_dict("records")
-    ]
-    return "; ".join(told)
-
-
 def likert_answer(selected: Selected, settings: Likert) -> Answer:
     """One row per item (and level of `by`), in the order that the items are asked in."""
     columns = () if settings.by is None else (settings.by,)
     require_columns(selected.table, ("attribute", "value", *columns))
-    table = _of_form(selected.table, settings.form)
+    table = selected.table
+    if settings.form is not None:
+        require_columns(table, ("form",))
+        known = sorted(set(table["form"].astype(str)))
+        if settings.form not in known:
+            raise DataRefused(f"no form {settings.form!r}; {nearest(settings.form, known)}")
+        table = table[table["form"].astype(str) == settings.form]
     points = settings.points or _points(selected)
     items = [name for name in selected.outcomes if (table["attribute"] == name).any()]
     rows: list[Row] = []
@@ -150,35 +146,33 @@ def likert_answer(selected: Selected, settings: Likert) -> Answer:
         if own["value"].isna().all() and "text" in own and own["text"].fillna("").ne("").any():
             words.append(name)
             continue
-        rows += _item_rows(own, name, settings.by, points)
+        if settings.by is None:
+            rows += plain_rows(likert(own, "value", "attribute", points))
+            continue
+        by_level = plain_rows(likert(own, "value", settings.by, points))
+        rows += [
+            {"item": name, settings.by: row["item"], **{key: row[key] for key in row if key != "item"}}
+            for row in by_level
+        ]
     if not rows:
         raise DataRefused("no item was answered with a number")
     notes = [f"Answered in words, not summarised: {', '.join(words)}."] if words else []
-    return answer_of(selected, rows, _LIKERT, _likert_kinds(), table=table, notes=notes)
+    return answer_of(selected, rows, _LIKERT, _LIKERT_KINDS, table=table, notes=notes)
 
 
+_LIKERT_KINDS = {
+    **{"n": "answers", "missing": "answers not given", "median": "median", "q1": "lower quartile, type 7"},
+    **{"q3": "upper quartile, type 7", "mean": "mean of the points", "sd": "SD of the points (n - 1)"},
+    **{"agree": "share of answers above the middle", "disagree": "share of answers below the middle"},
+}
+ZEROS = {
+    "pratt": "zero differences ranked, their ranks left out (Pratt 1959)",
+    "wilcoxon": "zero differences left out (Wilcoxon 1945)",
+}
 _LIKERT = (
     "Counts and shares of each point; median and quartiles linear between order statistics (type 7 of Hyndman & Fan"
     " 1996); mean and SD take the points as equally far apart"
 )
-
-
-def _likert_kinds() -> dict[str, str]:
-    return {
-        **{"n": "answers", "missing": "answers not given", "median": "median", "q1": "lower quartile, type 7"},
-        **{"q3": "upper quartile, type 7", "mean": "mean of the points", "sd": "SD of the points (n - 1)"},
-        **{"agree": "share of answers above the middle", "disagree": "share of answers below the middle"},
-    }
-
-
-def _of_form(table: pd.DataFrame, form: str | None) -> pd.DataFrame:
-    if form is None:
-        return table
-    require_columns(table, ("form",))
-    known = sorted(set(table["form"].astype(str)))
-    if form not in known:
-        raise DataRefused(f"no form {form!r}; {nearest(form, known)}")
-    return table[table["form"].astype(str) == form]
 
 
 def _points(selected: Selected) -> Sequence[float]:
@@ -189,13 +183,6 @@ def _points(selected: Selected) -> Sequence[float]:
     if low != int(low) or high != int(high) or not 1 <= high - low < MOST_POINTS:
         raise DataRefused(f"a scale from {low:g} to {high:g} has no countable points; set `points`")
     return [float(point) for point in range(int(low), int(high) + 1)]
-
-
-def _item_rows(own: pd.DataFrame, name: str, by: str | None, points: Sequence[float]) -> Sequence[Row]:
-    if by is None:
-        return plain_rows(likert(own, "value", "attribute", points))
-    found = plain_rows(likert(own, "value", by, points))
-    return [{"item": name, by: row["item"], **{key: row[key] for key in row if key != "item"}} for row in found]
 
 
 EXACT = "exact p given the ties"
@@ -231,15 +218,13 @@ def friedman_answer(selected: Selected, settings: Friedman) -> Answer:
         "Friedman's test of midranks within participants, corrected for ties (Friedman 1937; Conover 1999, 5.8), with"
         " Kendall's W and the F of Iman & Davenport (1980)"
     )
-    return answer_of(selected, [row], method, kinds, headline=_friedman_words(row, settings), notes=table_notes(table))
-
-
-def _friedman_words(row: Row, settings: Friedman) -> str:
     if row["chi2"] is None:
-        return f"Friedman's test of {settings.factor} is undefined: {row['note']}"
-    chi2, p = (float(row[name] or 0) for name in ("chi2", "p_unc"))
-    w = with_interval("Kendall's W", row["W"], row["W_low"], row["W_high"], settings.confidence)
-    return f"{settings.factor}: χ²({row['ddof1']}) = {number(chi2)}, {apa_p(p)}, {w}"
+        headline = f"Friedman's test of {settings.factor} is undefined: {row['note']}"
+    else:
+        chi2, p = (float(row[name] or 0) for name in ("chi2", "p_unc"))
+        w = with_interval("Kendall's W", row["W"], row["W_low"], row["W_high"], settings.confidence)
+        headline = f"{settings.factor}: χ²({row['ddof1']}) = {number(chi2)}, {apa_p(p)}, {w}"
+    return answer_of(selected, [row], method, kinds, headline=headline, notes=table_notes(table))
 
 
 def nemenyi_answer(selected: Selected, settings: Nemenyi) -> Answer:
@@ -301,19 +286,17 @@ def wilcoxon_answer(selected: Selected, settings: Wilcoxon) -> Answer:
         **{"p_unc": "two-sided p, exact where computed, not adjusted", "family": "tests in the family"},
         "p_corr": f"two-sided p, {CORRECTED[settings.correction]}",
     }
-    name = "Wilcoxon's rank-sum test (Mann-Whitney)" if between else f"Wilcoxon's signed-rank test, {_zeros(settings)}"
+    name = (
+        "Wilcoxon's rank-sum test (Mann-Whitney)"
+        if between
+        else f"Wilcoxon's signed-rank test, {ZEROS[settings.zeros]}"
+    )
     method = f"{name}, exact given the ties where affordable; Hodges-Lehmann shift (Hollander, Wolfe & Chicken 2014)"
     headline = _count_words(settings.factor, table["p_corr"].tolist(), selected.alpha, CORRECTED[settings.correction])
     notes = [*table_notes(table)]
     if between and settings.zeros != "wilcoxon":
         notes.append(idle_note("zeros", "between participants: rank sums have no differences of zero"))
     return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=notes)
-
-
-def _zeros(settings: Wilcoxon) -> str:
-    if settings.zeros == "pratt":
-        return "zero differences ranked, their ranks left out (Pratt 1959)"
-    return "zero differences left out (Wilcoxon 1945)"
 
 
 def aligned_answer(selected: Selected, settings: AlignedRanks) -> Answer:

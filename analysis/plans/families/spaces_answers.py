@@ -42,6 +42,9 @@ def pca_answer(selected: Selected, settings: Pca) -> Answer:
     variances, kept, notes = _variances(selected, settings, profiles, found)
     first = ", ".join(f"{share:.1%}" for share in found.shares[:2])
     retained = "" if kept is None else f"; parallel analysis keeps {kept}"
+    # Each attribute's coefficient in and correlation with each component.
+    directions = found.directions.rename(columns=lambda name: f"direction_{str(name).lower()}")
+    correlations = found.loadings.rename(columns=lambda name: f"correlation_{str(name).lower()}")
     return Answer(
         rows=points_rows(found.scores, settings.over, "pc"),
         method=f"Principal components of the {settings.over} means, by singular values of the centred {kind} table;"
@@ -54,7 +57,7 @@ def pca_answer(selected: Selected, settings: Pca) -> Answer:
         notes=sentences([*found.notes, *gap_notes(profiles, selected), *notes]),
         more={
             "variances": rows_of(variances),
-            "loadings": _loadings(found, settings.items),
+            "loadings": rows_of(pd.concat([directions, correlations], axis=1).reset_index(names=settings.items)),
             "means": rows_of(profiles.means().reset_index(names=settings.over)),
         },
     )
@@ -78,14 +81,6 @@ def _variances(
     means = profiles.shifted_means()
     parallel = parallel_analysis(means, found.kind, settings.reference, draws, seed=selected.seed)
     return table.merge(parallel.table.drop(columns="variance"), on="component", how="left"), parallel.kept, notes
-
-
-def _loadings(found: Components, items: str) -> tuple[Row, ...]:
-    """Each attribute's coefficient in and correlation with each component."""
-    names = {name: str(name).lower() for name in found.directions.columns}
-    one = found.directions.rename(columns={name: f"direction_{short}" for name, short in names.items()})
-    two = found.loadings.rename(columns={name: f"correlation_{short}" for name, short in names.items()})
-    return rows_of(pd.concat([one, two], axis=1).reset_index(names=items))
 
 
 def vectors_answer(selected: Selected, settings: Vectors) -> Answer:
@@ -240,7 +235,7 @@ def mds_answer(selected: Selected, settings: Mds) -> Answer:
         rows=points_rows(made.points, settings.over),
         method=f"{made.method}, {between.source}; turned to principal axes, the largest coordinate of each positive",
         kinds=places,
-        participants=_people(selected.table),
+        participants=int(selected.table["participant"].nunique()) if "participant" in selected.table else 0,
         values=int(selected.table["value"].notna().sum()),
         headline=made.headline,
         notes=sentences([*made.notes, *notes, why]),
@@ -260,10 +255,6 @@ def _between(selected: Selected, settings: Mds) -> tuple[Dissimilarities, list[s
     people = "participant" if "participant" in selected.table else None
     table = numeric(selected.table, ("value",))
     return pair_dissimilarities(table, "value", first, second, people, settings.meaning, top), []
-
-
-def _people(table: pd.DataFrame) -> int:
-    return int(table["participant"].nunique()) if "participant" in table else 0
 
 
 def _classical(between: Dissimilarities, settings: Mds) -> _Map:
@@ -388,16 +379,15 @@ def _compared(
     shared = [name for name in one.stimuli if name in set(two.stimuli)]
     if len(shared) < 3:
         raise TooFew(f"the two parts rated {len(shared)} stimuli in common; a comparison of maps needs three or more")
-    maps = [configuration(_only(each, shared), settings, selected.seed) for each in (one, two)]
+    maps = []
+    for own in (one, two):
+        kept = [i for i, name in enumerate(own.stimuli) if name in set(shared)]
+        stimuli = tuple(own.stimuli[i] for i in kept)
+        both_rated = Profiles(own.own[:, kept], own.offset, own.participants, stimuli, own.attributes)
+        maps.append(configuration(both_rated, settings, selected.seed))
     drawn = {"draws": settings.draws or selected.draws, "seed": selected.seed} if test else {}
     found = procrustes(maps[0], maps[1], settings.stretch, settings.reflection, **drawn)
     return found, (len(first), len(second))
-
-
-def _only(profiles: Profiles, shared: list[Any]) -> Profiles:
-    kept = [i for i, name in enumerate(profiles.stimuli) if name in set(shared)]
-    stimuli = tuple(profiles.stimuli[i] for i in kept)
-    return Profiles(profiles.own[:, kept], profiles.offset, profiles.participants, stimuli, profiles.attributes)
 
 
 def _row(one: str, two: str, people: tuple[int, int], found: Compared) -> dict[str, Any]:

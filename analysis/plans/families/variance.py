@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -87,24 +88,24 @@ class Equivalence(StatisticSettings):
         return self
 
 
-def _within(settings: Anova) -> tuple[str, ...]:
-    return settings.within
-
-
-def _factor(settings: Pairs | Equivalence) -> tuple[str, ...]:
-    return (settings.factor,)
-
-
 KINDS: Mapping[str, Kind] = {
     "anova": Kind(
         "analysis of variance",
         Anova,
         lazy_function(f"{_ANSWERS}:anova_answer"),
-        complete=_within,
+        complete=attrgetter("within"),
         with_gaps=lazy_function(f"{_ANSWERS}:anova_with_gaps"),
     ),
-    "pairs": Kind("pairwise comparisons", Pairs, lazy_function(f"{_ANSWERS}:pairs_answer"), complete=_factor),
+    "pairs": Kind(
+        "pairwise comparisons",
+        Pairs,
+        lazy_function(f"{_ANSWERS}:pairs_answer"),
+        complete=lambda settings: (settings.factor,),
+    ),
     "equivalence": Kind(
-        "equivalence (TOST)", Equivalence, lazy_function(f"{_ANSWERS}:equivalence_answer"), complete=_factor
+        "equivalence (TOST)",
+        Equivalence,
+        lazy_function(f"{_ANSWERS}:equivalence_answer"),
+        complete=lambda settings: (settings.factor,),
     ),
 }

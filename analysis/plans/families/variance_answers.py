@@ -7,6 +7,8 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from palpate.analysis.plans.families.mixed_model_answers import gaps_answer
 from palpate.analysis.plans.families.rows import (
     CORRECTED,
@@ -27,8 +29,6 @@ from palpate.analysis.statistics.mixed_anova import mauchly_tests, mixed_anova
 from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from palpate.analysis.plans.answers import Answer, Row, Selected, StatisticSettings
     from palpate.analysis.plans.families.variance import Anova, Equivalence, Pairs
 
@@ -53,8 +53,20 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
     require_columns(selected.table, ("participant", *settings.within, *settings.between, "value"))
     table = _table(selected.table, settings)
     records = table.to_dict("records")
-    limits = [_limits(row, settings) for row in records]
-    rows = [_row(row, own, settings) for row, own in zip(records, limits, strict=True)]
+    rows, sentences = [], []
+    for record in records:
+        correction: Any = correction_of(record, settings)
+        # The interval of an effect has the degrees of freedom that its p has.
+        limits = eta_squared_intervals(pd.DataFrame([record]), confidence=settings.interval, correction=correction)
+        rows.append(_row(record, limits.to_dict("records")[0], settings))
+        sentences.append(f"{record['Source']}: {apa_f(record, settings.eta, correction)}")
+    sphericity: tuple[Row, ...] = ()  # Mauchly's tests, where an effect has more than one contrast; they decide nothing
+    if settings.within:
+        between = settings.between or None
+        tests = mauchly_tests(selected.table, "value", within=settings.within, between=between, **_options(settings))
+        sphericity = plain_rows(tests.rename(columns={"Source": "effect", "d": "contrasts", "ddof": "df"}))
+    sizes = table.attrs.get("group_sizes", {}) if settings.between else {}
+    groups = "; ".join(f"{name}: {size}" for name, size in sizes.items())
     kind = f", type {settings.sum_of_squares} sums of squares ({TYPES[settings.sum_of_squares]})"
     if not settings.between:
         design = f"Repeated-measures analysis of variance: {' x '.join(settings.within)} within participants"
@@ -78,9 +90,9 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
         design + (corrected[settings.correction] if settings.within else "") + end,
         _kinds(rows, settings),
         table=used(selected, table),
-        headline="; ".join(_sentence(row, settings) for row in records),
-        notes=[*reversed(table_notes(table)), _groups(table, settings)],
-        more=_sphericity(selected.table, settings),
+        headline="; ".join(sentences),
+        notes=[*reversed(table_notes(table)), f"Participants by group: {groups}." if groups else ""],
+        more={"sphericity": sphericity} if sphericity else {},
     )
 
 
@@ -123,15 +135,6 @@ def correction_of(row: Mapping[Hashable, Any], settings: Anova) -> str:
     return "GG" if settings.correction == "HF" and math.isnan(row["eps_HF"]) else settings.correction
 
 
-def _limits(row: Mapping[Hashable, Any], settings: Anova) -> Mapping[Hashable, Any]:
-    """The intervals of an effect, with the degrees of freedom that its p has."""
-    import pandas as pd
-
-    correction: Any = correction_of(row, settings)
-    found = eta_squared_intervals(pd.DataFrame([row]), confidence=settings.interval, correction=correction)
-    return dict(found.to_dict("records")[0])
-
-
 def _row(row: Mapping[Hashable, Any], limits: Mapping[Hashable, Any], settings: Anova) -> Row:
     correction = correction_of(row, settings)
     notes = [str(limits["note"]), HF_UNDEFINED if settings.correction == "HF" and correction == "GG" else ""]
@@ -145,19 +148,14 @@ def _row(row: Mapping[Hashable, Any], limits: Mapping[Hashable, Any], settings: 
         {
             **{"effect": row["Source"], "df1": int(row["ddof1"]), "df2": int(row["ddof2"]), "F": row["F"]},
             **{"p": row[P_COLUMNS[correction]], "correction": correction, **etas},
-            **{name: _finite(row[column]) for column, name in NAMES.items() if column in row},
+            **{
+                name: row[column] if math.isfinite(row[column]) else math.nan
+                for column, name in NAMES.items()
+                if column in row
+            },
             "note": "; ".join(filter(None, notes)),
         }
     )
-
-
-def _finite(value: float) -> float:
-    return value if math.isfinite(value) else math.nan
-
-
-def _sentence(row: Mapping[Hashable, Any], settings: Anova) -> str:
-    correction: Any = correction_of(row, settings)
-    return f"{row['Source']}: {apa_f(row, settings.eta, correction)}"
 
 
 def _kinds(rows: Sequence[Row], settings: Anova) -> dict[str, str]:
@@ -186,22 +184,6 @@ def _kinds(rows: Sequence[Row], settings: Anova) -> dict[str, str]:
 def used(selected: Selected, result: pd.DataFrame) -> pd.DataFrame:
     """The rows that a result rests on."""
     return selected.table[~selected.table["participant"].isin(result.attrs.get("dropped", []))]
-
-
-def _groups(table: pd.DataFrame, settings: Anova) -> str:
-    sizes = table.attrs.get("group_sizes", {}) if settings.between else {}
-    groups = "; ".join(f"{name}: {size}" for name, size in sizes.items())
-    return f"Participants by group: {groups}." if groups else ""
-
-
-def _sphericity(rows: pd.DataFrame, settings: Anova) -> dict[str, tuple[Row, ...]]:
-    """Mauchly's tests, where an effect has more than one contrast; they decide nothing."""
-    if not settings.within:
-        return {}
-    between = settings.between or None
-    found = mauchly_tests(rows, "value", within=settings.within, between=between, **_options(settings))
-    named = {"Source": "effect", "d": "contrasts", "ddof": "df", "p": "p", "p_anderson": "p_anderson"}
-    return {"sphericity": plain_rows(found.rename(columns=named))} if len(found) else {}
 
 
 TOLD = 6
@@ -234,7 +216,11 @@ def pairs_answer(selected: Selected, settings: Pairs) -> Answer:
         rows,
         f"{test}; {CORRECTED[settings.correction]} over a family of {family}",
         _pair_kinds(size, settings),
-        headline=_differing(rows, selected.alpha, f"{CORRECTED[settings.correction]}, family of {family}"),
+        headline=_count(
+            f"differ (p < {_plain(selected.alpha)}; {CORRECTED[settings.correction]}, family of {family})",
+            [row for row in rows if isinstance(p := row["p"], float) and p < selected.alpha],
+            rows,
+        ),
         table=used(selected, table),
         notes=reversed(table_notes(table)),
     )
@@ -253,12 +239,20 @@ def equivalence_answer(selected: Selected, settings: Equivalence) -> Answer:
     order = selected.levels.get(settings.factor, ())
     rows = [_equivalent(row) for row in pairs_in_order(table, order, (), turned)]
     within = "within" in options
+    if settings.bounds is None:
+        spread = "SD of the differences" if within else "pooled SD"
+        bounds = f"bounds {number(settings.bounds_dz or 0)} times the {spread} as found, to either side of 0"
+    else:
+        bounds = f"bounds {settings.bounds[0]:g} and {settings.bounds[1]:g} in the outcome's unit"
+    kind = "paired" if within else "between groups (Welch's where they differ in size)"
     return answer_of(
         selected,
         rows,
-        _equivalence_method(within, settings),
+        f"Two one-sided t tests, {kind} (TOST; Schuirmann 1987; Lakens 2017): {bounds}; no p adjusted for a family",
         _equivalence_kinds(selected.alpha),
-        headline=_equivalences(rows, selected.alpha),
+        headline=_count(
+            f"are equivalent (TOST, p < {_plain(selected.alpha)})", [row for row in rows if row["equivalent"]], rows
+        ),
         table=used(selected, table),
         notes=reversed(table_notes(table)),
     )
@@ -309,11 +303,6 @@ def _pair_kinds(size: str, settings: Pairs) -> dict[str, str]:
     }
 
 
-def _differing(rows: Sequence[Row], alpha: float, family: str) -> str:
-    found = [row for row in rows if isinstance(p := row["p"], float) and p < alpha]
-    return _count(f"differ (p < {_plain(alpha)}; {family})", found, rows)
-
-
 def _equivalent(row: Mapping[str, Any]) -> Row:
     return plain_row(
         {
@@ -324,16 +313,6 @@ def _equivalent(row: Mapping[str, Any]) -> Row:
             **{name: row[name] for name in ("p_low", "p_high", "p", "equivalent", "note")},
         }
     )
-
-
-def _equivalence_method(within: bool, settings: Equivalence) -> str:
-    spread = "SD of the differences" if within else "pooled SD"
-    if settings.bounds is None:
-        bounds = f"bounds {number(settings.bounds_dz or 0)} times the {spread} as found, to either side of 0"
-    else:
-        bounds = f"bounds {settings.bounds[0]:g} and {settings.bounds[1]:g} in the outcome's unit"
-    kind = "paired" if within else "between groups (Welch's where they differ in size)"
-    return f"Two one-sided t tests, {kind} (TOST; Schuirmann 1987; Lakens 2017): {bounds}; no p adjusted for a family"
 
 
 def _equivalence_kinds(alpha: float) -> dict[str, str]:
@@ -348,10 +327,6 @@ def _equivalence_kinds(alpha: float) -> dict[str, str]:
         "p": "the larger of the two one-sided p, not adjusted",
         "equivalent": f"p < {_plain(alpha)}",
     }
-
-
-def _equivalences(rows: Sequence[Row], alpha: float) -> str:
-    return _count(f"are equivalent (TOST, p < {_plain(alpha)})", [row for row in rows if row["equivalent"]], rows)
 
 
 def _count(what: str, found: Sequence[Row], rows: Sequence[Row]) -> str:
