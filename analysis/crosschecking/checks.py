@@ -364,24 +364,24 @@ CHECKS: Mapping[str, Callable[[QuestionResult, Answer, pd.DataFrame], Checked]] 
 
 def crosscheck_json(checks: Sequence[CrossCheck]) -> str:
     """Return every check: test, outcome, package, version, number of values, largest relative difference, reason."""
-    data = {"limit": LIMIT, "disagreements": len(disagreements(checks)), "checks": [_check(check) for check in checks]}
-    return json_text(data, indent=1)
-
-
-def _check(check: CrossCheck) -> dict[str, Any]:
-    one_missing = check.difference is not None and check.difference == float("inf")
-    return {
-        "test": check.test,
-        "outcome": check.outcome or None,
-        "package": check.package or None,
-        "version": check.version or None,
-        "numbers": check.numbers,
-        "largest_relative_difference": None if one_missing else check.difference,
-        "of": check.where or None,
-        "agrees": None if check.difference is None else not check.disagrees,
-        "note": "one of the two has no number" if one_missing else None,
-        "not_checked": check.reason or None,
-    }
+    rows: list[dict[str, Any]] = []
+    for check in checks:
+        one_missing = check.difference is not None and check.difference == float("inf")
+        rows.append(
+            {
+                "test": check.test,
+                "outcome": check.outcome or None,
+                "package": check.package or None,
+                "version": check.version or None,
+                "numbers": check.numbers,
+                "largest_relative_difference": None if one_missing else check.difference,
+                "of": check.where or None,
+                "agrees": None if check.difference is None else not check.disagrees,
+                "note": "one of the two has no number" if one_missing else None,
+                "not_checked": check.reason or None,
+            }
+        )
+    return json_text({"limit": LIMIT, "disagreements": len(disagreements(checks)), "checks": rows}, indent=1)
 
 
 def disagreements(checks: Sequence[CrossCheck] | None) -> list[CrossCheck]:

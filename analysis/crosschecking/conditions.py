@@ -52,7 +52,18 @@ def drowned(cells: Floats, groups: Sequence[str] | None = None) -> str:
     participant's group.
     """
     largest = float(np.abs(cells).max()) or 1.0
-    residuals = _residuals(cells / largest, np.array(groups) if groups is not None else None)
+    small, own_groups = cells / largest, np.array(groups) if groups is not None else None
+    # What is left of each effect within participants, and of participants within groups.
+    axes = range(1, small.ndim)
+    residuals = []
+    for size in range(1, small.ndim):
+        for remaining in combinations(axes, size):
+            rest = small.mean(axis=tuple(axis for axis in axes if axis not in remaining), keepdims=True)
+            for axis in remaining:
+                rest = rest - rest.mean(axis=axis, keepdims=True)
+            residuals.append(_within_groups(rest, own_groups))
+    if groups is not None or small.ndim == 1:
+        residuals.append(_within_groups(small.mean(axis=tuple(axes)) if small.ndim > 1 else small, own_groups))
     least = largest * min(_size(residual) for residual in residuals)
     if largest > MOST_APART * least:
         apart = (
@@ -62,21 +73,6 @@ def drowned(cells: Floats, groups: Sequence[str] | None = None) -> str:
         )
         return f"{apart}: sums of squares are rounding there"
     return ""
-
-
-def _residuals(cells: Floats, groups: np.ndarray | None) -> list[Floats]:
-    """Return what is left of each effect within participants, and of participants within groups."""
-    axes = range(1, cells.ndim)
-    residuals = []
-    for size in range(1, cells.ndim):
-        for remaining in combinations(axes, size):
-            rest = cells.mean(axis=tuple(a for a in axes if a not in remaining), keepdims=True)
-            for axis in remaining:
-                rest = rest - rest.mean(axis=axis, keepdims=True)
-            residuals.append(_within_groups(rest, groups))
-    if groups is not None or cells.ndim == 1:
-        residuals.append(_within_groups(cells.mean(axis=tuple(axes)) if cells.ndim > 1 else cells, groups))
-    return residuals
 
 
 def _within_groups(values: Floats, groups: np.ndarray | None) -> Floats:

@@ -187,12 +187,10 @@ def _test(table: pd.DataFrame, question: Question, ratings: Ratings) -> tuple[Ro
 
 def _rows(table: pd.DataFrame) -> tuple[Row, ...]:
     """Return a table's rows as plain values; a number that is none becomes None (the row's note says why)."""
-    return tuple({str(name): _plain(value) for name, value in row.items()} for row in table.to_dict("records"))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, bool | str) or value is None:
-        return value
-    if isinstance(value, int):
-        return int(value)
-    return finite_or_none(float(value))
+    return tuple(
+        {
+            str(name): value if value is None or isinstance(value, bool | str | int) else finite_or_none(float(value))
+            for name, value in row.items()
+        }
+        for row in table.to_dict("records")
+    )

@@ -42,7 +42,8 @@ class Access:
 
     def host_ok(self, host: str) -> bool:
         """Whether the Host header names this machine, as it does unless a web page was rebound to our address."""
-        return not self.loopback or is_loopback(_without_port(host))
+        name = host[: host.find("]") + 1] if host.startswith("[") else host.partition(":")[0]  # without its port
+        return not self.loopback or is_loopback(name)
 
     def lets_in(self, token: str | None, authorization: str | None, cookies: Mapping[str, str]) -> bool:
         """Whether the token came: in the address, as Authorization: Bearer, or as our cookie."""
@@ -77,12 +78,6 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:
         return False
-
-
-def _without_port(host: str) -> str:
-    if host.startswith("["):
-        return host[: host.find("]") + 1]
-    return host.partition(":")[0]
 
 
 def _same(given: str | None, expected: str) -> bool:
@@ -161,7 +156,10 @@ def _guard(app: Flask, access: Access) -> None:
             refused.headers["WWW-Authenticate"] = "Bearer"
             return refused
         if access.token is not None and "token" in request.args:
-            return _remembered(access, redirect(request.path))
+            # The token leaves the address, where others might read it, for a cookie that no script can read.
+            answer = redirect(request.path)
+            answer.set_cookie(access.cookie, access.cookie_value, httponly=True, samesite="Strict", path="/")
+            return answer
         return None
 
     @app.after_request
@@ -170,12 +168,6 @@ def _guard(app: Flask, access: Access) -> None:
             answer.headers[name] = value
         answer.headers.setdefault("Content-Security-Policy", POLICY)
         return answer
-
-
-def _remembered(access: Access, answer: Answered) -> Answered:
-    """The token leaves the address, where others might read it, for a cookie that no script can read."""
-    answer.set_cookie(access.cookie, access.cookie_value, httponly=True, samesite="Strict", path="/")
-    return answer
 
 
 def _plain(text: str, status: int) -> Answered:

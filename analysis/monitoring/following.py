@@ -62,20 +62,14 @@ def _grown(followed: Followed, file: FileState) -> Followed | None:
         last = connection.execute("SELECT hash FROM events WHERE seq = ?", (len(followed.times_ns) - 1,)).fetchone()
         if last != (followed.head,):
             return None
-        head = _take_new(connection, followed)
+        head, times_ns, shapes = followed.head, followed.times_ns, EventShapes(followed.session)
+        for event, link in linked_events(followed.path, connection, len(times_ns)):
+            head = event_hash(head, event)
+            if link != head or event.seq != len(times_ns) or event.t_ns < times_ns[-1]:
+                return None  # the chain breaks, or time runs backwards
+            demand_shape(followed.path, shapes, event)
+            times_ns.append(event.t_ns)
         sat = tuple(sitting for _, sitting in stored_sittings(connection))
-    if head is None or len(sat) < len(followed.sittings):
+    if len(sat) < len(followed.sittings):
         return None
     return replace(followed, file=file, head=head, sittings=sat, lacks_wal=False)
-
-
-def _take_new(connection: sqlite3.Connection, followed: Followed) -> str | None:
-    """Take in the events after those known; the new head, or None where the chain breaks or time runs backwards."""
-    head, times_ns, shapes = followed.head, followed.times_ns, EventShapes(followed.session)
-    for event, link in linked_events(followed.path, connection, len(times_ns)):
-        head = event_hash(head, event)
-        if link != head or event.seq != len(times_ns) or event.t_ns < times_ns[-1]:
-            return None
-        demand_shape(followed.path, shapes, event)
-        times_ns.append(event.t_ns)
-    return head

@@ -11,7 +11,7 @@ from typing import Any
 from palpate.analysis.monitoring.following import Followed
 from palpate.analysis.monitoring.raters import Rated
 from palpate.protocols.blinding import hider
-from palpate.protocols.events import ANSWERED, CAPTURED, NS, Event
+from palpate.protocols.events import ANSWERED, CAPTURED, NS
 from palpate.protocols.session_state import SessionState
 from palpate.protocols.study import Study
 
@@ -123,21 +123,17 @@ def _left(state: SessionState, status: str, done: int) -> float | None:
 
 def _notes(followed: Followed, simulated: bool, hide: Callable[[str], str]) -> Iterator[Note]:
     for event in followed.session.asides:
-        body, at = event.value, None if simulated else _wall_time(followed, event)
+        # The session's clock went on from the sitting that the event belongs to.
+        opened = [sitting for sitting in followed.sittings if sitting.kind == "opened" and sitting.events <= event.seq]
+        start = None if simulated or not opened else _when(opened[-1].value)
+        at = None if start is None else start + (event.t_ns - followed.times_ns[opened[-1].events - 1]) / NS
+        body = event.value
         if event.kind == "fault":
             do, text = "fault", hide(f"{body.get('device')}: {body.get('message')}")
         else:
             by = "by the participant" if body.get("by") == "participant" else ""
             do, text = str(body.get("do", "")), str(body.get("text") or "") or by
         yield Note(event.t_ns / NS, at, event.trial, do, text)
-
-
-def _wall_time(followed: Followed, event: Event) -> float | None:
-    """The time of day of an event: the session's clock went on from the sitting that the event belongs to."""
-    opened = [sitting for sitting in followed.sittings if sitting.kind == "opened" and sitting.events <= event.seq]
-    if not opened or (begun := _when(opened[-1].value)) is None:
-        return None
-    return begun + (event.t_ns - followed.times_ns[opened[-1].events - 1]) / NS
 
 
 def _when(body: Any) -> float | None:

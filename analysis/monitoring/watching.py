@@ -155,34 +155,31 @@ class Watch:
         if not self.lab.is_dir():
             raise MonitorError(f"{self.lab}: no such folder; give the lab's with --lab")
         with self.looking:
-            return self._looked(budget_s)
-
-    def _looked(self, budget_s: float | None) -> Snapshot:
-        paths = ledgers_in(self.lab)
-        if self.finished is None:
-            self.finished, self.studies = load_finished(self.lab, paths)
-        states: dict[Path, FileState] = {}
-        for path in paths:
-            with suppress(FileNotFoundError):
-                states[path] = file_state(path)
-        for gone in (self.known.keys() | self.bad.keys()) - states.keys():
-            self.known.pop(gone, None)
-            self.bad.pop(gone, None)
-        self.finished = {path: one for path, one in self.finished.items() if states.get(path) == one.state}
-        unread = self._read({path: at for path, at in states.items() if path not in self.finished}, budget_s)
-        now = self.now()
-        self.people = read_people(self.lab, self.people, now)
-        sessions = tuple(self._sessions(self.finished, now))
-        return Snapshot(
-            lab=str(self.lab.resolve()),
-            at=now,
-            sessions=sessions,
-            refused=tuple(Refused(path.name, bad.reason) for path, bad in sorted(self.bad.items())),
-            others=tuple(path.name for path in others_in(self.lab)),
-            unread=unread,
-            balances=tuple(self._balances(sessions, self.finished)),
-            people_problem=self.people.problem,
-        )
+            paths = ledgers_in(self.lab)
+            if self.finished is None:
+                self.finished, self.studies = load_finished(self.lab, paths)
+            states: dict[Path, FileState] = {}
+            for path in paths:
+                with suppress(FileNotFoundError):
+                    states[path] = file_state(path)
+            for gone in (self.known.keys() | self.bad.keys()) - states.keys():
+                self.known.pop(gone, None)
+                self.bad.pop(gone, None)
+            self.finished = {path: one for path, one in self.finished.items() if states.get(path) == one.state}
+            unread = self._read({path: at for path, at in states.items() if path not in self.finished}, budget_s)
+            now = self.now()
+            self.people = read_people(self.lab, self.people, now)
+            sessions = tuple(self._sessions(self.finished, now))
+            return Snapshot(
+                lab=str(self.lab.resolve()),
+                at=now,
+                sessions=sessions,
+                refused=tuple(Refused(path.name, bad.reason) for path, bad in sorted(self.bad.items())),
+                others=tuple(path.name for path in others_in(self.lab)),
+                unread=unread,
+                balances=tuple(self._balances(sessions, self.finished)),
+                people_problem=self.people.problem,
+            )
 
     def _read(self, states: dict[Path, FileState], budget_s: float | None) -> int:
         """Bring every ledger up to date, those that go on first; how many were left unread for want of time."""
@@ -204,16 +201,13 @@ class Watch:
         with closing(map_in_order(_followed, paths, workers_for(len(paths)))) as reading:
             for done, (path, result) in enumerate(zip(paths, reading, strict=True), start=1):
                 if isinstance(result, Followed):
-                    self._add(path, result)
+                    try:
+                        self.known[path] = _Known(result, *self._planned(result))
+                    except LedgerError as error:
+                        self.bad[path] = _Bad(result.file, str(error))
                 elif result is not None:
                     self.bad[path] = result
                 self.progress(done, len(paths), "reading")
-
-    def _add(self, path: Path, followed: Followed) -> None:
-        try:
-            self.known[path] = _Known(followed, *self._planned(followed))
-        except LedgerError as error:
-            self.bad[path] = _Bad(followed.file, str(error))
 
     def _bring(self, path: Path) -> None:
         bad = self.bad.get(path)
@@ -266,18 +260,16 @@ class Watch:
     def _sessions(self, finished: dict[Path, Finished], now: float) -> Iterator[Session]:
         before, studies = set(finished), {one.session.digest for one in finished.values()}
         for path in sorted(self.known.keys() | finished.keys()):
-            session = self._finished(finished[path]) if path in finished else self._session(path, finished, now)
+            if path not in finished:
+                session = self._session(path, finished, now)
+            elif (session := finished[path].session).participant in self.people.withdrawn:
+                session = replace(session, withdrawn=True, rated=None)
             if session is not None:
                 yield session
         new = [one for path, one in finished.items() if path not in before]
         if new:
             versions = {one.session.digest for one in new} - studies
             save_finished(self.lab, new, {digest: self.studies[digest] for digest in versions})
-
-    def _finished(self, one: Finished) -> Session:
-        if one.session.participant not in self.people.withdrawn:
-            return one.session
-        return replace(one.session, withdrawn=True, rated=None)
 
     def _session(self, path: Path, finished: dict[Path, Finished], now: float) -> Session | None:
         """The session in a ledger that was read; one that is over goes among the finished."""

@@ -32,7 +32,14 @@ def describe(ratings: Ratings, by: Sequence[str], *, kind: Kind = "over ratings"
         rows = [(*label, kind, *_summary(values, ONE_RATING)) for label, values in _cells(ratings, tuple(by))]
         return _frame(rows, (*by, "kind", "n", "mean", "sd", "sd_reason"))
     if kind == "over participants":
-        return _over_participants(ratings, tuple(by))
+        people: dict[tuple[str, ...], list[tuple[float, int]]] = {}
+        for label, values in _cells(ratings, (*by, "participant")):
+            people.setdefault(label[:-1], []).append((statistics.mean(values), len(values)))
+        summaries = []
+        for label, averages in people.items():
+            means, counts = zip(*averages, strict=True)
+            summaries.append((*label, kind, *_summary(means, ONE_PARTICIPANT), min(counts), max(counts)))
+        return _frame(summaries, (*by, "kind", "n", "mean", "sd", "sd_reason", "ratings_min", "ratings_max"))
     raise DataRefused(f"means {kind!r}: 'over ratings' or 'over participants' is expected")
 
 
@@ -42,18 +49,6 @@ def participant_means(ratings: Ratings, by: Sequence[str]) -> pd.DataFrame:
     cells = _cells(ratings, columns)
     rows = [(*label, statistics.mean(values), len(values)) for label, values in cells]
     return _frame(rows, (*columns, "mean", "ratings"))
-
-
-def _over_participants(ratings: Ratings, by: tuple[str, ...]) -> pd.DataFrame:
-    people: dict[tuple[str, ...], list[tuple[float, int]]] = {}
-    for label, values in _cells(ratings, (*by, "participant")):
-        people.setdefault(label[:-1], []).append((statistics.mean(values), len(values)))
-    rows = []
-    for label, averages in people.items():
-        means, counts = zip(*averages, strict=True)
-        summary = _summary(means, ONE_PARTICIPANT)
-        rows.append((*label, "over participants", *summary, min(counts), max(counts)))
-    return _frame(rows, (*by, "kind", "n", "mean", "sd", "sd_reason", "ratings_min", "ratings_max"))
 
 
 def _summary(values: Sequence[float], reason: str) -> tuple[int, float, float | None, str]:

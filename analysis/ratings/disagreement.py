@@ -90,7 +90,11 @@ def attribute_spreads(data: pd.DataFrame, over: Sequence[str], subject: str = "p
 
 
 def _compared(cells: PersonCells, sides: tuple[list[int], list[int]], left_out: int, confidence: float) -> Disagreement:
-    small, exponent = _centred_columns(cells.values)
+    # Every column minus its first known value, all divided by one power of two.
+    pivots = [next((v for v in column if not math.isnan(v)), 0.0) for column in cells.values.T.tolist()]
+    change = cells.values - np.array(pivots)
+    small, exponent = scaled(np.nan_to_num(change))
+    small = np.where(np.isnan(change), NAN, small)
     (first, first_left), (second, second_left) = (_variances(small[:, side]) for side in sides)
     sds = math.ldexp(math.sqrt(first), exponent), math.ldexp(math.sqrt(second), exponent)
     n, counts = len(cells.participants), (len(sides[0]), len(sides[1]))
@@ -104,14 +108,6 @@ def _compared(cells: PersonCells, sides: tuple[list[int], list[int]], left_out: 
     return Disagreement(
         *sds, math.exp(log), low, high, difference.t, difference.df, difference.p, n, counts, left_out, difference.note
     )
-
-
-def _centred_columns(values: Floats) -> tuple[Floats, int]:
-    """Return every column minus its first known value, all divided by one power of two, and its exponent."""
-    pivots = np.array([next((v for v in column if not math.isnan(v)), 0.0) for column in values.T.tolist()])
-    change = values - pivots
-    small, exponent = scaled(np.nan_to_num(change))
-    return np.where(np.isnan(change), NAN, small), exponent
 
 
 def _variances(values: Floats) -> tuple[float, Floats]:

@@ -137,8 +137,11 @@ def _all(
 
     for j, (attribute, end) in enumerate(cells.cells):
         yield error(EACH, attribute, end, goal[attribute, end], [errors.values[:, j] for errors in both])
-    whole = {name: [_mean(errors, [j for j, cell in enumerate(cells.cells) if cell[0] == name]) for errors in both]
-             for name in attributes}  # fmt: skip
+    whole: dict[str, list[Floats]] = {}
+    for name in attributes:
+        at = [j for j, cell in enumerate(cells.cells) if cell[0] == name]
+        rows_of = [errors.values[:, at].tolist() for errors in both]
+        whole[name] = [np.array([math.fsum(row) / len(row) for row in rows]) for rows in rows_of]
     for name in attributes:
         yield error(ATTRIBUTE, name, "", NAN, whole[name])
     groups: dict[str, list[str]] = {}
@@ -151,10 +154,6 @@ def _all(
         (first, one), (second, two) = means.items()
         yield error("difference", f"{second} − {first}", "", NAN, [two[k] - one[k] for k in (0, 1)])
     yield error(ALL, "all attributes", "", NAN, [_over(whole, attributes, k) for k in (0, 1)])
-
-
-def _mean(cells: PersonCells, at: Sequence[int]) -> Floats:
-    return np.array([math.fsum(row) / len(row) for row in cells.values[:, list(at)].tolist()])
 
 
 def _over(whole: Mapping[str, Sequence[Floats]], names: Sequence[str], k: int) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -98,7 +98,14 @@ def cell_trends(
         for name, at in members.items()
         if [order[j] for j in at] != [start]
     ]
-    against = list(_against(cells, order, start, confidence, missing))
+    against = []  # every other level minus the reference
+    for j, one in enumerate(order):
+        if start is not None and one != start:
+            pair = cells.only([order.index(start), j])
+            pair = pair.only((0, 1), _there(pair, missing))
+            gaps = pair.values[:, 1] - pair.values[:, 0]
+            difference = one_sample(gaps, floor=pair.floor(), confidence=confidence, what="differences")
+            against.append((one, difference))
     return Trends(
         pd.DataFrame(
             _rows([{"family": name, "levels": len(members[name])} for name, _ in slopes], slopes, correction, size)
@@ -186,19 +193,6 @@ def _there(cells: PersonCells, missing: str) -> list[int]:
     any_here = np.flatnonzero(~np.isnan(cells.values).all(axis=1)).tolist()
     here = cells.only(range(len(cells.cells)), any_here)
     return [any_here[i] for i in complete_people(here, missing)]
-
-
-def _against(
-    cells: PersonCells, order: list[str], start: str | None, confidence: float, missing: str
-) -> Iterator[tuple[str, OneSample]]:
-    """Yield every other level minus the reference."""
-    for j, one in enumerate(order):
-        if start is None or one == start:
-            continue
-        pair = cells.only([order.index(start), j])
-        pair = pair.only((0, 1), _there(pair, missing))
-        gaps = pair.values[:, 1] - pair.values[:, 0]
-        yield one, one_sample(gaps, floor=pair.floor(), confidence=confidence, what="differences")
 
 
 def _rows(

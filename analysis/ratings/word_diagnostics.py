@@ -30,22 +30,21 @@ def diagnose_words(
     `owed` is how many counted trials should have been answered by now; the default is those that were.
     """
     counted = sorted((trial for trial in trials if not trial.practice), key=lambda trial: trial.trial)
-    return tuple(_signs(counted, len(counted) if owed is None else owed, limits or Limits()))
-
-
-def _signs(trials: list[Worded], owed: int, limits: Limits) -> Iterator[Diagnostic]:
-    enough, n = len(trials) >= limits.least_trials, len(trials)
-    yield _amount(trials)
-    lengths = [len(list(same)) for _, same in groupby(trials, key=lambda trial: frozenset(trial.words))]
-    yield of_run("same words in a row", max(lengths, default=0), n, limits.run, "the same words")
-    yield _always_the_same(trials, limits)
+    limits = limits or Limits()
+    enough, n = len(counted) >= limits.least_trials, len(counted)
+    lengths = [len(list(same)) for _, same in groupby(counted, key=lambda trial: frozenset(trial.words))]
+    no_word = none("no word at all", "share", "no trial is answered yet")
     if n:
-        empty = sum(not trial.words for trial in trials)
-        yield of_share("no word at all", empty, n, limits.same_share, enough, "trials have no word")
-    else:
-        yield none("no word at all", "share", "no trial is answered yet")
-    yield from _times(trials, enough, limits)
-    yield _missing(n, owed)
+        empty = sum(not trial.words for trial in counted)
+        no_word = of_share("no word at all", empty, n, limits.same_share, enough, "trials have no word")
+    return (
+        _amount(counted),
+        of_run("same words in a row", max(lengths, default=0), n, limits.run, "the same words"),
+        _always_the_same(counted, limits),
+        no_word,
+        *_times(counted, enough, limits),
+        _missing(n, n if owed is None else owed),
+    )
 
 
 def _amount(trials: list[Worded]) -> Diagnostic:

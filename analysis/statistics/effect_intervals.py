@@ -69,7 +69,22 @@ def eta_squared_intervals(
         )
     if correction in EPSILONS and EPSILONS[correction] not in table:
         refuse_idle("correction", correction, "none", "on a table without epsilon, such as one of `anova`")
-    return pd.DataFrame([_row(row, level, correction) for row in table.to_dict("records")])
+    rows = []
+    for row in table.to_dict("records"):
+        eps = float(row.get(EPSILONS.get(correction, ""), 1.0))
+        partial, note = NONE, ""
+        if not math.isnan(row["F"] * eps):
+            partial = eta_squared_interval(row["F"], row["ddof1"] * eps, row["ddof2"] * eps, confidence=level)
+        if not math.isnan(row["F"]):
+            if math.isnan(sum(partial)):
+                note = BEYOND
+            elif not partial[1] >= row["np2"]:
+                note = TINY if partial[1] == 0 else ABOVE
+        name = "ng2" if "ng2" in row else "eta2"
+        generalized = tuple(_carried(limit, row) for limit in partial)
+        intervals = {**_named("np2", row["np2"], partial), **_named(name, row[name], generalized)}
+        rows.append({"Source": row["Source"], **intervals, "note": "; ".join(filter(None, (row["note"], note)))})
+    return pd.DataFrame(rows)
 
 
 def dz_interval(dz: float, n: int, *, confidence: float = 0.95) -> Limits:
@@ -103,27 +118,6 @@ def checked_confidence(confidence: object) -> float:
     if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0 < confidence < 1:
         raise BadOption(f"confidence={shown(confidence)} is unknown: a number between 0 and 1, such as 0.90")
     return float(confidence)
-
-
-def _row(row: Mapping[Hashable, Any], confidence: float, correction: Corrected) -> dict[str, Any]:
-    eps = float(row.get(EPSILONS.get(correction, ""), 1.0))
-    partial = NONE
-    if not math.isnan(row["F"] * eps):
-        partial = eta_squared_interval(row["F"], row["ddof1"] * eps, row["ddof2"] * eps, confidence=confidence)
-    generalized = tuple(_carried(limit, row) for limit in partial)
-    name = "ng2" if "ng2" in row else "eta2"
-    columns = {"Source": row["Source"], **_named("np2", row["np2"], partial), **_named(name, row[name], generalized)}
-    return columns | {"note": "; ".join(filter(None, (row["note"], _note(row, partial))))}
-
-
-def _note(row: Mapping[Hashable, Any], limits: tuple[float, float]) -> str:
-    if math.isnan(row["F"]):
-        return ""
-    if math.isnan(sum(limits)):
-        return BEYOND
-    if limits[1] >= row["np2"]:
-        return ""
-    return TINY if limits[1] == 0 else ABOVE
 
 
 def _named(name: str, value: float, limits: tuple[float, ...]) -> dict[str, float]:

@@ -68,7 +68,21 @@ def self_check(
     if note := _beyond(design, sum_of_squares, most):
         return pd.DataFrame([_row(effect, math.nan, "", None, note) for effect in effects])
     exact = exact_mixed(design, sum_of_squares)
-    return pd.DataFrame([_checked(*pair) for pair in zip(effects, exact, strict=True)])
+    rows = []
+    for effect, expected in zip(effects, exact, strict=True):
+        if math.isnan(effect.f):
+            rows.append(_row(effect, math.nan, "", expected.f, f"not checked: {effect.note}"))
+            continue
+        # Relative differences, without rounding; absolute where 0 is expected, infinite for no number.
+        apart: dict[str, float] = {}
+        for name in NUMBERS:
+            value, whole = getattr(effect, name), getattr(expected, name)
+            if whole is not None:
+                relative = abs(Fraction(value) - whole) / (abs(whole) or 1) if math.isfinite(value) else math.inf
+                apart[name] = float(relative)
+        worst = max(apart, key=apart.__getitem__)
+        rows.append(_row(effect, apart[worst], worst, expected.f, effect.note))
+    return pd.DataFrame(rows)
 
 
 def exact_within(
@@ -229,20 +243,6 @@ def _beyond(design: Design, kind: SumOfSquares, most: int) -> str:
     if not all(form.exact for form in forms_of(design.groups, kind).values()):
         return f"not checked: {groups} groups of different sizes by several factors, more than {EXACT_GROUPS}"
     return ""
-
-
-def _checked(effect: Effect, exact: ExactEffect) -> dict[str, Any]:
-    if math.isnan(effect.f):
-        return _row(effect, math.nan, "", exact.f, f"not checked: {effect.note}")
-    pairs = {name: (getattr(effect, name), getattr(exact, name)) for name in NUMBERS}
-    # Relative differences, without rounding; absolute where 0 is expected, infinite for no number.
-    apart = {
-        name: float(abs(Fraction(value) - expected) / (abs(expected) or 1)) if math.isfinite(value) else math.inf
-        for name, (value, expected) in pairs.items()
-        if expected is not None
-    }
-    worst = max(apart, key=apart.__getitem__)
-    return _row(effect, apart[worst], worst, exact.f, effect.note)
 
 
 def _row(effect: Effect, difference: float, number: str, exact: Fraction | None, note: str) -> dict[str, Any]:

@@ -137,7 +137,13 @@ def gather_design(
     nobodys = subject is None
     if subject is None:
         refuse_idle("aggregate", aggregate, None, NO_SUBJECT)
-        data, subject = _rows_as_participants(data, own, others)
+        if own:
+            raise BadOption("within needs `subject`, the column that says who gave each value")
+        check_columns(data, others)
+        name = "row"
+        while name in data.columns:
+            name += "'"
+        data, subject = data.assign(**{name: [f"row {row + 1}" for row in range(len(data))]}), name
     check_columns(data, [dv, subject, *own, *others])
     cells = gather_all(data, dv, own, subject, missing, aggregate)
     refuse_too_few(cells)
@@ -153,18 +159,6 @@ def gather_design(
     if design.error_df < 1:
         raise TooFew("every group has one participant; at least one group needs two or more")
     return design
-
-
-def _rows_as_participants(
-    data: pd.DataFrame, within: list[Hashable], between: list[Hashable]
-) -> tuple[pd.DataFrame, Hashable]:
-    if within:
-        raise BadOption("within needs `subject`, the column that says who gave each value")
-    check_columns(data, between)
-    subject = "row"
-    while subject in data.columns:
-        subject += "'"
-    return data.assign(**{subject: [f"row {row + 1}" for row in range(len(data))]}), subject
 
 
 @dataclass(frozen=True)

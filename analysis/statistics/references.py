@@ -67,14 +67,10 @@ def nist_values() -> dict[str, Any]:
 def nist_table(name: str) -> pd.DataFrame:
     """Read one NIST StRD set: columns group (text) and y."""
     lines = reference_path(f"nist/{name}.dat").read_text(encoding="ascii").splitlines()
-    first, last = _data_lines(lines, name)
+    named = (re.search(r"Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", line) for line in lines[:20])
+    match = next(filter(None, named), None)
+    if match is None:
+        raise NoSuchReference(f"{name}.dat does not say on which lines its data stand")
+    first, last = int(match[1]), int(match[2])
     pairs = [line.split() for line in lines[first - 1 : last]]
     return pd.DataFrame({"group": [pair[0] for pair in pairs], "y": [float(pair[1]) for pair in pairs]})
-
-
-def _data_lines(lines: list[str], name: str) -> tuple[int, int]:
-    """Return the first and last line of the data, which the file names."""
-    for line in lines[:20]:
-        if match := re.search(r"Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", line):
-            return int(match[1]), int(match[2])
-    raise NoSuchReference(f"{name}.dat does not say on which lines its data stand")
