@@ -1,56 +1,230 @@
-"""From a study's material to the rows that one test or figure is asked about."""
+"""Which rows of a study's material are used: what a plan leaves out, and what one test or figure is about.
+
+What is left out is counted line by line: who, which trials, which ratings, and why.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import pandas as pd
 
 from palpate.analysis.figures.figure_kind import FigureSettings
-from palpate.analysis.plans.answers import FACTORS, Normalise, Selected, StatisticSettings, Takes, columns_named
-from palpate.analysis.plans.exclusions import matching
+from palpate.analysis.plans.answers import FACTORS, Selected, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.material import OF_A_RATING, SESSION, Material, refuse_small_groups
-from palpate.analysis.plans.reading import Plan
-from palpate.analysis.plans.where import Range, Where
-from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural
+from palpate.analysis.plans.reading import AnalysisPlan, Outlying, Plan, Rule
+from palpate.analysis.plans.where import Range, Where, first_word, kept_rows, levels_of
+from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Ratings, natural
 from palpate.analysis.ratings.design import Faults, cell_faults
+from palpate.analysis.ratings.diagnostics import diagnose
+from palpate.analysis.reliability.sessions import answered_trials
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import some
 
 ANSWER = ("participant", "session", "trial", "form", "attribute", "kind", "word")
 """What tells one answer of a session from every other."""
 Scale: TypeAlias = tuple[float, float] | None
+TRIAL = ["participant", "session", "trial"]
 
 
 @dataclass(frozen=True)
-class Selecting:
-    """What selections are made from: the material after exclusions, the plan, and the plan's own tables."""
+class Left:
+    """The material that is left, and a line for everything that a rule left out (also for one that met nothing)."""
+
+    material: Material
+    lines: tuple[Exclusion, ...]
+
+
+def apply_exclusions(material: Material, declared: AnalysisPlan) -> Left:
+    """Apply the plan's rules in their order, each to what the earlier ones left.
+
+    Raises DataRefused on an unknown participant or column, and where nobody is left.
+    """
+    lines: list[Exclusion] = []
+    whole = material
+    for rule in declared.exclusions:
+        # The data as they were read must have every person, column and level; an earlier rule may have left it out.
+        where = dict(rule.where or {})
+        people = () if isinstance(where.get("participant"), Range) else levels_of(where.pop("participant", ()))
+        for who in (*(rule.participants or ()), *people):
+            if who not in whole.participants and not any(line.who.split(",")[0] == who for line in whole.exclusions):
+                near = nearest(who, whole.participants)
+                raise DataRefused(f"{whole.name!r}: the plan leaves out {who!r}, who has no session; {near}")
+        matching(whole.people.added(whole.trials, tuple(where)), where, whole.name)
+        material, own = _applied(material, rule)
+        lines += own or [Exclusion("nothing", "nobody", rule.because, 0)]
+    if not material.participants:
+        raise DataRefused(f"{material.name!r}: the plan's exclusions leave nobody; see exclusions of the plan")
+    return Left(material, tuple(lines))
+
+
+def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]:
+    where = rule.where or {}
+    if where and len(material.people.named(material.trials, where)) == len(where):
+        # The participants with these answers about themselves, also those without a trial.
+        everybody = material.people.added(pd.DataFrame({"participant": list(material.participants)}), tuple(where))
+        people = [str(who) for who in everybody.loc[_keeps(everybody, where), "participant"]]
+        return _without_people(material, people, rule.because)
+    if rule.outlying is not None:
+        return _without_outlying(material, rule.outlying, rule.because)
+    if rule.faster_than_s is not None or rule.slower_than_s is not None or rule.where is not None:
+        # A trial is known by its session and place, in an imported table by all that it says about it.
+        trials = _bad_trials(material, rule)
+        key = TRIAL if "session" in trials.columns else [name for name in trials.columns if name not in OF_A_RATING]
+        gone = set(zip(*(trials[name].tolist() for name in key), strict=True))
+        whose = ["participant", "session"] if "session" in trials.columns else ["participant"]
+        lines = [
+            Exclusion("trials", ", session ".join(map(str, names)), rule.because, len(rows))
+            for names, rows in trials.groupby(whose, sort=True)
+        ]
+
+        def stays(table: pd.DataFrame) -> pd.Series[bool]:
+            if not set(key) <= set(table.columns):
+                return pd.Series(True, index=table.index)
+            keys = zip(*(table[name].tolist() for name in key), strict=True)
+            return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
+
+        return _kept(material, stays), lines
+    return _without_people(material, _bad_people(material, rule), rule.because)
+
+
+def _bad_people(material: Material, rule: Rule) -> list[str]:
+    if rule.participants is not None:
+        return [who for who in material.participants if who in rule.participants]
+    if rule.fewer_than is not None:
+        # Those with too few answered trials, also somebody who answered a form and no trial at all.
+        if "session" not in material.trials.columns:
+            raise DataRefused(f"{material.name!r}: no session is on record, which `fewer_than` counts; leave it out")
+        answered = material.trials["session"].value_counts()
+        whose = pd.concat([table[["session", "participant"]] for table in (material.trials, material.forms)])
+        return sorted(
+            {
+                str(who)
+                for session, who in whose.drop_duplicates().itertuples(index=False)
+                if (planned := material.planned.get(session, 0))
+                and answered.get(session, 0) / planned < rule.fewer_than
+            }
+        )
+    # Those on whom at least so many of the rater diagnostics raise a flag.
+    least = rule.flagged or 1
+    ratings = material.ratings
+    if ratings is None or ratings.scale is None:
+        raise DataRefused(f"{material.name!r}: `flagged` needs ratings on a declared scale")
+    if "session" not in ratings.table.columns:
+        raise DataRefused(f"{material.name!r}: no session is on record, which `flagged` looks at; leave it out")
+    bad = []
+    for who, rows in ratings.table.groupby("participant", sort=True):
+        sessions = [answered_trials(own) for _, own in rows.groupby("session", sort=True)]
+        signs = [diagnose(trials, ratings.scale.low, ratings.scale.high) for trials in sessions]
+        if max(sum(sign.flagged for sign in own) for own in signs) >= least:
+            bad.append(str(who))
+    return bad
+
+
+def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
+    """Return the trials (participant, session, trial) that a rule leaves out."""
+    if rule.where is not None:
+        return material.trials[_keeps(material.people.added(material.trials, tuple(rule.where)), rule.where)]
+    if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
+        raise DataRefused(f"{material.name!r}: no response times are on record; leave faster_than_s, slower_than_s out")
+    seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
+    if rule.faster_than_s is not None:
+        bad = seconds["response_time_s"] < rule.faster_than_s
+    else:
+        bad = seconds["response_time_s"] > (rule.slower_than_s or 0.0)
+    return pd.DataFrame(seconds[bad])
+
+
+def matching(table: pd.DataFrame, where: Where, name: str) -> pd.Series[bool]:
+    """Return which rows have the levels of `where` in all columns. Raises DataRefused on an unknown column or level."""
+    for column, condition in where.items():
+        if column not in table.columns:
+            raise DataRefused(f"{name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
+        known = set(table[column].dropna().astype(str))
+        if isinstance(condition, Range) and (word := first_word(known)) is not None:
+            raise DataRefused(
+                f"{name!r}: {column!r} holds words, as {word!r}; a range ({condition}) asks about numbers"
+            )
+        for level in levels_of(condition):
+            if level not in known and known:
+                raise DataRefused(f"{name!r}: no {column} {level!r}; {nearest(level, sorted(known))}")
+    return _keeps(table, where)
+
+
+def _keeps(table: pd.DataFrame, where: Where) -> pd.Series[bool]:
+    kept = pd.Series(True, index=table.index)
+    for column, condition in where.items():
+        kept &= kept_rows(table[column], condition)
+    return kept
+
+
+def _without_people(material: Material, people: list[str], why: str) -> tuple[Material, list[Exclusion]]:
+    whose = (material.trials if material.ratings is None else material.ratings.table)["participant"]
+    lines = [Exclusion("participant", who, why, int((whose == who).sum())) for who in people]
+    return _kept(material, lambda table: ~table["participant"].isin(people)), lines
+
+
+def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Material, list[Exclusion]]:
+    """Leave out ratings far from the mean of their cell, themselves in it; a cell of equal values has none."""
+    if material.ratings is None:
+        raise DataRefused(f"{material.name!r}: `outlying` needs ratings")
+    table = material.ratings.table
+    for column in rule.within:
+        if column not in table.columns:
+            raise DataRefused(f"{material.name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
+    cells = table.groupby(list(rule.within), sort=False)["value"]
+    unequal = cells.transform("max") > cells.transform("min")
+    far = ((table["value"] - cells.transform("mean")).abs() > rule.sd * cells.transform("std")) & unequal
+    lines = [
+        Exclusion("ratings", str(who), why, len(rows)) for who, rows in table[far].groupby("participant", sort=True)
+    ]
+    ratings = replace(material.ratings, table=table[~far].reset_index(drop=True))
+    return replace(material, ratings=ratings), lines
+
+
+def _kept(material: Material, stays: Callable[[pd.DataFrame], Any]) -> Material:
+    def part(table: pd.DataFrame) -> pd.DataFrame:
+        return table[stays(table)].reset_index(drop=True) if len(table) else table
+
+    ratings = material.ratings
+    return replace(
+        material,
+        ratings=None if ratings is None else replace(ratings, table=part(ratings.table)),
+        trials=part(material.trials),
+        words=part(material.words),
+        forms=part(material.forms),
+    )
+
+
+@dataclass(frozen=True)
+class Selector:
+    """Selects the rows of tests and figures from the material after exclusions, the plan, and the plan's own tables."""
 
     material: Material
     plan: Plan
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     @cached_property
-    def _faults(self) -> dict[bool, Faults]:
+    def _known_faults(self) -> dict[bool, Faults]:
         return {}
 
     def faults(self, settings: StatisticSettings | None = None) -> Faults:
-        """Every cell of the ratings that is missing, filled too often or not of the design.
+        """Return every cell of the ratings that is missing, filled too often or not of the design.
 
         A test that names `session` is asked about the cells of each session.
         """
         ratings = self.material.ratings
         by_session = settings is not None and SESSION in (*columns_named(settings), *settings.where)
-        if by_session not in self._faults:
+        if by_session not in self._known_faults:
             none = ratings is None or not len(ratings.table)
-            self._faults[by_session] = Faults() if none or ratings is None else cell_faults(ratings, by_session)
-        return self._faults[by_session]
+            self._known_faults[by_session] = Faults() if none or ratings is None else cell_faults(ratings, by_session)
+        return self._known_faults[by_session]
 
     def of(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> Selected:
-        """The rows that are asked about, all outcomes together. Raises DataRefused where there are none."""
+        """Return the rows of a test or figure, all outcomes together. Raises DataRefused where there are none."""
         takes = "table" if settings.table is not None else settings.source or takes
         table, scale = self._table(settings, takes)
         if takes != "table":
@@ -67,16 +241,16 @@ class Selecting:
         return replace(self._selected(settings, table, outcomes, scale), unanswered=silent)
 
     def by_outcome(self, selected: Selected) -> Iterator[Selected]:
-        """The selection of each outcome by itself; tests about all ratings of an outcome share one table."""
+        """Yield the selection of each outcome by itself; tests about all ratings of an outcome share one table."""
         ratings = self.material.ratings
-        shared = self._of_outcomes if ratings is not None and selected.table is ratings.table else {}
+        shared = self._shared_tables if ratings is not None and selected.table is ratings.table else {}
         for outcome in selected.outcomes:
             if outcome not in shared:
                 shared[outcome] = _where(selected.table, selected.table["attribute"] == outcome)
             yield replace(selected, table=shared[outcome], outcomes=(outcome,))
 
     @cached_property
-    def _of_outcomes(self) -> dict[str, pd.DataFrame]:
+    def _shared_tables(self) -> dict[str, pd.DataFrame]:
         return {}
 
     def trials(self, where: Where) -> pd.DataFrame:
@@ -86,18 +260,17 @@ class Selecting:
     def _of_people(
         self, settings: StatisticSettings | FigureSettings, table: pd.DataFrame
     ) -> tuple[pd.DataFrame, tuple[str, ...]]:
-        """The rows of `where`, with the columns of people and sessions that are asked for, and who is left out.
+        """Return the rows of `where` with the columns of people and sessions that are named, and who is left out.
 
         Left out are those who did not answer a question that is a column.
-
         Raises DataRefused where somebody did not answer and the missing policy is to refuse, or a group is too small.
         """
         people, name = self.material.people, self.material.name
         named, grouping = columns_named(settings), columns_named(settings, FACTORS)
-        asked_of = people.named(table, (*named, *settings.where))
+        columns = people.named(table, (*named, *settings.where))
         chosen = matching(people.added(table, tuple(settings.where)), settings.where, name)
         table = people.added(_where(table, chosen), named)
-        factors = [column for column in asked_of if column in named]
+        factors = [column for column in columns if column in named]
         silent = set(table.loc[table[factors].isna().any(axis=1), "participant"]) if factors else set()
         if silent and (getattr(settings, "missing", None) or self.plan.declared.missing) == "refuse":
             raise DataRefused(
@@ -105,12 +278,12 @@ class Selecting:
                 "participants out with `missing: listwise`"
             )
         table = _where(table, ~table["participant"].isin(silent)) if silent else table
-        groups = [column for column in asked_of if column in grouping or column in settings.where]
+        groups = [column for column in columns if column in grouping or column in settings.where]
         if groups:
             ranges = {
                 name: str(condition) for name, condition in settings.where.items() if isinstance(condition, Range)
             }
-            one_group = {name: told for name, told in ranges.items() if name in groups and name not in grouping}
+            one_group = {name: text for name, text in ranges.items() if name in groups and name not in grouping}
             alike = people.added(table, groups).assign(**one_group)
             refuse_small_groups(alike, groups, self.plan.declared.least_people, settings.name)
         return table, tuple(sorted(silent))
@@ -149,22 +322,26 @@ class Selecting:
             return self.tables[settings.table], None
         if takes == "words":
             return self.material.words, None
+        material = self.material
         if takes == "forms":
-            study = self.material.study
-            points = None if study is None or study.questionnaire is None else (1.0, float(study.questionnaire.points))
-            return _asked_forms(self.material, settings.name), points
-        return self._ratings(settings.normalise or self.plan.declared.normalise, settings.name)
-
-    def _ratings(self, how: Normalise, name: str) -> tuple[pd.DataFrame, Scale]:
-        ratings = self.material.ratings
-        if ratings is None:
-            raise DataRefused(f"{self.material.name!r} has no ratings, which {name!r} asks about")
-        scale = _ends(ratings)
+            # The questionnaire's items: an answer about the person (age, hand) is no outcome.
+            questionnaire = None if material.study is None else material.study.questionnaire
+            if questionnaire is None or not questionnaire.items:
+                raise DataRefused(f"{material.name!r} has no questionnaire, which {settings.name!r} asks about")
+            order = {item.name: place for place, item in enumerate(questionnaire.items)}
+            items = material.forms[material.forms["attribute"].isin(list(order))]
+            ranked = items.assign(_rank=items["attribute"].map(order))
+            ranked = ranked.sort_values(["_rank", "participant"], ignore_index=True)
+            return ranked.drop(columns="_rank"), (1.0, float(questionnaire.points))
+        if material.ratings is None:
+            raise DataRefused(f"{material.name!r} has no ratings, which {settings.name!r} asks about")
+        how = settings.normalise or self.plan.declared.normalise
+        table, scale = material.ratings.table, _ends(material.ratings)
         if how == "none":
-            return ratings.table, scale
+            return table, scale
         from palpate.analysis.ratings.normalisation import normalised
 
-        return normalised(ratings.table, scale, how)
+        return normalised(table, scale, how)
 
     def _outcomes(
         self, settings: StatisticSettings | FigureSettings, table: pd.DataFrame, takes: Takes
@@ -183,7 +360,7 @@ class Selecting:
 
 
 def all_ratings(ratings: Ratings) -> Selected:
-    """Every rating of a data set as it stands: what a figure or a test that no plan names is asked about."""
+    """Return every rating of a data set as it stands: what a figure or a test that no plan names is asked about."""
     families = (ratings.families,) if ratings.families else ()
     named = ("participant", "attribute", *ratings.within, *ratings.between, *families)
     trials = ratings.table.drop(columns=list(OF_A_RATING), errors="ignore")
@@ -209,20 +386,8 @@ def refuse_repeated(table: pd.DataFrame, name: str) -> None:
         raise DataRefused(f"{name!r}: {int(repeated.sum())} rows hold the same answers twice, the first: {first}")
 
 
-def _asked_forms(material: Material, name: str) -> pd.DataFrame:
-    """The questionnaire's items: what was asked about the person (age, hand) is no outcome."""
-    study = material.study
-    items = study.questionnaire.items if study is not None and study.questionnaire is not None else ()
-    if not items:
-        raise DataRefused(f"{material.name!r} has no questionnaire, which {name!r} asks about")
-    order = {item.name: place for place, item in enumerate(items)}
-    found = material.forms[material.forms["attribute"].isin(list(order))]
-    rank = found["attribute"].map(order)
-    return found.assign(_rank=rank).sort_values(["_rank", "participant"], ignore_index=True).drop(columns="_rank")
-
-
 def _where(table: pd.DataFrame, chosen: pd.Series[bool]) -> pd.DataFrame:
-    """The chosen rows, numbered anew; where all rows of a numbered table are chosen, the table itself."""
+    """Return the chosen rows, numbered anew; where all rows of a numbered table are chosen, the table itself."""
     if chosen.all() and table.index.equals(pd.RangeIndex(len(table))):
         return table
     return table[chosen].reset_index(drop=True)
@@ -233,11 +398,11 @@ def _ends(ratings: Ratings) -> Scale:
 
 
 def _levels(known: Mapping[str, tuple[str, ...]], table: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """The levels of each text column that occur here, in the study's order where it has one."""
-    found: dict[str, tuple[str, ...]] = {}
+    """Return the levels of each text column that occur here, in the study's order where it has one."""
+    levels: dict[str, tuple[str, ...]] = {}
     for column in map(str, table.columns):
         if table[column].dtype == object or pd.api.types.is_string_dtype(table[column]):
             there = {str(level) for level in table[column].dropna().unique()}
             listed = [level for level in known.get(column, ()) if level in there]
-            found[column] = (*listed, *natural(there - set(listed)))
-    return found
+            levels[column] = (*listed, *natural(there - set(listed)))
+    return levels

@@ -13,11 +13,10 @@ from typing import Any, NamedTuple
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.plans.answers import Answer, Row, StatisticSettings
-from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import Plan, PlanError, read_plan
-from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
 from palpate.analysis.regenerating.plan_tests import run_tests
 from palpate.analysis.regenerating.regeneration import read_table
@@ -180,7 +179,7 @@ def _p_value(material: Material, plan: Plan, request: PowerRequest, size: int) -
         parts["ratings"] = replace(ratings, table=rows[rows["participant"].isin(here)].reset_index(drop=True))
     left = apply_exclusions(replace(material, **parts), plan.declared).material
     tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
-    answered = run_tests(Selecting(left, plan, tables))
+    answered = run_tests(Selector(left, plan, tables))
     answer = next((result.answer for result in answered if result.answer is not None), None)
     if answer is None:
         return PValue(None, next((result.refused for result in answered), "no answer"))

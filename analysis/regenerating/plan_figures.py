@@ -11,7 +11,7 @@ from palpate.analysis.figures.style import drawing, save, svg_text
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import FIGURES
-from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.reports.figures import DrawnFigure
 from palpate.protocols.progress import Progress
 
@@ -25,13 +25,13 @@ class PlannedFigure:
     refused: str = ""
 
 
-def figure_data(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]]) -> tuple[PlannedFigure, ...]:
+def figure_data(selector: Selector, answers: Mapping[str, Mapping[str, Answer]]) -> tuple[PlannedFigure, ...]:
     """Return the data of every figure of the plan; a figure that has nothing to show says why."""
-    return tuple(_planned(selecting, answers, settings) for settings in selecting.plan.figures)
+    return tuple(_planned(selector, answers, settings) for settings in selector.plan.figures)
 
 
 def _planned(
-    selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]], settings: FigureSettings
+    selector: Selector, answers: Mapping[str, Mapping[str, Answer]], settings: FigureSettings
 ) -> PlannedFigure:
     kind = FIGURES[settings.figure]
     used = effective(settings, kind)
@@ -39,7 +39,7 @@ def _planned(
         missing = [name for name in used.tests if name not in answers]
         if missing:
             return PlannedFigure(settings, None, f"it shows the test {missing[0]!r}, which has no answer")
-        given = FigureInput(selecting.of(used, kind.takes), {name: answers[name] for name in used.tests})
+        given = FigureInput(selector.of(used, kind.takes), {name: answers[name] for name in used.tests})
         data = kind.data(given, used)
         data = replace(data, caption=" ".join((data.caption, *idle_notes(settings, kind))))
     except ValueError as refusal:

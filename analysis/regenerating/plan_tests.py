@@ -15,7 +15,7 @@ import pandas as pd
 from palpate.analysis.plans.answers import COLUMNS, Answer, Kind, Missing, Selected, StatisticSettings, columns_named
 from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.plans.where import Where, keeps, kept_rows
 from palpate.analysis.ratings.design import CellsRefused, Faults
 from palpate.analysis.ratings.design_report import Place, ProblemKind
@@ -59,23 +59,23 @@ class QuestionResult:
 
 
 def run_tests(
-    selecting: Selecting, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
+    selector: Selector, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
 ) -> tuple[QuestionResult, ...]:
     """Return every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
-    tests, results, digests = selecting.plan.tests, [], _Digests()
+    tests, results, digests = selector.plan.tests, [], _Digests()
     with one_thread():
         for done, settings in enumerate(tests):
-            for question in _questions(selecting, settings):  # one by one: the rows of all would not fit into memory
+            for question in _questions(selector, settings):  # one by one: the rows of all would not fit into memory
                 progress(done, len(tests), " ".join((settings.name, question.outcome)))
-                results.append(_answer(selecting, question, clock, digests))
+                results.append(_answer(selector, question, clock, digests))
     progress(len(tests), len(tests), "")
     return tuple(results)
 
 
-def _questions(selecting: Selecting, settings: StatisticSettings) -> Iterator[Question]:
+def _questions(selector: Selector, settings: StatisticSettings) -> Iterator[Question]:
     kind = TESTS[settings.test]
     try:
-        selected = selecting.of(settings, kind.takes)
+        selected = selector.of(settings, kind.takes)
     except ValueError as refusal:
         yield Question(settings, kind, ALL, None, str(refusal))
         return
@@ -84,7 +84,7 @@ def _questions(selecting: Selecting, settings: StatisticSettings) -> Iterator[Qu
     if kind.each == "all" or settings.table is not None or compares_outcomes:
         yield Question(settings, kind, ALL, selected)
         return
-    for selection in selecting.by_outcome(selected):
+    for selection in selector.by_outcome(selected):
         yield Question(settings, kind, selection.outcome, selection)
 
 
@@ -100,10 +100,10 @@ class _Digests:
         return self.known[id(table)][1]
 
 
-def _answer(selecting: Selecting, question: Question, clock: Clock, digests: _Digests) -> QuestionResult:
+def _answer(selector: Selector, question: Question, clock: Clock, digests: _Digests) -> QuestionResult:
     """Return the answer to a question, or the reason why there is none."""
     settings, kind, selected = question.settings, question.kind, question.selected
-    policy = settings.missing or selecting.plan.declared.missing
+    policy = settings.missing or selector.plan.declared.missing
     missing = MissingSummary(policy, unanswered=() if selected is None else selected.unanswered)
     if selected is None:
         return QuestionResult(settings, question.outcome, None, question.refused, "", missing, 0.0)
@@ -111,7 +111,7 @@ def _answer(selecting: Selecting, question: Question, clock: Clock, digests: _Di
     start = clock()
     try:
         if kind.complete is not None and not own and (settings.source or kind.takes) == "ratings":
-            trials, faults = selecting.trials(settings.where), selecting.faults(settings)
+            trials, faults = selector.trials(settings.where), selector.faults(settings)
             selected, gaps = handle_missing(selected, faults, settings.where, policy, trials)
             missing = replace(gaps, unanswered=missing.unanswered)
         start = clock()

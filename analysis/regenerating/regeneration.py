@@ -12,10 +12,9 @@ import pandas as pd
 
 from palpate.analysis.crosschecking.checks import CrossCheck, cross_check
 from palpate.analysis.first_look.analysis import software
-from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.material import Material, imported_material, read_material
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
-from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.design_report import data_notes
 from palpate.analysis.ratings.rating_files import load_ratings
@@ -87,15 +86,15 @@ def regenerate_by(
     whole = whole_material(request, name, plan, progress)
     left = apply_exclusions(whole, plan.declared)
     tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}
-    selecting = Selecting(left.material, plan, tables)
+    selector = Selector(left.material, plan, tables)
     exclusions = (*whole.exclusions, *left.lines)
     ratings = left.material.ratings
     sessions = None if ratings is None else ratings.sessions
-    notes = data_notes(selecting.faults().notes, exclusions, sessions)
+    notes = data_notes(selector.faults().notes, exclusions, sessions)
     qualified = f" (of the data: {shorten('; '.join(notes), MOST_LETTERS)})" if notes else ""
     answered = tuple(
         result if result.answer is not None else replace(result, refused=f"{result.refused}{qualified}")
-        for result in run_tests(selecting, progress)
+        for result in run_tests(selector, progress)
     )
     files = [(table, plan.table_path(table)) for table in plan.declared.tables]
     plan_inputs = (
@@ -108,7 +107,7 @@ def regenerate_by(
         exclusions=exclusions,
         inputs=(*whole.inputs, *plan_inputs),
         answered=answered,
-        figures=figure_data(selecting, by_name(answered)),
+        figures=figure_data(selector, by_name(answered)),
         tables=tables,
         software=software(),
         checks=cross_check(answered, progress) if crosscheck else None,

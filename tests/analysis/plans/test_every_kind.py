@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from palpate.analysis.plans import kinds
-from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.material import read_material
 from palpate.analysis.plans.reading import read_plan
-from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.sources import gathered
 from palpate.analysis.regenerating.regeneration import read_table
@@ -46,7 +45,7 @@ def selecting():
             engine.dispose()
             plan = read_plan(SHIPPED / study / "analysis.yaml")
             tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
-            made[study] = Selecting(apply_exclusions(material, plan.declared).material, plan, tables)
+            made[study] = Selector(apply_exclusions(material, plan.declared).material, plan, tables)
         return made[study]
 
     return of
@@ -120,7 +119,7 @@ def test_an_answer_that_stands_twice_is_refused_and_never_weighs_double(selectin
     )
     asked = next(each for each in chosen.plan.tests if each.name == name)
     with pytest.raises(DataRefused, match="2 rows hold the same answers twice, the first: participant P001, session"):
-        Selecting(twice, chosen.plan, chosen.tables).of(asked, kinds.TESTS[asked.test].takes)
+        Selector(twice, chosen.plan, chosen.tables).of(asked, kinds.TESTS[asked.test].takes)
 
 
 def test_every_kind_that_a_shipped_plan_asks_for_is_among_them():

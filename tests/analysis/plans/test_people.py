@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import people_of
 from palpate.analysis.plans.reading import AnalysisPlan, Plan
-from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
@@ -63,7 +62,7 @@ def plan_of(*tests, **declared):
 
 def answered(material, *tests, **declared):
     plan = plan_of(*tests, **declared)
-    return run_tests(Selecting(apply_exclusions(material, plan.declared).material, plan))
+    return run_tests(Selector(apply_exclusions(material, plan.declared).material, plan))
 
 
 def declarations():

@@ -24,7 +24,7 @@ from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.material import People
 from palpate.analysis.plans.reading import AnalysisPlan, Plan
-from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.regenerating.plan_figures import figure_data
 from palpate.analysis.regenerating.plan_tests import by_name, run_tests
@@ -383,10 +383,10 @@ BY_DATA = {
 """Settings that change nothing where the data have no ties, gaps, new words or mirrored maps: in one case they do."""
 
 
-def selecting(material: Any, tests: list[Any], figures: list[Any]) -> Selecting:
+def selecting(material: Any, tests: list[Any], figures: list[Any]) -> Selector:
     declared = AnalysisPlan.model_validate({"study": material.name, "draws": 100, "least_people": 1})
     plan = Plan(Path("analysis.yaml"), "", declared, tuple(tests), tuple(figures), load(b"a: 1", "analysis.yaml"))
-    return Selecting(material, plan, TABLES)
+    return Selector(material, plan, TABLES)
 
 
 def answers(material: Any, asked: list[Any]) -> list[Outcome]:

@@ -5,10 +5,9 @@ import pandas as pd
 import pytest
 import yaml
 
-from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.material import read_material
 from palpate.analysis.plans.reading import read_plan
-from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.regenerating.comparison import exact_checks
 from palpate.analysis.regenerating.plan_tests import cells_cut, run_tests
 from palpate.studies.collecting.collect import collect, open_database
@@ -43,7 +42,7 @@ def answered(material, tmp_path, test, missing, left_out=None, tables=None):
     file.write_text(yaml.safe_dump(declared))
     plan = read_plan(file)
     left = apply_exclusions(material, plan.declared)
-    return run_tests(Selecting(left.material, plan, tables or {}))[0]
+    return run_tests(Selector(left.material, plan, tables or {}))[0]
 
 
 @pytest.mark.parametrize("test", [BOTH, AVERAGED, ONE_CAR, PAIRS, MODEL], ids=str)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from palpate.analysis.plans.exclusions import apply_exclusions
 from palpate.analysis.plans.material import imported_material, read_material
 from palpate.analysis.plans.reading import AnalysisPlan
+from palpate.analysis.plans.selecting import apply_exclusions
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
 from palpate.studies.collecting.collect import collect, open_database
 from tests.analysis.ratings_for_tests import small_ratings
