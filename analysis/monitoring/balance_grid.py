@@ -65,9 +65,9 @@ class GroupBalance:
     @property
     def counts(self) -> dict[str, int]:
         """How many rows are in each state; free are those that nobody holds."""
-        found = {state: sum(row.state == state for row in self.rows) for state in RANK}
+        numbers = {state: sum(row.state == state for row in self.rows) for state in RANK}
         taken = sum(row.state not in GIVEN_UP for row in self.rows)
-        return {state: n for state, n in found.items() if n} | {"free": self.round - taken}
+        return {state: n for state, n in numbers.items() if n} | {"free": self.round - taken}
 
     @property
     def verdict(self) -> str:

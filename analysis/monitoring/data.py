@@ -35,7 +35,7 @@ def as_data(snapshot: Snapshot) -> dict[str, Any]:
 
 
 def _group(group: GroupBalance) -> dict[str, Any]:
-    sessions = {str(number): _certificate(found) for number, found in group.of_sessions.items()}
+    sessions = {str(number): _certificate(balance) for number, balance in group.of_sessions.items()}
     return {
         "group": group.group,
         "design": group.design,
@@ -62,9 +62,9 @@ def _group(group: GroupBalance) -> dict[str, Any]:
     }
 
 
-def _certificate(found: Balance) -> dict[str, Any]:
+def _certificate(balance: Balance) -> dict[str, Any]:
     return {
-        "balanced": found.balanced if found.sequences else None,
-        "sequences": found.sequences,
-        "positions": found.positions,
+        "balanced": balance.balanced if balance.sequences else None,
+        "sequences": balance.sequences,
+        "positions": balance.positions,
     }

@@ -66,8 +66,8 @@ def heat(balance: GroupBalance) -> Heat | None:
         for x, count in enumerate(row):
             if count:
                 paths.setdefault(shade(count, greatest), []).append(f"M{x * CELL} {y * CELL}h8v8h-8z")
-    found = tuple((level, "".join(squares)) for level, squares in sorted(paths.items()))
-    return Heat(len(rows[0]) * CELL, len(rows) * CELL, found, greatest)
+    shades = tuple((level, "".join(squares)) for level, squares in sorted(paths.items()))
+    return Heat(len(rows[0]) * CELL, len(rows) * CELL, shades, greatest)
 
 
 def shade(count: int, greatest: int) -> int:

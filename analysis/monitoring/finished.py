@@ -46,11 +46,11 @@ def load_finished(lab: Path, paths: Iterable[Path]) -> tuple[dict[Path, Finished
         if json.loads(file.readline()) != _version():
             return {}, {}
         for line in file:
-            kept = json.loads(line)
-            if "study" in kept:
-                studies[kept["digest"]] = Study.model_validate(kept["study"])
+            stored = json.loads(line)
+            if "study" in stored:
+                studies[stored["digest"]] = Study.model_validate(stored["study"])
             else:
-                finished[kept["session"]["file"]] = _finished(kept)
+                finished[stored["session"]["file"]] = _finished(stored)
     unchanged: dict[Path, Finished] = {}
     for path in paths:
         one = finished.get(path.name)
@@ -69,28 +69,30 @@ def save_finished(lab: Path, finished: Iterable[Finished], studies: dict[str, St
         for one in finished
     ]
     head = f"{json.dumps(_version())}\n"
-    kept = ""
+    text_before = ""
     with suppress(OSError, UnicodeDecodeError):
-        kept = (lab / FILE).read_text(encoding="utf-8")
+        text_before = (lab / FILE).read_text(encoding="utf-8")
     text = "".join(f"{json.dumps(line)}\n" for line in lines)
     with suppress(OSError):
-        write_text(lab / FILE, (kept if kept.startswith(head) and kept.endswith("\n") else head) + text)
+        write_text(
+            lab / FILE, (text_before if text_before.startswith(head) and text_before.endswith("\n") else head) + text
+        )
 
 
 def _version() -> dict[str, str]:
     return {"palpate monitor": palpate_version()}
 
 
-def _finished(kept: dict[str, Any]) -> Finished:
-    session = kept["session"]
+def _finished(entry: dict[str, Any]) -> Finished:
+    session = entry["session"]
     rated = None
     if (stored := session["rated"]) is not None:
         signs, (low, high) = tuple(Diagnostic(**sign) for sign in stored["signs"]), stored["ends"]
         rated = Rated(stored["kind"], signs, tuple(stored["seconds"]), tuple(stored["histogram"]), (low, high))
     return Finished(
-        FileState(**kept["state"]),
-        kept["head"],
-        tuple(kept["order"]),
+        FileState(**entry["state"]),
+        entry["head"],
+        tuple(entry["order"]),
         Session(**session | {
             "notes": tuple(Note(**note) for note in session["notes"]),
             "rated": rated,

@@ -186,9 +186,9 @@ class Watch:
         latest_first = sorted(states, key=lambda path: states[path].changed_at, reverse=True)
         if budget_s is None:
             self._read_ahead([path for path in latest_first if path not in self.known and path not in self.bad])
-        begun, unread = time.monotonic(), 0
+        start, unread = time.monotonic(), 0
         for path in latest_first:
-            late = budget_s is not None and time.monotonic() - begun > budget_s
+            late = budget_s is not None and time.monotonic() - start > budget_s
             if late and path not in self.known and path not in self.bad:
                 unread += 1
                 continue

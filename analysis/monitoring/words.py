@@ -61,12 +61,12 @@ def exact_clock(at: float) -> str:
     return f"{datetime.fromtimestamp(at):%H:%M:%S}"
 
 
-def sign(found: Diagnostic) -> str:
+def sign(diagnostic: Diagnostic) -> str:
     """Return a diagnostic's number in its unit."""
-    value = found.value
+    value = diagnostic.value
     if value is None:
         return NONE
-    match found.unit:
+    match diagnostic.unit:
         case "share" | "range":
             return f"{value:.0%}" if value == 0 or value >= 0.1 else f"{value:.1%}"
         case "s":

@@ -30,15 +30,15 @@ def idle_settings(settings: Any, kind: Any) -> list[Idle]:
 
     `kind` is the kind of the test or figure.
     """
-    found: dict[str, Idle] = {}
+    by_name: dict[str, Idle] = {}
     for setting in (*_of_rows(settings, kind), *settings.idle()):
         if setting.name not in type(settings).model_fields:
             continue
         field = type(settings).model_fields[setting.name]
         value = field.get_default(call_default_factory=True) if setting.instead is None else setting.instead
         if getattr(settings, setting.name) != value:
-            found.setdefault(setting.name, setting._replace(instead=value))
-    return list(found.values())
+            by_name.setdefault(setting.name, setting._replace(instead=value))
+    return list(by_name.values())
 
 
 def _of_rows(settings: Any, kind: Any) -> Iterator[Idle]:

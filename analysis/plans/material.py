@@ -101,10 +101,10 @@ def refuse_small_groups(table: pd.DataFrame, names: Sequence[str], least: int, w
     if not len(small):
         return
     levels = small.index[0] if isinstance(small.index[0], tuple) else (small.index[0],)
-    told = ", ".join(f"{name} {level}" for name, level in zip(names, levels, strict=True))
+    answers = ", ".join(f"{name} {level}" for name, level in zip(names, levels, strict=True))
     raise DataRefused(
-        f"{whose!r}: {int(small.iloc[0])} of the participants have {told}, and fewer than {least} could be recognised: "
-        "leave them out with `where`, or ask for it with `least_people: 1` in the plan"
+        f"{whose!r}: {int(small.iloc[0])} of the participants have {answers}, and fewer than {least} could be"
+        " recognised: leave them out with `where`, or ask for it with `least_people: 1` in the plan"
     )
 
 
@@ -261,34 +261,34 @@ def imported_material(ratings: Ratings, title: str) -> Material:
 
 def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...]]:
     """The levels of every text column in the order in which the study lists them."""
-    found: dict[str, tuple[str, ...]] = {"stimulus": tuple(stimulus.id for stimulus in study.stimuli)}
+    levels: dict[str, tuple[str, ...]] = {"stimulus": tuple(stimulus.id for stimulus in study.stimuli)}
     for name in study.stimuli[0].columns if study.stimuli else ():
         listed = dict.fromkeys(stimulus.columns.get(name, "") for stimulus in study.stimuli)
-        found[column_name(name)] = tuple(listed)
-    found["group"] = tuple(study.groups) or ("",)
+        levels[column_name(name)] = tuple(listed)
+    levels["group"] = tuple(study.groups) or ("",)
     items = study.questionnaire.items if study.questionnaire is not None else ()
-    found["attribute"] = (*(attribute.name for attribute in study.attributes), *(item.name for item in items))
-    found["participant"] = tuple(sorted(set(trials["participant"])))
-    return found
+    levels["attribute"] = (*(attribute.name for attribute in study.attributes), *(item.name for item in items))
+    levels["participant"] = tuple(sorted(set(trials["participant"])))
+    return levels
 
 
 def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) -> list[dict[str, Any]]:
     """The statement's rows of the sessions that are kept, with the participant and the group of each."""
     kept = {session.session: session for session in choice.kept}
-    found = query(connection, statement, study.study)
+    rows = query(connection, statement, study.study)
     return [
         {"participant": kept[row["session"]].participant, "group": kept[row["session"]].group_name or "", **row}
-        for row in found
+        for row in rows
         if row["session"] in kept
     ]
 
 
-def _trials(found: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame:
+def _trials(answered: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame:
     columns = {stimulus.id: {column_name(k): v for k, v in stimulus.columns.items()} for stimulus in study.stimuli}
     rows = [
         {key: row[key] for key in ("participant", "session", "group", "trial", "block", "stimulus")}
         | columns.get(row["stimulus"], {})
-        for row in found
+        for row in answered
         if not row["practice"] and row["status"] in ("answered", "captured")
     ]
     own = [column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())]
@@ -296,30 +296,32 @@ def _trials(found: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame:
     return _sorted(rows, head, ("participant", "session", "trial"))
 
 
-def _words(found: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataFrame:
+def _words(written: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataFrame:
     """The words of counting answers; one that belongs to no trial (a closing suggestion) has an empty stimulus."""
-    keys = zip(trials["session"], trials["trial"], strict=True) if found else ()
-    records = trials.to_dict("records") if found else ()
+    keys = zip(trials["session"], trials["trial"], strict=True) if written else ()
+    records = trials.to_dict("records") if written else ()
     of_trial: dict[Any, dict[Any, Any]] = dict(zip(keys, records, strict=True))
     rows = []
-    for row in found:
-        met = of_trial.get((row["session"], row["trial"]))
-        if row["counts"] and (met is not None or row["trial"] is None):
-            rows.append({**(met or {}), **{k: row[k] for k in ("participant", "session", "group", "kind", "word")}})
+    for row in written:
+        own_trial = of_trial.get((row["session"], row["trial"]))
+        if row["counts"] and (own_trial is not None or row["trial"] is None):
+            rows.append(
+                {**(own_trial or {}), **{k: row[k] for k in ("participant", "session", "group", "kind", "word")}}
+            )
     head = [*trials.columns, "kind", "word"]
     table = _sorted(rows, head, ("participant", "session", "trial", "kind", "word"))
     numbers = [None if pd.isna(trial) else int(trial) for trial in table["trial"]]
     return table.assign(trial=pd.Series(numbers, dtype="object"))
 
 
-def _forms(found: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+def _forms(answers: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """The answers outside trials, but for what was written freely in an interview: no report repeats that."""
     rows = [
         {
             **{key: row[key] for key in ("participant", "session", "group", "form")},
             **{"attribute": row["item"], "value": row["number"], "text": row["value"]},
         }
-        for row in found
+        for row in answers
         if row["form"] != "interview"
     ]
     head = ["participant", "session", "group", "form", "attribute", "value", "text"]

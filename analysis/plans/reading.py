@@ -141,8 +141,8 @@ def _validated(
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        found = [Problem((*at, *p.path), p.message) for p in translated(error, model)]
-        raise PlanError(listed(found, document, str(path))) from None
+        problems = [Problem((*at, *p.path), p.message) for p in translated(error, model)]
+        raise PlanError(listed(problems, document, str(path))) from None
 
 
 def _settings_of(
@@ -179,9 +179,9 @@ def _links(
     """What is named by another part of the plan exists: tests that a figure shows, tables that are used."""
     names = [test.name for test in tests]
     for place, figure in enumerate(figures):
-        for n, wanted in enumerate(figure.tests):
-            if wanted not in names:
-                yield Problem(("figures", place, "tests", n), f"no test {wanted!r}; {nearest(wanted, names)}")
+        for n, test_name in enumerate(figure.tests):
+            if test_name not in names:
+                yield Problem(("figures", place, "tests", n), f"no test {test_name!r}; {nearest(test_name, names)}")
     both: tuple[tuple[str, Sequence[StatisticSettings | FigureSettings]], ...] = (
         ("tests", tests),
         ("figures", figures),
@@ -189,5 +189,5 @@ def _links(
     for section, settings in both:
         for place, test in enumerate(settings):
             if test.table is not None and test.table not in declared.tables:
-                told = nearest(test.table, declared.tables)
-                yield Problem((section, place, "table"), f"the plan has no table {test.table!r}; {told}")
+                near = nearest(test.table, declared.tables)
+                yield Problem((section, place, "table"), f"the plan has no table {test.table!r}; {near}")

@@ -186,15 +186,15 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
             f"the design check: the factors cross to {cells:,} cells, at most {MOST_CELLS:,} are expected;"
             f" {widest[0]!r} has {len(widest[1]):,} levels: is it a factor?"
         )
-    owed = {(person, *cell): repeats for person, levels in plan.items() for cell in product(*levels.values())}
+    expected = {(person, *cell): repeats for person, levels in plan.items() for cell in product(*levels.values())}
     if rows.nested and repeats == 1:
-        owed = _items_owed(rows, keys, owed)
+        expected = _items_owed(rows, keys, expected)
     missing = [
         _place(rows, key, f"{filled[key]} of {planned} ratings" if planned > 1 else "")
-        for key, planned in owed.items()
+        for key, planned in expected.items()
         if filled[key] < planned
     ]
-    strange = [_place(rows, key, count(filled[key], "rating")) for key in filled if key not in owed]
+    strange = [_place(rows, key, count(filled[key], "rating")) for key in filled if key not in expected]
     return [
         *gathered("missing", missing, limit),
         *gathered("undeclared", strange, limit),
@@ -202,7 +202,7 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
     ]
 
 
-def _items_owed(rows: _Rows, keys: Sequence[Label], owed: Mapping[Label, int]) -> dict[Label, int]:
+def _items_owed(rows: _Rows, keys: Sequence[Label], expected: Mapping[Label, int]) -> dict[Label, int]:
     """As many different items in a cell as the participant of the group with most of them has, at least one."""
     width = 1 + len(rows.cells)
     group_of = {person: groups[0] for person, groups in rows.groups_of().items()}
@@ -210,7 +210,7 @@ def _items_owed(rows: _Rows, keys: Sequence[Label], owed: Mapping[Label, int]) -
     for key, items in Counter(key[:width] for key in set(keys)).items():
         place = (*group_of[key[0]], *key[1:])
         most[place] = max(items, most.get(place, 1))
-    return {key: most.get((*group_of[key[0]], *key[1:]), 1) for key in owed}
+    return {key: most.get((*group_of[key[0]], *key[1:]), 1) for key in expected}
 
 
 def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) -> list[Place]:

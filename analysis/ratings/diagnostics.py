@@ -213,13 +213,15 @@ def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
 
 def missing(rater: Rater) -> Diagnostic:
     """Ratings that are owed and were not given, as a share of those owed."""
-    owed, items = max(rater.owed, len(rater.trials)), max(rater.items, 1)
+    expected, items = max(rater.owed, len(rater.trials)), max(rater.items, 1)
     given = sum(len(trial.values) for trial in rater.trials)
-    if not owed:
+    if not expected:
         return none("missing", "share", "no trial is owed yet")
-    share = 1 - given / (owed * items)
-    sentence = f"{owed * items - given} of {count(owed * items, 'rating')} owed are missing; flagged from the first."
-    return Diagnostic("missing", share, "share", owed * items, 0.0, share > 0, sentence)
+    share = 1 - given / (expected * items)
+    sentence = (
+        f"{expected * items - given} of {count(expected * items, 'rating')} owed are missing; flagged from the first."
+    )
+    return Diagnostic("missing", share, "share", expected * items, 0.0, share > 0, sentence)
 
 
 def _per_item(rater: Rater) -> list[float]:

@@ -85,10 +85,10 @@ def _times(trials: list[Worded], enough: bool, limits: Limits) -> Iterator[Diagn
     yield of_seconds("time per trial", seconds, limits.seconds_per_trial, enough, "a trial")
 
 
-def _missing(given: int, owed: int) -> Diagnostic:
-    owed = max(owed, given)
-    if not owed:
+def _missing(given: int, expected: int) -> Diagnostic:
+    expected = max(expected, given)
+    if not expected:
         return none("missing", "share", "no trial is owed yet")
-    share = 1 - given / owed
-    sentence = f"{owed - given} of {owed} trials owed are missing; flagged from the first."
-    return Diagnostic("missing", share, "share", owed, 0.0, share > 0, sentence)
+    share = 1 - given / expected
+    sentence = f"{expected - given} of {expected} trials owed are missing; flagged from the first."
+    return Diagnostic("missing", share, "share", expected, 0.0, share > 0, sentence)

@@ -206,9 +206,9 @@ class StudyColumns:
         groups = self._groups(settings.where, outcomes)
         factor = "within" if settings.test in VARYING else "any"
         places = {"within": "within", "between": "between", "factor": factor, "by": "any", "fixed": "any"}
-        for key, wanted in places.items():
+        for key, expected in places.items():
             for name in _texts(getattr(settings, key, None)):
-                if message := self._misplaced(name, wanted, groups, settings.where):
+                if message := self._misplaced(name, expected, groups, settings.where):
                     yield Problem((key,), message)
         for name in _texts(getattr(settings, "numeric", None)):
             if not self._is_numeric(name):
@@ -246,15 +246,17 @@ class StudyColumns:
         kept: dict[str, Rows] = {}
         for group, met in self.met.items():
             rows = [{**row, "attribute": outcome} for row in met for outcome in outcomes]
-            chosen = [row for row in rows if all(keeps(wanted, row[c]) for c, wanted in where.items() if c in row)]
+            chosen = [
+                row for row in rows if all(keeps(condition, row[c]) for c, condition in where.items() if c in row)
+            ]
             if chosen:
                 kept[group] = chosen
         return kept
 
-    def _misplaced(self, name: str, wanted: str, groups: Mapping[str, Rows], where: Where) -> str:
+    def _misplaced(self, name: str, place: str, groups: Mapping[str, Rows], where: Where) -> str:
         """Why a column cannot be the factor that is wanted ("within", "between" or "any"), or an empty text."""
         kind = self._varies(name, groups, where)
-        if kind in ("unknown", *(("within", "between") if wanted == "any" else (wanted,))):
+        if kind in ("unknown", *(("within", "between") if place == "any" else (place,))):
             return ""
         if kind == "one level":
             more = "; the study declares one session" if name == "session" and self.study.sessions == 1 else ""
@@ -264,7 +266,7 @@ class StudyColumns:
         if kind == "participant":
             return f"{name!r} tells participants apart and is no factor"
         other = "it is the same in all answers of a participant" if kind == "between" else "a participant meets several"
-        return f"{name!r} is no factor {wanted} participants: {other}" + (f"; name it in `{kind}`" * (wanted != "any"))
+        return f"{name!r} is no factor {place} participants: {other}" + (f"; name it in `{kind}`" * (place != "any"))
 
     def _varies(self, name: str, groups: Mapping[str, Rows], where: Where) -> str:
         if name == "participant":
@@ -273,16 +275,18 @@ class StudyColumns:
             return "within"
         if name in self.people:
             kind, levels = self.people[name]
-            wanted = where.get(name)
+            condition = where.get(name)
             chosen = (
-                levels if wanted is None else levels_of(wanted) or [level for level in levels if keeps(wanted, level)]
+                levels
+                if condition is None
+                else levels_of(condition) or [level for level in levels if keeps(condition, level)]
             )
             return "number" if kind == "number" else "one level" if len(chosen) == 1 else "between"
-        met = [{row[name] for row in rows} for rows in groups.values() if name in rows[0]]
-        if not met:
+        levels_by_group = [{row[name] for row in rows} for rows in groups.values() if name in rows[0]]
+        if not levels_by_group:
             return "unknown"
-        if all(len(levels) == 1 for levels in met):
-            return "between" if len(set().union(*met)) > 1 else "one level"
+        if all(len(levels) == 1 for levels in levels_by_group):
+            return "between" if len(set().union(*levels_by_group)) > 1 else "one level"
         return "within"
 
     def _is_numeric(self, name: str) -> bool:
@@ -316,8 +320,8 @@ def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
         points = tuple(str(n) for n in range(1, study.questionnaire.points + 1))
         levels |= {item.name: ("points", points) for item in study.questionnaire.items}
     columns = {column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())}
-    people = {name: told for name, told in levels.items() if name not in columns}
-    return StudyColumns(study, met, people | {f"{ANSWER}{name}": told for name, told in levels.items()})
+    people = {name: answer for name, answer in levels.items() if name not in columns}
+    return StudyColumns(study, met, people | {f"{ANSWER}{name}": answer for name, answer in levels.items()})
 
 
 def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:

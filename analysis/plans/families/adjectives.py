@@ -90,7 +90,7 @@ def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
 
     selections = _selections(selected)
     draws = settings.draws or selected.draws
-    found = relevance(
+    relevances = relevance(
         selections,
         settings.normalisation,
         settings.threshold,
@@ -108,11 +108,13 @@ def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
         "kept_chance": f"share of the draws in which the word reaches {settings.threshold:g}",
     }
     method = f"Relevance of adjectives by {settings.normalisation}, kept from {settings.threshold:g} on."
-    kept = found.loc[found["kept"], "word"].tolist()
+    kept = relevances.loc[relevances["kept"], "word"].tolist()
     more = f"; and {len(kept) - LISTED} more" if len(kept) > LISTED else ""
     names = f": {'; '.join(kept[:LISTED])}{more}" if kept else ""
-    headline = f"{len(kept)} of {len(found)} words reach {settings.threshold:g} {TOLD[settings.normalisation]}{names}."
-    return _answer(selected, selections, plain_rows(found, finite=True), method, kinds, headline)
+    headline = (
+        f"{len(kept)} of {len(relevances)} words reach {settings.threshold:g} {TOLD[settings.normalisation]}{names}."
+    )
+    return _answer(selected, selections, plain_rows(relevances, finite=True), method, kinds, headline)
 
 
 def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
@@ -132,9 +134,9 @@ def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
         if isinstance(settings.antonyms, str)
         else pd.DataFrame(list(settings.antonyms), columns=["word", "antonym"])
     )
-    found = antonym_pairs(kept, antonyms, offered, need_both=settings.need_both)
+    matches = antonym_pairs(kept, antonyms, offered, need_both=settings.need_both)
     rows: list[Row] = []
-    for word, antonym, word_kept, antonym_kept in found.pairs:
+    for word, antonym, word_kept, antonym_kept in matches.pairs:
         absent = [name for name in (word, antonym) if name not in score]
         rows.append(
             {
@@ -144,11 +146,11 @@ def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
             }
         )
     left: tuple[Row, ...] = tuple(
-        {"word": each, "relevance": score[each], "note": "no pair"} for each in found.left_out
+        {"word": unpaired, "relevance": score[unpaired], "note": "no pair"} for unpaired in matches.left_out
     )
-    named = ", ".join(f"{pair.word}–{pair.antonym}" for pair in found.pairs)
+    named = ", ".join(f"{pair.word}–{pair.antonym}" for pair in matches.pairs)
     headline = f"{len(rows)} bipolar pairs of {len(kept)} kept words" + (f": {named}." if rows else ".")
-    notes = [f"Left out for lack of a pair: {', '.join(found.left_out)}."] if left else []
+    notes = [f"Left out for lack of a pair: {', '.join(matches.left_out)}."] if left else []
     kinds = {f"relevance_{end}": f"relevance by {settings.normalisation}" for end in ("word", "antonym")}
     method = f"Antonym pairs of the words that reach {settings.threshold:g} by {settings.normalisation}."
     return _answer(selected, selections, rows, method, kinds, headline, notes, {"left_out": left})
@@ -160,11 +162,11 @@ def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
     from palpate.analysis.plans.families.rows import plain_rows, with_interval
 
     selections = _selections(selected)
-    found = word_agreement(selections, draws=selected.draws, seed=selected.seed, confidence=settings.confidence)
-    together = found.words.iloc[-1]
+    by_word = word_agreement(selections, draws=selected.draws, seed=selected.seed, confidence=settings.confidence)
+    together = by_word.words.iloc[-1]
     limits = (together["ci_low"], together["ci_high"], settings.confidence)
     alpha = with_interval("Krippendorff's alpha of all words", together["alpha"], *limits)
-    overlap = (found.jaccard, found.jaccard_low, found.jaccard_high, settings.confidence)
+    overlap = (by_word.jaccard, by_word.jaccard_low, by_word.jaccard_high, settings.confidence)
     headline = f"{alpha}; {with_interval('mean Jaccard overlap of two participants', *overlap)}."
     how = f"{settings.confidence:.0%} percentile interval, {selected.draws} draws of stimuli, seed {selected.seed}"
     kinds = {
@@ -176,11 +178,11 @@ def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
     }
     notes = [
         "All words together: agreeing that a word is seldom ticked counts as agreement; read the single words too.",
-        *([found.note] if found.note else []),
+        *([by_word.note] if by_word.note else []),
     ]
     method = "Agreement on words: Krippendorff 2011, Fleiss 1971, Jaccard 1901."
-    more = {"stimuli": plain_rows(found.stimuli, finite=True)}
-    return _answer(selected, selections, plain_rows(found.words, finite=True), method, kinds, headline, notes, more)
+    more = {"stimuli": plain_rows(by_word.stimuli, finite=True)}
+    return _answer(selected, selections, plain_rows(by_word.words, finite=True), method, kinds, headline, notes, more)
 
 
 def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
@@ -192,22 +194,22 @@ def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
 
     table = selected.table
     require_columns(table, ("participant", "kind", "word"))
-    wanted = table["kind"].isin(settings.kinds) if settings.kinds is not None else table["kind"] != TICKED
-    if not wanted.any():
+    of_kinds = table["kind"].isin(settings.kinds) if settings.kinds is not None else table["kind"] != TICKED
+    if not of_kinds.any():
         there = ", ".join(sorted(set(table["kind"]))) or "none at all"
         raise DataRefused(f"no written words among the answers; kinds of word there: {there}")
-    written = table[wanted]
+    written = table[of_kinds]
     synonyms = settings.synonyms
     if isinstance(synonyms, str):
         synonyms = synonym_table(_own_table(selected, synonyms))
-    found = lexicon(written, settings.normalisation, synonyms=synonyms, offered=selected.offered)
-    per_person, sd = mean_and_sd(found.participants["words"].tolist())
+    word_list = lexicon(written, settings.normalisation, synonyms=synonyms, offered=selected.offered)
+    per_person, sd = mean_and_sd(word_list.participants["words"].tolist())
     headline = (
-        f"{count(len(found.words), 'different word')} in {count(found.mentions, 'mention')} by "
-        f"{count(len(found.participants), 'participant')} "
+        f"{count(len(word_list.words), 'different word')} in {count(word_list.mentions, 'mention')} by "
+        f"{count(len(word_list.participants), 'participant')} "
         f"({number(per_person)} different words each, SD {number(sd) if sd >= 0 else 'undefined'})."
     )
-    notes = [f"{count(found.unplaced, 'mention')} without a stimulus (suggestions)."] if found.unplaced else []
+    notes = [f"{count(word_list.unplaced, 'mention')} without a stimulus (suggestions)."] if word_list.unplaced else []
     kinds = {
         "mentions": "trials in which the word was written",
         "participants": "how many wrote it",
@@ -215,20 +217,22 @@ def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
     }
     method = f"Lexicon of written words, normalised by {settings.normalisation}, {len(synonyms)} synonyms."
     more = {
-        "participants": plain_rows(found.participants, finite=True),
-        "stimuli": plain_rows(found.stimuli, finite=True),
+        "participants": plain_rows(word_list.participants, finite=True),
+        "stimuli": plain_rows(word_list.stimuli, finite=True),
     }
     if settings.lists:
-        lists = {WRITTEN: found.words["word"].tolist(), **_lists(selected, settings)}
+        lists = {WRITTEN: word_list.words["word"].tolist(), **_lists(selected, settings)}
         merged = merge_word_lists(lists, settings.normalisation, synonyms=synonyms, inflected=settings.inflected)
         more["merged"] = plain_rows(merged, finite=True)
         of_each = Counter(source for sources in merged["sources"] for source in sources.split("; "))
-        told = ", ".join(f"{of_each[source]} of {source}" for source in lists)
+        numbers = ", ".join(f"{of_each[source]} of {source}" for source in lists)
         several = int((merged["n_sources"] > 1).sum())
-        notes.append(f"Merged lexicon: {count(len(merged), 'word')} ({told}; {several} are of more than one source).")
+        notes.append(
+            f"Merged lexicon: {count(len(merged), 'word')} ({numbers}; {several} are of more than one source)."
+        )
         kinds |= {"sources": "where the word comes from", "forms": "how it is written there"}
     return Answer(
-        *(plain_rows(found.words, finite=True), method, kinds, len(found.participants), len(written)),
+        *(plain_rows(word_list.words, finite=True), method, kinds, len(word_list.participants), len(written)),
         headline,
         tuple(notes),
         more,
@@ -250,16 +254,16 @@ def _lists(selected: Selected, settings: AskedLexicon) -> dict[str, list[str]]:
     from palpate.analysis.ratings.dataset import DataRefused
 
     words: dict[str, list[str]] = {}
-    for source, told in settings.lists.items():
+    for source, named in settings.lists.items():
         if source == WRITTEN:
             raise DataRefused(f"lists: {WRITTEN!r} stands for the words written in this study; call the list otherwise")
-        if isinstance(told, str):
-            table = _own_table(selected, told)
+        if isinstance(named, str):
+            table = _own_table(selected, named)
             if "word" not in table.columns:
-                raise DataRefused(f"the table {told!r} has no column 'word'; it has {some(table.columns)}")
+                raise DataRefused(f"the table {named!r} has no column 'word'; it has {some(table.columns)}")
             words[source] = table["word"].tolist()
         else:
-            words[source] = list(told)
+            words[source] = list(named)
     return words
 
 
@@ -283,8 +287,9 @@ def _answer(
     more: Mapping[str, tuple[Row, ...]] | None = None,
 ) -> Answer:
     known = () if selected.offered else ("The words that were offered are not known: one never ticked is not listed.",)
-    met = selections.presented
-    again = ("Stimuli were met more than once, or not by all.",) if met.min() != 1 or met.max() != 1 else ()
+    presented = selections.presented
+    several = presented.min() != 1 or presented.max() != 1
+    again = ("Stimuli were met more than once, or not by all.",) if several else ()
     people, ticks = len(selections.participants), int(selections.ticked.sum())
     return Answer(tuple(rows), method, kinds, people, ticks, headline, (*notes, *known, *again), more or {})
 

@@ -65,7 +65,7 @@ def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> A
         row, shown, turned = _one(selected, settings, part)
         rows.append({**where, **row})
         levels += [] if shown is None else [shown.assign(**where)]
-        reversals += [each.assign(**where) for each in turned]
+        reversals += [own.assign(**where) for own in turned]
     if all(row["threshold"] is None and row.get("reversal_threshold") is None for row in rows):
         raise StatisticsError(f"no threshold could be told: {rows[0]['note']}")
     more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, by, settings.confidence))}
@@ -146,18 +146,18 @@ def _fitted(selected: Selected, settings: PsychometricFunction, fit: Psychometri
     }
 
 
-def _posterior(found: Any) -> dict[str, Any]:
+def _posterior(posterior: Any) -> dict[str, Any]:
     return {
-        "threshold": found.threshold,
-        "threshold_low": found.threshold_interval[0],
-        "threshold_high": found.threshold_interval[1],
-        "share_at": found.guess + (1 - found.guess - found.lapse) * found.at,
-        "jnd": found.jnd,
-        "jnd_low": found.jnd_interval[0],
-        "jnd_high": found.jnd_interval[1],
-        "guess": found.guess,
-        "lapse": found.lapse,
-        "overdispersion": found.eta,
+        "threshold": posterior.threshold,
+        "threshold_low": posterior.threshold_interval[0],
+        "threshold_high": posterior.threshold_interval[1],
+        "share_at": posterior.guess + (1 - posterior.guess - posterior.lapse) * posterior.at,
+        "jnd": posterior.jnd,
+        "jnd_low": posterior.jnd_interval[0],
+        "jnd_high": posterior.jnd_interval[1],
+        "guess": posterior.guess,
+        "lapse": posterior.lapse,
+        "overdispersion": posterior.eta,
     }
 
 
@@ -165,28 +165,30 @@ def _staircases(
     settings: PsychometricFunction, part: pd.DataFrame
 ) -> tuple[dict[str, Any], list[pd.DataFrame], list[str]]:
     """The mean over a participant's staircases of the mean of the last reversals."""
-    found: list[Staircase] = []
+    staircases: list[Staircase] = []
     turned: list[pd.DataFrame] = []
     notes: list[str] = []
     for where, rows in _parts(part, settings.staircase):
         which = ", ".join(f"{name} {label}" for name, label in where.items())
         try:
-            each = staircase(rows, settings.level, settings.correct, settings.order, settings.last)
+            one = staircase(rows, settings.level, settings.correct, settings.order, settings.last)
         except StatisticsError as refusal:
             notes.append(f"{which or 'staircase'}: {refusal}")
             continue
-        found.append(each)
-        turned.append(each.reversals.assign(**where))
-        notes += [f"{which}: {note}" if which else note for note in each.notes]
-    rules = {None if each.rule is None else (each.rule.down, each.rule.up) for each in found}
-    rule = found[0].rule if len(rules) == 1 and found else None
+        staircases.append(one)
+        turned.append(one.reversals.assign(**where))
+        notes += [f"{which}: {note}" if which else note for note in one.notes]
+    rules = {None if one.rule is None else (one.rule.down, one.rule.up) for one in staircases}
+    rule = staircases[0].rule if len(rules) == 1 and staircases else None
     return (
         {
-            "staircases": len(found),
-            "reversals_used": sum(each.used for each in found),
-            "reversal_threshold": float(np.mean([each.threshold for each in found])) if found else None,
+            "staircases": len(staircases),
+            "reversals_used": sum(one.used for one in staircases),
+            "reversal_threshold": float(np.mean([one.threshold for one in staircases])) if staircases else None,
             "rule": None if rule is None else f"{rule.down} down, {rule.up} up",
-            "converges_at": None if rule is None else float(np.mean([e.rule.converges_at for e in found if e.rule])),
+            "converges_at": None
+            if rule is None
+            else float(np.mean([e.rule.converges_at for e in staircases if e.rule])),
         },
         turned,
         notes,
@@ -220,15 +222,15 @@ def _summary(rows: list[dict[str, Any]], by: tuple[str, ...], confidence: float)
 
 def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) -> str:
     """Each quantity's mean, its interval, and over how many of the functions."""
-    told = []
+    parts = []
     for row in summary:
         where = ", ".join(f"{name} {row[name]}" for name in by if name != PARTICIPANT)
         name = {"jnd": "JND"}.get(str(row["quantity"]), str(row["quantity"]).replace("_", " "))
         low, high = row["ci_low"], row["ci_high"]
         ends = "" if low is None or high is None else f"{100 * confidence:g}% interval {low:.3g} to {high:.3g}, "
         of = int(row["n"] or 0) + int(row["without_estimate"] or 0)
-        told.append(f"{where and where + ': '}{name} {row['mean']:.3g} ({ends}n = {row['n']} of {of})")
-    return f"Mean {'; '.join(told[:MOST_TOLD])}" + ("; ..." if len(told) > MOST_TOLD else "")
+        parts.append(f"{where and where + ': '}{name} {row['mean']:.3g} ({ends}n = {row['n']} of {of})")
+    return f"Mean {'; '.join(parts[:MOST_TOLD])}" + ("; ..." if len(parts) > MOST_TOLD else "")
 
 
 def _answer(
@@ -291,7 +293,7 @@ def bradley_terry_answer(selected: Selected, settings: BradleyTerry) -> Answer:
     """One row per item: its log odds."""
     table = _table(selected, settings, (settings.tie, settings.first))
     reference = SUM_ZERO if settings.reference is None else settings.reference
-    found = bradley_terry(
+    scale = bradley_terry(
         table,
         settings.winner,
         settings.loser,
@@ -303,18 +305,18 @@ def bradley_terry_answer(selected: Selected, settings: BradleyTerry) -> Answer:
     )
     kinds = {"value": "log odds", "worth": "share of the summed odds", "ties": "times tied", **KINDS}
     sources = "Bradley & Terry 1952" + ("" if settings.tie is None else "; Davidson 1970")
-    return _scale_answer(settings, table, found, f"{found.model} by maximum likelihood ({sources})", kinds)
+    return _scale_answer(settings, table, scale, f"{scale.model} by maximum likelihood ({sources})", kinds)
 
 
 def thurstone_answer(selected: Selected, settings: Thurstone) -> Answer:
     """One row per item: its value in standard deviations of a difference."""
     table = _table(selected, settings, ())
     reference = SUM_ZERO if settings.reference is None else settings.reference
-    found = thurstone(
+    scale = thurstone(
         table, settings.winner, settings.loser, settings.count, settings.method, reference, settings.confidence
     )
     kinds = {"value": "in standard deviations of a difference of two items", **KINDS}
-    return _scale_answer(settings, table, found, f"{found.model} (Thurstone 1927; Mosteller 1951)", kinds)
+    return _scale_answer(settings, table, scale, f"{scale.model} (Thurstone 1927; Mosteller 1951)", kinds)
 
 
 def _table(selected: Selected, settings: BradleyTerry | Thurstone, more: tuple[str | None, ...]) -> pd.DataFrame:
@@ -324,33 +326,33 @@ def _table(selected: Selected, settings: BradleyTerry | Thurstone, more: tuple[s
 
 
 def _scale_answer(
-    settings: BradleyTerry | Thurstone, table: pd.DataFrame, found: Scale, method: str, kinds: dict[str, str]
+    settings: BradleyTerry | Thurstone, table: pd.DataFrame, scale: Scale, method: str, kinds: dict[str, str]
 ) -> Answer:
-    ranked = found.values.sort_values("value", ascending=False, kind="stable")["item"].tolist()
-    fit = f"deviance({found.df}) = {found.deviance:.2f}, {apa_p(found.p)}" if found.df else "no test of fit"
+    ranked = scale.values.sort_values("value", ascending=False, kind="stable")["item"].tolist()
+    fit = f"deviance({scale.df}) = {scale.deviance:.2f}, {apa_p(scale.p)}" if scale.df else "no test of fit"
     tie = settings.tie if settings.test == "bradley_terry" else None
     who = settings.participant or ("participant" if "participant" in table.columns else None)
     triads = circular_triads(table, settings.winner, settings.loser, who, tie, settings.count)
     zero = "values sum to 0" if settings.reference is None else f"{settings.reference} is 0"
     interval = f"{100 * settings.confidence:g} % normal interval of the value"
-    covariance = found.covariance.set_axis([str(name) for name in found.covariance], axis=1).reset_index(names="item")
+    covariance = scale.covariance.set_axis([str(name) for name in scale.covariance], axis=1).reset_index(names="item")
     more: dict[str, tuple[Row, ...]] = {
-        "fit": ({"deviance": found.deviance, "df": found.df, "p": found.p if found.df else None},),
-        "differences": rows_of(differences(found, settings.correction)),
+        "fit": ({"deviance": scale.deviance, "df": scale.df, "p": scale.p if scale.df else None},),
+        "differences": rows_of(differences(scale, settings.correction)),
         "covariance": rows_of(covariance),
-        "pairs": rows_of(found.pairs),
+        "pairs": rows_of(scale.pairs),
         "triads": rows_of(triads),
     }
     people = int(table[who].nunique()) if who else 0
     circular, of = (triads[name].tolist()[0] for name in ("circular", "triads"))
     return Answer(
-        rows=rows_of(found.values.drop(columns=["ties"] if settings.test == "thurstone" else [])),
+        rows=rows_of(scale.values.drop(columns=["ties"] if settings.test == "thurstone" else [])),
         method=f"{method}; {zero}",
         kinds=kinds | {"ci_low": interval, "ci_high": interval},
         participants=people,
-        values=int(found.values["comparisons"].sum()) // 2,
+        values=int(scale.values["comparisons"].sum()) // 2,
         headline=f"Most to least: {', '.join(map(str, ranked))}; fit: {fit}; "
         f"{circular} of {of} triads circular (all choices together)",
-        notes=sentences([*found.notes, "" if people == 1 else NOT_INDEPENDENT]),
-        more=more | ({"effects": rows_of(found.effects)} if len(found.effects) else {}),
+        notes=sentences([*scale.notes, "" if people == 1 else NOT_INDEPENDENT]),
+        more=more | ({"effects": rows_of(scale.effects)} if len(scale.effects) else {}),
     )

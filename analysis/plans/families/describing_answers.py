@@ -54,7 +54,7 @@ def means(selected: Selected, settings: Means) -> Answer:
     """One row per cell: mean and SD over participants, and the interval that is asked for."""
     require_columns(selected.table, settings.by)
     groups = constant_columns(selected.table, settings.by)
-    found = mean_intervals(
+    intervals = mean_intervals(
         selected.table,
         by=settings.by,
         between=groups,
@@ -76,11 +76,11 @@ def means(selected: Selected, settings: Means) -> Answer:
         "ratings_min": "ratings behind a participant's mean, least",
         "ratings_max": "ratings behind a participant's mean, most",
     }
-    notes = [averaged_note(int(found["ratings_min"].min()), int(found["ratings_max"].max()))]
+    notes = [averaged_note(int(intervals["ratings_min"].min()), int(intervals["ratings_max"].max()))]
     if groups and settings.interval in ("cousineau_morey", "loftus_masson"):
         notes.append(f"Intervals are made within each {' x '.join(groups)}.")
     method = f"Means and SDs over participants; {INTERVALS[settings.interval]}"
-    return answer_of(selected, plain_rows(found), method, kinds, notes=notes)
+    return answer_of(selected, plain_rows(intervals), method, kinds, notes=notes)
 
 
 def means_with_gaps(selected: Selected, settings: Means) -> Answer:
@@ -97,7 +97,7 @@ def trends(selected: Selected, settings: Trends) -> Answer:
     slopes: list[Row] = []
     levels: list[Row] = []
     for of, outcome, cells in _followed(selected, settings, turned(table, settings.reversed, selected.scale)):
-        found = cell_trends(
+        result = cell_trends(
             cells,
             families_of(table, settings.pooled, settings.families, cells.level(settings.pooled)),
             steps_of(table, settings.pooled, settings.numeric),
@@ -106,9 +106,9 @@ def trends(selected: Selected, settings: Trends) -> Answer:
             size=settings.family,
             confidence=settings.confidence,
         )
-        slopes += [{"outcome": outcome, "of": of, **row} for row in plain_rows(found.slopes)]
+        slopes += [{"outcome": outcome, "of": of, **row} for row in plain_rows(result.slopes)]
         levels += [
-            {"outcome": outcome, "of": of, "reference": found.reference, **row} for row in plain_rows(found.levels)
+            {"outcome": outcome, "of": of, "reference": result.reference, **row} for row in plain_rows(result.levels)
         ]
     step = f"unit of {settings.numeric}" if settings.numeric else "step in the order of the levels"
     kinds = {**sample_kinds(settings.confidence, settings.correction), "levels": "levels of the family"}
@@ -148,7 +148,7 @@ def target_error(selected: Selected, settings: TargetErrors) -> Answer:
     """Mean absolute errors: per attribute and end, per attribute, per category, over all."""
     require_columns(selected.table, (settings.attribute_column, settings.target))
     table, notes = complete_rows(selected, settings)
-    found = target_errors(
+    errors = target_errors(
         table,
         target=settings.target,
         attribute_column=settings.attribute_column,
@@ -171,16 +171,18 @@ def target_error(selected: Selected, settings: TargetErrors) -> Answer:
         "|rating - target| on the attribute that the stimulus was made for; trials averaged within an end, ends within"
         " an attribute, attributes within a category, attributes over all, each counting equally; Student's interval"
     )
-    rows = [_error_row(each) for each in found]
-    told = [
-        f"{each.attribute} {number(each.error.mean)}, {share(settings.confidence, 'CI')}"
-        f" [{number(each.error.low)}, {number(each.error.high)}]"
-        for each in found
-        if each.of in (CATEGORY, ALL) and each.error.n > 1
+    rows = [_error_row(mean_error) for mean_error in errors]
+    means = [
+        f"{mean_error.attribute} {number(mean_error.error.mean)}, {share(settings.confidence, 'CI')}"
+        f" [{number(mean_error.error.low)}, {number(mean_error.error.high)}]"
+        for mean_error in errors
+        if mean_error.of in (CATEGORY, ALL) and mean_error.error.n > 1
     ]
-    tested = [each.error for each in found if each.of == "difference" and each.error.n > 1]
+    tested = [mean_error.error for mean_error in errors if mean_error.of == "difference" and mean_error.error.n > 1]
     between = [
-        f"categories compared: t({each.df:g}) = {number(each.t)}, {apa_p(each.p)}" for each in tested if not each.note
+        f"categories compared: t({mean_error.df:g}) = {number(mean_error.t)}, {apa_p(mean_error.p)}"
+        for mean_error in tested
+        if not mean_error.note
     ]
     return answer_of(
         selected,
@@ -188,27 +190,27 @@ def target_error(selected: Selected, settings: TargetErrors) -> Answer:
         method,
         kinds,
         table=used,
-        headline=f"Mean absolute error: {'; '.join([*told, *between])}." if told else "",
+        headline=f"Mean absolute error: {'; '.join([*means, *between])}." if means else "",
         notes=notes,
     )
 
 
-def _error_row(each: TargetError) -> Row:
-    numbers = columns_of(each.error)
-    test = {name: numbers[name] if each.of == "difference" else None for name in ("t", "df", "p")}
-    undefined = each.error.note if each.error.n < 2 or each.of == "difference" else ""
+def _error_row(target_error: TargetError) -> Row:
+    numbers = columns_of(target_error.error)
+    test = {name: numbers[name] if target_error.of == "difference" else None for name in ("t", "df", "p")}
+    undefined = target_error.error.note if target_error.error.n < 2 or target_error.of == "difference" else ""
     return plain_row(
         {
-            "of": each.of,
-            "attribute": each.attribute,
-            "end": each.end or None,
-            "target": each.target,
-            "n": each.error.n,
-            "mean_absolute_error": each.error.mean,
-            "sd": each.error.sd,
-            "ci_low": each.error.low,
-            "ci_high": each.error.high,
-            "bias": each.bias.mean,
+            "of": target_error.of,
+            "attribute": target_error.attribute,
+            "end": target_error.end or None,
+            "target": target_error.target,
+            "n": target_error.error.n,
+            "mean_absolute_error": target_error.error.mean,
+            "sd": target_error.error.sd,
+            "ci_low": target_error.error.low,
+            "ci_high": target_error.error.high,
+            "bias": target_error.bias.mean,
             **test,
             "note": undefined,
         }
@@ -236,13 +238,13 @@ def categories(selected: Selected, settings: Categories) -> Answer:
     )
     spreads = attribute_spreads(table, settings.over)
     # Both categories' means at each level, and their difference with its p corrected over the levels.
-    found = category_differences(cells, pair, settings.confidence)
-    corrected = adjusted([each.p for _, each in found], CORRECTIONS[settings.correction])
+    differences = category_differences(cells, pair, settings.confidence)
+    corrected = adjusted([difference.p for _, difference in differences], CORRECTIONS[settings.correction])
     rows = []
-    for (label, each), p in zip(found, corrected, strict=True):
+    for (label, difference), p in zip(differences, corrected, strict=True):
         sides = {name: float(np.nanmean(cells.values[:, cells.cells.index((name, *label))])) for name in pair}
-        numbers = {"difference" if name == "mean" else name: value for name, value in columns_of(each).items()}
-        corrected_p = {"p_corrected": p, "family_size": len(found), "note": each.note}
+        numbers = {"difference" if name == "mean" else name: value for name, value in columns_of(difference).items()}
+        corrected_p = {"p_corrected": p, "family_size": len(differences), "note": difference.note}
         rows.append(plain_row({**dict(zip(settings.by, label, strict=True)), **sides, **numbers, **corrected_p}))
     more = {
         "levels": tuple(rows),

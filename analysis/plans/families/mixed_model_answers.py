@@ -60,7 +60,7 @@ def model_answer(selected: Selected, settings: MixedModel) -> Answer:
     parts = [part for name in grouping for part in ([name] if name in selected.table.columns else name.split(":"))]
     table, notes = _table(selected, (*effects, *parts), settings.numeric)
     # The study's order of the levels of each factor of the model, also of those whose slopes vary.
-    slopes = {part for each in settings.random.values() for name in each for part in name.split(":")}
+    slopes = {part for terms in settings.random.values() for name in terms for part in name.split(":")}
     factors = {*settings.fixed, *slopes} - set(settings.numeric)
     model = mixed_model(
         table,
@@ -134,10 +134,10 @@ def _table(selected: Selected, columns: Iterable[str], numeric: Sequence[str]) -
 
 def _more(model: Fitted) -> dict[str, tuple[Row, ...]]:
     tables = {"effects": model.effects, "variances": model.variances, "correlations": model.correlations}
-    found = {name: plain_rows(table) for name, table in tables.items() if len(table)}
+    rows_of = {name: plain_rows(table) for name, table in tables.items() if len(table)}
     return {
         "effects": (),
-        **found,
+        **rows_of,
         "groups": tuple({"group": name, "levels": levels} for name, levels in model.groups.items()),
         "fit": (_fit(model),),
     }
@@ -175,8 +175,8 @@ def _method(model: Fitted, random: Iterable[str]) -> str:
 
 
 def _headline(model: Fitted) -> str:
-    told = [
+    parts = [
         f"{row['Source']}: F({row['ddof1']}, {row['ddof2']:.1f}) = {number(row['F'])}, {apa_p(row['p_unc'])}"
         for row in model.effects.to_dict("records")
     ]
-    return "; ".join(told)
+    return "; ".join(parts)

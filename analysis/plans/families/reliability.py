@@ -117,7 +117,7 @@ def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
     from palpate.analysis.reliability.intraclass import icc
 
     require_columns(selected.table, (settings.targets, settings.raters, settings.value))
-    found = icc(
+    result = icc(
         selected.table,
         settings.value,
         settings.targets,
@@ -125,13 +125,13 @@ def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
         confidence=settings.confidence,
         aggregate="mean",
     )
-    rows = plain_rows(found, finite=True)
+    rows = plain_rows(result, finite=True)
     headline = "; ".join(
         with_interval(str(row["name"]), row["ICC"], row["ci_low"], row["ci_high"], settings.confidence)
         for row in rows
         if row["type"] in ("ICC2", "ICC2k")
     )
-    sizes = f"{found.attrs['targets']} × {settings.targets}, {found.attrs['raters']} × {settings.raters}"
+    sizes = f"{result.attrs['targets']} × {settings.targets}, {result.attrs['raters']} × {settings.raters}"
     kinds = {
         "ICC": "intraclass correlation of the row's type",
         "F": "F of no correlation, between targets over within (ICC1) or residual mean square",
@@ -139,7 +139,7 @@ def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
         **_limits(settings.confidence, "exact (ICC1, ICC3) or Satterthwaite (ICC2)"),
     }
     method = "Intraclass correlations (Shrout & Fleiss 1979; names and limits: McGraw & Wong 1996)."
-    notes = averaged(found.attrs.get("values_per_cell", (1, 1)))
+    notes = averaged(result.attrs.get("values_per_cell", (1, 1)))
     return _answer(selected, settings.value, rows, method, kinds, f"{headline} ({sizes}).", notes)
 
 
@@ -153,13 +153,13 @@ def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
     require_columns(selected.table, (settings.items, *cases, settings.value))
     missing: Any = "drop_cases" if settings.missing == "listwise" else "raise"
     options: dict[str, Any] = {"reverse": settings.reverse, "confidence": settings.confidence, "missing": missing}
-    found = cronbach_alpha(selected.table, settings.value, settings.items, cases, aggregate="mean", **options)
+    result = cronbach_alpha(selected.table, settings.value, settings.items, cases, aggregate="mean", **options)
     names = ("alpha", "ci_low", "ci_high", "standardised", "average_r", "cases", "note")
-    row: Row = {name: plain_value(getattr(found, name), finite=True) for name in names} | {"items": len(found.items)}
-    headline = with_interval("Cronbach's alpha", found.alpha, found.ci_low, found.ci_high, settings.confidence)
-    notes = [*averaged(found.values_per_cell)]
-    if found.dropped:
-        notes.append(f"{count(len(found.dropped), 'case')} without a value for every item left out.")
+    row: Row = {name: plain_value(getattr(result, name), finite=True) for name in names} | {"items": len(result.items)}
+    headline = with_interval("Cronbach's alpha", result.alpha, result.ci_low, result.ci_high, settings.confidence)
+    notes = [*averaged(result.values_per_cell)]
+    if result.dropped:
+        notes.append(f"{count(len(result.dropped), 'case')} without a value for every item left out.")
     if len(cases) > 1:
         notes.append("Cases of one participant are not independent: the interval is too narrow by an unknown amount.")
     kinds = {
@@ -176,9 +176,9 @@ def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
         (row,),
         "Cronbach's alpha (Cronbach 1951) with Feldt's interval (1965).",
         kinds,
-        f"{headline} ({count(len(found.items), 'item')}, {count(found.cases, 'case')}).",
+        f"{headline} ({count(len(result.items), 'item')}, {count(result.cases, 'case')}).",
         notes,
-        {"items": plain_rows(found.items, finite=True)},
+        {"items": plain_rows(result.items, finite=True)},
     )
 
 
@@ -192,8 +192,8 @@ def concordance_answer(selected: Selected, settings: AskedConcordance) -> Answer
     options: dict[str, Any] = {"p": settings.p, "aggregate": "mean"}
     if settings.p != "chi2":
         options |= {"draws": selected.draws, "seed": selected.seed}
-    found = kendall_w(selected.table, settings.value, settings.targets, settings.raters, **options)
-    row = found.iloc[0]
+    result = kendall_w(selected.table, settings.value, settings.targets, settings.raters, **options)
+    row = result.iloc[0]
     kind = {"chi2": "χ²", "none": "no p"}.get(row["p_kind"], row["p_kind"])
     headline = f"Kendall's W is undefined: {row['note']}."
     if row["W"] >= 0:
@@ -205,11 +205,11 @@ def concordance_answer(selected: Selected, settings: AskedConcordance) -> Answer
         "p_chi2": "p of chi squared, not adjusted",
         "p": "p of the kind that p_kind names, not adjusted",
     }
-    notes = [*averaged(found.attrs.get("values_per_cell", (1, 1)))]
+    notes = [*averaged(result.attrs.get("values_per_cell", (1, 1)))]
     if row["p_kind"] == "permutation":
         notes.append(f"p from {selected.draws} shuffles of each rater's ranks, seed {selected.seed}.")
     method = "Kendall's W (Kendall & Babington Smith 1939; ties: Kendall 1970)."
-    return _answer(selected, settings.value, plain_rows(found, finite=True), method, kinds, headline, notes)
+    return _answer(selected, settings.value, plain_rows(result, finite=True), method, kinds, headline, notes)
 
 
 def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answer:
@@ -225,17 +225,17 @@ def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answ
     mean: Literal["mean"] | None = "mean" if settings.level in ("interval", "ratio") else None
     options: dict[str, Any] = {"draws": selected.draws, "seed": selected.seed, "confidence": settings.confidence}
     columns = (list(settings.units), settings.raters, settings.level)
-    found = krippendorff_alpha(selected.table, settings.value, *columns, aggregate=mean, **options)
+    result = krippendorff_alpha(selected.table, settings.value, *columns, aggregate=mean, **options)
     name = f"Krippendorff's alpha ({settings.level})"
-    headline = with_interval(name, found.alpha, found.ci_low, found.ci_high, settings.confidence)
-    sizes = f"{count(found.units, 'unit')}, {count(found.raters, 'rater')}, {count(found.missing, 'value')} missing"
+    headline = with_interval(name, result.alpha, result.ci_low, result.ci_high, settings.confidence)
+    sizes = f"{count(result.units, 'unit')}, {count(result.raters, 'rater')}, {count(result.missing, 'value')} missing"
     kinds = {
         "alpha": f"Krippendorff's alpha, {settings.level}",
-        **_limits(settings.confidence, f"percentile bootstrap over units, {found.draws} draws, seed {found.seed}"),
+        **_limits(settings.confidence, f"percentile bootstrap over units, {result.draws} draws, seed {result.seed}"),
     }
     method = "Krippendorff's alpha (Krippendorff 2011); gaps are allowed, a unit with one value says nothing."
-    row = {key: plain_value(value, finite=True) for key, value in asdict(found).items() if key != "values_per_cell"}
-    notes = averaged(found.values_per_cell)
+    row = {key: plain_value(value, finite=True) for key, value in asdict(result).items() if key != "values_per_cell"}
+    notes = averaged(result.values_per_cell)
     return _answer(selected, settings.value, (row,), method, kinds, f"{headline} ({sizes}).", notes)
 
 
@@ -246,25 +246,25 @@ def retest_answer(selected: Selected, settings: AskedRetest) -> Answer:
 
     require_columns(selected.table, (*settings.targets, *settings.order))
     columns = ("participant", list(settings.targets), list(settings.order))
-    found = retest(selected.table, "value", *columns, confidence=settings.confidence)
-    rows = plain_rows(found.measures, finite=True)
+    result = retest(selected.table, "value", *columns, confidence=settings.confidence)
+    rows = plain_rows(result.measures, finite=True)
     headline = "; ".join(
         with_interval(str(row["measure"]), row["value"], row["ci_low"], row["ci_high"], settings.confidence)
         for row in rows
         if row["measure"] in ("ICC(A,1)", "Pearson r")
     )
     notes = ["Pairs of one participant are not independent: intervals are too narrow by an unknown amount."]
-    if found.further:
-        notes.append(f"{found.further} answers at third and later meetings are not used.")
-    if found.incomplete:
-        notes.append(f"{found.incomplete} pairs lack a value and are left out.")
+    if result.further:
+        notes.append(f"{result.further} answers at third and later meetings are not used.")
+    if result.incomplete:
+        notes.append(f"{result.incomplete} pairs lack a value and are left out.")
     kinds = {"value": "the number that `measure` names", **_limits(settings.confidence, "of the row's own kind")}
     method = (
         "Test-retest of first and second meetings: ICC (McGraw & Wong 1996), limits of agreement (Bland & Altman 1999),"
         " standard error of measurement and smallest detectable change (Weir 2005; de Vet et al. 2006)."
     )
-    more = {"people": plain_rows(found.people, finite=True), "pairs": plain_rows(found.pairs, finite=True)}
-    sizes = f"{count(len(found.pairs), 'pair')}, {count(len(found.people), 'participant')}"
+    more = {"people": plain_rows(result.people, finite=True), "pairs": plain_rows(result.pairs, finite=True)}
+    sizes = f"{count(len(result.pairs), 'pair')}, {count(len(result.people), 'participant')}"
     return _answer(selected, "value", rows, method, kinds, f"{headline} ({sizes}).", notes, more)
 
 
@@ -282,9 +282,9 @@ def raters_answer(selected: Selected, settings: AskedRaters) -> Answer:
     for outcome in selected.outcomes:
         for rows in pools:
             own = rows[rows["attribute"] == outcome]
-            found = rater_signs(own, "value", list(settings.targets), "participant", aggregate="mean")
-            parts.append(found.rename(columns={"rater": "participant"}).assign(attribute=outcome))
-            sizes.append(found.attrs.get("values_per_cell", (1, 1)))
+            result = rater_signs(own, "value", list(settings.targets), "participant", aggregate="mean")
+            parts.append(result.rename(columns={"rater": "participant"}).assign(attribute=outcome))
+            sizes.append(result.attrs.get("values_per_cell", (1, 1)))
     table = pd.concat(parts, ignore_index=True)
     table["flagged"] = table["r_others"] < settings.least_r
     signs = session_signs(selected.table, selected.scale)

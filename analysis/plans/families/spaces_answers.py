@@ -38,23 +38,23 @@ def pca_answer(selected: Selected, settings: Pca) -> Answer:
     """Scores of the stimuli; variances, loadings and means beside."""
     profiles = profiles_of(selected, settings)
     kind: Variances = "correlation" if settings.scaled else "covariance"
-    found = pca(profiles.shifted_means(), kind)
-    variances, kept, notes = _variances(selected, settings, profiles, found)
-    first = ", ".join(f"{share:.1%}" for share in found.shares[:2])
-    retained = "" if kept is None else f"; parallel analysis keeps {kept}"
+    components = pca(profiles.shifted_means(), kind)
+    variances, retained_count, notes = _variances(selected, settings, profiles, components)
+    first = ", ".join(f"{share:.1%}" for share in components.shares[:2])
+    retained = "" if retained_count is None else f"; parallel analysis keeps {retained_count}"
     # Each attribute's coefficient in and correlation with each component.
-    directions = found.directions.rename(columns=lambda name: f"direction_{str(name).lower()}")
-    correlations = found.loadings.rename(columns=lambda name: f"correlation_{str(name).lower()}")
+    directions = components.directions.rename(columns=lambda name: f"direction_{str(name).lower()}")
+    correlations = components.loadings.rename(columns=lambda name: f"correlation_{str(name).lower()}")
     return Answer(
-        rows=points_rows(found.scores, settings.over, "pc"),
+        rows=points_rows(components.scores, settings.over, "pc"),
         method=f"Principal components of the {settings.over} means, by singular values of the centred {kind} table;"
         " of each component the largest coefficient is positive"
         + ("" if settings.reference == "none" else f"; parallel analysis ({settings.reference} reference, Horn 1965)"),
-        kinds={f"pc{i + 1}": f"score on component {i + 1}" for i in range(found.scores.shape[1])},
+        kinds={f"pc{i + 1}": f"score on component {i + 1}" for i in range(components.scores.shape[1])},
         participants=len(profiles.participants),
         values=int(selected.table["value"].notna().sum()),
         headline=f"The first components hold {first} of the variance{retained}",
-        notes=sentences([*found.notes, *gap_notes(profiles, selected), *notes]),
+        notes=sentences([*components.notes, *gap_notes(profiles, selected), *notes]),
         more={
             "variances": rows_of(variances),
             "loadings": rows_of(pd.concat([directions, correlations], axis=1).reset_index(names=settings.items)),
@@ -64,14 +64,16 @@ def pca_answer(selected: Selected, settings: Pca) -> Answer:
 
 
 def _variances(
-    selected: Selected, settings: Pca, profiles: Profiles, found: Components
+    selected: Selected, settings: Pca, profiles: Profiles, components: Components
 ) -> tuple[pd.DataFrame, int | None, list[str]]:
     """Variance and share of each component, with interval and reference; how many to keep; what lacks and why."""
     draws, notes = settings.draws or selected.draws, []
-    table = pd.DataFrame({"component": found.scores.columns, "variance": found.variances, "share": found.shares})
+    table = pd.DataFrame(
+        {"component": components.scores.columns, "variance": components.variances, "share": components.shares}
+    )
     table["cumulative"] = np.minimum(np.cumsum(table["share"]), 1.0)
     try:
-        ends = share_intervals(profiles, found.kind, draws, settings.confidence, selected.seed)
+        ends = share_intervals(profiles, components.kind, draws, settings.confidence, selected.seed)
         table = table.merge(ends[["component", "ci_low", "ci_high"]], on="component", how="left")
     except StatisticsError as refusal:
         table = table.assign(ci_low=np.nan, ci_high=np.nan)
@@ -79,7 +81,7 @@ def _variances(
     if settings.reference == "none":
         return table, None, notes
     means = profiles.shifted_means()
-    parallel = parallel_analysis(means, found.kind, settings.reference, draws, seed=selected.seed)
+    parallel = parallel_analysis(means, components.kind, settings.reference, draws, seed=selected.seed)
     return table.merge(parallel.table.drop(columns="variance"), on="component", how="left"), parallel.kept, notes
 
 
@@ -88,12 +90,12 @@ def vectors_answer(selected: Selected, settings: Vectors) -> Answer:
     profiles = profiles_of(selected, settings)
     points = configuration(profiles, settings, selected.seed)
     draws = settings.draws or selected.draws
-    found = property_vectors(points, profiles.shifted_means(), draws, selected.seed)
+    vectors = property_vectors(points, profiles.shifted_means(), draws, selected.seed)
     named = {str(name): f"direction_{i + 1}" for i, name in enumerate(points.columns)}
-    table = found.rename(columns={"property": settings.items, **named})
-    reached = int((found["p"] < selected.alpha).sum())
-    ranked = found.dropna(subset=["r2"]).sort_values("r2", ascending=False, kind="stable").head(1)
-    told = "".join(
+    table = vectors.rename(columns={"property": settings.items, **named})
+    reached = int((vectors["p"] < selected.alpha).sum())
+    ranked = vectors.dropna(subset=["r2"]).sort_values("r2", ascending=False, kind="stable").head(1)
+    listing = "".join(
         f"; best explained: {name}, R² = {r2:.2f}, {apa_p(p)}"
         for name, r2, p in zip(ranked["property"], ranked["r2"], ranked["p"], strict=True)
     )
@@ -111,7 +113,7 @@ def vectors_answer(selected: Selected, settings: Vectors) -> Answer:
         },
         participants=len(profiles.participants),
         values=int(selected.table["value"].notna().sum()),
-        headline=f"The map explains {reached} of {len(found)} {settings.items}s (p < {selected.alpha:g}){told}",
+        headline=f"The map explains {reached} of {len(vectors)} {settings.items}s (p < {selected.alpha:g}){listing}",
         notes=sentences(gap_notes(profiles, selected)),
         more={"configuration": points_rows(points, settings.over)},
     )
@@ -180,10 +182,10 @@ def points_rows(points: pd.DataFrame, label: str, prefix: str = "dim") -> tuple[
 
 def numeric(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
     """The table with these columns as numbers where they are numbers in words, as a plan's own tables hold them."""
-    made = table.copy()
+    numbers_table = table.copy()
     for name in names:
-        if _labels(made[name]):
-            column = made[name]
+        if _labels(numbers_table[name]):
+            column = numbers_table[name]
             words = {"true": "1", "false": "0", "yes": "1", "no": "0"}
             texts = [str(value).strip() for value in column.tolist()]
             numbers = pd.to_numeric(pd.Series([words.get(text.lower(), text) for text in texts]), errors="coerce")
@@ -192,8 +194,8 @@ def numeric(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
             ]
             if wrong:
                 raise DataRefused(f"column {name!r} must hold numbers; found {texts[wrong[0]]!r} in row {wrong[0] + 1}")
-            made[name] = pd.Series(numbers.to_numpy(dtype="float64"), index=column.index)
-    return made
+            numbers_table[name] = pd.Series(numbers.to_numpy(dtype="float64"), index=column.index)
+    return numbers_table
 
 
 def rows_of(table: pd.DataFrame) -> tuple[Row, ...]:
@@ -208,8 +210,8 @@ def _labels(column: pd.Series[Any]) -> bool:
 
 def sentences(notes: Iterable[str]) -> tuple[str, ...]:
     """Notes as sentences, each once."""
-    made = (note if note.endswith(".") else f"{note[:1].upper()}{note[1:]}." for note in notes if note)
-    return tuple(dict.fromkeys(made))
+    texts = (note if note.endswith(".") else f"{note[:1].upper()}{note[1:]}." for note in notes if note)
+    return tuple(dict.fromkeys(texts))
 
 
 SCREE_STARTS = 2  # beside the classical one and the hops; the map's own dimensions have all of its starts
@@ -228,18 +230,20 @@ class _Map(NamedTuple):
 def mds_answer(selected: Selected, settings: Mds) -> Answer:
     """One row per stimulus: its place in the map."""
     between, notes = _between(selected, settings)
-    made = _classical(between, settings) if settings.method == "classical" else _nonmetric(selected, between, settings)
-    ellipses, why = _ellipses(selected, settings, between, made.points)
+    result = (
+        _classical(between, settings) if settings.method == "classical" else _nonmetric(selected, between, settings)
+    )
+    ellipses, why = _ellipses(selected, settings, between, result.points)
     places = {f"dim{i + 1}": f"coordinate on dimension {i + 1}" for i in range(settings.dimensions)}
     return Answer(
-        rows=points_rows(made.points, settings.over),
-        method=f"{made.method}, {between.source}; turned to principal axes, the largest coordinate of each positive",
+        rows=points_rows(result.points, settings.over),
+        method=f"{result.method}, {between.source}; turned to principal axes, the largest coordinate of each positive",
         kinds=places,
         participants=int(selected.table["participant"].nunique()) if "participant" in selected.table else 0,
         values=int(selected.table["value"].notna().sum()),
-        headline=made.headline,
-        notes=sentences([*made.notes, *notes, why]),
-        more=made.more | ({"ellipses": ellipses} if ellipses else {}),
+        headline=result.headline,
+        notes=sentences([*result.notes, *notes, why]),
+        more=result.more | ({"ellipses": ellipses} if ellipses else {}),
     )
 
 
@@ -258,36 +262,38 @@ def _between(selected: Selected, settings: Mds) -> tuple[Dissimilarities, list[s
 
 
 def _classical(between: Dissimilarities, settings: Mds) -> _Map:
-    found = classical_mds(between, settings.dimensions)
-    eigenvalues = pd.DataFrame({"dimension": range(1, len(found.eigenvalues) + 1), "eigenvalue": found.eigenvalues})
+    solution = classical_mds(between, settings.dimensions)
+    eigenvalues = pd.DataFrame(
+        {"dimension": range(1, len(solution.eigenvalues) + 1), "eigenvalue": solution.eigenvalues}
+    )
     return _Map(
-        found.points,
+        solution.points,
         "Classical multidimensional scaling (Torgerson 1952; Gower 1966)",
-        f"{settings.dimensions} dimensions hold {found.fit_positive:.1%} of the positive eigenvalues "
-        f"({found.fit_absolute:.1%} of all sizes)",
-        list(found.notes),
+        f"{settings.dimensions} dimensions hold {solution.fit_positive:.1%} of the positive eigenvalues "
+        f"({solution.fit_absolute:.1%} of all sizes)",
+        list(solution.notes),
         {"eigenvalues": rows_of(eigenvalues)},
     )
 
 
 def _nonmetric(selected: Selected, between: Dissimilarities, settings: Mds) -> _Map:
     seed = selected.seed if settings.starts else 0
-    found = nonmetric_mds(between, settings.dimensions, settings.ties, settings.starts, seed)
+    solution = nonmetric_mds(between, settings.dimensions, settings.ties, settings.starts, seed)
     more = {
-        "shepard": rows_of(found.shepard),
-        "starts": rows_of(pd.DataFrame({"start": range(len(found.starts)), "stress": found.starts})),
+        "shepard": rows_of(solution.shepard),
+        "starts": rows_of(pd.DataFrame({"start": range(len(solution.starts)), "stress": solution.starts})),
     }
     if settings.scree:
         starts = min(settings.starts, SCREE_STARTS)
-        more["scree"] = rows_of(stress_scree(between, settings.scree, settings.ties, starts, selected.seed, found))
-    headline = f"Stress-1 = {found.stress:.3g} in {settings.dimensions} dimensions"
+        more["scree"] = rows_of(stress_scree(between, settings.scree, settings.ties, starts, selected.seed, solution))
+    headline = f"Stress-1 = {solution.stress:.3g} in {settings.dimensions} dimensions"
     if settings.reference:
         held = stress_reference(between, settings.dimensions, settings.ties, settings.reference, selected.seed)
         more["reference"] = ({name: getattr(held, name) for name in held.__dataclass_fields__},)
         headline += f" ({held.draws} shuffles of the dissimilarities: {held.mean:.3g} on average, {apa_p(held.p)})"
-    reached = f"{found.reached} of {len(found.starts)} starts ended within 1e-4 of the best stress"
+    reached = f"{solution.reached} of {len(solution.starts)} starts ended within 1e-4 of the best stress"
     method = f"Non-metric multidimensional scaling, stress formula 1, {settings.ties} treatment of ties (Kruskal 1964)"
-    return _Map(found.points, method, headline, [reached, *found.notes], more)
+    return _Map(solution.points, method, headline, [reached, *solution.notes], more)
 
 
 def _ellipses(
@@ -299,13 +305,13 @@ def _ellipses(
     if settings.dimensions < 2:
         return (), "no ellipses: the map has one dimension"
     try:
-        found = confidence_ellipses(
+        ellipses = confidence_ellipses(
             between, points, settings.method, settings.ties, settings.replications, settings.confidence, selected.seed
         )
     except StatisticsError as refusal:
         return (), f"no ellipses: {refusal}"
     named = {"label": settings.over, "x": "centre_1", "y": "centre_2", "major": "semi_major", "minor": "semi_minor"}
-    return rows_of(found.rename(columns=named)), (
+    return rows_of(ellipses.rename(columns=named)), (
         f"ellipses: {100 * settings.confidence:g} % normal regions from {settings.replications} resamples of the"
         " participants, each map turned onto their mean (generalized Procrustes)"
     )
@@ -361,14 +367,14 @@ def _groups(
     rows: list[dict[str, Any]] = []
     residuals: list[dict[str, Any]] = []
     for (one, first), (two, second) in combinations(parts.items(), 2):
-        found, people = _compared(selected, settings, profiles, first, second)
-        rows.append(_row(one, two, people, found))
-        for name, distance in found.residuals.items():
+        fit, people = _compared(selected, settings, profiles, first, second)
+        rows.append(_row(one, two, people, fit))
+        for name, distance in fit.residuals.items():
             residuals.append({"group_a": one, "group_b": two, settings.over: str(name), "residual": float(distance)})
-    told = "; ".join(
+    named = "; ".join(
         f"{row['group_a']} and {row['group_b']}: r = {row['r']:.2f}, {apa_p(row['p'])}" for row in rows[:3]
     )
-    return tuple(rows), {"residuals": tuple(residuals)}, told
+    return tuple(rows), {"residuals": tuple(residuals)}, named
 
 
 def _compared(
@@ -386,25 +392,25 @@ def _compared(
         both_rated = Profiles(own.own[:, kept], own.offset, own.participants, stimuli, own.attributes)
         maps.append(configuration(both_rated, settings, selected.seed))
     drawn = {"draws": settings.draws or selected.draws, "seed": selected.seed} if test else {}
-    found = procrustes(maps[0], maps[1], settings.stretch, settings.reflection, **drawn)
-    return found, (len(first), len(second))
+    fit = procrustes(maps[0], maps[1], settings.stretch, settings.reflection, **drawn)
+    return fit, (len(first), len(second))
 
 
-def _row(one: str, two: str, people: tuple[int, int], found: Compared) -> dict[str, Any]:
+def _row(one: str, two: str, people: tuple[int, int], fit: Compared) -> dict[str, Any]:
     return {
         "group_a": one,
         "group_b": two,
         "participants_a": people[0],
         "participants_b": people[1],
-        "stimuli": len(found.fitted),
-        "r": found.r,
-        "m2": found.m2,
-        "squares": found.squares,
-        "stretch": found.stretch,
-        "reflected": found.reflection,
-        "p": found.p,
-        "draws": found.draws,
-        "exact": found.exact,
+        "stimuli": len(fit.fitted),
+        "r": fit.r,
+        "m2": fit.m2,
+        "squares": fit.squares,
+        "stretch": fit.stretch,
+        "reflected": fit.reflection,
+        "p": fit.p,
+        "draws": fit.draws,
+        "exact": fit.exact,
     }
 
 
@@ -417,13 +423,15 @@ def _halves(
         raise TooFew(f"{people} participants; halves need two each")
     splits = min(settings.draws or selected.draws, MOST_SPLITS)
     rng = stream(selected.seed, "halves")
-    found = []
+    correlations = []
     for _ in range(splits):
         order = rng.permutation(people).tolist()
         parts = sorted(order[: people // 2]), sorted(order[people // 2 :])
-        found.append(_compared(selected, settings, profiles, *parts, test=False)[0].r)
-    low, middle, high = np.quantile(found, [(1 - settings.confidence) / 2, 0.5, (1 + settings.confidence) / 2]).tolist()
+        correlations.append(_compared(selected, settings, profiles, *parts, test=False)[0].r)
+    low, middle, high = np.quantile(
+        correlations, [(1 - settings.confidence) / 2, 0.5, (1 + settings.confidence) / 2]
+    ).tolist()
     row: dict[str, Any] = {"splits": splits, "r": middle, "r_low": low, "r_high": high, "m2": 1 - middle * middle}
-    each = rows_of(pd.DataFrame({"split": range(1, splits + 1), "r": found}))
-    told = f"Maps of random halves agree with r = {middle:.2f} ({low:.2f} to {high:.2f} over {splits} splits)"
-    return (row,), {"splits": each}, told
+    split_rows = rows_of(pd.DataFrame({"split": range(1, splits + 1), "r": correlations}))
+    headline = f"Maps of random halves agree with r = {middle:.2f} ({low:.2f} to {high:.2f} over {splits} splits)"
+    return (row,), {"splits": split_rows}, headline

@@ -163,7 +163,7 @@ def _kinds(rows: Sequence[Row], settings: Anova) -> dict[str, str]:
     corrected = named.get(settings.correction, "not corrected") if settings.within else "not corrected"
     interval = f"{100 * settings.interval:g}% interval, noncentral F with the degrees of freedom of p"
     generalized = f"{interval}, carried over by the observed ratio of errors"
-    told = {
+    meanings = {
         "df1": "degrees of freedom, not corrected",
         "df2": "degrees of freedom, not corrected",
         "p": f"p, {corrected}; not adjusted for a family",
@@ -178,7 +178,7 @@ def _kinds(rows: Sequence[Row], settings: Anova) -> dict[str, str]:
         **{f"{name}{end}": interval for name in ("partial_eta_squared", "eta_squared") for end in ("_low", "_high")},
         **{f"generalized_eta_squared{end}": generalized for end in ("_low", "_high")},
     }
-    return {name: told[name] for name in rows[0] if name in told}
+    return {name: meanings[name] for name in rows[0] if name in meanings}
 
 
 def used(selected: Selected, result: pd.DataFrame) -> pd.DataFrame:
@@ -289,7 +289,7 @@ def _pair(row: Mapping[str, Any], size: str, settings: Pairs, family: int) -> Ro
 
 def _pair_kinds(size: str, settings: Pairs) -> dict[str, str]:
     name = "cohens_dz" if size == "dz" else "hedges_g"
-    told = "dz: mean difference / SD of differences" if size == "dz" else "Hedges' g"
+    meaning = "dz: mean difference / SD of differences" if size == "dz" else "Hedges' g"
     interval = share(settings.interval, "interval, noncentral t")
     return {
         "mean_difference": "a minus b",
@@ -299,7 +299,7 @@ def _pair_kinds(size: str, settings: Pairs) -> dict[str, str]:
         "p": f"two-sided p, {CORRECTED[settings.correction]}",
         "family": "tests in the family",
         "p_uncorrected": "two-sided p, not adjusted",
-        **{name: told, f"{name}_low": interval, f"{name}_high": interval},
+        **{name: meaning, f"{name}_low": interval, f"{name}_high": interval},
     }
 
 
@@ -329,11 +329,11 @@ def _equivalence_kinds(alpha: float) -> dict[str, str]:
     }
 
 
-def _count(what: str, found: Sequence[Row], rows: Sequence[Row]) -> str:
+def _count(what: str, chosen: Sequence[Row], rows: Sequence[Row]) -> str:
     """How many pairs, and which where they are few."""
-    named = ", ".join(f"{row['a']} – {row['b']}" for row in found)
-    which = f": {named}" if 0 < len(found) <= TOLD else ""
-    return f"{len(found)} of {len(rows)} pairs {what}{which}"
+    named = ", ".join(f"{row['a']} – {row['b']}" for row in chosen)
+    which = f": {named}" if 0 < len(chosen) <= TOLD else ""
+    return f"{len(chosen)} of {len(rows)} pairs {what}{which}"
 
 
 def _plain(value: float) -> str:
