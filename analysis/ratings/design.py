@@ -188,7 +188,13 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
         )
     expected = {(person, *cell): repeats for person, levels in plan.items() for cell in product(*levels.values())}
     if rows.nested and repeats == 1:
-        expected = _items_owed(rows, keys, expected)
+        # As many different items in a cell as the participant of the group with most of them has, at least one.
+        group_of = {person: groups[0] for person, groups in rows.groups_of().items()}
+        most: dict[Label, int] = {}
+        for key, items in Counter(key[:width] for key in set(keys)).items():
+            cell = (*group_of[key[0]], *key[1:])
+            most[cell] = max(items, most.get(cell, 1))
+        expected = {key: most.get((*group_of[key[0]], *key[1:]), 1) for key in expected}
     missing = [
         _place(rows, key, f"{filled[key]} of {planned} ratings" if planned > 1 else "")
         for key, planned in expected.items()
@@ -200,17 +206,6 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
         *gathered("undeclared", strange, limit),
         *gathered("duplicate", _duplicates(rows, keys, value, repeats), limit),
     ]
-
-
-def _items_owed(rows: _Rows, keys: Sequence[Label], expected: Mapping[Label, int]) -> dict[Label, int]:
-    """As many different items in a cell as the participant of the group with most of them has, at least one."""
-    width = 1 + len(rows.cells)
-    group_of = {person: groups[0] for person, groups in rows.groups_of().items()}
-    most: dict[Label, int] = {}
-    for key, items in Counter(key[:width] for key in set(keys)).items():
-        place = (*group_of[key[0]], *key[1:])
-        most[place] = max(items, most.get(place, 1))
-    return {key: most.get((*group_of[key[0]], *key[1:]), 1) for key in expected}
 
 
 def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) -> list[Place]:

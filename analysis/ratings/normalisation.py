@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.statistics.cells import Coded, check_columns, coded, numbers_of
+from palpate.analysis.statistics.cells import check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats, centred, scaled
 from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.did_you_mean import nearest
@@ -78,11 +78,17 @@ def _own(values: Floats, table: pd.DataFrame, rule: Callable[[Floats], Floats | 
     axes = [coded(table[name], name) for name in names]
     scaled = np.full(len(values), np.nan)
     refused: list[str] = []
-    for label, rows in _rows(axes):
+    flat = axes[0].codes
+    for axis in axes[1:]:
+        flat = flat * len(axis.labels) + axis.codes
+    order = np.argsort(flat, kind="stable")
+    starts = np.flatnonzero(np.diff(flat[order], prepend=-1))
+    for rows in np.split(order, starts[1:]):
         known = rows[~np.isnan(values[rows])]
         own = rule(values[known]) if len(known) else values[known]
         if isinstance(own, str):
-            refused.append(f"{' on '.join(label)} ({own})")
+            whose = " on ".join(str(axis.labels[int(axis.codes[rows[0]])]) for axis in axes)
+            refused.append(f"{whose} ({own})")
         else:
             scaled[known] = own
     if refused:
@@ -91,20 +97,6 @@ def _own(values: Floats, table: pd.DataFrame, rule: Callable[[Floats], Floats | 
             " by an exclusion, or choose to_0_100"
         )
     return scaled
-
-
-def _rows(axes: list[Coded]) -> list[tuple[list[str], np.ndarray[tuple[int], np.dtype[np.intp]]]]:
-    flat = axes[0].codes
-    for axis in axes[1:]:
-        flat = flat * len(axis.labels) + axis.codes
-    order = np.argsort(flat, kind="stable")
-    starts = np.flatnonzero(np.diff(flat[order], prepend=-1))
-    shape = [len(axis.labels) for axis in axes]
-    cells = []
-    for rows in np.split(order, starts[1:]):
-        place = np.unravel_index(int(flat[rows[0]]), shape)
-        cells.append(([str(axis.labels[int(i)]) for axis, i in zip(axes, place, strict=True)], rows))
-    return cells
 
 
 def _varied(values: Floats) -> str:

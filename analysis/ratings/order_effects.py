@@ -107,9 +107,9 @@ def order_effect(
     )
 
 
-def _trials(data: pd.DataFrame, dv: str, subject: str, stimulus: str, position: str, session: str) -> _Trials:
+def _trials(data: pd.DataFrame, dv: str, subject: str, stimulus: str, position_column: str, session: str) -> _Trials:
     y = numbers_of(data[dv], dv)
-    place = numbers_of(data[position], position)
+    place = numbers_of(data[position_column], position_column)
     people = coded(data[subject], subject).codes
     stimuli = coded(data[stimulus], stimulus).codes
     sessions = coded(data[session], session).codes if session in data.columns else people
@@ -119,17 +119,14 @@ def _trials(data: pd.DataFrame, dv: str, subject: str, stimulus: str, position: 
     order = usable[np.lexsort((y[usable], stimuli[usable], place[usable], sessions[usable], people[usable]))]
     _, dense = np.unique(stimuli[order], return_inverse=True)
     _, who = np.unique(people[order], return_inverse=True)
-    return _Trials(y[order], who, dense, _counted(place[order], sessions[order], who), sessions[order])
-
-
-def _counted(place: Floats, sessions: Codes, people: Codes) -> Floats:
-    """1, 2, 3 ... within each session of each participant; several values of one trial share a place."""
-    number, count = np.empty(len(place)), 0.0
+    # 1, 2, 3 ... within each session of each participant; several values of one trial share a place.
+    place, sessions = place[order], sessions[order]
+    position, count = np.empty(len(place)), 0.0
     for i in range(len(place)):
-        new = i == 0 or people[i] != people[i - 1] or sessions[i] != sessions[i - 1]
+        new = i == 0 or who[i] != who[i - 1] or sessions[i] != sessions[i - 1]
         count = 1.0 if new else count + (place[i] != place[i - 1])
-        number[i] = count
-    return number
+        position[i] = count
+    return _Trials(y[order], who, dense, position, sessions)
 
 
 def _two_way(y: Floats, people: Codes, stimuli: Codes) -> tuple[Floats, Floats]:

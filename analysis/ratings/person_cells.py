@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -80,7 +80,15 @@ def person_cells(
     check_columns(data, [dv, subject, *by])
     y = numbers_of(data[dv], dv)
     people = coded(data[subject], subject)
-    axes = [_axis(data[name], name, levels.get(name, ())) for name in by]
+    axes = []  # codes in the given order of levels, the others after them in natural order, and their labels
+    for name in by:
+        codes = coded(data[name], name)
+        labels = [written(label) for label in codes.labels]
+        known = {label: place for place, label in enumerate(levels.get(name, ()))}
+        rank = sorted(range(len(labels)), key=lambda i: (known.get(labels[i], len(known)), i))
+        to = np.empty(len(labels), dtype=np.intp)
+        to[rank] = np.arange(len(labels))
+        axes.append((to[codes.codes], [labels[i] for i in rank]))
     shape = [len(labels) for _, labels in axes]
     cell = np.ravel_multi_index([codes for codes, _ in axes], shape)
     occurring, place = np.unique(cell, return_inverse=True)
@@ -101,17 +109,6 @@ def person_cells(
 def levels_of(levels: Levels, by: Sequence[str]) -> Levels:
     """Return the levels of these columns alone, of the levels of all columns of a study."""
     return {name: levels[name] for name in by if name in levels}
-
-
-def _axis(column: pd.Series[Any], name: str, order: Sequence[str]) -> tuple[Counts, list[str]]:
-    """Codes in the given order of levels, the others after them in natural order."""
-    codes = coded(column, name)
-    labels = [written(label) for label in codes.labels]
-    known = {label: place for place, label in enumerate(order)}
-    rank = sorted(range(len(labels)), key=lambda i: (known.get(labels[i], len(known)), i))
-    to = np.empty(len(labels), dtype=np.intp)
-    to[rank] = np.arange(len(labels))
-    return to[codes.codes], [labels[i] for i in rank]
 
 
 def written(label: object) -> str:

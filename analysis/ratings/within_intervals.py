@@ -160,7 +160,12 @@ def _halves(values: Floats, method: Interval, confidence: float) -> list[_Half]:
     change: Floats = high if low is None else high + low
     own: Floats = centred(change, 1) / values.shape[1]
     if method == "loftus_masson":
-        return [_pooled(own, confidence)] * m
+        # One width for all cells, from the mean square of the participant x cell interaction.
+        high, low = differences((own, None), 0)
+        rest = centred(high if low is None else high + low, 0) / n
+        df = (n - 1) * (m - 1)
+        sd = math.sqrt(math.fsum((rest * rest).ravel().tolist()) / df)
+        return [_Half(sd, t_critical(df, confidence) * sd / math.sqrt(n))] * m
     factor = math.sqrt(m / (m - 1))
     return [_student(column * factor, confidence) for column in own.T]
 
@@ -170,13 +175,3 @@ def _student(values: Floats, confidence: float) -> _Half:
         return _Half(NAN, NAN, "one participant has no spread" if len(values) else "no participant has a value here")
     sd = statistics.stdev(np.sort(values).tolist())
     return _Half(sd, t_critical(len(values) - 1, confidence) * sd / math.sqrt(len(values)))
-
-
-def _pooled(own: Floats, confidence: float) -> _Half:
-    """Return one width for all cells, from the mean square of the participant x cell interaction."""
-    n, m = own.shape
-    high, low = differences((own, None), 0)
-    rest = centred(high if low is None else high + low, 0) / n
-    df = (n - 1) * (m - 1)
-    sd = math.sqrt(math.fsum((rest * rest).ravel().tolist()) / df)
-    return _Half(sd, t_critical(df, confidence) * sd / math.sqrt(n))

@@ -192,18 +192,24 @@ VARYING = {"friedman", "nemenyi"}
 
 @dataclass(frozen=True)
 class StudyColumns:
-    """`met`: for each group, what one participant meets: a row of columns for each stimulus in each session.
+    """`encountered`: for each group, a row of columns for each stimulus in each session of one participant.
 
     `people`: what may be asked about participants, by name: the kind of the answer and its levels (none: any).
     """
 
     study: Study
-    met: Mapping[str, Rows]
+    encountered: Mapping[str, Rows]
     people: Mapping[str, tuple[str, tuple[str, ...]]]
 
     def problems(self, settings: StatisticSettings, outcomes: Collection[str]) -> Iterator[Problem]:
-        """What no data could answer: a factor of one level, in the wrong place, or crossed with gaps."""
-        groups = self._groups(settings.where, outcomes)
+        """Yield what no data could answer: a factor of one level, in the wrong place, or crossed with gaps."""
+        groups: dict[str, Rows] = {}  # what each group encounters under `where`
+        for group, encountered in self.encountered.items():
+            every = [{**row, "attribute": outcome} for row in encountered for outcome in outcomes]
+            where = settings.where.items()
+            own = [row for row in every if all(keeps(condition, row[name]) for name, condition in where if name in row)]
+            if own:
+                groups[group] = own
         factor = "within" if settings.test in VARYING else "any"
         places = {"within": "within", "between": "between", "factor": factor, "by": "any", "fixed": "any"}
         for key, expected in places.items():
@@ -211,13 +217,18 @@ class StudyColumns:
                 if message := self._misplaced(name, expected, groups, settings.where):
                     yield Problem((key,), message)
         for name in _texts(getattr(settings, "numeric", None)):
-            if not self._is_numeric(name):
+            values = {row[name] for rows in self.encountered.values() for row in rows if name in row}
+            kind = self.people[name][0] if name in self.people else None
+            is_numeric = all(map(is_number, values)) if kind is None else kind in ("number", "points")
+            if not is_numeric:
                 yield Problem(("numeric",), f"{name!r} holds words, not numbers")
         if settings.test in CROSSED:
             yield from self._uncrossed(
                 getattr(settings, "targets", ""), getattr(settings, "raters", ""), groups, settings.where
             )
-        crossed = self._crossed(settings, groups)
+        # The factors whose combinations everybody must encounter: those within participants.
+        factors = [*_texts(getattr(settings, "within", None)), *_texts(getattr(settings, "factor", None))]
+        crossed = [name for name in factors if self._varies(name, groups, settings.where) == "within"]
         if TRIAL in crossed and set(crossed) - {TRIAL, "session"}:
             yield Problem(("within",), f"{TRIAL!r} is not met with every level of another factor")
         for group, rows in groups.items():
@@ -226,7 +237,7 @@ class StudyColumns:
                 yield Problem(("within" if hasattr(settings, "within") else "factor",), f"nobody{place} meets {gap}")
 
     def _uncrossed(self, targets: str, raters: str, groups: Mapping[str, Rows], where: Where) -> Iterator[Problem]:
-        """What keeps every rater from rating every target."""
+        """Yield what keeps every rater from rating every target."""
         if targets == raters:
             yield Problem(("raters",), f"{raters!r} is named in `targets`, too")
             return
@@ -241,20 +252,8 @@ class StudyColumns:
                 yield Problem(("targets",), f"nobody meets {gap}")
                 return
 
-    def _groups(self, where: Where, outcomes: Collection[str]) -> dict[str, Rows]:
-        """What is met of each group under `where`; a group that meets nothing is not among them."""
-        kept: dict[str, Rows] = {}
-        for group, met in self.met.items():
-            rows = [{**row, "attribute": outcome} for row in met for outcome in outcomes]
-            chosen = [
-                row for row in rows if all(keeps(condition, row[c]) for c, condition in where.items() if c in row)
-            ]
-            if chosen:
-                kept[group] = chosen
-        return kept
-
     def _misplaced(self, name: str, place: str, groups: Mapping[str, Rows], where: Where) -> str:
-        """Why a column cannot be the factor that is wanted ("within", "between" or "any"), or an empty text."""
+        """Return why a column cannot be a factor in that place ("within", "between" or "any"), or an empty text."""
         kind = self._varies(name, groups, where)
         if kind in ("unknown", *(("within", "between") if place == "any" else (place,))):
             return ""
@@ -289,28 +288,17 @@ class StudyColumns:
             return "between" if len(set().union(*levels_by_group)) > 1 else "one level"
         return "within"
 
-    def _is_numeric(self, name: str) -> bool:
-        if name in self.people:
-            return self.people[name][0] in ("number", "points")
-        values = {row[name] for rows in self.met.values() for row in rows if name in row}
-        return all(is_number(value) for value in values)
-
-    def _crossed(self, settings: StatisticSettings, groups: Mapping[str, Rows]) -> list[str]:
-        """The factors whose combinations everybody must meet: those within participants."""
-        names = [*_texts(getattr(settings, "within", None)), *_texts(getattr(settings, "factor", None))]
-        return [name for name in names if self._varies(name, groups, settings.where) == "within"]
-
 
 def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
-    """What the study's answers will have; `questions` are those that it asks about a person."""
+    """Return what the study's answers will have; `questions` are those that it asks about a person."""
     groups: Sequence[str | None] = [*study.groups] or [None]
-    met: dict[str, list[dict[str, str]]] = {}
+    encountered: dict[str, list[dict[str, str]]] = {}
     for group, session in product(groups, range(1, study.sessions + 1)):
         for stimulus in study.stimuli_of(group):
             block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
             own = {column_name(name): level for name, level in stimulus.columns.items()}
             row = {**own, "stimulus": stimulus.id, "group": group or "", "session": str(session), "block": block}
-            met.setdefault(group or "", []).append(row)
+            encountered.setdefault(group or "", []).append(row)
     levels: dict[str, tuple[str, tuple[str, ...]]] = {
         question.name: (question.kind, tuple(value for value, _ in question.levels))
         for question in questions
@@ -321,11 +309,11 @@ def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
         levels |= {item.name: ("points", points) for item in study.questionnaire.items}
     columns = {column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())}
     people = {name: answer for name, answer in levels.items() if name not in columns}
-    return StudyColumns(study, met, people | {f"{ANSWER}{name}": answer for name, answer in levels.items()})
+    return StudyColumns(study, encountered, people | {f"{ANSWER}{name}": answer for name, answer in levels.items()})
 
 
 def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
-    """The first combination of levels (of all groups) that is not among the rows, in words."""
+    """Return the first combination of levels (of all groups) that is not among the rows, in words."""
     levels = [dict.fromkeys(row[name] for group in everybody for row in group) for name in crossed]
     there = {tuple(row[name] for name in crossed) for row in rows}
     for cell in product(*levels):

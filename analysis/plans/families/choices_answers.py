@@ -106,7 +106,19 @@ def _one(
         row["trials"] = int(given.trials.sum())
         model = settings.model()
         if settings.interval_kind == "posterior":
-            row |= _posterior(posterior_of(given, model, True, settings.confidence))
+            posterior = posterior_of(given, model, True, settings.confidence)
+            row |= {
+                "threshold": posterior.threshold,
+                "threshold_low": posterior.threshold_interval[0],
+                "threshold_high": posterior.threshold_interval[1],
+                "share_at": posterior.guess + (1 - posterior.guess - posterior.lapse) * posterior.at,
+                "jnd": posterior.jnd,
+                "jnd_low": posterior.jnd_interval[0],
+                "jnd_high": posterior.jnd_interval[1],
+                "guess": posterior.guess,
+                "lapse": posterior.lapse,
+                "overdispersion": posterior.eta,
+            }
         else:
             fit = fit_function(given, model)
             row |= _fitted(selected, settings, fit)
@@ -143,21 +155,6 @@ def _fitted(selected: Selected, settings: PsychometricFunction, fit: Psychometri
         "df": fit.df,
         "p_deviance": None if again is None else again.p_deviance,
         "why": "; ".join(note for note in (ends[0].note, ends[1].note, lost) if note),
-    }
-
-
-def _posterior(posterior: Any) -> dict[str, Any]:
-    return {
-        "threshold": posterior.threshold,
-        "threshold_low": posterior.threshold_interval[0],
-        "threshold_high": posterior.threshold_interval[1],
-        "share_at": posterior.guess + (1 - posterior.guess - posterior.lapse) * posterior.at,
-        "jnd": posterior.jnd,
-        "jnd_low": posterior.jnd_interval[0],
-        "jnd_high": posterior.jnd_interval[1],
-        "guess": posterior.guess,
-        "lapse": posterior.lapse,
-        "overdispersion": posterior.eta,
     }
 
 
