@@ -38,7 +38,7 @@ MISSING = click.option(
 
 
 def source_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that say which data set is meant; the command receives them as one `DataRequest`."""
+    """Return the options that say which data set is meant; the command receives them as one `DataRequest`."""
 
     @click.argument("name")
     @LAB

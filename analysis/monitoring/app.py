@@ -41,12 +41,12 @@ class Access:
         return _derived(self.token or "", "cookie")
 
     def host_ok(self, host: str) -> bool:
-        """Whether the Host header names this machine, as it does unless a web page was rebound to our address."""
+        """Return whether the Host header names this machine; it does not for a web page that was rebound to us."""
         name = host[: host.find("]") + 1] if host.startswith("[") else host.partition(":")[0]  # without its port
         return not self.loopback or is_loopback(name)
 
     def lets_in(self, token: str | None, authorization: str | None, cookies: Mapping[str, str]) -> bool:
-        """Whether the token came: in the address, as Authorization: Bearer, or as our cookie."""
+        """Return whether the token came: in the address, as Authorization: Bearer, or as our cookie."""
         if self.token is None:
             return True
         scheme, _, bearer = (authorization or "").partition(" ")
@@ -58,7 +58,7 @@ class Access:
 
 
 def access_for(host: str, token: str | None) -> Access:
-    """Who may see a page served at `host`: a token is made where others could reach it and none was given.
+    """Return who may see a page served at `host`: a token is made where others could reach it and none was given.
 
     Raises MonitorError on a token that is too short.
     """
@@ -71,7 +71,7 @@ def access_for(host: str, token: str | None) -> Access:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address or name means this machine alone."""
+    """Return whether an address or name means this machine alone."""
     if host.lower() == "localhost":
         return True
     try:
@@ -81,7 +81,7 @@ def is_loopback(host: str) -> bool:
 
 
 def _same(given: str | None, expected: str) -> bool:
-    """Compared in a time that does not tell how much of it is right."""
+    """Compare in a time that does not tell how much of it is right."""
     return given is not None and hmac.compare_digest(given.encode(), expected.encode())
 
 
@@ -103,7 +103,7 @@ POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancesto
 
 
 def make_app(watch: Watch, access: Access) -> Flask:
-    """The application that shows `watch` to those whom `access` lets in."""
+    """Return the application that shows `watch` to those whom `access` lets in."""
     from flask import Flask
 
     app = Flask("palpate monitor", static_folder=None, template_folder=None)
@@ -138,7 +138,7 @@ def _pages(app: Flask, watch: Watch) -> None:
 
 
 def _guard(app: Flask, access: Access) -> None:
-    """What every request must pass, and what every answer carries."""
+    """Set what every request must pass, and what every answer carries."""
     from flask import redirect, request
 
     @app.before_request

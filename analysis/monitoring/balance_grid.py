@@ -94,7 +94,7 @@ class StudyBalance:
 
 
 def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Mapping[str, Any]) -> StudyBalance:
-    """The balance of a study whose participants are `holders`; `sample` is what came of the planned one.
+    """Return the balance of a study whose participants are `holders`; `sample` is what came of the planned one.
 
     The stimuli of a study that keeps something blind are numbered: who looks at the orders may guide a hand.
     """
@@ -106,7 +106,7 @@ def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Map
 
 
 def round_of(study: Study, group: str | None) -> int:
-    """How many rows the design of a group has before its orders come again."""
+    """Return how many rows the design of a group has before its orders come again."""
     stimuli, blocks = study.stimuli_of(group), study.order.blocks
     if blocks is None:
         return rows_of(study.order.design, len(stimuli))

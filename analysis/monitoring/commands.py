@@ -90,7 +90,7 @@ def _serve(watch: Watch, host: str, port: int, access: Access) -> None:
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """A socket at the address. Raises MonitorError where it cannot be had."""
+    """Return a socket at the address. Raises MonitorError where it cannot be had."""
     import socket
 
     from palpate.analysis.monitoring.watching import MonitorError
@@ -108,7 +108,7 @@ def _listening(host: str, port: int) -> socket.socket:
 
 
 def _address(host: str, port: int, token: str | None) -> str:
-    """What to open in a browser; where the page is served at every address, this machine's name stands for them."""
+    """Return the address for a browser; where the page is served at every address, this machine's name is in it."""
     import socket
     from urllib.parse import quote
 

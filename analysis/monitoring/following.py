@@ -44,7 +44,7 @@ def follow(path: Path) -> Followed:
 
 
 def catch_up(followed: Followed) -> Followed:
-    """The ledger as it is now: what is new is added; a file that does not go on as it began is read whole again."""
+    """Return the ledger as it is now: new events are added; a file with another beginning is read whole again."""
     file = file_state(followed.path)
     if file == followed.file:
         return followed
@@ -56,7 +56,7 @@ def catch_up(followed: Followed) -> Followed:
 
 
 def _grown(followed: Followed, file: FileState) -> Followed | None:
-    """The ledger with its new events; None where it does not go on as it began, and `followed` is of no use then."""
+    """Return the ledger with its new events; None where its beginning changed, and `followed` is of no use then."""
     with closing(connect_to_read(str(followed.path))) as connection:
         connection.execute("BEGIN")  # one moment of a session that is running
         last = connection.execute("SELECT hash FROM events WHERE seq = ?", (len(followed.times_ns) - 1,)).fetchone()

@@ -81,7 +81,7 @@ def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
 
 
 def _seconds_of(trial: TrialState, pauses: Sequence[Pause]) -> float | None:
-    """From the first look at the form to the first answer that still stands; a pause is no time for an answer."""
+    """Return the time from the first look at the form to the first answer that still stands, without pauses."""
     first = next(attempt for attempt in trial.attempts if attempt.valid)
     if first.asked_ns is None or first.done_ns is None:
         return None

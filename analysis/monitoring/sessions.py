@@ -72,7 +72,7 @@ def status_of(followed: Followed, is_held: bool) -> str:
 def session_of(
     followed: Followed, status: str, digest: str, rated: Rated | None, withdrawn: bool, now: float, study: Study
 ) -> Session:
-    """The session at the time `now` (seconds since 1970); what its study keeps blind is left out of devices' faults."""
+    """Return the session at the time `now` (seconds since 1970), devices' faults without what its study keeps blind."""
     state, header = followed.session, followed.session.header
     done = len(state.counting)
     simulated = header["rig"]["kind"] == "simulated"

@@ -119,7 +119,7 @@ class _Bad:
 
 
 def _followed(path: Path) -> Followed | _Bad | None:
-    """The ledger as far as it goes, or why it is refused; None where it is gone."""
+    """Return the ledger as far as it goes, or why it is refused; None where it is gone."""
     try:
         state = file_state(path)
         try:
@@ -148,7 +148,7 @@ class Watch:
     progress: Progress = lambda *_: None
 
     def look(self, budget_s: float | None = None) -> Snapshot:
-        """The lab now; after `budget_s` seconds of reading, the ledgers that were never read are left for later.
+        """Return the lab as it is now; after `budget_s` seconds, ledgers that were never read are left for later.
 
         Raises MonitorError where there is no such folder.
         """
@@ -182,7 +182,7 @@ class Watch:
             )
 
     def _read(self, states: dict[Path, FileState], budget_s: float | None) -> int:
-        """Bring every ledger up to date, those that go on first; how many were left unread for want of time."""
+        """Bring every ledger up to date, those that go on first; return how many were left unread for want of time."""
         latest_first = sorted(states, key=lambda path: states[path].changed_at, reverse=True)
         if budget_s is None:
             self._read_ahead([path for path in latest_first if path not in self.known and path not in self.bad])
@@ -235,7 +235,7 @@ class Watch:
             self.known[path] = _Known(known.followed, *self._planned(known.followed))
 
     def _planned(self, followed: Followed) -> tuple[str, Plan]:
-        """The digest of the study's conditions and the session's plan.
+        """Return the digest of the study's conditions and the session's plan.
 
         Raises LedgerError on what this version cannot compile.
         """
@@ -272,7 +272,7 @@ class Watch:
             save_finished(self.lab, new, {digest: self.studies[digest] for digest in versions})
 
     def _session(self, path: Path, finished: dict[Path, Finished], now: float) -> Session | None:
-        """The session in a ledger that was read; one that is over goes among the finished."""
+        """Return the session in a ledger that was read; one that is over goes among the finished."""
         known = self.known[path]
         followed, state = known.followed, known.followed.session
         might_run = state.ended is None and not followed.laid_down
@@ -291,7 +291,7 @@ class Watch:
         return session
 
     def _balances(self, sessions: tuple[Session, ...], finished: dict[Path, Finished]) -> Iterator[StudyBalance]:
-        """One for every version of a study; made anew only where somebody's row or status changed."""
+        """Yield a balance for every version of a study, computed again only where somebody's row or status changed."""
         orders = {path.name: known.order for path, known in self.known.items()}
         orders |= {path.name: one.order for path, one in finished.items()}
         holders: dict[str, list[Holder]] = {}

@@ -169,7 +169,7 @@ def read_material(
     engine: Engine, name: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None,
     withdrawn: Collection[str] = (),
 ) -> Material:  # fmt: skip
-    """The material of a study in a collected database. Raises what `read_ratings` raises."""
+    """Return the material of a study in a collected database. Raises what `read_ratings` raises."""
     options: dict[str, Any] = {
         "digest": digest, "include_incomplete": include_incomplete, "simulated": simulated, "withdrawn": withdrawn,
     }  # fmt: skip
@@ -213,7 +213,7 @@ class Rows:
 
 
 def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Rows) -> Material:
-    """The material of these sessions, wherever their rows come from."""
+    """Return the material of these sessions, wherever their rows come from."""
     trials = _trials(rows.trials, study)
     words = _words(rows.words, trials)
     forms = _forms(rows.answers)
@@ -237,7 +237,7 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Row
 
 
 def imported_material(ratings: Ratings, title: str) -> Material:
-    """The material of an imported data set: its ratings; a trial is a participant's row of them."""
+    """Return the material of an imported data set: its ratings; a trial is a participant's row of them."""
     others = [column for column in ratings.table.columns if column not in OF_A_RATING]
     trials = ratings.table[others].drop_duplicates().reset_index(drop=True)
     columns = (*ratings.within, *ratings.between)
@@ -260,7 +260,7 @@ def imported_material(ratings: Ratings, title: str) -> Material:
 
 
 def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """The levels of every text column in the order in which the study lists them."""
+    """Return the levels of every text column in the order in which the study lists them."""
     levels: dict[str, tuple[str, ...]] = {"stimulus": tuple(stimulus.id for stimulus in study.stimuli)}
     for name in study.stimuli[0].columns if study.stimuli else ():
         listed = dict.fromkeys(stimulus.columns.get(name, "") for stimulus in study.stimuli)
@@ -273,7 +273,7 @@ def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...
 
 
 def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) -> list[dict[str, Any]]:
-    """The statement's rows of the sessions that are kept, with the participant and the group of each."""
+    """Return the statement's rows of the sessions that are kept, with the participant and the group of each."""
     kept = {session.session: session for session in choice.kept}
     rows = query(connection, statement, study.study)
     return [
@@ -297,7 +297,7 @@ def _trials(answered: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame
 
 
 def _words(written: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataFrame:
-    """The words of counting answers; one that belongs to no trial (a closing suggestion) has an empty stimulus."""
+    """Return the words of answers that count; one of no trial (a closing suggestion) has an empty stimulus."""
     keys = zip(trials["session"], trials["trial"], strict=True) if written else ()
     records = trials.to_dict("records") if written else ()
     of_trial: dict[Any, dict[Any, Any]] = dict(zip(keys, records, strict=True))
@@ -315,7 +315,7 @@ def _words(written: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.Dat
 
 
 def _forms(answers: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """The answers outside trials, but for what was written freely in an interview: no report repeats that."""
+    """Return the answers outside trials, but for what was written freely in an interview: no report repeats that."""
     rows = [
         {
             **{key: row[key] for key in ("participant", "session", "group", "form")},

@@ -100,16 +100,16 @@ class Plan:
     document: Document
 
     def complaint(self, problems: Sequence[Problem]) -> PlanError:
-        """The problems as one error that names the file and the lines."""
+        """Return the problems as one error that names the file and the lines."""
         return PlanError(listed(problems, self.document, str(self.path)))
 
     def table_path(self, name: str) -> Path:
-        """Where the plan's own table of that name lies."""
+        """Return where the plan's own table of that name lies."""
         return self.path.parent / self.declared.tables[name]
 
 
 def read_plan(path: Path) -> Plan:
-    """The plan in the file. Raises PlanError (or YamlError) with every problem, at most eight shown."""
+    """Return the plan in the file. Raises PlanError (or YamlError) with every problem, at most eight shown."""
     try:
         text = path.read_bytes()
     except OSError as error:

@@ -32,7 +32,7 @@ class Range(Strict):
         return " ".join(f"{word} {end:g}" for word, end in ends if end is not None)
 
     def holds(self, level: str) -> bool:
-        """Whether the text is a number in the range."""
+        """Return whether the text is a number in the range."""
         if not is_number(level):
             return False
         number = float(level)
@@ -40,7 +40,7 @@ class Range(Strict):
 
 
 def _form_of(value: object) -> str:
-    """How a condition is written, so that a complaint is about that form alone, and does not name it (`[`)."""
+    """Return how a condition is written, so that a complaint is about that form alone, and does not name it (`[`)."""
     if isinstance(value, Mapping | Range):
         return "[range]"
     return "[levels]" if isinstance(value, list | tuple) else "[level]"

@@ -97,7 +97,7 @@ def two_categories(categories: Mapping[str, str], attributes: Sequence[str]) -> 
 def category_differences(
     cells: PersonCells, pair: tuple[str, str], confidence: float = 0.95
 ) -> list[tuple[Label, OneSample]]:
-    """At each combination of the other columns: the second category minus the first, over participants."""
+    """Return, at each combination of the other columns, the second category minus the first, over participants."""
     places = {cell: j for j, cell in enumerate(cells.cells)}
     rows = []
     for rest in dict.fromkeys(cell[1:] for cell in cells.cells):

@@ -52,7 +52,7 @@ def participant_means(ratings: Ratings, by: Sequence[str]) -> pd.DataFrame:
 
 
 def _summary(values: Sequence[float], reason: str) -> tuple[int, float, float | None, str]:
-    """n, mean, sample SD and why there is none; the statistics module sums fractions, so no offset costs a digit."""
+    """Return n, mean, sample SD and why it is missing; the statistics module sums fractions, without loss."""
     mean = statistics.mean(values)
     if len(values) < 2:
         return len(values), mean, None, reason

@@ -258,7 +258,7 @@ def _finite(number: object) -> bool:
 
 
 def _constant(rows: Sequence[Row], cells: Sequence[str], limit: int) -> list[Problem]:
-    """Constant raters, and for those who are not, the attributes on which they are: reported, never excluded."""
+    """Return constant raters, and for those who are not, the attributes on which they are: reported, never excluded."""
     everywhere: dict[str, list[object]] = {}
     by_attribute: dict[tuple[str, str], list[object]] = {}
     column = cells.index("attribute") if "attribute" in cells else None

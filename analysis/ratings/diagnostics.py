@@ -114,7 +114,7 @@ def diagnose(
 
 
 def same_value(rater: Rater) -> Diagnostic:
-    """Straight-lining within a trial: the share of trials in which every item got the same value."""
+    """Return straight-lining within a trial: the share of trials in which every item got the same value."""
     name, limit = "same value on all items", rater.limits.same_share
     if rater.items < 2 or not rater.trials:
         return none(name, "share", "a trial has fewer than two items" if rater.trials else "no trial is answered yet")
@@ -123,7 +123,7 @@ def same_value(rater: Rater) -> Diagnostic:
 
 
 def longest_run(rater: Rater) -> Diagnostic:
-    """Straight-lining across trials: the most trials in a row with the same answers (long string, Johnson 2005)."""
+    """Return straight-lining across trials: most trials in a row with the same answers (long string, Johnson 2005)."""
     n = len(rater.trials)
     lengths = [len(list(same)) for _, same in groupby(rater.trials, key=lambda trial: sorted(trial.values.items()))]
     limit = rater.limits.run
@@ -133,7 +133,7 @@ def longest_run(rater: Rater) -> Diagnostic:
 
 
 def variability(rater: Rater) -> Diagnostic:
-    """Intra-individual response variability: the median over trials of the SD of a trial's values.
+    """Return intra-individual response variability: the median over trials of the SD of a trial's values.
 
     In shares of the scale's range; too little is flagged (Dunn et al. 2018, J. Bus. Psychol. 33, 105-121; the
     threshold is our judgement).
@@ -155,7 +155,7 @@ def _spread(values: tuple[float, ...]) -> float:
 
 
 def at_the_ends(rater: Rater) -> Diagnostic:
-    """Endpoint pile-up: the share of ratings at either end of the scale (our threshold)."""
+    """Return endpoint pile-up: the share of ratings at either end of the scale (our threshold)."""
     values = [value for trial in rater.trials for value in trial.values.values()]
     if not values:
         return none("at the ends", "share", "no trial is answered yet")
@@ -183,7 +183,7 @@ def seconds_per_item(rater: Rater) -> Diagnostic:
 
 
 def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
-    """Test-retest: agreement of a stimulus' ratings with those at its next meeting, over items and pairs.
+    """Return the test-retest agreement of a stimulus' ratings with those at its next meeting, over items and pairs.
 
     Pearson's r, and the mean absolute difference as a share of the scale's range.
     """
@@ -212,7 +212,7 @@ def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
 
 
 def missing(rater: Rater) -> Diagnostic:
-    """Ratings that are owed and were not given, as a share of those owed."""
+    """Return the share of the expected ratings that were not given."""
     expected, items = max(rater.owed, len(rater.trials)), max(rater.items, 1)
     given = sum(len(trial.values) for trial in rater.trials)
     if not expected:
@@ -225,7 +225,7 @@ def missing(rater: Rater) -> Diagnostic:
 
 
 def _per_item(rater: Rater) -> list[float]:
-    """To the nanosecond that times are recorded in, so that 1.2 s for three items is 0.4 s an item."""
+    """Return seconds an item, to the nanosecond that times are recorded in: 1.2 s for three items is 0.4 s an item."""
     return [
         round(trial.seconds / len(trial.values), 9)
         for trial in rater.trials
@@ -245,7 +245,7 @@ def _correlation(name: str, pairs: Sequence[tuple[float, float]], limits: Limits
 
 
 def _pearson(pairs: Sequence[tuple[float, float]]) -> float | None:
-    """r, or None where it has no value. Equal values are told by themselves: their mean may be off in the last bit."""
+    """Return r, or None where it has no value. Equal values are found as such: their mean may miss the last bit."""
     columns = list(zip(*pairs, strict=True))
     if len(pairs) < 3 or any(min(column) == max(column) for column in columns):
         return None

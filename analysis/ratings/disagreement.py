@@ -76,7 +76,7 @@ def disagreement(
 
 
 def attribute_spreads(data: pd.DataFrame, over: Sequence[str], subject: str = "participant") -> dict[str, float]:
-    """For each attribute the root of the mean variance between participants over the combinations of `over`.
+    """Return, for each attribute, the root of the mean variance between participants over the combinations of `over`.
 
     NaN where no combination has two participants.
     """

@@ -65,7 +65,7 @@ def normalised(table: pd.DataFrame, scale: Ends | None, how: How) -> tuple[pd.Da
 
 
 def rescaled_values(values: Floats, old: Ends, new: Ends) -> Floats:
-    """Values in proportion between two pairs of ends; both ends and every representable middle are exact."""
+    """Return values in proportion between two pairs of ends; both ends and every representable middle are exact."""
     if old == new:
         return values.copy()
     stretched: Floats = (new[1] - new[0]) * (values - old[0]) / (old[1] - old[0]) + new[0]
@@ -100,7 +100,7 @@ def _own(values: Floats, table: pd.DataFrame, rule: Callable[[Floats], Floats | 
 
 
 def _varied(values: Floats) -> str:
-    """Why these values have neither spread nor range, or "" where they have."""
+    """Return why these values have neither spread nor range, or "" where they have."""
     if len(values) < 2:
         return "one rating"
     if values.max() - values.min() <= ROUNDING_ULPS * np.spacing(np.abs(values).max()):
@@ -109,7 +109,7 @@ def _varied(values: Floats) -> str:
 
 
 def _z(values: Floats) -> Floats | str:
-    """Differences before squares: an offset costs no digit, and the order of the values changes none."""
+    """Return z values. Differences before squares: an offset costs no digit, the order of the values changes none."""
     if why := _varied(values):
         return why
     order = np.argsort(values, kind="stable")

@@ -32,7 +32,7 @@ class OneSample(NamedTuple):
 
 
 def one_sample(values: Floats, *, floor: float = 0.0, confidence: float = 0.95, what: str = "values") -> OneSample:
-    """Student's one-sample t of the values that are there (NaN: not there); mean and SD are rounded once.
+    """Return Student's one-sample t of the values that are there (NaN: not there); mean and SD are rounded once.
 
     `floor` is the variation that rounding alone could make: at or below it t is undefined, with a note.
     Raises BadOption where `confidence` does not lie between 0 and 1.

@@ -145,7 +145,7 @@ def _two_way(y: Floats, people: Codes, stimuli: Codes) -> tuple[Floats, Floats]:
 
 
 def _adjusted(trials: _Trials) -> tuple[Floats, Floats]:
-    """y without the stimuli's effects, fitted together with participants and a common slope (Frisch & Waugh 1933)."""
+    """Return y without the stimuli's effects, fitted with participants and a common slope (Frisch & Waugh 1933)."""
     free, shift = _two_way(trials.position, trials.people, trials.stimuli)
     around = trials.position - trials.position.mean()
     if math.fsum(free * free) <= 1e-9 * math.fsum(around * around):

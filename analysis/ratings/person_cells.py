@@ -39,7 +39,7 @@ class PersonCells:
         return [cell[place] for cell in self.cells]
 
     def only(self, cells: Sequence[int], people: Sequence[int] | None = None) -> PersonCells:
-        """Some cells, and some participants (None: all)."""
+        """Return some cells, and some participants (None: all)."""
         rows = range(len(self.participants)) if people is None else people
         grid = np.ix_(list(rows), list(cells))
         return replace(

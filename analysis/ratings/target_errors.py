@@ -50,7 +50,7 @@ def target_errors(
     confidence: float = 0.95,
     levels: Levels = NO_LEVELS,
 ) -> tuple[TargetError, ...]:
-    """|rating - target| on the attribute that each stimulus was made for (thesis 5.7.1.2).
+    """Return |rating - target| on the attribute that each stimulus was made for (thesis 5.7.1.2).
 
     `data` is a table of ratings; only rows whose `attribute` is the one in `attribute_column` count. `scale` are the
     ends of the ratings' scale; targets given on another one are brought to it by `target_scale`. The errors of a

@@ -84,7 +84,7 @@ def cell_trends(
     confidence: float = 0.95,
     missing: str = "raise",
 ) -> Trends:
-    """As `trends`, from the participants' means at each level (cells of one column, in order)."""
+    """Return `trends` from the participants' means at each level (cells of one column, in order)."""
     order = cells.level(cells.by[0])
     # The cells of each family, in order; families as they come along the levels.
     members = {families[one]: [j for j, two in enumerate(order) if families[two] == families[one]] for one in order}

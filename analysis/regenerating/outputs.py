@@ -117,7 +117,7 @@ def statistics_json(study: RegeneratedStudy, seconds: Seconds) -> str:
 
 
 def readable_json(value: Any, indent: int = 0) -> str:
-    """JSON in which a row of plain values stands on one line: half as long, and a difference shows the whole row."""
+    """Return JSON with a row of plain values on one line: half as long, and a difference shows the whole row."""
     inner = list(value.values()) if isinstance(value, dict) else value
     if not isinstance(value, dict | list) or not any(isinstance(item, dict | list) and item for item in inner):
         return json.dumps(value, ensure_ascii=False, allow_nan=False)

@@ -55,12 +55,12 @@ def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
 
 
 def allowed(text: str) -> str:
-    """Without the characters that no XML can hold."""
+    """Return the text without the characters that no XML can hold."""
     return re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]", "", text)
 
 
 def _label(number: int) -> str:
-    """ "Table 3" as Word numbers tables itself, so that a list of tables and cross-references work."""
+    """Return "Table 3" as Word numbers tables itself, so that a list of tables and cross-references work."""
     number_xml = f"<w:r><w:rPr><w:b/></w:rPr><w:t>{number}</w:t></w:r>"
     words = '<w:r><w:rPr><w:b/></w:rPr><w:t xml:space="preserve">Table </w:t></w:r>'
     field = rf'<w:fldSimple w:instr=" SEQ Table \* ARABIC ">{number_xml}</w:fldSimple>'

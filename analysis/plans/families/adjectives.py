@@ -84,7 +84,7 @@ class AskedLexicon(StatisticSettings):
 
 
 def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
-    """The relevance of every word, most relevant first."""
+    """Return the relevance of every word, most relevant first."""
     from palpate.analysis.adjectives.relevance import relevance
     from palpate.analysis.plans.families.rows import plain_rows
 
@@ -157,7 +157,7 @@ def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
 
 
 def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
-    """Agreement by word, and by stimulus in `more`."""
+    """Return agreement by word, and by stimulus in `more`."""
     from palpate.analysis.adjectives.agreement import word_agreement
     from palpate.analysis.plans.families.rows import plain_rows, with_interval
 
@@ -186,7 +186,7 @@ def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
 
 
 def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
-    """The different words that were written; participants and stimuli in `more`."""
+    """Return the different words that were written; participants and stimuli in `more`."""
     from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists, synonym_table
     from palpate.analysis.plans.families.rows import plain_rows, require_columns
     from palpate.analysis.ratings.dataset import DataRefused
@@ -250,7 +250,7 @@ def _selections(selected: Selected) -> Selections:
 
 
 def _lists(selected: Selected, settings: AskedLexicon) -> dict[str, list[str]]:
-    """The words of each list. Raises DataRefused for a table without words, or a list called as the study's own."""
+    """Return the words of each list. Raises DataRefused for a table without words, or with the study's own name."""
     from palpate.analysis.ratings.dataset import DataRefused
 
     words: dict[str, list[str]] = {}

@@ -51,7 +51,7 @@ INTERVALS = {
 
 
 def means(selected: Selected, settings: Means) -> Answer:
-    """One row per cell: mean and SD over participants, and the interval that is asked for."""
+    """Return one row per cell: mean and SD over participants, and the interval that is asked for."""
     require_columns(selected.table, settings.by)
     groups = constant_columns(selected.table, settings.by)
     intervals = mean_intervals(
@@ -84,13 +84,13 @@ def means(selected: Selected, settings: Means) -> Answer:
 
 
 def means_with_gaps(selected: Selected, settings: Means) -> Answer:
-    """With gaps: each mean over participants is one of the same stimuli, or there is none."""
+    """Answer where cells are missing: each mean over participants is one of the same stimuli, or there is none."""
     refuse_averaging(selected, settings.by)
     return means(selected, settings)
 
 
 def trends(selected: Selected, settings: Trends) -> Answer:
-    """One row per outcome (attributes, then categories) and family; the levels against the reference beside."""
+    """Return one row per outcome (attributes, then categories) and family; the levels against the reference beside."""
     numeric = () if settings.numeric is None else (settings.numeric,)
     require_columns(selected.table, (settings.pooled, settings.families, *numeric))
     table, notes = complete_rows(selected, settings)
@@ -124,7 +124,7 @@ def trends(selected: Selected, settings: Trends) -> Answer:
 
 
 def _followed(selected: Selected, settings: Trends, table: pd.DataFrame) -> Iterator[tuple[str, str, PersonCells]]:
-    """The participants' means at each level: of every attribute, then of every category."""
+    """Yield the participants' means at each level: of every attribute, then of every category."""
     columns = ("attribute", settings.pooled)
     yield from _parts("attribute", person_cells(table, columns, levels=selected.levels), selected.outcomes)
     if settings.category == "none" or not selected.categories:
@@ -145,7 +145,7 @@ def _parts(of: str, cells: PersonCells, order: Sequence[str]) -> Iterator[tuple[
 
 
 def target_error(selected: Selected, settings: TargetErrors) -> Answer:
-    """Mean absolute errors: per attribute and end, per attribute, per category, over all."""
+    """Return mean absolute errors: per attribute and end, per attribute, per category, over all."""
     require_columns(selected.table, (settings.attribute_column, settings.target))
     table, notes = complete_rows(selected, settings)
     errors = target_errors(
@@ -221,7 +221,7 @@ Pair = tuple[str, str]
 
 
 def categories(selected: Selected, settings: Categories) -> Answer:
-    """Mean ratings and SDs between participants of two categories; level by level and attribute by attribute beside."""
+    """Return mean ratings and SDs between participants of two categories; beside, those by level and by attribute."""
     require_columns(selected.table, (*settings.by, *settings.over))
     pair = two_categories(selected.categories, selected.outcomes)
     table, notes = complete_rows(selected, settings)
@@ -313,7 +313,7 @@ def _kinds(pair: Pair, within: str, confidence: float) -> dict[str, str]:
 
 
 def _interaction(cells: PersonCells) -> list[Row]:
-    """The analysis of variance of category x levels, or why there is none."""
+    """Return the analysis of variance of category x levels, or why there is none."""
     people, where = np.meshgrid(np.arange(len(cells.participants)), np.arange(len(cells.cells)), indexing="ij")
     data = pd.DataFrame([cells.cells[j] for j in where.ravel()], columns=list(cells.by))
     data["participant"] = [cells.participants[i] for i in people.ravel()]

@@ -50,7 +50,7 @@ FITTED = {
 
 
 def model_answer(selected: Selected, settings: MixedModel) -> Answer:
-    """One row per coefficient; F tests, variances, correlations and the fit's numbers beside."""
+    """Return one row per coefficient; F tests, variances, correlations and the fit's numbers beside."""
     effects = tuple(dict.fromkeys((*settings.fixed, *settings.numeric)))
     grouping = [
         *settings.random,
@@ -90,7 +90,7 @@ def model_answer(selected: Selected, settings: MixedModel) -> Answer:
 
 
 def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str]) -> Answer:
-    """One row per effect of the factors and their interactions: F of type III, Satterthwaite df.
+    """Return one row per effect of the factors and their interactions: F of type III, Satterthwaite df.
 
     The cells' means have random participants and, of several factors within them, a random effect of every participant
     at each level and combination of levels but the last order: on complete data these are the ANOVA's error terms.
@@ -122,7 +122,7 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
 
 
 def _table(selected: Selected, columns: Iterable[str], numeric: Sequence[str]) -> tuple[pd.DataFrame, list[str]]:
-    """The rows that have a value, columns read as numbers where the test asks for it."""
+    """Return the rows that have a value, columns read as numbers where the test asks for it."""
     names = list(dict.fromkeys(("participant", *columns)))
     require_columns(selected.table, (*names, "value"))
     answered = selected.table["value"].notna()

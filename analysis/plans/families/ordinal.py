@@ -48,7 +48,7 @@ class Cochran(StatisticSettings):
 
 
 def cochran_answer(selected: Selected, settings: Cochran) -> Answer:
-    """One row: Cochran's Q; beside it how often each level was answered with yes."""
+    """Return one row: Cochran's Q; beside it how often each level was answered with yes."""
     from palpate.analysis.ordinal.friedman import cochran_q
     from palpate.analysis.plans.families.rows import answer_of, left_out, plain_rows, require_columns, table_notes
     from palpate.analysis.statistics.apa import apa_p, number

@@ -49,7 +49,7 @@ SOURCE = "McCullagh 1980; Christensen 2018"
 
 
 def model_answer(selected: Selected, settings: Ordinal) -> Answer:
-    """One row per threshold and slope, and the participants' SD; the likelihood ratio tests beside."""
+    """Return one row per threshold and slope, and the participants' SD; the likelihood ratio tests beside."""
     needed = (*settings.fixed, *settings.numeric)
     require_columns(selected.table, ("participant", *needed, "value"))
     table, notes = selected.table, list[str]()
@@ -127,7 +127,7 @@ def _method(settings: Ordinal) -> str:
 
 
 def likert_answer(selected: Selected, settings: Likert) -> Answer:
-    """One row per item (and level of `by`), in the order that the items are asked in."""
+    """Return one row per item (and level of `by`), in the order that the items are asked in."""
     columns = () if settings.by is None else (settings.by,)
     require_columns(selected.table, ("attribute", "value", *columns))
     table = selected.table
@@ -176,7 +176,7 @@ _LIKERT = (
 
 
 def _points(selected: Selected) -> Sequence[float]:
-    """Every whole number of the scale."""
+    """Return every whole number of the scale."""
     if selected.scale is None:
         raise DataRefused("the scale is not known; set `points`, as points: [1, 2, 3, 4, 5, 6, 7]")
     low, high = selected.scale
@@ -189,7 +189,7 @@ EXACT = "exact p given the ties"
 
 
 def friedman_answer(selected: Selected, settings: Friedman) -> Answer:
-    """One row: Friedman's test with Kendall's W."""
+    """Return one row: Friedman's test with Kendall's W."""
     require_columns(selected.table, ("participant", settings.factor, "value"))
     table = friedman(
         selected.table,
@@ -228,7 +228,7 @@ def friedman_answer(selected: Selected, settings: Friedman) -> Answer:
 
 
 def nemenyi_answer(selected: Selected, settings: Nemenyi) -> Answer:
-    """One row per pair of levels: mean ranks and their difference."""
+    """Return one row per pair of levels: mean ranks and their difference."""
     require_columns(selected.table, ("participant", settings.factor, "value"))
     table = nemenyi(
         selected.table,
@@ -256,7 +256,7 @@ def nemenyi_answer(selected: Selected, settings: Nemenyi) -> Answer:
 
 
 def wilcoxon_answer(selected: Selected, settings: Wilcoxon) -> Answer:
-    """One row per pair of levels: signed ranks within participants, rank sums between them."""
+    """Return one row per pair of levels: signed ranks within participants, rank sums between them."""
     require_columns(selected.table, ("participant", settings.factor, "value"))
     levels = selected.table.groupby("participant", observed=True)[settings.factor].nunique()
     between = bool((levels <= 1).all())
@@ -300,7 +300,7 @@ def wilcoxon_answer(selected: Selected, settings: Wilcoxon) -> Answer:
 
 
 def aligned_answer(selected: Selected, settings: AlignedRanks) -> Answer:
-    """One row per effect of the analysis of variance on aligned ranks."""
+    """Return one row per effect of the analysis of variance on aligned ranks."""
     require_columns(selected.table, ("participant", *settings.within, *settings.between, "value"))
     table = aligned_ranks(
         selected.table,

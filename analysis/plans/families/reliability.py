@@ -112,7 +112,7 @@ class AskedRaters(StatisticSettings):
 
 
 def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
-    """The six intraclass correlations of one outcome."""
+    """Return the six intraclass correlations of one outcome."""
     from palpate.analysis.plans.families.rows import averaged, plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.intraclass import icc
 
@@ -144,7 +144,7 @@ def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
 
 
 def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
-    """Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
+    """Return Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
     from palpate.analysis.plans.families.rows import averaged, plain_rows, plain_value, require_columns, with_interval
     from palpate.analysis.reliability.consistency import cronbach_alpha
 
@@ -183,7 +183,7 @@ def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
 
 
 def concordance_answer(selected: Selected, settings: AskedConcordance) -> Answer:
-    """Kendall's W of one outcome."""
+    """Return Kendall's W of one outcome."""
     from palpate.analysis.plans.families.rows import averaged, coefficient, plain_rows, require_columns
     from palpate.analysis.reliability.concordance import kendall_w
     from palpate.analysis.statistics.apa import apa_p, number
@@ -213,7 +213,7 @@ def concordance_answer(selected: Selected, settings: AskedConcordance) -> Answer
 
 
 def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answer:
-    """Krippendorff's alpha of one outcome, with whatever gaps there are."""
+    """Return Krippendorff's alpha of one outcome, with whatever gaps there are."""
     from dataclasses import asdict
 
     from palpate.analysis.plans.families.rows import averaged, demand_once, plain_value, require_columns, with_interval
@@ -240,7 +240,7 @@ def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answ
 
 
 def retest_answer(selected: Selected, settings: AskedRetest) -> Answer:
-    """First against second answers of one outcome; people and pairs in `more`."""
+    """Return the agreement of first and second answers of one outcome; people and pairs in `more`."""
     from palpate.analysis.plans.families.rows import plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.repeated import retest
 
@@ -269,7 +269,7 @@ def retest_answer(selected: Selected, settings: AskedRetest) -> Answer:
 
 
 def raters_answer(selected: Selected, settings: AskedRaters) -> Answer:
-    """Each participant against the others in each outcome; the signs of how they answered in `more`."""
+    """Return each participant against the others in each outcome; the signs of how they answered in `more`."""
     import pandas as pd
 
     from palpate.analysis.plans.families.rows import averaged, plain_rows, require_columns

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 def pca_answer(selected: Selected, settings: Pca) -> Answer:
-    """Scores of the stimuli; variances, loadings and means beside."""
+    """Return scores of the stimuli; variances, loadings and means beside."""
     profiles = profiles_of(selected, settings)
     kind: Variances = "correlation" if settings.scaled else "covariance"
     components = pca(profiles.shifted_means(), kind)
@@ -66,7 +66,7 @@ def pca_answer(selected: Selected, settings: Pca) -> Answer:
 def _variances(
     selected: Selected, settings: Pca, profiles: Profiles, components: Components
 ) -> tuple[pd.DataFrame, int | None, list[str]]:
-    """Variance and share of each component, with interval and reference; how many to keep; what lacks and why."""
+    """Return variance and share of each component with interval and reference, how many to keep, and notes."""
     draws, notes = settings.draws or selected.draws, []
     table = pd.DataFrame(
         {"component": components.scores.columns, "variance": components.variances, "share": components.shares}
@@ -86,7 +86,7 @@ def _variances(
 
 
 def vectors_answer(selected: Selected, settings: Vectors) -> Answer:
-    """One row per attribute: its direction in the map, and how well the map explains it."""
+    """Return one row per attribute: its direction in the map, and how well the map explains it."""
     profiles = profiles_of(selected, settings)
     points = configuration(profiles, settings, selected.seed)
     draws = settings.draws or selected.draws
@@ -120,7 +120,7 @@ def vectors_answer(selected: Selected, settings: Vectors) -> Answer:
 
 
 def profiles_of(selected: Selected, settings: Pca | Mds | Procrustes | Vectors) -> Profiles:
-    """Each participant's ratings of each stimulus on each attribute, gaps treated as the test's `missing` says.
+    """Return each participant's ratings of each stimulus on each attribute, gaps treated as the test's `missing` says.
 
     Without it, a mean is over those who rated a stimulus: a study's groups may each have stimuli of their own.
     """
@@ -140,7 +140,7 @@ def profiles_of(selected: Selected, settings: Pca | Mds | Procrustes | Vectors) 
 
 
 def gap_notes(profiles: Profiles, selected: Selected) -> list[str]:
-    """What the means rest on: repetitions averaged, participants left out, stimuli that not everyone rated."""
+    """Return what the means rest on: repetitions averaged, participants left out, stimuli that not everyone rated."""
     notes = []
     least, most = profiles.raters
     if profiles.dropped:
@@ -158,7 +158,7 @@ def gap_notes(profiles: Profiles, selected: Selected) -> list[str]:
 
 
 def configuration(profiles: Profiles, settings: Procrustes | Vectors, seed: int) -> pd.DataFrame:
-    """The points that a test is about, stimuli x dimensions."""
+    """Return the points that a test is about, stimuli x dimensions."""
     if settings.on == "attributes":
         return profiles.means()
     if settings.on == "pca":
@@ -175,13 +175,13 @@ def configuration(profiles: Profiles, settings: Procrustes | Vectors, seed: int)
 
 
 def points_rows(points: pd.DataFrame, label: str, prefix: str = "dim") -> tuple[Row, ...]:
-    """One row per object: its label as text, and its coordinates as `dim1`, `dim2`, ..."""
+    """Return one row per object: its label as text, and its coordinates as `dim1`, `dim2`, ..."""
     named = points.set_axis([f"{prefix}{i + 1}" for i in range(points.shape[1])], axis=1)
     return rows_of(named.assign(**{label: [str(name) for name in points.index]})[[label, *named.columns]])
 
 
 def numeric(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
-    """The table with these columns as numbers where they are numbers in words, as a plan's own tables hold them."""
+    """Return the table with these columns as numbers, which a plan's own tables may hold as text."""
     numbers_table = table.copy()
     for name in names:
         if _labels(numbers_table[name]):
@@ -199,7 +199,7 @@ def numeric(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
 
 
 def rows_of(table: pd.DataFrame) -> tuple[Row, ...]:
-    """A table as plain rows; labels become text."""
+    """Return a table as plain rows; labels become text."""
     texts = {name: [str(value) for value in table[name]] for name in table.columns if _labels(table[name])}
     return plain_rows(table.assign(**texts))
 
@@ -209,7 +209,7 @@ def _labels(column: pd.Series[Any]) -> bool:
 
 
 def sentences(notes: Iterable[str]) -> tuple[str, ...]:
-    """Notes as sentences, each once."""
+    """Return notes as sentences, each once."""
     texts = (note if note.endswith(".") else f"{note[:1].upper()}{note[1:]}." for note in notes if note)
     return tuple(dict.fromkeys(texts))
 
@@ -228,7 +228,7 @@ class _Map(NamedTuple):
 
 
 def mds_answer(selected: Selected, settings: Mds) -> Answer:
-    """One row per stimulus: its place in the map."""
+    """Return one row per stimulus: its place in the map."""
     between, notes = _between(selected, settings)
     result = (
         _classical(between, settings) if settings.method == "classical" else _nonmetric(selected, between, settings)
@@ -299,7 +299,7 @@ def _nonmetric(selected: Selected, between: Dissimilarities, settings: Mds) -> _
 def _ellipses(
     selected: Selected, settings: Mds, between: Dissimilarities, points: pd.DataFrame
 ) -> tuple[tuple[Row, ...], str]:
-    """The ellipses' rows, or why there are none."""
+    """Return the ellipses' rows, or why there are none."""
     if not settings.replications:
         return (), ""
     if settings.dimensions < 2:
@@ -321,7 +321,7 @@ MOST_SPLITS = 200
 
 
 def procrustes_answer(selected: Selected, settings: Procrustes) -> Answer:
-    """One row per pair of groups; or one for all splits into halves."""
+    """Return one row per pair of groups; or one for all splits into halves."""
     profiles = profiles_of(selected, settings)
     rows, more, headline = (
         _halves(selected, settings, profiles) if settings.halves else _groups(selected, settings, profiles)
@@ -380,7 +380,7 @@ def _groups(
 def _compared(
     selected: Selected, settings: Procrustes, profiles: Profiles, first: list[int], second: list[int], test: bool = True
 ) -> tuple[Compared, tuple[int, int]]:
-    """The fit of the second part's configuration to the first's, over the stimuli that both rated."""
+    """Return the fit of the second part's configuration to the first's, over the stimuli that both rated."""
     one, two = of_people(profiles, first), of_people(profiles, second)
     shared = [name for name in one.stimuli if name in set(two.stimuli)]
     if len(shared) < 3:
@@ -417,7 +417,7 @@ def _row(one: str, two: str, people: tuple[int, int], fit: Compared) -> dict[str
 def _halves(
     selected: Selected, settings: Procrustes, profiles: Profiles
 ) -> tuple[tuple[Row, ...], dict[str, tuple[Row, ...]], str]:
-    """How alike the maps of random halves are: the middle and the range of r over many splits; no p."""
+    """Return how alike the maps of random halves are: the middle and the range of r over many splits; no p."""
     people = len(profiles.participants)
     if people < 4:
         raise TooFew(f"{people} participants; halves need two each")

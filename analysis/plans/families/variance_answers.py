@@ -49,7 +49,7 @@ TYPES = {"II": "each effect adjusted for all that do not contain it", "III": "un
 
 
 def anova_answer(selected: Selected, settings: Anova) -> Answer:
-    """One row per effect; the tests of sphericity beside it."""
+    """Return one row per effect; the tests of sphericity beside it."""
     require_columns(selected.table, ("participant", *settings.within, *settings.between, "value"))
     table = _table(selected.table, settings)
     records = table.to_dict("records")
@@ -129,7 +129,7 @@ def _table(rows: pd.DataFrame, settings: Anova) -> pd.DataFrame:
 
 
 def correction_of(row: Mapping[Hashable, Any], settings: Anova) -> str:
-    """ "GG", "HF" or "none": what p of an effect is corrected by; Greenhouse-Geisser where Huynh-Feldt has no value."""
+    """Return the correction of an effect's p: "GG", "HF" or "none"; "GG" where Huynh-Feldt has no value."""
     if not is_corrected(row) or math.isnan(row["F"]):
         return "none"
     return "GG" if settings.correction == "HF" and math.isnan(row["eps_HF"]) else settings.correction
@@ -182,7 +182,7 @@ def _kinds(rows: Sequence[Row], settings: Anova) -> dict[str, str]:
 
 
 def used(selected: Selected, result: pd.DataFrame) -> pd.DataFrame:
-    """The rows that a result rests on."""
+    """Return the rows that a result rests on."""
     return selected.table[~selected.table["participant"].isin(result.attrs.get("dropped", []))]
 
 
@@ -190,7 +190,7 @@ TOLD = 6
 
 
 def pairs_answer(selected: Selected, settings: Pairs) -> Answer:
-    """One row per pair, the earlier level minus the later one, in the order of the study."""
+    """Return one row per pair, the earlier level minus the later one, in the order of the study."""
     options = _pair_options(selected, settings, settings.factor)
     table = pairwise_tests(
         selected.table,
@@ -227,7 +227,7 @@ def pairs_answer(selected: Selected, settings: Pairs) -> Answer:
 
 
 def equivalence_answer(selected: Selected, settings: Equivalence) -> Answer:
-    """One row per pair, the earlier level minus the later one, in the order of the study."""
+    """Return one row per pair, the earlier level minus the later one, in the order of the study."""
     options = _pair_options(selected, settings, settings.factor) | {"alpha": selected.alpha}
     if settings.bounds is None:
         table = equivalence_tests(selected.table, "value", bounds_dz=settings.bounds_dz, **options)
@@ -259,7 +259,7 @@ def equivalence_answer(selected: Selected, settings: Equivalence) -> Answer:
 
 
 def _pair_options(selected: Selected, settings: StatisticSettings, factor: str) -> dict[str, Any]:
-    """Whether the factor varies within participants, and what else the tests are to know."""
+    """Return whether the factor varies within participants, and what else the tests are to know."""
     require_columns(selected.table, ("participant", factor, "value"))
     levels = selected.table.groupby("participant")[factor].nunique()
     kind = "between" if len(levels) and levels.max() < 2 else "within"
@@ -330,7 +330,7 @@ def _equivalence_kinds(alpha: float) -> dict[str, str]:
 
 
 def _count(what: str, chosen: Sequence[Row], rows: Sequence[Row]) -> str:
-    """How many pairs, and which where they are few."""
+    """Return a sentence on how many of the pairs were chosen, and which where they are few."""
     named = ", ".join(f"{row['a']} – {row['b']}" for row in chosen)
     which = f": {named}" if 0 < len(chosen) <= TOLD else ""
     return f"{len(chosen)} of {len(rows)} pairs {what}{which}"
