@@ -57,6 +57,13 @@ def report_html(analysis: Analysis) -> str:
 
 def page_of(analysis: Analysis) -> Page:
     """Return the page of an analysed data set: equal analyses give equal pages."""
+    inputs = page_data.inputs(analysis.ratings)
+    provenance: tuple[Block, ...] = (
+        Words("Every number on this page comes from these inputs. The same inputs give the same page, byte for byte."),
+        *long_table(inputs, f"All {len(inputs.rows)} inputs and their SHA-256"),
+        Heading("Software"),
+        TableBlock(text_table(("package", "version"), software().items())),
+    )
     tested = [Section("pairwise", "Pairwise tests", pairs)] if (pairs := tuple(_pairs(analysis))) else []
     return Page(
         title=analysis.title,
@@ -70,7 +77,7 @@ def page_of(analysis: Analysis) -> Page:
             Section("anova", "Analyses of variance", tuple(_variance(analysis))),
             *tested,
             Section("methods", "Methods", tuple(map(Words, methods(analysis)))),
-            Section("provenance", "Provenance", tuple(_provenance(analysis))),
+            Section("provenance", "Provenance", provenance),
         ),
     )
 
@@ -156,14 +163,6 @@ def _pairs(analysis: Analysis) -> Iterator[Block]:
             yield Words(pairs_words(question, tests, grouped=bool(analysis.ratings.between)))
     for pairs in comparisons(analysis):
         yield Folded(f"{pairs.title}: {pairs.summary}", (TableBlock(pairs.table), Sentences(pairs.sentences)))
-
-
-def _provenance(analysis: Analysis) -> Iterator[Block]:
-    yield Words("Every number on this page comes from these inputs. The same inputs give the same page, byte for byte.")
-    inputs = page_data.inputs(analysis.ratings)
-    yield from long_table(inputs, f"All {len(inputs.rows)} inputs and their SHA-256")
-    yield Heading("Software")
-    yield TableBlock(text_table(("package", "version"), software().items()))
 
 
 def level_table(analysis: Analysis) -> Table:

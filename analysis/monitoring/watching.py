@@ -214,7 +214,12 @@ class Watch:
         try:
             if bad is not None and bad.state == file_state(path) and "cannot be read here" not in bad.reason:
                 return
-            self._follow(path)
+            known = self.known.get(path)
+            followed = follow(path) if known is None else catch_up(known.followed)
+            if known is not None and followed.session is known.followed.session:
+                known.followed = followed
+            else:  # It is read for the first time, or another session lies there now.
+                self.known[path] = _Known(followed, *self._planned(followed))
             self.bad.pop(path, None)
         except FileNotFoundError:
             self.known.pop(path, None)
@@ -222,17 +227,6 @@ class Watch:
         except LedgerError as error:
             self.known.pop(path, None)
             self.bad[path] = _Bad(file_state(path), str(error))
-
-    def _follow(self, path: Path) -> None:
-        known = self.known.get(path)
-        if known is None:
-            followed = follow(path)
-            self.known[path] = _Known(followed, *self._planned(followed))
-            return
-        session = known.followed.session
-        known.followed = catch_up(known.followed)
-        if known.followed.session is not session:  # Another session lies there now.
-            self.known[path] = _Known(known.followed, *self._planned(known.followed))
 
     def _planned(self, followed: Followed) -> tuple[str, Plan]:
         """Return the digest of the study's conditions and the session's plan.

@@ -117,7 +117,10 @@ def read_plan(path: Path) -> Plan:
     document = load(text, str(path))
     if not isinstance(document.data, dict):
         raise PlanError(f"{path}: keys and values are expected at the top, e.g. study: NAME")
-    declared = _validated(AnalysisPlan, document.data, (), document, path)
+    try:
+        declared = AnalysisPlan.model_validate(document.data)
+    except ValidationError as error:
+        raise PlanError(listed(list(translated(error, AnalysisPlan)), document, str(path))) from None
     problems: list[Problem] = []
     tests = list(_settings_of(declared.tests, "tests", "test", TESTS, problems))
     figures = list(_settings_of(declared.figures, "figures", "figure", FIGURES, problems))
@@ -133,16 +136,6 @@ def read_plan(path: Path) -> Plan:
     if problems:
         raise PlanError(listed(problems, document, str(path)))
     return Plan(path, hashlib.sha256(text).hexdigest(), declared, tuple(tests), tuple(figures), document)
-
-
-def _validated(
-    model: type[SettingsT], data: Any, at: tuple[str | int, ...], document: Document, path: Path
-) -> SettingsT:
-    try:
-        return model.model_validate(data)
-    except ValidationError as error:
-        problems = [Problem((*at, *p.path), p.message) for p in translated(error, model)]
-        raise PlanError(listed(problems, document, str(path))) from None
 
 
 def _settings_of(

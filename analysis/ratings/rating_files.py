@@ -71,7 +71,32 @@ def load_ratings(folder: Path) -> Ratings:
         if described["format"] != FORMAT:
             raise DataRefused(f"{path}: format {described['format']!r}, this version reads {FORMAT}; import again")
         table = _checked_table(folder, described)
-        return _ratings(described, table)
+        crossings = (
+            Crossing(crossing["between"], {name: tuple(levels) for name, levels in crossing["levels"].items()})
+            for crossing in described["crossings"]
+        )
+        return Ratings(
+            name=described["name"],
+            table=table,
+            within=tuple(described["within"]),
+            between=tuple(described["between"]),
+            attributes=tuple(described["attributes"]),
+            scale=None if described["scale"] is None else Scale(**described["scale"]),
+            inputs=tuple(Input(**entry) for entry in described["inputs"]),
+            exclusions=tuple(Exclusion(**line) for line in described["exclusions"]),
+            antonyms=described["antonyms"],
+            categories=described["categories"],
+            crossings=tuple(crossings),
+            repeats=described["repeats"],
+            pooled=described["pooled"],
+            families=described["families"],
+            simulated=described["simulated"],
+            interrupted=tuple(described.get("interrupted", ())),
+            seeds=tuple(described.get("seeds", ())),
+            stimulus_sources=described.get("stimulus_sources", {}),
+            source=described["source"],
+            licence=described["licence"],
+        )
     except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise DataRefused(f"{path}: not a description of a data set ({error!r}); import the table again") from None
 
@@ -128,32 +153,3 @@ def _checked_table(folder: Path, described: dict[str, Any]) -> pd.DataFrame:
     columns = {name: [_READ[kinds[name]](row[place]) for row in rows] for place, name in enumerate(table.header)}
     types = {"text": "str", "number": "float64", "whole": "int64", "truth": "bool"}
     return pd.DataFrame({name: pd.Series(cells, dtype=types[kinds[name]]) for name, cells in columns.items()})
-
-
-def _ratings(described: dict[str, Any], table: pd.DataFrame) -> Ratings:
-    crossings = (
-        Crossing(crossing["between"], {name: tuple(levels) for name, levels in crossing["levels"].items()})
-        for crossing in described["crossings"]
-    )
-    return Ratings(
-        name=described["name"],
-        table=table,
-        within=tuple(described["within"]),
-        between=tuple(described["between"]),
-        attributes=tuple(described["attributes"]),
-        scale=None if described["scale"] is None else Scale(**described["scale"]),
-        inputs=tuple(Input(**entry) for entry in described["inputs"]),
-        exclusions=tuple(Exclusion(**line) for line in described["exclusions"]),
-        antonyms=described["antonyms"],
-        categories=described["categories"],
-        crossings=tuple(crossings),
-        repeats=described["repeats"],
-        pooled=described["pooled"],
-        families=described["families"],
-        simulated=described["simulated"],
-        interrupted=tuple(described.get("interrupted", ())),
-        seeds=tuple(described.get("seeds", ())),
-        stimulus_sources=described.get("stimulus_sources", {}),
-        source=described["source"],
-        licence=described["licence"],
-    )

@@ -167,6 +167,16 @@ def page_of(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], sec
     """Return the page of a regenerated study; `seconds` is the time that its answers took."""
     figures = tuple(_figures(study, drawings))
     disagree = [f"Another package disagrees. {check.text()}" for check in disagreements(study.checks)]
+    inputs = _inputs(study.inputs)
+    provenance: tuple[Block, ...] = (
+        Words(
+            "Every number on this page comes from these inputs. The same inputs give the same page, byte for byte. "
+            f"The answers took {seconds_text(seconds)} when they were first computed here."
+        ),
+        *long_table(inputs, f"All {len(inputs.rows):,} inputs and their SHA-256", "statistics.json"),
+        Heading("Software"),
+        TableBlock(text_table(("package", "version"), study.software.items())),
+    )
     lead = "Regenerated from the recorded sessions of {} by its analysis plan."
     return Page(
         title=study.title,
@@ -178,7 +188,7 @@ def page_of(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], sec
             Section("results", "Results", tuple(_results(study))),
             Section("tests", "Tests", tuple(_tests(study, mark_keys(drawings)))),
             Section("data", "Data and exclusions", tuple(_data(study))),
-            Section("provenance", "Provenance", tuple(_provenance(study, seconds))),
+            Section("provenance", "Provenance", provenance),
         ),
     )
 
@@ -289,17 +299,6 @@ def _data(study: RegeneratedStudy) -> Iterator[Block]:
     yield TableBlock(ledger.reasons) if ledger.reasons.rows else Words("Nothing was left out.")
     if ledger.lines.rows:
         yield Folded("Line by line: whose, and how many", (TableBlock(ledger.lines),))
-
-
-def _provenance(study: RegeneratedStudy, seconds: float) -> Iterator[Block]:
-    yield Words(
-        "Every number on this page comes from these inputs. The same inputs give the same page, byte for byte. "
-        f"The answers took {seconds_text(seconds)} when they were first computed here."
-    )
-    inputs = _inputs(study.inputs)
-    yield from long_table(inputs, f"All {len(inputs.rows):,} inputs and their SHA-256", "statistics.json")
-    yield Heading("Software")
-    yield TableBlock(text_table(("package", "version"), study.software.items()))
 
 
 def _inputs(inputs: Iterable[Input]) -> Table:

@@ -85,7 +85,11 @@ def _grid(table: Table) -> str:
     rows = [_row(table, [head.name for head in table.heads], size, head=True)]
     for place, cells in enumerate(table.rows):
         if place in table.groups:
-            rows.append(_group(table, table.groups[place], size))
+            # A heading across the table, which stays with the row below it.
+            layout = '<w:pPr><w:keepNext/><w:spacing w:before="60" w:after="0"/></w:pPr>'
+            words = _run(table.groups[place], f'<w:i/><w:sz w:val="{size}"/>')
+            span = f'<w:tcPr><w:gridSpan w:val="{len(table.heads)}"/></w:tcPr>'
+            rows.append(f"<w:tr><w:trPr><w:cantSplit/></w:trPr><w:tc>{span}<w:p>{layout}{words}</w:p></w:tc></w:tr>")
         rows.append(_row(table, cells, size, head=False))
     columns = "<w:gridCol/>" * len(table.heads)
     return f"<w:tbl>{head}<w:tblGrid>{columns}</w:tblGrid>{''.join(rows)}</w:tbl>"
@@ -100,11 +104,3 @@ def _row(table: Table, cells: Sequence[str], size: int, *, head: bool) -> str:
         layout = f'<w:pPr>{"<w:keepNext/>" * head}<w:spacing w:after="0"/><w:jc w:val="{side}"/></w:pPr>'
         cells_xml.append(f"<w:tc>{rule}<w:p>{layout}{_run(text, look)}</w:p></w:tc>")
     return f"<w:tr><w:trPr><w:cantSplit/>{'<w:tblHeader/>' * head}</w:trPr>{''.join(cells_xml)}</w:tr>"
-
-
-def _group(table: Table, name: str, size: int) -> str:
-    """Return a heading across the table, which stays with the row below it."""
-    layout = '<w:pPr><w:keepNext/><w:spacing w:before="60" w:after="0"/></w:pPr>'
-    words = _run(name, f'<w:i/><w:sz w:val="{size}"/>')
-    span = f'<w:tcPr><w:gridSpan w:val="{len(table.heads)}"/></w:tcPr>'
-    return f"<w:tr><w:trPr><w:cantSplit/></w:trPr><w:tc>{span}<w:p>{layout}{words}</w:p></w:tc></w:tr>"

@@ -270,7 +270,11 @@ def gather_all(
     y = numbers_of(data[dv], dv)
     axes = [coded(data[name], name) for name in names]
     shape = [len(axis.labels) for axis in axes]
-    _refuse_sparse(shape, names, len(y))
+    if math.prod(shape) > max(1_000_000, 16 * len(y)):  # a wrong column, not a design with gaps
+        sizes_by_name = " x ".join(f"{size:,} {name!r}" for size, name in zip(shape, names, strict=True))
+        raise IncompleteCells(
+            f"{sizes_by_name} make {math.prod(shape):,} cells, the table has {len(y):,} rows; check the columns"
+        )
     flat = axes[0].codes
     for axis in axes[1:]:
         flat = flat * len(axis.labels) + axis.codes
@@ -312,16 +316,6 @@ def check_columns(data: pd.DataFrame, names: Sequence[Hashable]) -> None:
             raise UnknownColumn(f"the table has two columns of the same name, {name!r}; rename or drop one")
     if len(data) == 0:
         raise BadValue("the table has no rows")
-
-
-def _refuse_sparse(sizes: list[int], names: list[Hashable], rows: int) -> None:
-    """Refuse a table that would need far more cells than it has rows: a wrong column, not a design with gaps."""
-    if math.prod(sizes) <= max(1_000_000, 16 * rows):
-        return
-    sizes_by_name = " x ".join(f"{size:,} {name!r}" for size, name in zip(sizes, names, strict=True))
-    raise IncompleteCells(
-        f"{sizes_by_name} make {math.prod(sizes):,} cells, the table has {rows:,} rows; check the columns"
-    )
 
 
 def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) -> Cells:

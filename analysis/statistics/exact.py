@@ -65,7 +65,13 @@ def self_check(
     refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
     effects = [effect for _, effect in mixed_effects(design, sum_of_squares)]
-    if note := _beyond(design, sum_of_squares, most):
+    size, groups = design.cells.values.size, len(design.groups.groups)
+    note = ""
+    if size > most:
+        note = f"not checked: {size:,} values, more than {most:,}"
+    elif not all(form.exact for form in forms_of(design.groups, sum_of_squares).values()):
+        note = f"not checked: {groups} groups of different sizes by several factors, more than {EXACT_GROUPS}"
+    if note:
         return pd.DataFrame([_row(effect, math.nan, "", None, note) for effect in effects])
     exact = exact_mixed(design, sum_of_squares)
     rows = []
@@ -233,16 +239,6 @@ def _error(parts: list[Whole], axes: tuple[int, ...]) -> tuple[Fraction, Fractio
         residual += [value * (common // len(part)) for value in own.values()]
     d = math.prod(parts[0].shape[axis] - 1 for axis in axes)
     return ss, exact_epsilon(residual, sum(map(len, parts)), d) if axes else None
-
-
-def _beyond(design: Design, kind: SumOfSquares, most: int) -> str:
-    """Return why a design is not checked, or ""."""
-    size, groups = design.cells.values.size, len(design.groups.groups)
-    if size > most:
-        return f"not checked: {size:,} values, more than {most:,}"
-    if not all(form.exact for form in forms_of(design.groups, kind).values()):
-        return f"not checked: {groups} groups of different sizes by several factors, more than {EXACT_GROUPS}"
-    return ""
 
 
 def _row(effect: Effect, difference: float, number: str, exact: Fraction | None, note: str) -> dict[str, Any]:

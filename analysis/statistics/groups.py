@@ -94,7 +94,18 @@ def gather_groups(
             f"no value in column {dv!r} for {listed(map(str, dropped), len(dropped))}; "
             "pass missing='listwise' to leave them out"
         )
-    return Groups(factor, group.labels, _split(factor, y, group), dropped, ratings)
+    # The values of each group, sorted, without the missing ones.
+    order = np.lexsort((y, group.codes))
+    present = order[~np.isnan(y[order])]
+    ends = np.searchsorted(group.codes[present], np.arange(1, len(group.labels)))
+    values = np.split(y[present], ends)
+    empty = [label for label, own in zip(group.labels, values, strict=True) if not len(own)]
+    if empty:
+        listing = listed(map(repr, empty), len(empty))
+        raise TooFew(f"no value is left in {factor!r} = {listing}; take the group out or find its values")
+    if all(len(own) == 1 for own in values):
+        raise TooFew(f"every group of {factor!r} has one value; at least one needs two or more")
+    return Groups(factor, group.labels, values, dropped, ratings)
 
 
 def _per_participant(
@@ -116,21 +127,6 @@ def _per_participant(
             f"participants with several values: {listing}; pass aggregate='mean' to average each participant's values"
         )
     return cell_means(y, people.codes, count), Coded(own, group.labels), (int(count.min()), int(count.max()))
-
-
-def _split(factor: Hashable, y: Floats, group: Coded) -> list[Floats]:
-    """Return the values of each group, sorted, without the missing ones."""
-    order = np.lexsort((y, group.codes))
-    present = order[~np.isnan(y[order])]
-    ends = np.searchsorted(group.codes[present], np.arange(1, len(group.labels)))
-    values = np.split(y[present], ends)
-    empty = [label for label, own in zip(group.labels, values, strict=True) if not len(own)]
-    if empty:
-        listing = listed(map(repr, empty), len(empty))
-        raise TooFew(f"no value is left in {factor!r} = {listing}; take the group out or find its values")
-    if all(len(own) == 1 for own in values):
-        raise TooFew(f"every group of {factor!r} has one value; at least one needs two or more")
-    return values
 
 
 @dataclass(frozen=True)

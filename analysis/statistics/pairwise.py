@@ -197,16 +197,11 @@ def paired(labels: Sequence[Hashable], values: Floats) -> Iterator[Comparison]:
         floors = np.maximum(limits[i], limits[i + 1 :])
         later = zip(labels[i + 1 :], means.tolist(), spreads.tolist(), floors.tolist(), strict=True)
         for label, mean, spread, floor in later:
-            yield _paired(labels[i], label, (mean, spread, floor), len(x), exponent)
-
-
-def _paired(a: Hashable, b: Hashable, scaled_pair: tuple[float, float, float], n: int, exponent: int) -> Comparison:
-    mean, spread, floor = scaled_pair
-    error = spread / math.sqrt(n)
-    note = "" if spread > floor else _same(mean, floor, spread, "differences")
-    t, size = (math.nan, math.nan) if note else (mean / error, mean / spread)
-    plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, spread))
-    return Comparison(a, b, plain, own_error, t, n - 1, size, note, own_spread)
+            error = spread / math.sqrt(len(x))
+            note = "" if spread > floor else _same(mean, floor, spread, "differences")
+            t, size = (math.nan, math.nan) if note else (mean / error, mean / spread)
+            plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, spread))
+            yield Comparison(labels[i], label, plain, own_error, t, len(x) - 1, size, note, own_spread)
 
 
 def _same(mean: float, floor: float, spread: float, what: str) -> str:
