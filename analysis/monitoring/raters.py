@@ -48,7 +48,7 @@ class _Trial:
 def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
     """Return the diagnostics of a session; None where nothing is answered, or its task asks for no ratings or words.
 
-    `over` says that every planned trial is owed; else those that the participant has come past.
+    `over` says that every planned trial is expected; else those that the participant has passed.
     """
     practice = {trial.number for trial in plan.trials if trial.practice}
     trials = [

@@ -96,7 +96,7 @@ class Exclusion:
 
 @dataclass(frozen=True)
 class Crossing:
-    """The cells that each participant of one group owes: every combination of `levels`.
+    """The cells that are expected of each participant of one group: every combination of `levels`.
 
     `between` names the group by its between factors; it is empty where there are no groups.
     """
@@ -117,8 +117,8 @@ class Ratings:
     factor in `within` and `between`. `attributes` stand in the study's order. `antonyms` and `categories` map an
     attribute to the other end of its scale and to 'physical' or 'emotional', where the study says so.
     `crossings` are the declared cells, empty where only the rows themselves tell what was planned; each cell is
-    owed `repeats` times in each of `sessions` sessions (None: rows know no sessions). `pooled` and `families` name the
-    factor that all participants share and the column that groups its levels, where the study says so. `interrupted`
+    expected `repeats` times in each of `sessions` sessions (None: rows know no sessions). `pooled` and `families` name
+    the factor that all participants share and the column that groups its levels, where the study says so. `interrupted`
     names the interrupted sessions among the ratings; `seeds` are those of simulated sessions; `stimulus_sources` counts
     the stimuli by where they come from. `sample` is what was planned and what came of it, before any exclusion.
     Raises DataRefused where a factor has no column, or a name that means something else.
@@ -173,7 +173,7 @@ class Ratings:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The columns whose combinations each participant owes: the declared ones, else the within factors."""
+        """The columns whose combinations each participant should have: the declared ones, else the within factors."""
         return tuple(dict.fromkeys(name for crossing in self.crossings for name in crossing.levels)) or self.within
 
     @property

@@ -45,7 +45,7 @@ FEWEST_TO_BE_CONSTANT = 3
 def check_ratings(ratings: Ratings, *, limit: int = 20, by_session: bool = False) -> DesignReport:
     """Return the design check of a data set against its declared cells, or its own levels where none are declared.
 
-    Where the study declares several sessions, or `by_session` says so, each session owes the cells.
+    Where the study declares several sessions, or `by_session` says so, the cells are expected in each session.
     """
     cells, table = ratings.cells, ratings.table
     attributes = {"attribute": ratings.attributes}
@@ -78,11 +78,11 @@ def check_design(
     repeats: int = 1,
     limit: int = 20,
 ) -> DesignReport:
-    """Compare the rows with the full crossing of the columns `cells`, which every participant owes.
+    """Compare the rows with the full crossing of the columns `cells`, expected of every participant.
 
     The levels are those of `crossings`, one for each group, or else all that occur within a group of `between`.
-    A cell is owed `repeats` rows. `nested` columns tell rows of one cell apart but are not crossed (items that
-    belong to one cell): there it is owed as many items as the participant of the group with most of them has.
+    A cell should have `repeats` rows. `nested` columns tell rows of one cell apart but are not crossed (items that
+    belong to one cell): there as many items are expected as the participant of the group with most of them has.
     At most `limit` places of a kind are listed; all are counted.
     Raises DataRefused where a column is not there.
     """
@@ -93,7 +93,7 @@ def check_design(
             known = ", ".join(map(str, table.columns))
             raise DataRefused(f"the design check: no column {column!r}; the columns are {known}")
     rows = _Rows(table[table[labels].notna().all(axis=1)], participant, tuple(cells), tuple(nested), groups)
-    plan = _owed_cells(rows, crossings)
+    plan = _expected_cells(rows, crossings)
     empty = table[labels].isna()
     unlabelled = [
         Place(f"row {row + 1}", found="no " + ", ".join(empty.columns[empty.iloc[row]]))
@@ -119,7 +119,7 @@ def check_design(
     return DesignReport(
         rows=len(table),
         participants=len(plan),
-        cells_owed=sum(prod(map(len, levels.values())) * repeats for levels in plan.values()),
+        cells_expected=sum(prod(map(len, levels.values())) * repeats for levels in plan.values()),
         problems=tuple(problem for problem in problems if problem.kind not in NOTES),
         notes=tuple(problem for problem in problems if problem.kind in NOTES),
     )
@@ -153,8 +153,8 @@ def _in_order(levels: Mapping[str, object] | set[str]) -> list[str]:
     return sorted(levels, key=lambda level: natural_key(str(level)))
 
 
-def _owed_cells(rows: _Rows, crossings: Sequence[Crossing]) -> Plan:
-    """Return the levels that each participant owes; one in two groups owes those of the first, and is reported."""
+def _expected_cells(rows: _Rows, crossings: Sequence[Crossing]) -> Plan:
+    """Return the levels expected of each participant; one in two groups has those of the first, and is reported."""
     seen: dict[Label, dict[str, set[str]]] = {}
     for label in rows.labels((*rows.groups, *rows.cells)):
         group, cell = label[: len(rows.groups)], label[len(rows.groups) :]
@@ -308,12 +308,12 @@ class CellsRefused(DataRefused):
 class Faults:
     """The cells that are missing, filled twice or not of the design, by attribute and participant.
 
-    `owed` is how many cells of one attribute each participant owes, 0 where that differs between groups. `notes` are
-    those of the same design check.
+    `expected` is how many cells of one attribute each participant should have, 0 where that differs between groups.
+    `notes` are those of the same design check.
     """
 
     places: Mapping[tuple[str, str], Mapping[ProblemKind, Sequence[Place]]] = field(default_factory=dict)
-    owed: int = 0
+    expected: int = 0
     notes: tuple[Problem, ...] = ()
 
     def demand_none(self, attribute: str, participants: Iterable[str], advice: str = ADVICE) -> None:
@@ -327,9 +327,9 @@ class Faults:
             if faulty:
                 lines = []
                 for who, places in list(faulty.items())[:SHOWN]:
-                    several = (
-                        f"{len(places):,} of {count(self.owed, 'cell')}" if self.owed else count(len(places), "cell")
-                    )
+                    several = count(len(places), "cell")
+                    if self.expected:
+                        several = f"{len(places):,} of {count(self.expected, 'cell')}"
                     cell = places[0].cell
                     first = ", ".join(f"{column} {level}" for column, level in cell.items() if column != "attribute")
                     where = f" ({'the first: ' if len(places) > 1 else ''}{first})" if first else ""
@@ -346,12 +346,14 @@ def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:
         for place in problem.listed if problem.kind in _FAULTS else ():
             kinds = places.setdefault((place.cell["attribute"], place.participant), {})
             kinds.setdefault(problem.kind, []).append(place)
-    owed, uneven = divmod(report.cells_owed, max(1, report.participants * len(ratings.attributes) * ratings.repeats))
-    return Faults(places, 0 if uneven else owed, report.notes)
+    expected, uneven = divmod(
+        report.cells_expected, max(1, report.participants * len(ratings.attributes) * ratings.repeats)
+    )
+    return Faults(places, 0 if uneven else expected, report.notes)
 
 
 def without_incomplete(ratings: Ratings) -> Ratings:
-    """Return the ratings of participants who filled every owed cell, with a line in `exclusions` for each other.
+    """Return the ratings of participants who filled every expected cell, with a line in `exclusions` for each other.
 
     Raises DataRefused where nobody is left.
     """

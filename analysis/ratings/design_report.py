@@ -81,13 +81,13 @@ class DesignReport:
 
     rows: int
     participants: int
-    cells_owed: int
+    cells_expected: int
     problems: tuple[Problem, ...]
     notes: tuple[Problem, ...]
 
     @property
     def ok(self) -> bool:
-        """Whether every owed cell holds exactly its finite, allowed value."""
+        """Whether every expected cell holds exactly its finite, allowed value."""
         return not self.problems
 
     def of(self, kind: ProblemKind) -> Problem | None:
@@ -98,7 +98,7 @@ class DesignReport:
         """Return the report for a terminal."""
         verdict = "complete" if self.ok else "not usable as it is"
         people, given = count(self.participants, "participant"), count(self.rows, "rating")
-        head = f"{people}, {given}, {count(self.cells_owed, 'cell')} owed: {verdict}"
+        head = f"{people}, {given}, {count(self.cells_expected, 'cell')} owed: {verdict}"
         return "\n".join([head, *(problem.text() for problem in (*self.problems, *self.notes))])
 
 

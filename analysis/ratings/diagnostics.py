@@ -80,7 +80,7 @@ class Rater:
     trials: tuple[Answered, ...]
     low: float
     high: float
-    owed: int
+    expected: int
     items: int
     limits: Limits = field(default_factory=Limits)
 
@@ -91,11 +91,11 @@ class Rater:
 
 
 def diagnose(
-    trials: Iterable[Answered], low: float, high: float, owed: int | None = None, limits: Limits | None = None
+    trials: Iterable[Answered], low: float, high: float, expected: int | None = None, limits: Limits | None = None
 ) -> tuple[Diagnostic, ...]:
     """Return every sign of one session's ratings on a scale from `low` to `high`; practice trials do not count.
 
-    `owed` is how many counted trials should have been answered by now; the default is those that were.
+    `expected` is how many counted trials should have been answered by now; the default is those that were.
     Raises DiagnosticsError on a scale without extent, or a value that is not finite or off the scale.
     """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
@@ -108,7 +108,7 @@ def diagnose(
                     f"trial {trial.trial}: {item} = {value!r}; a finite number from {low:g} to {high:g} is expected"
                 )
     items = max((len(trial.values) for trial in counted), default=0)
-    rater = Rater(counted, low, high, len(counted) if owed is None else owed, items, limits or Limits())
+    rater = Rater(counted, low, high, len(counted) if expected is None else expected, items, limits or Limits())
     signs = (same_value, longest_run, variability, at_the_ends, too_fast, seconds_per_item)
     return (*(sign(rater) for sign in signs), *retest(rater), missing(rater))
 
@@ -213,7 +213,7 @@ def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
 
 def missing(rater: Rater) -> Diagnostic:
     """Return the share of the expected ratings that were not given."""
-    expected, items = max(rater.owed, len(rater.trials)), max(rater.items, 1)
+    expected, items = max(rater.expected, len(rater.trials)), max(rater.items, 1)
     given = sum(len(trial.values) for trial in rater.trials)
     if not expected:
         return none("missing", "share", "no trial is owed yet")

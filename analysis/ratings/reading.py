@@ -289,7 +289,7 @@ def column_name(stimulus_column: str) -> str:
 
 
 def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:
-    """Return the within factors, and the cells that each group owes."""
+    """Return the within factors, and the cells that are expected of each group."""
     groups = {group: [s.columns for s in study.stimuli_of(group)] for group in (study.groups or [None])}
     named = study.analysis.within if study.analysis is not None else ()
     for name in named:

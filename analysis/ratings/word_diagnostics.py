@@ -23,11 +23,11 @@ class Worded:
 
 
 def diagnose_words(
-    trials: Iterable[Worded], owed: int | None = None, limits: Limits | None = None
+    trials: Iterable[Worded], expected: int | None = None, limits: Limits | None = None
 ) -> tuple[Diagnostic, ...]:
     """Return every sign of one session's words; practice trials do not count. All thresholds are our judgement.
 
-    `owed` is how many counted trials should have been answered by now; the default is those that were.
+    `expected` is how many counted trials should have been answered by now; the default is those that were.
     """
     counted = sorted((trial for trial in trials if not trial.practice), key=lambda trial: trial.trial)
     limits = limits or Limits()
@@ -43,7 +43,7 @@ def diagnose_words(
         _always_the_same(counted, limits),
         no_word,
         *_times(counted, enough, limits),
-        _missing(n, n if owed is None else owed),
+        _missing(n, n if expected is None else expected),
     )
 
 

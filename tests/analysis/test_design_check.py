@@ -25,7 +25,7 @@ def full(people: int = 3, a: int = 2, b: int = 3) -> pd.DataFrame:
 def test_a_full_crossing_is_complete() -> None:
     report = check_design(full(), cells=["a", "b"])
     assert report.ok
-    assert (report.rows, report.participants, report.cells_owed) == (18, 3, 18)
+    assert (report.rows, report.participants, report.cells_expected) == (18, 3, 18)
     assert report.text() == "3 participants, 18 ratings, 18 cells owed: complete"
 
 

@@ -126,7 +126,7 @@ def test_a_correlation_is_none_or_within_its_bounds(pairs):
 
 def test_ratings_that_are_owed_and_not_there_are_missing():
     trials = [trial(1, [1, 2, 3]), Answered(2, "s2", {"a": 1.0})]
-    found = signs(trials, owed=3)["missing"]
+    found = signs(trials, expected=3)["missing"]
     assert (found.value, found.flagged) == (pytest.approx(5 / 9), True)
 
 
@@ -179,7 +179,7 @@ def test_empty_and_hurried_trials_of_words_are_flagged():
 
 
 def test_written_words_are_counted_not_shared_out():
-    found = words([worded(i, ["a", str(i)], offered=0) for i in range(1, 4)], owed=4)
+    found = words([worded(i, ["a", str(i)], offered=0) for i in range(1, 4)], expected=4)
     assert (found["words per trial"].value, found["words per trial"].unit) == (2.0, "words")
     assert found["missing"].value == 0.25
 

@@ -74,7 +74,7 @@ def test_stimuli_that_no_columns_cross_are_a_factor_themselves() -> None:
     ratings = read_ratings(engine, "doors")
     assert ratings.within == ("stimulus",)
     assert ratings.levels("stimulus") == ("wood", "felt", "tin")
-    assert check_ratings(ratings).cells_owed == 6
+    assert check_ratings(ratings).cells_expected == 6
 
 
 def test_practice_is_left_out_with_a_line(lab: Engine) -> None:
