@@ -98,7 +98,7 @@ def balance_lines(group: str, certified: Mapping[str, Balance]) -> Iterator[str]
 
 def balance_data(certified: Mapping[str, Balance]) -> dict[str, Any]:
     """A group's certificates as JSON data: of all sessions together, with those of each where there are several."""
-    of_sessions = {session: _balance_data(each) for session, each in certified.items() if session}
+    of_sessions = {session: _balance_data(balance) for session, balance in certified.items() if session}
     return {**_balance_data(certified[""]), **({"sessions": of_sessions} if of_sessions else {})}
 
 

@@ -80,23 +80,23 @@ def imported_by(*modules: str, registries: bool = False) -> frozenset[str]:
 def _imports(importer: str, own: frozenset[str], registries: bool) -> tuple[str, ...]:
     path = _source(importer)
     package = [*importer.split("."), *([""] if path.stem == "__init__" else [])]
-    found: list[str] = []
+    imported: list[str] = []
     for node in _executed(ast.parse(path.read_text(encoding="utf-8"))):
         match node:
             case ast.Import(names=names):
-                found += [each.name for each in names if _top(each.name) in own]
+                imported += [name.name for name in names if _top(name.name) in own]
             case ast.ImportFrom(names=names, level=level):
                 above = package[: len(package) - level] if level else []
                 module = ".".join([*above, *filter(None, [node.module])])
                 if _top(module) not in own:
                     continue
-                inside = [f"{module}.{each.name}" for each in names]
-                found += [module, *(name for name in inside if _path(name) is not None)]
+                inside = [f"{module}.{name.name}" for name in names]
+                imported += [module, *(name for name in inside if _path(name) is not None)]
             case ast.Constant(value=str(text)) if registries and (named := _NAMED.fullmatch(text)):
                 if (file := _path(named[1])) is not None:
                     inside = [f"{named[1]}.{part.stem}" for part in file.parent.glob("*.py")] if named[2] else []
-                    found += [named[1], *(name for name in sorted(inside) if not name.endswith(".__init__"))]
-    return tuple(dict.fromkeys(found))
+                    imported += [named[1], *(name for name in sorted(inside) if not name.endswith(".__init__"))]
+    return tuple(dict.fromkeys(imported))
 
 
 def _executed(node: ast.AST) -> Iterator[ast.AST]:

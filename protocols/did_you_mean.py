@@ -8,7 +8,7 @@ from difflib import get_close_matches
 
 def nearest(name: str, names: Iterable[str]) -> str:
     """', did you mean ...?' where a known name is close, else the known names."""
-    known = [str(each) for each in names]
+    known = [str(candidate) for candidate in names]
     close = get_close_matches(name, known, n=1, cutoff=0.6)
     if close:
         return f"did you mean {close[0]!r}?"

@@ -48,7 +48,7 @@ class Log(Protocol):
     """Where events go; an event is durable when `append` returns."""
 
     def append(self, event: Event) -> None:
-        """Keep the event."""
+        """Write the event."""
 
 
 class World(Protocol):
@@ -58,8 +58,8 @@ class World(Protocol):
         """Nanoseconds since the session began; never runs backwards."""
 
     def perform(self, request: Request) -> Came:
-        """Do what is asked and return its Reply when it is done.
+        """Perform the request and return its Reply when it is done.
 
         What comes back before is put on record, and the same request is performed on: an Aside when the experimenter
-        did something meanwhile, a Chunk of what is being recorded. A Fault ends the request: its trial is met again.
+        did something meanwhile, a Chunk of what is being recorded. A Fault ends the request: its trial is repeated.
         """

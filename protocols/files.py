@@ -237,11 +237,11 @@ def make_folder(folder: Path, mode: int = 0o777) -> list[Path]:
     """
     made: list[Path] = []
     try:
-        for each in reversed([folder, *folder.parents]):
-            if not each.is_dir():
-                made.append(each)
-                each.mkdir(mode, exist_ok=True)
-                sync_folder(each.parent)
+        for parent in reversed([folder, *folder.parents]):
+            if not parent.is_dir():
+                made.append(parent)
+                parent.mkdir(mode, exist_ok=True)
+                sync_folder(parent.parent)
     except BaseException:
         _remove_empty(made)
         raise

@@ -1,4 +1,4 @@
-"""What a task may ask of the world, and what comes back."""
+"""The requests that a task may make of the world, and what comes back."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class Present:
 
     @property
     def live_form(self) -> Sliders | None:
-        """The form that what is felt follows; None where what is felt stays as it is."""
+        """Return the form that the stimulus follows while it is felt; None if it stays as it is."""
         form = self.trial.form
         return form if isinstance(form, Sliders) and form.live and self.wish is not None else None
 
     def body(self) -> dict[str, Any]:
-        """What the ledger keeps of the request."""
+        """Return the request as the ledger has it."""
         wished = {} if self.wish is None else {"wish": dict(self.wish)}
         live = {} if self.live_form is None else {"live": True}
         anchor = {"anchor": self.trial.form.number} if isinstance(self.trial.form, AnchorForm) else {}
@@ -49,12 +49,12 @@ class Ask:
 
     @property
     def may_go_back(self) -> bool:
-        """Whether the participant may go to the trial before."""
+        """Return whether the participant may go to the trial before."""
         return self.trial is not None and self.trial.may_go_back
 
     @property
     def previous(self) -> Mapping[str, Any] | None:
-        """The answers that the form starts from."""
+        """Return the answers that the form starts from."""
         return self.former if self.former is not None or self.trial is None else self.trial.previous
 
     def demand_answer(self, reply: Reply) -> None:
@@ -76,7 +76,7 @@ class Ask:
             raise ReplyError(f"{where}: the reply goes on, and {problem}")
 
     def body(self) -> dict[str, Any]:
-        """What the ledger keeps of the request."""
+        """Return the request as the ledger has it."""
         return {
             "do": "ask",
             "form": self.form.name,
@@ -96,7 +96,7 @@ class Sense:
     trial: Trial
 
     def body(self) -> dict[str, Any]:
-        """What the ledger keeps of the request."""
+        """Return the request as the ledger has it."""
         return {"do": "sense", "device": self.device, "seconds": self.seconds}
 
 
@@ -108,7 +108,7 @@ class Rest:
     total: int
 
     def body(self) -> dict[str, Any]:
-        """What the ledger keeps of the request."""
+        """Return the request as the ledger has it."""
         return {"do": "rest", "done": self.done, "total": self.total}
 
 
@@ -119,7 +119,7 @@ class Instruct:
     page: str
 
     def body(self) -> dict[str, Any]:
-        """What the ledger keeps of the request."""
+        """Return the request as the ledger has it."""
         return {"do": "instruct", "page": self.page}
 
 
@@ -134,7 +134,7 @@ class Confirm:
     text: str | None = None
 
     def body(self) -> dict[str, Any]:
-        """What the ledger keeps of the request."""
+        """Return the request as the ledger has it."""
         return {"do": "confirm", "what": self.what} | ({} if self.text is None else {"text": self.text})
 
 
@@ -160,11 +160,11 @@ class Samples:
 
     @property
     def count(self) -> int:
-        """Samples per channel."""
+        """Return the number of samples per channel."""
         return len(self.data) // (4 * len(self.channels))
 
     def sha256(self) -> bytes:
-        """The digest of the bytes."""
+        """Return the SHA-256 of the bytes."""
         return hashlib.sha256(self.data).digest()
 
 
@@ -178,7 +178,7 @@ class Reply:
 
 @dataclass(frozen=True)
 class Aside:
-    """What the experimenter did while a request was being performed: the request goes on.
+    """Something the experimenter did while a request was being performed: the request goes on.
 
     {do: note, text}, {do: pause}, {do: go_on}, {do: repeat, which: this|last}, {do: abort, text}. A participant who
     rests pauses the session too: {do: pause or go_on, by: participant}.
@@ -189,9 +189,9 @@ class Aside:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Samples that were recorded so far while a request is being performed: kept at once, the request goes on.
+    """Samples recorded so far while a request is being performed: written at once, the request goes on.
 
-    `value` tells, by stream, what the samples do not: {streams: {NAME: {first, lost, why, arrived: [[n, t_ns]]}}}.
+    `value` holds, by stream, what the samples do not: {streams: {NAME: {first, lost, why, arrived: [[n, t_ns]]}}}.
     """
 
     value: Mapping[str, Any]
@@ -202,11 +202,11 @@ class Chunk:
 class Fault:
     """A device failed while a request was being performed, and has been made safe: {device, what, message}.
 
-    The trial is marked, and met again.
+    The trial is marked and repeated.
     """
 
     value: Mapping[str, Any]
 
 
 Came = Reply | Aside | Chunk | Fault
-"""What performing a request comes to: its reply, or something that is put on record before it is performed on."""
+"""What performing a request returns: its reply, or something to record before the request is performed on."""

@@ -33,7 +33,7 @@ def run(plan: Plan, world: World, log: Log, header: Mapping[str, Any]) -> None:
     """Run the session from its first event to its last; `header` is the body of the first.
 
     Interrupted at any point, the log holds an exact prefix of the session. A reply that does not answer its request
-    is not recorded (ReplyError): the session can be gone on with at that request.
+    is not recorded (ReplyError): the session can be resumed at that request.
     """
     record = _Recorder(world, log)
     record.note("session_started", header)
@@ -68,8 +68,8 @@ class _Aborted(Exception):
     """The experimenter ended the session for good."""
 
 
-class _Again(Exception):
-    """A trial is to be met again: `repeated`, this one or the last, by the experimenter's wish; `faulted`, this one."""
+class _Repeat(Exception):
+    """A trial is to be repeated: by the experimenter (`repeated`, this one or the last), or by a fault (`faulted`)."""
 
     def __init__(self, ended_as: str, last: bool = False) -> None:
         super().__init__()
@@ -78,7 +78,7 @@ class _Again(Exception):
 
 @dataclass
 class _Recorder:
-    """Numbers and times what happens, and puts it on record."""
+    """Numbers, times and records what happens."""
 
     world: World
     log: Log
@@ -86,7 +86,7 @@ class _Recorder:
     in_anchor: bool = False
     seq: int = 0
     tried: Mapping[str, Any] | None = None
-    """The last setting that was to be felt in this attempt."""
+    """The last setting that was tried in this attempt."""
 
     def note(self, kind: str, body: Json, samples: tuple[Samples, ...] = ()) -> None:
         number, attempt = (None, None) if self.trial is None else (self.trial.number, self.trial.attempt)
@@ -96,7 +96,7 @@ class _Recorder:
     def perform(self, request: Request) -> Reply:
         self.note("request", request.body())
         while not isinstance(reply := self.world.perform(request), Reply):
-            self.heed(reply)
+            self.record_event(reply)
         if isinstance(request, Ask):
             request.demand_answer(reply)
         self.note("reply", reply.value, reply.samples)
@@ -104,25 +104,25 @@ class _Recorder:
             self.tried = reply.value["answers"]
         return reply
 
-    def heed(self, came: Aside | Chunk | Fault) -> None:
-        """Put on record what came before the reply; to repeat, to abort and a fault leave the request without one."""
+    def record_event(self, came: Aside | Chunk | Fault) -> None:
+        """Record what came before the reply; to repeat, to abort and a fault leave the request without one."""
         match came:
             case Chunk():
                 self.note("samples", came.value, came.samples)
             case Fault():
-                self.mark(came)
+                self.record_fault(came)
             case Aside():
-                self.attend(came)
+                self.record_aside(came)
 
-    def mark(self, fault: Fault) -> None:
-        """Put on record that a device failed. Raises ReplyError where nothing is felt that could be met again."""
+    def record_fault(self, fault: Fault) -> None:
+        """Record that a device failed. Raises ReplyError outside trials and references: nothing can be repeated."""
         if self.trial is None and not self.in_anchor:
             raise ReplyError(f"a fault outside a trial: {fault.value.get('message')}")
         self.note("fault", fault.value)
-        raise _Again(FAULTED)
+        raise _Repeat(FAULTED)
 
-    def attend(self, aside: Aside) -> None:
-        """Put on record what the experimenter did."""
+    def record_aside(self, aside: Aside) -> None:
+        """Record what the experimenter did."""
         what, which = aside.value.get("do"), aside.value.get("which")
         repeats = what == "repeat" and which in {"this", "last"} and self.trial is not None
         if what not in {"note", "pause", "go_on", "abort"} and not repeats:
@@ -131,7 +131,7 @@ class _Recorder:
         if what == "abort":
             raise _Aborted
         if what == "repeat":
-            raise _Again(REPEATED, last=which == "last")
+            raise _Repeat(REPEATED, last=which == "last")
 
 
 @dataclass
@@ -142,7 +142,7 @@ class _Progress:
     attempts: dict[int, int] = field(default_factory=dict)
     furthest: int = -1
 
-    def meet(self, trial: Trial) -> Trial:
+    def begin(self, trial: Trial) -> Trial:
         self.attempts[trial.number] = self.attempts.get(trial.number, 0) + 1
         return replace(trial, attempt=self.attempts[trial.number], previous=self.answers.get(trial.number))
 
@@ -162,16 +162,16 @@ def _walk(plan: Plan, record: _Recorder) -> None:
 
 
 def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder) -> int:
-    """Meet the trial once; how far to move on from it."""
+    """Run one attempt at the trial; return how many places of the plan to move on from it."""
     trial = plan.trials[position]
     try:
-        outcome = _attempt(plan.study.task, progress.meet(trial), record)
-    except _Again as again:
-        step = -1 if again.last and position > 0 else 0
-        if again.ended_as == REPEATED:
+        outcome = _attempt(plan.study.task, progress.begin(trial), record)
+    except _Repeat as repeat:
+        step = -1 if repeat.last and position > 0 else 0
+        if repeat.ended_as == REPEATED:
             progress.answers.pop(plan.trials[position + step].number, None)
         elif record.tried is not None:
-            progress.answers[trial.number] = record.tried  # A device failed: what was set stands in the form again.
+            progress.answers[trial.number] = record.tried  # a device failed: the form starts from what was set
         return step
     if isinstance(outcome, Answered):
         progress.answers[trial.number] = outcome.answers
@@ -182,7 +182,7 @@ def _feel(anchor: Trial, record: _Recorder) -> None:
     """Let a reference be felt, outside all trials; where a device fails, from the beginning again."""
     record.in_anchor, felt = True, False
     while not felt:
-        with suppress(_Again):
+        with suppress(_Repeat):
             _interact(feel_anchor(anchor), record)
             felt = True
     record.in_anchor = False
@@ -193,8 +193,8 @@ def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:
     record.note("trial_started", {"stimulus": trial.stimulus.id, "block": trial.block})
     try:
         outcome = _interact(TASKS[task].steps(trial), record)
-    except _Again as again:
-        record.note("trial_ended", {"as": again.ended_as})
+    except _Repeat as repeat:
+        record.note("trial_ended", {"as": repeat.ended_as})
         record.trial = None
         raise
     ended_as = LEFT if isinstance(outcome, WentBack) else ANSWERED if isinstance(outcome, Answered) else CAPTURED

@@ -29,7 +29,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Trial:
-    """One stimulus and what is asked about it, or recorded; `attempt`, `previous` are set when it is met again.
+    """One stimulus and what is asked about it, or recorded; `attempt` and `previous` are set when it is repeated.
 
     A trial about a set has all its `stimuli`, in the order of the plan; `stimulus` is then the one to be felt, and the
     first where the trial is meant as a whole.

@@ -43,7 +43,7 @@ class Simulated:
     clock: VirtualClock
 
     def now(self) -> int:
-        """Virtual nanoseconds since the session began."""
+        """Return virtual nanoseconds since the session began."""
         return self.clock.t_ns
 
     def perform(self, request: Request) -> Reply:
@@ -93,15 +93,15 @@ class Recorded:
     recording: Request | None = None
 
     def now(self) -> int:
-        """The recorded time of the next event, or the live time."""
+        """Return the recorded time of the next event, or the live time."""
         if self.position < len(self.events):
             return self.events[self.position].t_ns
         return self._live()[0].now()
 
     def perform(self, request: Request) -> Came:
-        """What came of it by the record: its reply, or what was put on record before it; or the live one.
+        """Return the recorded outcome of the request, or perform it live past the end of the record.
 
-        A recording that the record breaks off in is not gone on with: it is a fault, and its trial is met again.
+        A recording that was cut off by the end of the record becomes a fault, so its trial is repeated.
         """
         if self.position == len(self.events):
             world, broken_off, self.recording = self._live()[0], self.recording is request, None
@@ -120,7 +120,7 @@ class Recorded:
         raise Divergence(f"{came.place()}: a reply to {request.body()['do']!r} is expected there")
 
     def append(self, event: Event) -> None:
-        """Compare with the record, or keep live."""
+        """Compare with the record, or write to the live log."""
         if self.position == len(self.events):
             self._live()[1].append(event)
             return
@@ -146,5 +146,5 @@ def demand_equal(recorded: Event, now: Event) -> None:
         raise Divergence(
             f"{recorded.place()}: the code now gives a {now.kind} of trial {now.trial}, attempt {now.attempt}"
         )
-    found = difference(recorded.value, now.value) or f"recorded {recorded.body!r:.80}, now {now.body!r:.80}"
-    raise Divergence(f"{recorded.place()}: {found}")
+    text = difference(recorded.value, now.value) or f"recorded {recorded.body!r:.80}, now {now.body!r:.80}"
+    raise Divergence(f"{recorded.place()}: {text}")

@@ -37,7 +37,7 @@ class StudyFiles:
 
 
 def names(lab: Path) -> dict[str, Path]:
-    """Every study by name: the lab's own (LAB/studies/NAME/study.yaml) and the shipped ones."""
+    """Return every study by name: the lab's own (LAB/studies/NAME/study.yaml) and the shipped ones."""
     paths = {}
     for root in (SHIPPED, lab / "studies"):
         for file in sorted(root.glob(f"*/{STUDY_FILE}")):
@@ -46,7 +46,7 @@ def names(lab: Path) -> dict[str, Path]:
 
 
 def find(name: str, lab: Path) -> Path:
-    """The study file that `name` means: a path to it, a folder that holds it, or a study's name.
+    """Return the study file that `name` means: a path to it, a folder that holds it, or a study's name.
 
     Raises StudyError with the nearest known name.
     """
@@ -84,7 +84,7 @@ def read_study(path: Path) -> StudyFiles:
 def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:
     named = document.data.get("stimuli") if isinstance(document.data, dict) else None
     if isinstance(named, list):
-        yield from ({"id": each} for each in named)
+        yield from ({"id": name} for name in named)
     elif isinstance(named, str):
         where = f"{path}: line {document.lines[('stimuli',)]}: stimuli"
         table = _inside(path.parent, named, where)

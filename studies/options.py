@@ -33,9 +33,9 @@ def sessions_option(otherwise: str = "") -> Callable[[Command], Command]:
     )
 
 
-def only_simulated(asked: str | None) -> bool | None:
-    """Of --sessions: True for the twins' alone, False for people's alone, None where nothing was said."""
-    return None if asked is None else asked == "simulated"
+def only_simulated(sessions: str | None) -> bool | None:
+    """Return the choice of --sessions: True for simulated ones alone, False for people's alone, None for both."""
+    return None if sessions is None else sessions == "simulated"
 
 
 def names_in(given: Sequence[str]) -> tuple[str, ...]:

@@ -177,7 +177,7 @@ def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:
     if given is None and not path.is_file():
         if not driven(study):
             return None
-        named = ", ".join(each.replace("_", " ") for each in driven(study))
+        named = ", ".join(need.replace("_", " ") for need in driven(study))
         raise RigError(
             f"{study.study} needs {named}, and this station has no rig file {path}: write one (palpate rig simulate "
             "begins with twins). Or rehearse the procedure with simulated devices and a real window: --twins (every "

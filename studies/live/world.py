@@ -84,7 +84,7 @@ class LiveWorld:
             return instead
         came = self.presenter.perform(request, self.desk, self.clock)
         if isinstance(request, Ask) and isinstance(came, Aside):
-            self.device.heed(came)
+            self.device.on_aside(came)
         if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
             return self.device.after(came)
         return came
@@ -129,7 +129,7 @@ class Mounted:
     mounted: tuple[Request, Reply] | None = None
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
-        """First the hand, then the device; the reply holds what both said, and the sum of their seconds."""
+        """First the hand, then the device; the reply holds the values of both, and the sum of their seconds."""
         if self.mounted is None or self.mounted[0] is not request:
             by_hand = self.hand.perform(request, window, desk, now_ns)
             if not isinstance(by_hand, Reply):
@@ -166,10 +166,10 @@ class Station:
     beside: Beside | None = None
     recorder: BesideRecorder | None = None
     """Records sensors beside everything that is done in trials."""
-    heed: Callable[[Aside], None] = lambda _aside: None
-    """Told of what comes while a form is answered: a pause is silent."""
+    on_aside: Callable[[Aside], None] = lambda _aside: None
+    """Called with each aside while a form is answered: a pause is silent."""
     switch_side: Callable[[str], None] = lambda _side: None
-    """Told which side the participant has switched to."""
+    """Called with the side that the participant has switched to."""
 
     def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """Hand the request to the device that it is for."""
@@ -194,8 +194,8 @@ class Station:
                 ends.callback(self.beside.close)
             if self.recorder is not None:
                 ends.callback(self.recorder.close)
-            for each in self.records.values():
-                if callable(end := getattr(each, "close", None)):
+            for device in self.records.values():
+                if callable(end := getattr(device, "close", None)):
                     ends.callback(end)
 
 

@@ -133,7 +133,7 @@ def list_(study: str | None, with_names: bool, lab: Path, as_json: bool) -> None
         raise click.UsageError("--identities is for the screen: names go into no JSON; leave one of the two out")
     people = listed(_registry(lab, open_registry), study)
     if study is not None and not people:
-        find(study, lab)  # A name that is mistyped is said to be one.
+        find(study, lab)  # raises on a mistyped name
     if as_json:
         echo_json(people)
         return
@@ -160,7 +160,7 @@ def withdraw(participant: str, why: str, lab: Path, as_json: bool) -> None:
 
     done = take_out(_registry(lab, open_registry), participant, why)
     if as_json:
-        rows = [{"study": each.study, "group": each.group, "row": each.row} for each in done.released]
+        rows = [{"study": one.study, "group": one.group, "row": one.row} for one in done.released]
         echo_json(
             {"participant": participant, "erased": done.erased, "released": rows, "sessions": list(done.sessions)}
         )
@@ -316,13 +316,13 @@ def overlap(study: str, lab: Path, as_json: bool) -> None:
     from palpate.studies.participants.allocation_overview import overlaps
 
     declared, registry = _opened(study, lab)
-    found = overlaps(registry, declared.study)
+    shared = overlaps(registry, declared.study)
     if as_json:
-        echo_json([_overlap_data(item) for item in found])
+        echo_json([_overlap_data(item) for item in shared])
         return
-    for item in found:
+    for item in shared:
         click.echo(item.text())
-    if not found:
+    if not shared:
         click.echo("nobody has taken part in any other study of this lab")
 
 

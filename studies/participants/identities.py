@@ -118,10 +118,10 @@ def demand_nameless(lab: Path, participant: str, why: str) -> None:
     """Raise ParticipantError on a reason that is empty, or that tells who the participant is: it stays for good."""
     if not why.strip():
         raise ParticipantError("--why: a reason is expected")
-    known, said = identities(lab).get(participant, Identity()), why.casefold()
-    whole = [text.casefold() for text in (known.name, known.contact) if text]
+    known, text = identities(lab).get(participant, Identity()), why.casefold()
+    whole = [entry.casefold() for entry in (known.name, known.contact) if entry]
     parts = {part for part in (known.name or "").casefold().split() if len(part) > 2}
-    if any(text in said for text in whole) or parts & set(re.findall(r"\w+", said)):
+    if any(entry in text for entry in whole) or parts & set(re.findall(r"\w+", text)):
         raise ParticipantError(
             f"--why: it tells who {participant} is, and it stays in the audit trail: say it without name and contact"
         )

@@ -135,7 +135,7 @@ def release_command(study: str, participant: str) -> str:
 
 
 def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Place:
-    """Return the place asked for, if nobody holds it, else the next on offer."""
+    """Return the requested place, if nobody holds it, else the next on offer."""
     if place is None:
         group = wish.group if wish.group is not None else emptiest(standing, list(study.groups))
         return group, standing.offer(group)
@@ -148,7 +148,7 @@ def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Pl
 
 
 def _wished(study: str, wish: Wish, everybody: list[Allocation], recorded: Recorded) -> Place | None:
-    """Return the very place that is asked for, or None where any will do."""
+    """Return the place that is requested, or None where any will do."""
     if wish.replaces is None:
         return (wish.group, wish.row) if wish.row is not None else None
     left = next((one for one in everybody if one.participant == wish.replaces), None)

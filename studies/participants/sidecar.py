@@ -135,8 +135,8 @@ def questions(lab: Path | None, language: str = "en") -> tuple[Question, ...]:
     Raises ParticipantError on a broken file or a missing translation, naming file and key.
     """
     file = sidecar_file(lab)
-    asked = ((name, column) for name, column in columns(file).items() if "Question" in column)
-    return tuple(question(f"{file}: {name}", name, column, language) for name, column in asked)
+    with_question = ((name, column) for name, column in columns(file).items() if "Question" in column)
+    return tuple(question(f"{file}: {name}", name, column, language) for name, column in with_question)
 
 
 def question(where: str, name: str, column: dict[str, Any], language: str = "en") -> Question:

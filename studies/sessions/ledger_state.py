@@ -27,18 +27,18 @@ class FileState:
 
 
 def file_state(path: Path) -> FileState:
-    """The file's state now; an empty write-ahead log, as a mere reader may leave, counts as none.
+    """Return the file's state now; an empty write-ahead log, as a mere reader may leave, counts as none.
 
     Raises FileNotFoundError where there is no file.
     """
-    found = path.stat()
+    file = path.stat()
     try:
         wal = path.with_name(f"{path.name}-wal").stat()
     except FileNotFoundError:
         wal = None
     if wal is None or not wal.st_size:
-        return FileState(found.st_size, found.st_mtime_ns, 0, 0)
-    return FileState(found.st_size, found.st_mtime_ns, wal.st_size, wal.st_mtime_ns)
+        return FileState(file.st_size, file.st_mtime_ns, 0, 0)
+    return FileState(file.st_size, file.st_mtime_ns, wal.st_size, wal.st_mtime_ns)
 
 
 def last_hash(path: Path) -> str | None:
@@ -52,7 +52,7 @@ def last_hash(path: Path) -> str | None:
 
 
 def held(path: Path) -> bool:
-    """Whether a process is running the session in this ledger.
+    """Return whether a process is running the session in this ledger.
 
     On POSIX the lock is tried shared, for an instant and without writing: a process that holds it never notices.
     """

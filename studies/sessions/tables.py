@@ -58,7 +58,9 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
     plan = recompiled(record)
     session = session_name_of(record.header)
     answers = _answers(plan, session, record.state, record.events)
-    if unknown := {row["attribute"] for row in answers.responses} - {each.name for each in plan.study.attributes}:
+    if unknown := {row["attribute"] for row in answers.responses} - {
+        attribute.name for attribute in plan.study.attributes
+    }:
         raise LedgerError(f"{record.path}: {min(unknown)!r} was rated, which is no attribute of the recorded study")
     who = {"study": plan.study.study, "participant": plan.who.participant}
     return SessionTables(
@@ -146,8 +148,8 @@ def _own_rows(
 
 
 def _word_rows(session: str, answer: Answer, counts: bool) -> Iterator[Row]:
-    said = [(kind, word) for kind, words in answer.values.items() for word in words]
-    for n, (kind, word) in enumerate(said):
+    pairs = [(kind, word) for kind, words in answer.values.items() for word in words]
+    for n, (kind, word) in enumerate(pairs):
         yield {
             "session": session,
             "seq": answer.seq,

@@ -56,19 +56,19 @@ def rendered(voice: Voice, card: Path, felt: Array, friction: float | None) -> R
     sink, hand = Kept(), Scripted(felt[1].tolist(), felt[2].tolist())
     loop = Loop(voice, hand, sink, AtOnce())
     loop.run(len(hand) - 1)  # one more was made as it began
-    found = None if friction is None else alike(felt[0], np.array(sink.samples), felt[1:], friction)
+    likeness = None if friction is None else alike(felt[0], np.array(sink.samples), felt[1:], friction)
     late = {"steps": loop.made, "late": loop.ready.late, "underruns": 0, "clock": "virtual"}
     met = {name: getattr(voice.tally, name) for name in MET}
     how = {"runtime": voice.runs.runtime, "seed": SEED, "deadlines": late, "met": met}
-    return Rendered({**model_metadata(card, voice.card), **how}, found)
+    return Rendered({**model_metadata(card, voice.card), **how}, likeness)
 
 
 def read_felt(file: Path) -> Array:
     """(3, n) at 1 kHz of a file with the columns t_s and COLUMNS. Raises RigError."""
-    found = np.array(list(read_table(file, COLUMNS, FELT).numbers(COLUMNS, finite=False).values()))
-    if not found.size or not np.isfinite(found).all():
-        raise RigError(f"{file}: {found.shape[1]} rows; rows of finite numbers are expected")
-    return found
+    felt = np.array(list(read_table(file, COLUMNS, FELT).numbers(COLUMNS, finite=False).values()))
+    if not felt.size or not np.isfinite(felt).all():
+        raise RigError(f"{file}: {felt.shape[1]} rows; rows of finite numbers are expected")
+    return felt
 
 
 def alike(real: Array, played: Array, hand: Array, friction: float) -> Alike:
@@ -79,7 +79,7 @@ def alike(real: Array, played: Array, hand: Array, friction: float) -> Alike:
     """
     if real.shape != played.shape or hand.shape != (2, *real.shape) or real.ndim != 1:
         raise RigError(f"{real.shape} real, {played.shape} played, hand {hand.shape}: (n,), (n,), (2, n) are expected")
-    if not all(np.isfinite(each).all() for each in (real, played, hand)):
+    if not all(np.isfinite(signal).all() for signal in (real, played, hand)):
         raise RigError("a texture is compared with a value that is no number")
     # the starts of frames in which the hand touches and moves throughout
     moves = (hand[0] > SLOWEST_MM_S) & (hand[1] > FAINTEST_N)

@@ -67,13 +67,13 @@ def scene(texture: str, seconds: float, seed: int, realisation: int = 0) -> Arra
     from palpate.signals.filters import band_pass, low_pass
     from palpate.signals.one_axis import one_axis
 
-    found = _scene(texture, seconds, "scene", seed, realisation=realisation)
+    exploration = _scene(texture, seconds, "scene", seed, realisation=realisation)
     count = round(seconds * RATE_HZ)
-    felt = first_rows(found.acceleration_m_s2(FINER * RATE_HZ), FINER * count)
+    felt = first_rows(exploration.acceleration_m_s2(FINER * RATE_HZ), FINER * count)
     vibration = band_pass(_thinned(felt), RATE_HZ)
-    place = first_rows(found.position_mm(RATE_HZ), count)[:, :NORMAL]
+    place = first_rows(exploration.position_mm(RATE_HZ), count)[:, :NORMAL]
     speed = np.linalg.norm(np.gradient(place, 1 / RATE_HZ, axis=0), axis=1)
-    force = first_rows(found.wrench(RATE_HZ), count)[:, NORMAL]
+    force = first_rows(exploration.wrench(RATE_HZ), count)[:, NORMAL]
     hand = low_pass(np.stack([speed, force], axis=1), RATE_HZ)
     return np.stack([one_axis(vibration, RATE_HZ), np.maximum(hand[:, 0], 0.0), hand[:, 1]])
 

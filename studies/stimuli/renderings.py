@@ -55,11 +55,11 @@ def demand_whole(card: Path) -> None:
     try:
         named = json.loads(card.read_bytes())["weights"]
         file, expected = card.parent / Path(named["file"]).name, named["sha256"]
-        found = file_sha256(file)
+        sha256 = file_sha256(file)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RigError(f"{card}: not a whole model: {error}") from None
-    if found != expected:
-        raise RigError(f"{file}: not the numbers that {card.name} names (SHA-256 {found[:12]}, not {expected[:12]})")
+    if sha256 != expected:
+        raise RigError(f"{file}: not the numbers that {card.name} names (SHA-256 {sha256[:12]}, not {expected[:12]})")
 
 
 def model_metadata(card: Path, read: Any) -> dict[str, Any]:
@@ -73,12 +73,12 @@ def model_metadata(card: Path, read: Any) -> dict[str, Any]:
 def read_kept(file: Path) -> Mapping[str, Any]:
     """What a file of renderings holds. Raises RigError."""
     try:
-        found = json.loads(file.read_bytes())
+        content = json.loads(file.read_bytes())
     except (OSError, ValueError) as error:
         raise _damaged(file, error) from None
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         raise _damaged(file, "an object is expected")
-    return found
+    return content
 
 
 def restored(metadata: Mapping[str, Any], card: Path, file: Path) -> Rendered:
