@@ -24,6 +24,7 @@ from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Pairs, pairs
 from palpate.signals.arrays import Array
+from palpate.signals.doors.grid import POINTS
 
 DELTA = 2.0
 """Where equation 5.4 turns from square to straight, on 0..100."""
@@ -99,4 +100,32 @@ NETWORK_THESIS = Method(
     fit=_fit_literal,
     holds_out=True,
     source="thesis 5.4, all 200 epochs and the last kept",
+)
+
+DENSE_HIDDEN = (64, 32)
+DENSE_DROPOUT = 0.1
+DENSE_SETTINGS = Settings(
+    epochs=200, batch=8, learning_rate=1e-3, least_rate=1e-6, plateau_patience=6, stop_patience=20, every_epochs=50
+)
+
+
+def dense(attributes: int) -> nn.Sequential:
+    """(batch, 621) to (batch, attributes) through hidden layers of 64 and 32."""
+    first, second = DENSE_HIDDEN
+    return nn.Sequential(
+        nn.Linear(POINTS, first), nn.ReLU(), nn.Dropout(DENSE_DROPOUT),
+        nn.Linear(first, second), nn.ReLU(), nn.Linear(second, attributes),
+    )  # fmt: skip
+
+
+def _fit_dense(learning: Learning) -> FeltThrough:
+    return fit_network(learning, dense, DENSE_SETTINGS)
+
+
+MLP = Method(
+    name="mlp",
+    title="Small dense network",
+    fit=_fit_dense,
+    holds_out=True,
+    source="ours: 621 - 64 - 32 - 7, trained as the network of thesis 5.4",
 )

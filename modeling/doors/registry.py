@@ -19,7 +19,7 @@ FORWARD: Mapping[str, Method] = Registry(
         "forest": "palpate.modeling.doors.forest:FOREST",
         "pca_ridge": "palpate.modeling.doors.linear:PCA_RIDGE",
         "gaussian_process": "palpate.modeling.doors.gaussian_process:GAUSSIAN_PROCESS",
-        "mlp": "palpate.modeling.doors.mlp:MLP",
+        "mlp": "palpate.modeling.doors.forward_network:MLP",
         "network": "palpate.modeling.doors.forward_network:NETWORK",
         "network_thesis": "palpate.modeling.doors.forward_network:NETWORK_THESIS",
     },

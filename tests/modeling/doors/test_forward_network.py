@@ -11,8 +11,7 @@ import torch
 from torch import nn
 
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.forward_network import DELTA, LITERAL_SETTINGS, NETWORK, SETTINGS, fit_network, huber
-from palpate.modeling.doors.mlp import MLP
+from palpate.modeling.doors.forward_network import DELTA, LITERAL_SETTINGS, MLP, NETWORK, SETTINGS, fit_network, huber
 from palpate.modeling.doors.networks import POINTS, ForceToPerception
 from palpate.modeling.training.refusals import TrainingError
 from tests.modeling.doors.network_learning import (
