@@ -75,7 +75,12 @@ def _write(results: DoorResults, way: Direction, model: Fitted, seconds: float, 
     domain = results.domain
     folds = results.methods(way)[0]
     method = domain.methods[way][folds.method]
-    metrics = _metrics(folds, method)
+    # the scores of the cross-validation, numbers only
+    row = (
+        forward_row(folds, method) if folds.direction == "forward" else inverse_row(folds, method, attainable([folds]))
+    )
+    finite = {name: value for name, value in row.items() if isinstance(value, int | float) and math.isfinite(value)}
+    metrics = {name: float(value) for name, value in finite.items() if not name.startswith(("file_", "trained_"))}
     takes, gives = ports(domain.data, domain.scaling, way)
 
     def write(to: Path) -> Path:
@@ -85,20 +90,25 @@ def _write(results: DoorResults, way: Direction, model: Fitted, seconds: float, 
             interval=_interval(folds), metrics=metrics, training=_run_card(results, folds, metrics, seconds),
             notes=_notes(results),
         )  # fmt: skip
-        _demand_equal(card, model, way, domain.data)
+        # the model that the rig will read must answer as the trained one does
+        from palpate.modeling.doors.data import ModelDataError
+        from palpate.signals.models.file import read_model
+
+        given = (
+            domain.data.force_N
+            if way == "forward"
+            else np.clip(np.full((1, len(domain.data.attributes)), 50.0), 0, 100)
+        )
+        ours, theirs = model.predict(given), np.asarray(read_model(card).run(given), dtype=np.float64)
+        off = float(np.max(np.abs(ours - theirs)))
+        if off > 1e-3 * max(1.0, float(np.max(np.abs(ours)))):
+            raise ModelDataError(
+                f"{card}: the file answers {off:.2g} off the trained model (of {POINTS} points): not usable."
+            )
         return card
 
     files = write_trained(folder, write, history_of(model))
     return Written(files[0], folds.method, metrics, files)
-
-
-def _metrics(folds: MethodResults, method: Method) -> dict[str, float]:
-    """What cross-validation says, numbers only."""
-    row = (
-        forward_row(folds, method) if folds.direction == "forward" else inverse_row(folds, method, attainable([folds]))
-    )
-    finite = {name: value for name, value in row.items() if isinstance(value, int | float) and math.isfinite(value)}
-    return {name: float(value) for name, value in finite.items() if not name.startswith(("file_", "trained_"))}
 
 
 def _interval(folds: MethodResults) -> Any:
@@ -136,17 +146,3 @@ def _notes(results: DoorResults) -> tuple[str, ...]:
     if results.options.quick:
         notes.append("A quick training, to try things out: three folds, few epochs. Its numbers are nothing to go by.")
     return tuple(notes)
-
-
-def _demand_equal(card: Path, model: Fitted, way: Direction, data: DoorData) -> None:
-    """What the rig will read answers as the trained model does. Raises ModelDataError where it does not."""
-    from palpate.modeling.doors.data import ModelDataError
-    from palpate.signals.models.file import read_model
-
-    given = data.force_N if way == "forward" else np.clip(np.full((1, len(data.attributes)), 50.0), 0, 100)
-    ours, theirs = model.predict(given), np.asarray(read_model(card).run(given), dtype=np.float64)
-    off = float(np.max(np.abs(ours - theirs)))
-    if off > 1e-3 * max(1.0, float(np.max(np.abs(ours)))):
-        raise ModelDataError(
-            f"{card}: the file answers {off:.2g} off the trained model (of {POINTS} points): not usable."
-        )

@@ -105,7 +105,9 @@ def reached(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
 
 def methods_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
     """Return all methods side by side, Tables 3.2 and 3.3."""
-    rows = [_with_differences(row) for row in method_rows(evaluation)]
+    rows = [
+        {**row, **{f"{name}_more": _more(row, name) for name in ("best", "ours")}} for row in method_rows(evaluation)
+    ]
     blocks: list[Block] = [
         Words(words.FOLDS),
         table("Error and time", rows, OVERALL, ours=chosen.method, note=f"{words.DIFFERENCES} {words.TIMES}"),
@@ -117,11 +119,6 @@ def methods_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
     if refused:
         blocks.append(table("Not judged", refused, [Column("title", "method"), Column("refused", "why", "words")]))
     return Section("methods", "All methods", tuple(blocks))
-
-
-def _with_differences(row: Row) -> Row:
-    """Return the row with its differences as a reader sees them."""
-    return {**row, **{f"{name}_more": _more(row, name) for name in ("best", "ours")}}
 
 
 def _more(row: Row, name: str) -> str | None:

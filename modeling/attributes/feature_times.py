@@ -61,10 +61,16 @@ def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
 
 
 def _of_sight(wanted: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
-    from palpate.analysis.features.glcm import glcm
-    from palpate.analysis.features.pictures import Looking, patches, square
+    # a JPEG file of noise
+    from PIL import Image
 
-    photo = _photo()
+    from palpate.analysis.features.glcm import glcm
+    from palpate.analysis.features.pictures import SIDE, Looking, patches, square
+
+    pixels = np.random.Generator(np.random.PCG64(0)).integers(0, 256, (SIDE, SIDE, 3), dtype=np.uint8)
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "JPEG", quality=92)
+    photo = file.getvalue()
     picture = square(photo, "made up").values
     yield PICTURE, lambda: square(photo, "made up"), float(PICTURES)
     yield "glcm", lambda: glcm(picture), float(PICTURES)
@@ -73,18 +79,6 @@ def _of_sight(wanted: Collection[str]) -> Iterator[tuple[str, Callable[[], objec
 
         network, cut = folded(loaded(random_state(0))), patches(picture, Looking())
         yield "resnet", lambda: pool_of_patches(network, cut[:BATCH]), PICTURES * len(cut) / BATCH
-
-
-def _photo() -> bytes:
-    """A JPEG file of noise."""
-    from PIL import Image
-
-    from palpate.analysis.features.pictures import SIDE
-
-    pixels = np.random.Generator(np.random.PCG64(0)).integers(0, 256, (SIDE, SIDE, 3), dtype=np.uint8)
-    file = io.BytesIO()
-    Image.fromarray(pixels).save(file, "JPEG", quality=92)
-    return file.getvalue()
 
 
 TONES_HZ = (31.0, 47.0, 83.0, 127.0, 173.0, 229.0, 311.0, 389.0)

@@ -83,7 +83,13 @@ def _split(
     test: str, apart: tuple[str, ...], others: Sequence[tuple[str, ...]], classes: Mapping[str, str],
     chance: np.random.Generator, share: float,
 ) -> Fold:  # fmt: skip
-    held = _drawn(others, classes, chance, share)
+    # hold groups out until the share is reached, one class after the other; one group stays to learn from
+    wanted = max(1, round(share * sum(map(len, others)))) if share > 0 else 0
+    held: list[tuple[str, ...]] = []
+    for group in _in_turn(others, classes, chance):
+        short = wanted - sum(map(len, held))
+        if short > 0 and len(held) < len(others) - 1 and (len(group) <= short or not held):
+            held.append(group)
     train = sorted(name for group in others if group not in held for name in group)
     return Fold(test, tuple(train), tuple(sorted(name for group in held for name in group)), apart)
 
@@ -92,19 +98,6 @@ def _chance(seed: int, test: str) -> np.random.Generator:
     """Its own for each tested texture, whatever stands beside it."""
     named = int.from_bytes(sha256(test.encode()).digest()[:8], "big")
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, named])))
-
-
-def _drawn(
-    groups: Sequence[tuple[str, ...]], classes: Mapping[str, str], chance: np.random.Generator, share: float
-) -> list[tuple[str, ...]]:
-    """Groups until the share is reached, one class after the other; one group stays to learn from."""
-    wanted = max(1, round(share * sum(map(len, groups)))) if share > 0 else 0
-    found: list[tuple[str, ...]] = []
-    for group in _in_turn(groups, classes, chance):
-        short = wanted - sum(map(len, found))
-        if short > 0 and len(found) < len(groups) - 1 and (len(group) <= short or not found):
-            found.append(group)
-    return found
 
 
 def _in_turn(

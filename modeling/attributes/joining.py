@@ -52,7 +52,12 @@ def joined(parts: Parts) -> tuple[Texture, ...]:
 
 def _texture(name: str, parts: Parts) -> Texture:
     felt, photo, looked = parts.felt.get(name), parts.photos.get(name), parts.looked.get(name)
-    label, category = _named(name, parts)
+    # label and category, of whichever study has them
+    known: Sequence[FeltRows | Photographed] = [each[name] for each in (parts.felt, parts.photos) if name in each]
+    columns = parts.rated.columns.get(name, {})
+    labels = [*(each.label for each in known), columns.get(LABEL, "")]
+    categories = [*(each.category for each in known), columns.get(CATEGORY, "")]
+    label, category = next((each for each in labels if each and each != name), name), next(filter(None, categories), "")
     pictures, blank = photo.pictures if photo else (), looked.blank if looked else frozenset()
     return Texture(
         name,
@@ -65,15 +70,6 @@ def _texture(name: str, parts: Parts) -> Texture:
         made_from=(felt.made_from if felt else frozenset()) | ({each.sha256 for each in pictures} - blank),
         notes=tuple(dict.fromkeys(_notes(name, parts))),
     )
-
-
-def _named(name: str, parts: Parts) -> tuple[str, str]:
-    """Label and category, of whichever study says them."""
-    known: Sequence[FeltRows | Photographed] = [each[name] for each in (parts.felt, parts.photos) if name in each]
-    columns = parts.rated.columns.get(name, {})
-    labels = [*(each.label for each in known), columns.get(LABEL, "")]
-    categories = [*(each.category for each in known), columns.get(CATEGORY, "")]
-    return next((each for each in labels if each and each != name), name), next(filter(None, categories), "")
 
 
 def _notes(name: str, parts: Parts) -> Iterator[str]:

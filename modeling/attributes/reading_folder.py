@@ -103,7 +103,12 @@ def read_folder(
     how = sight_with(weights_from(weights, sha256), variants, quick)
     may_lack = recordings is not None
     albums = [Album(line.id, tuple(_pictures(folder, line, may_lack)) if sight else ()) for line in lines]
-    _demand_once(albums)
+    # refuse a file that two textures claim (T1_2 and T1), and the same bytes under two names
+    met: dict[str, Picture] = {}
+    for picture in (each for album in albums for each in album.pictures):
+        if (other := met.setdefault(picture.sha256, picture)) is not picture:
+            same = "claimed twice" if other.path == picture.path else f"the same picture as {other.path}"
+            raise MaterialError(f"{picture.name}: {picture.path} is {same}; each picture shows one texture, once")
     looks = [in_a_hurry(each) if quick else each for each in albums]
     looked = seen(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
     felt, aside = _felt(lines, recordings, table, lab, workers, report)
@@ -128,21 +133,32 @@ def rated_lines(
     if not low < high:
         raise MaterialError(f"a scale from {low:g} to {high:g}: the lower end comes first")
     table = table or table_in(folder)
-    lines, columns = _lines_of(table, pairs)
+    opened = read_table(table, (), RATINGS)
+    columns = columns_of(f"{table}, line 1", opened.header, pairs)
+    decimal = columns.of_numbers if opened.delimiter != "," else frozenset[str]()
+    lines = [_line(row, decimal) for row in opened.rows()]
+    if not lines:
+        raise MaterialError(f"{table}: no texture stands under the header; one a line is expected")
+    met: dict[str, str] = {}
+    for line in lines:
+        if not line.id:
+            raise MaterialError(f"{line.place}: the column 'id' is empty")
+        if line.id in met:
+            raise MaterialError(f"{line.place}: the texture {line.id!r} stood at {met[line.id]} already")
+        if Path(line.id).name != line.id:
+            raise MaterialError(f"{line.place}: {line.id!r} cannot name a file; letters, digits, - and _ can")
+        met[line.id] = line.place
     lines = [replace(line, rated=rated_in(line.cells, line.place, columns, (low, high))) for line in lines]
     if scale is None:
-        _demand_wide(table, lines, columns)
+        # without a scale, ratings of 1 to 7 must not be read as the lowest of 0 to 100
+        values = [float(line.cells[each.column]) for line in lines if line.rated for each in columns.ratings]
+        if values and max(values) <= FEW_STEPS:
+            raise MaterialError(
+                f"{table}: all ratings lie from {min(values):g} to {max(values):g}, which ratings on 0 to 100"
+                " hardly do: say what the ends of their scale are, such as --scale 1 7 (or --scale 0 100, where they"
+                " are those)"
+            )
     return table, lines, columns
-
-
-def _demand_wide(table: Path, lines: Sequence[Line], columns: Columns) -> None:
-    """Nobody said what the scale is: ratings of 1 to 7 must not be read as the lowest of 0 to 100."""
-    values = [float(line.cells[each.column]) for line in lines if line.rated for each in columns.ratings]
-    if values and max(values) <= FEW_STEPS:
-        raise MaterialError(
-            f"{table}: all ratings lie from {min(values):g} to {max(values):g}, which ratings on 0 to 100 hardly do:"
-            " say what the ends of their scale are, such as --scale 1 7 (or --scale 0 100, where they are those)"
-        )
 
 
 def table_in(folder: Path) -> Path:
@@ -190,34 +206,10 @@ def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, look
     )  # fmt: skip
 
 
-def _lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns]:
-    """The textures' lines and what its columns are. Raises MaterialError on a table that cannot be read, or is none."""
-    opened = read_table(table, (), RATINGS)
-    columns = columns_of(f"{table}, line 1", opened.header, pairs)
-    decimal = columns.of_numbers if opened.delimiter != "," else frozenset[str]()
-    lines = [_line(row, decimal) for row in opened.rows()]
-    if not lines:
-        raise MaterialError(f"{table}: no texture stands under the header; one a line is expected")
-    _demand_own_ids(lines)
-    return lines, columns
-
-
 def _line(row: Row, decimal: Collection[str]) -> Line:
     """A texture; in the columns of `decimal` a comma is a decimal point."""
     cells = {name: cell.replace(",", ".") if name in decimal else cell for name, cell in row.cells.items()}
     return Line(row.where, cells)
-
-
-def _demand_own_ids(lines: Sequence[Line]) -> None:
-    met: dict[str, str] = {}
-    for line in lines:
-        if not line.id:
-            raise MaterialError(f"{line.place}: the column 'id' is empty")
-        if line.id in met:
-            raise MaterialError(f"{line.place}: the texture {line.id!r} stood at {met[line.id]} already")
-        if Path(line.id).name != line.id:
-            raise MaterialError(f"{line.place}: {line.id!r} cannot name a file; letters, digits, - and _ can")
-        met[line.id] = line.place
 
 
 def _pictures(folder: Path, line: Line, may_lack: bool) -> Iterator[Picture]:
@@ -240,15 +232,6 @@ def pictures_of(folder: Path, name: str) -> Iterator[Path]:
 def is_picture(path: Path) -> bool:
     """Whether a file is one that pictures are read from: by its ending, and not a hidden one."""
     return path.suffix.lower() in SUFFIXES and path.name[0] != "." and path.is_file()
-
-
-def _demand_once(albums: Sequence[Album]) -> None:
-    """A file that two textures claim (T1_2 and T1), or the same bytes under two names."""
-    met: dict[str, Picture] = {}
-    for picture in (each for album in albums for each in album.pictures):
-        if (other := met.setdefault(picture.sha256, picture)) is not picture:
-            same = "claimed twice" if other.path == picture.path else f"the same picture as {other.path}"
-            raise MaterialError(f"{picture.name}: {picture.path} is {same}; each picture shows one texture, once")
 
 
 def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:

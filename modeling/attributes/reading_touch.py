@@ -7,7 +7,7 @@ after that each texture's blocks are read from it when they are needed, here or 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from palpate.analysis.features.touch import (
 from palpate.analysis.features.touch_features import touch_features
 from palpate.modeling.textures.plausible import demand_level, steady
 from palpate.modeling.textures.preparing import UP, Filtering, Touched, filtered
-from palpate.modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ, Sampled
+from palpate.modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ
 from palpate.modeling.textures.reading_ledgers import SIMULATED, STUDY, Capture, captures_by_texture, touched_in
 from palpate.modeling.textures.recording import TextureDataError, TooShort
 from palpate.studies.sessions.ledger_schema import event_hash
@@ -59,8 +59,16 @@ def touch_of(
         found, told = filtered(each, way or filtering())
         stretches += found
         notes += told
-    _demand_segment(texture, stretches)
-    demand_level(texture, _level(stretches))
+    if not stretches:
+        raise TextureDataError(f"{texture}: there is no recording of it")
+    longest = max(len(each.axes) for each in stretches)
+    if longest < SEGMENT:
+        raise TooShort(
+            f"{texture}: after trimming, the longest stretch without a hole is {longest / RATE_HZ:.3g} s; a segment"
+            f" takes {SEGMENT_S:g} s: record longer"
+        )
+    energy = sum(float((each.axes**2).sum()) for each in stretches)
+    demand_level(texture, float(np.sqrt(energy / sum(len(each.axes) for each in stretches))))
     odd = steady(*(np.concatenate(each) for each in zip(*((s.speed_mm_s, s.force_N) for s in stretches), strict=True)))
     touch = Touch(texture, tuple(stretches))
     return touch, tuple(dict.fromkeys((*notes, *odd, *_lifted(touch))))
@@ -70,7 +78,11 @@ def _demand_as_long(touched: Touched) -> None:
     """A signal at another rate than it is said to have would have other frequencies or speeds, and last otherwise."""
     force, moved = touched.force, touched.position if touched.speed is None else touched.speed
     for signal in (touched.acceleration, moved):
-        if signal is None or min(len(signal.times_s), len(force.times_s)) < 2 or not _of_a_sensor(signal):
+        if (
+            signal is None
+            or min(len(signal.times_s), len(force.times_s)) < 2
+            or not (SLOWEST_HZ[signal.what] <= signal.rate_hz <= FASTEST_HZ)
+        ):
             continue  # refused as what it is, when it is filtered
         if abs(signal.lasts_s - force.lasts_s) > APART * force.lasts_s:
             raise TextureDataError(
@@ -78,10 +90,6 @@ def _demand_as_long(touched: Touched) -> None:
                 f" {force.lasts_s:.4g} s at {force.rate_hz:g} Hz: they were recorded together, so at most {APART:.0%}"
                 " are expected between them; is the rate of each right, and is neither cut short?"
             )
-
-
-def _of_a_sensor(signal: Sampled) -> bool:
-    return SLOWEST_HZ[signal.what] <= signal.rate_hz <= FASTEST_HZ
 
 
 def _lifted(touch: Touch) -> Iterator[str]:
@@ -93,23 +101,6 @@ def _lifted(touch: Touch) -> Iterator[str]:
     if not pressed.all():
         share = f"{int((~pressed).sum())} of {len(pressed)} segments ({(~pressed).mean():.0%})"
         yield f"{share} are without contact (mean force below {CONTACT_N:g} N): left out"
-
-
-def _demand_segment(texture: str, stretches: Sequence[Stretch]) -> None:
-    if not stretches:
-        raise TextureDataError(f"{texture}: there is no recording of it")
-    longest = max(len(each.axes) for each in stretches)
-    if longest < SEGMENT:
-        raise TooShort(
-            f"{texture}: after trimming, the longest stretch without a hole is {longest / RATE_HZ:.3g} s; a segment"
-            f" takes {SEGMENT_S:g} s: record longer"
-        )
-
-
-def _level(stretches: Sequence[Stretch]) -> float:
-    """RMS of all axes together."""
-    energy = sum(float((each.axes**2).sum()) for each in stretches)
-    return float(np.sqrt(energy / sum(len(each.axes) for each in stretches)))
 
 
 STREAMS = ("tool_acceleration", "tool_force", "tool_position")

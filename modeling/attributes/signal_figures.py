@@ -71,13 +71,9 @@ def explored_texture(lab: Path, texture: str) -> Explored:
     touch, notes = touch_of(texture, [touched], filtering())
     several = len(captured.captures)
     also = (f"the first of {several} captures is drawn",) if several > 1 else ()
-    begins_s = max(each.times_s[0] for each in _signals(touched))
-    return Explored(captured.label, touched, touch, float(begins_s), (*notes, *also))
-
-
-def _signals(touched: Touched) -> list[Any]:
     every = (touched.acceleration, touched.force, touched.speed, touched.position)
-    return [each for each in every if each is not None]
+    begins_s = max(signal.times_s[0] for signal in every if signal is not None)
+    return Explored(captured.label, touched, touch, float(begins_s), (*notes, *also))
 
 
 def vibration_rows(explored: Explored) -> list[Row]:

@@ -80,24 +80,13 @@ def fit(learning: Learning) -> SupportVectors:
         for pair, one in zip(learning.attributes, best, strict=True):
             learning.report(f"tactile_svm: {pair.name}: cost {one.cost:g}, gamma {one.gamma:.3g}")
         made = [_fitted(np.exp(-one.gamma * apart), y[place, a], one.cost) for a, one in enumerate(best)]
-        return _kept(learning, standard, z, best, made, ratings)
-
-
-def _kept(
-    learning: Learning,
-    standard: Standard,
-    z: Array,
-    best: Sequence[_Choice],
-    made: Sequence[tuple[Array, float]],
-    ratings: Array,
-) -> SupportVectors:
-    """Only segments that an attribute leans on, and the answers back on 0..100."""
-    centre, spread = ratings.mean(axis=0), ratings.std(axis=0)
-    dual = np.stack([one for one, _ in made]) * spread[:, None]
-    used = np.any(dual != 0, axis=0)
-    intercept = np.array([one for _, one in made]) * spread + centre
-    gamma = np.array([one.gamma for one in best])
-    return SupportVectors(tuple(learning.touch), standard, z[used], dual[:, used], intercept, gamma)
+        # only segments that an attribute leans on, and the answers back on 0..100
+        centre, spread = ratings.mean(axis=0), ratings.std(axis=0)
+        dual = np.stack([one for one, _ in made]) * spread[:, None]
+        used = np.any(dual != 0, axis=0)
+        intercept = np.array([one for _, one in made]) * spread + centre
+        gamma = np.array([one.gamma for one in best])
+        return SupportVectors(tuple(learning.touch), standard, z[used], dual[:, used], intercept, gamma)
 
 
 def _segments(textures: Sequence[Texture], kinds: Sequence[str]) -> tuple[Array, Indices]:

@@ -83,7 +83,8 @@ class HVNet(nn.Module):
     def stretch(self, code: Tensor) -> Tensor:
         """What `encode` gives to (batch, 256, length)."""
         x = code.transpose(1, 2)
-        for layer, length in zip(self.decoder, _lengths(self.length)[::-1], strict=True):
+        lengths = [self.length >> times for times in reversed(range(len(SIGHT_FILTERS)))]
+        for layer, length in zip(self.decoder, lengths, strict=True):
             x = _stretched(torch.relu(layer(x)), length)
         return x.transpose(1, 2)
 
@@ -134,11 +135,6 @@ def _begun(weight: Tensor, bias: Tensor | None, variance: float) -> None:
             weight -= weight.flatten(1).mean(dim=1).view(-1, *[1] * (weight.ndim - 1))
         if bias is not None:
             bias.zero_()
-
-
-def _lengths(length: int) -> tuple[int, ...]:
-    """How long the row is before each halving."""
-    return tuple(length >> times for times in range(len(SIGHT_FILTERS)))
 
 
 def _stretched(x: Tensor, length: int) -> Tensor:

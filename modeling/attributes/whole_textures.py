@@ -100,19 +100,15 @@ def whole_of(textures: Sequence[Texture], touch: Sequence[str], sight: Sequence[
     if not parts:
         raise MaterialError("no kind of feature was named: at least one of touch or sight is looked at.")
     rows = np.stack([_row(parts, each) for each in textures])
-    whole = Whole(parts, standard_of(_filled(rows)))
+    # an unknown value becomes the mean of the known ones, or 0 where there are none
+    known = np.isfinite(rows)
+    total = np.where(known, rows, 0.0).sum(axis=0)
+    whole = Whole(parts, standard_of(np.where(known, rows, total / np.maximum(known.sum(axis=0), 1))))
     return whole, whole.scaled(rows)
 
 
 def _row(parts: Sequence[Part], texture: Texture) -> Array:
     return np.concatenate([part.row(texture) for part in parts])
-
-
-def _filled(rows: Array) -> Array:
-    """What is not known is the mean of what is, or 0 where nothing is."""
-    known = np.isfinite(rows)
-    total = np.where(known, rows, 0.0).sum(axis=0)
-    return np.where(known, rows, total / np.maximum(known.sum(axis=0), 1))
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -62,12 +61,34 @@ def noise_ceiling(
         raise ModelDataError(f"of={of!r}, splits={splits}: one of {', '.join(OF)} and at least 1 split are expected")
     scaling = scaling or scaling_of(rated.data)
     value = scaling.rating_up(rated.individual.value)
-    _demand_two(rated)
+    raters = (~np.isnan(rated.individual.value)).sum(axis=0).min(axis=1)
+    counts = [(f"group {name!r}", count) for name, count in Counter(rated.individual.groups).items()]
+    counts += [(f"stimulus {name!r}", int(count)) for name, count in zip(rated.data.ids, raters, strict=True)]
+    for what, count in counts:
+        if count < 2:
+            raise ModelDataError(
+                f"{what} has {count} rater: there is nothing to split in halves, so the noise of the mean ratings is"
+                " not known; ask at least two people"
+            )
     if of == "same_people":
         value = _levelled(value)
     halves = [_halves(value, half) for half in _random_halves(rated.individual, splits, seed)]
     first, second, shrunk = (np.array(each) for each in zip(*halves, strict=True))
-    return _ceiling(rated.data.attributes, scaling.rating_up(rated.data.rating), first, second, shrunk, of, seed)
+    # first, second and shrunk are (splits, stimuli, attributes)
+    rating = scaling.rating_up(rated.data.rating)
+    by_attribute = [
+        _one(rating[:, [i]], first[..., [i]], second[..., [i]], shrunk[..., [i]])
+        for i in range(len(rated.data.attributes))
+    ]
+    half_r, reliability, mae, rmse, r2 = np.array([*by_attribute, _one(rating, first, second, shrunk)]).T
+    names = (*rated.data.attributes, "overall")
+    flat, half = np.isnan(r2), np.isnan(half_r) & ~np.isnan(r2)
+    undefined = [
+        ("the means do not vary: no correlation and no R2", flat),
+        ("a half's means do not vary: no correlation", half),
+    ]
+    note = "; ".join(f"{why} of {', '.join(np.array(names)[which])}" for why, which in undefined if which.any())
+    return Ceiling(tuple(rated.data.attributes), half_r, reliability, mae, rmse, r2, of, len(first), seed, note)
 
 
 def _levelled(value: Array) -> Array:
@@ -86,18 +107,6 @@ def _levelled(value: Array) -> Array:
 
 def _over_people(value: Array) -> Array:
     return _mean(value, (~np.isnan(value)).sum(axis=0))
-
-
-def _demand_two(rated: Rated) -> None:
-    raters = (~np.isnan(rated.individual.value)).sum(axis=0).min(axis=1)
-    counts = [(f"group {name!r}", count) for name, count in Counter(rated.individual.groups).items()]
-    counts += [(f"stimulus {name!r}", int(count)) for name, count in zip(rated.data.ids, raters, strict=True)]
-    for what, count in counts:
-        if count < 2:
-            raise ModelDataError(
-                f"{what} has {count} rater: there is nothing to split in halves, so the noise of the mean ratings is"
-                " not known; ask at least two people"
-            )
 
 
 def _random_halves(individual: Individual, splits: int, seed: int) -> NDArray[np.bool_]:
@@ -124,26 +133,6 @@ def _mean(value: Array, count: Indices) -> Array:
     """The mean over the first axis of `count` values, NaN where there are none."""
     mean: Array = np.divide(np.nansum(value, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
     return mean
-
-
-def _ceiling(
-    attributes: Sequence[str], rating: Array, first: Array, second: Array, error: Array, of: Of, seed: int
-) -> Ceiling:
-    """`first`, `second` and `error` are (splits, stimuli, attributes)."""
-    each = [_one(rating[:, [i]], first[..., [i]], second[..., [i]], error[..., [i]]) for i in range(len(attributes))]
-    half_r, reliability, mae, rmse, r2 = np.array([*each, _one(rating, first, second, error)]).T
-    note = _note((*attributes, "overall"), half_r, r2)
-    return Ceiling(tuple(attributes), half_r, reliability, mae, rmse, r2, of, len(first), seed, note)
-
-
-def _note(names: Sequence[str], half_r: Array, r2: Array) -> str:
-    """Why numbers are NaN."""
-    flat, half = np.isnan(r2), np.isnan(half_r) & ~np.isnan(r2)
-    told = [
-        ("the means do not vary: no correlation and no R2", flat),
-        ("a half's means do not vary: no correlation", half),
-    ]
-    return "; ".join(f"{why} of {', '.join(np.array(names)[which])}" for why, which in told if which.any())
 
 
 def _one(rating: Array, first: Array, second: Array, error: Array) -> tuple[float, float, float, float, float]:

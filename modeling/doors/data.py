@@ -129,7 +129,8 @@ def near_groups(force_N: Array, same_N: float = SAME_N) -> Indices:
         mean = force_N.mean(axis=1)
         order = np.argsort(mean, kind="stable")
         for place, row in enumerate(order):
-            last = int(np.searchsorted(mean[order], _above(mean[row], same_N), side="right"))
+            above = mean[row] + same_N + 1e-9 * max(1.0, abs(mean[row]))  # with room for the rounding of two means
+            last = int(np.searchsorted(mean[order], above, side="right"))
             others = order[place + 1 : last]
             near = np.abs(force_N[others] - force_N[row]).max(axis=1, initial=0.0) <= same_N
             links.join_all(int(row), others[near].tolist())
@@ -143,11 +144,6 @@ def source_groups(data: DoorData, same_N: float = SAME_N) -> Indices:
         for rows in _rows_by(groups):
             links.join_all(rows[0], rows[1:])
     return np.array([links.first(row) for row in range(len(data))], dtype=np.int64)
-
-
-def _above(mean: float, same_N: float) -> float:
-    """The mean up to which a profile may be near, with room for the rounding of two means."""
-    return mean + same_N + 1e-9 * max(1.0, abs(mean))
 
 
 def _rows_by(labels: Sequence[Hashable]) -> list[list[int]]:

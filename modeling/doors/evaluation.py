@@ -40,7 +40,12 @@ def _of_split(domain: DoorDomain, split: str) -> list[Row]:
     for fold in domain.splits[split]:
         known, tested = forces[fold.train], forces[fold.test]
         errors["oracle"].append(np.array([np.abs(known - profile).mean(axis=1).min() for profile in tested]))
-        errors["code"].append(np.abs(_through(known, tested, size) - tested).mean(axis=1))
+        # the tested profiles as the first components of the known ones reproduce them
+        mean = known.mean(axis=0)
+        _, _, axes = np.linalg.svd(known - mean, full_matrices=False)
+        leading = axes[:size]
+        back: Array = mean + (tested - mean) @ leading.T @ leading
+        errors["code"].append(np.abs(back - tested).mean(axis=1))
     meanings = {"oracle": "nearest known profile, found by the waveform itself",
             "code": f"the waveform through {size} principal components"}  # fmt: skip
     return [
@@ -48,15 +53,6 @@ def _of_split(domain: DoorDomain, split: str) -> list[Row]:
          "mae_sd": float(every.std(ddof=1)) if len(every) > 1 else None, "n": len(every)}
         for name, every in ((name, np.concatenate(of_fold)) for name, of_fold in errors.items())
     ]  # fmt: skip
-
-
-def _through(known: Array, tested: Array, size: int) -> Array:
-    """Return the tested rows as the first components of the known ones give them back."""
-    mean = known.mean(axis=0)
-    _, _, axes = np.linalg.svd(known - mean, full_matrices=False)
-    leading = axes[:size]
-    back: Array = mean + (tested - mean) @ leading.T @ leading
-    return back
 
 
 ALLOWED = 0.05
@@ -150,9 +146,12 @@ def evaluate_doors(
         choices["inverse"] = inverse_choice(inverse)
     ceilings, why = _ceilings(data, individual, options.seed)
     report("the measured door")
-    return DoorEvaluation(
-        results, forward, inverse, choices, ceilings, why, tuple(floors(domain)), _measured(results, choices)
-    )
+    recovered: tuple[Recovered, ...] = ()
+    if len(choices) == 2:  # by the default methods: nothing else is trained for it
+        methods: dict[Direction, str] = {way: choice.method for way, choice in choices.items()}
+        default = next(method for method in results.methods("forward") if method.method == methods["forward"])
+        recovered = measured(results.domain, methods, default)
+    return DoorEvaluation(results, forward, inverse, choices, ceilings, why, tuple(floors(domain)), recovered)
 
 
 def _ceilings(data: DoorData, individual: Individual | None, seed: int) -> tuple[tuple[Ceiling, ...], str]:
@@ -163,12 +162,3 @@ def _ceilings(data: DoorData, individual: Individual | None, seed: int) -> tuple
         return tuple(noise_ceiling(rated, of=of, seed=seed) for of in ("other_people", "same_people")), ""
     except ModelDataError as refusal:
         return (), str(refusal)
-
-
-def _measured(results: DoorResults, choices: dict[Direction, Choice]) -> tuple[Recovered, ...]:
-    """By the default methods, where methods of both directions were evaluated: nothing else is trained for it."""
-    if len(choices) < 2:
-        return ()
-    methods: dict[Direction, str] = {way: choice.method for way, choice in choices.items()}
-    together = next(method for method in results.methods("forward") if method.method == methods["forward"])
-    return measured(results.domain, methods, together)

@@ -132,7 +132,17 @@ def figures(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
         evaluation.choices["inverse"].method if "inverse" in evaluation.choices else "",
     )
     if forward is not None:
-        yield from _predicted(forward, folder)
+        # figures 5.12 and 5.13: by door and by attribute
+        from palpate.analysis.figures.predicted import PREDICTED
+
+        rows = prediction_rows(forward, widths(forward))
+        for name, panels, colour in (("figure_5_12", "door", "attribute"), ("figure_5_13", "attribute", "door")):
+            settings: dict[str, Any] = {"panels": panels, "colour": colour, "unit": UNIT, "band": "global"}
+            settings |= {} if any(row["sd"] is not None for row in rows) else {"sd": 10.0}
+            shown_rows = [{key: value for key, value in row.items() if key not in ("low", "high")} for row in rows]
+            yield _planned_figure(
+                PREDICTED, {"name": name, "figure": "predicted", **settings}, shown_rows, forward, folder
+            )
     if inverse is not None:
         yield _violins(inverse, folder)
         yield made_profiles(evaluation, inverse, folder)
@@ -144,18 +154,6 @@ def figures(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
 
 def _of(methods: Sequence[MethodResults], name: str) -> MethodResults | None:
     return next((method for method in methods if method.method == name), None)
-
-
-def _predicted(results: MethodResults, folder: Path) -> Iterator[DrawnFigure]:
-    """Figures 5.12 and 5.13: by door and by attribute."""
-    from palpate.analysis.figures.predicted import PREDICTED
-
-    rows = prediction_rows(results, widths(results))
-    for name, panels, colour in (("figure_5_12", "door", "attribute"), ("figure_5_13", "attribute", "door")):
-        settings: dict[str, Any] = {"panels": panels, "colour": colour, "unit": UNIT, "band": "global"}
-        settings |= {} if any(row["sd"] is not None for row in rows) else {"sd": 10.0}
-        shown_rows = [{key: value for key, value in row.items() if key not in ("low", "high")} for row in rows]
-        yield _planned_figure(PREDICTED, {"name": name, "figure": "predicted", **settings}, shown_rows, results, folder)
 
 
 def _violins(results: MethodResults, folder: Path) -> DrawnFigure:
@@ -177,15 +175,7 @@ def _planned_figure(
     kind: FigureKind, asked: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], results: MethodResults, folder: Path
 ) -> DrawnFigure:
     settings = kind.settings.model_validate(asked)
-    shown = kind.data(FigureInput(_selected(rows, results)), settings)
-    with drawing(settings.name):
-        drawn = kind.draw(shown)
-        svg, _ = save(drawn.figure, folder, settings.name)
-    return DrawnFigure(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
-
-
-def _selected(rows: Sequence[Mapping[str, Any]], results: MethodResults) -> Any:
-    """Return the rows as a figure of a plan gets them, with the levels in the data's order."""
+    # the rows as a figure of a plan gets them, with the levels in the data's order
     import pandas as pd
 
     from palpate.analysis.plans.answers import Selected
@@ -195,7 +185,13 @@ def _selected(rows: Sequence[Mapping[str, Any]], results: MethodResults) -> Any:
     levels = {name: tuple(dict.fromkeys(values)) for name, values in
               (("attribute", data.attributes), ("door", data.doors), ("variant", data.variants))}  # fmt: skip
     antonyms = dict(zip(data.attributes, data.antonyms, strict=True))
-    return Selected(table, table.iloc[:0], data.attributes, levels, antonyms=antonyms)
+    shown = kind.data(
+        FigureInput(Selected(table, table.iloc[:0], data.attributes, levels, antonyms=antonyms)), settings
+    )
+    with drawing(settings.name):
+        drawn = kind.draw(shown)
+        svg, _ = save(drawn.figure, folder, settings.name)
+    return DrawnFigure(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
 
 
 def _work_precision(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:

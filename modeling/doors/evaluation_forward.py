@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
-from palpate.analysis.reports.page import Block, Column, Heading, Section, TableBlock, Words, table
+from palpate.analysis.reports.page import Block, Column, Heading, Section, Words, table
 from palpate.modeling.doors import evaluation_words as words
 from palpate.modeling.doors.evaluation import DoorEvaluation
 from palpate.modeling.doors.evaluation_results import ceiling_rows, splits_forward
@@ -51,11 +51,12 @@ def forward_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
     if not evaluation.forward:
         return None
     ours = evaluation.choices["forward"].method
+    averages = {name: printed(name).overall for name, *_ in TABLES}
     blocks: list[Block] = [
         Words(words.RULES[evaluation.results.options.split]),
         table(
             "All methods on the same folds: error",
-            [*evaluation.forward, _theirs()],
+            [*evaluation.forward, {"method": "", "title": "thesis' network*", **averages}],
             ERRORS,
             ours=ours,
             note=f"* {words.PRIVATE}",
@@ -86,12 +87,6 @@ def with_refusals(note: str, rows: Sequence[Row]) -> str:
     return " ".join([note, *(f"No file: {row['note']}" for row in rows if row["note"])])
 
 
-def _theirs() -> Row:
-    """Return the thesis' averages as a last row."""
-    overall = {name: printed(name).overall for name, *_ in TABLES}
-    return {"method": "", "title": "thesis' network*", **overall}
-
-
 def _ceilings(evaluation: DoorEvaluation) -> list[Block]:
     if not evaluation.ceilings:
         return [Words(f"Noise ceiling: {evaluation.no_ceiling}", "lead")]
@@ -115,20 +110,20 @@ def _cells(evaluation: DoorEvaluation, ours: str) -> list[Block]:
     for measure, number, what, digits in TABLES:
         for method in methods:
             title = f"Table {number}. {what}: {_title(evaluation, method.method)}"
-            blocks.append(_cell_table(title, method, measure, digits, folded=method.method not in (ours, THESIS)))
+            folded = method.method not in (ours, THESIS)
+            theirs = printed(measure)
+            rows = cell_rows(method, measure)
+            for row in rows[:-1]:
+                row["thesis"] = theirs.by_attribute.get(row["attribute"])
+            rows[-1]["thesis"] = theirs.overall
+            columns = [
+                *_door_columns(method, digits),
+                Column("thesis", "thesis*", digits, "Private data, other people"),
+            ]
+            note = "" if folded else "* The thesis' average: private data, other people."
+            blocks.append(table(title, rows, columns, folded=folded, note=note, theirs=("thesis",)))
         blocks += _printed(f"Table {number} as the thesis printed it", methods[0], measure, digits)
     return blocks
-
-
-def _cell_table(title: str, method: MethodResults, measure: str, digits: str, folded: bool) -> TableBlock:
-    theirs = printed(measure)
-    rows = cell_rows(method, measure)
-    for row in rows[:-1]:
-        row["thesis"] = theirs.by_attribute.get(row["attribute"])
-    rows[-1]["thesis"] = theirs.overall
-    columns = [*_door_columns(method, digits), Column("thesis", "thesis*", digits, "Private data, other people")]
-    note = "" if folded else "* The thesis' average: private data, other people."
-    return table(title, rows, columns, folded=folded, note=note, theirs=("thesis",))
 
 
 def _printed(title: str, method: MethodResults, measure: str, digits: str) -> list[Block]:

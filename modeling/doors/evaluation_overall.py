@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from contextlib import suppress
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def forward_row(results: MethodResults, method: Method) -> Row:
         "rmse": rmse(actual, predicted),
         "r2": r2(actual, predicted),
         "within_jnd": share_within(predicted, actual).overall,
-        "within_sd": _within_sd(results),
+        "within_sd": share_within_sd(predicted, actual, results.sd).overall if np.isfinite(results.sd).all() else None,
         **_calibration(results),
         "train_s": results.total("train_s"),
         **files(results),
@@ -148,31 +148,14 @@ def widths(results: MethodResults, coverage: float = COVERAGE) -> Array | None:
 
 def _calibration(results: MethodResults) -> Row:
     """Coverage and mean half width of nested intervals; None where there are too few stimuli to calibrate any."""
-    residual, nothing = (
-        results.predicted - results.actual,
-        {"coverage": None, "half_width": None, "scaled_coverage": None},
-    )
-    try:
-        plain = nested_coverage(residual, results.fold.tolist())
-    except ModelDataError:
-        return nothing
-    numbers: dict[str, Any] = {"coverage": plain.overall, "half_width": float(np.mean(plain.half_width))}
-    return numbers | {"scaled_coverage": _scaled(results, residual)}
-
-
-def _scaled(results: MethodResults, residual: Array) -> float | None:
-    if (sd := results.array("deviation")) is None:
-        return None
-    try:
-        return nested_coverage(residual, results.fold.tolist(), sd=sd).overall
-    except ModelDataError:
-        return None
-
-
-def _within_sd(results: MethodResults) -> float | None:
-    if not np.all(np.isfinite(results.sd)):
-        return None
-    return share_within_sd(results.predicted, results.actual, results.sd).overall
+    residual, folds = results.predicted - results.actual, results.fold.tolist()
+    numbers: Row = {"coverage": None, "half_width": None, "scaled_coverage": None}
+    with suppress(ModelDataError):
+        plain = nested_coverage(residual, folds)
+        numbers |= {"coverage": plain.overall, "half_width": float(np.mean(plain.half_width))}
+        if (sd := results.array("deviation")) is not None:
+            numbers["scaled_coverage"] = nested_coverage(residual, folds, sd=sd).overall
+    return numbers
 
 
 def _off(results: MethodResults, by: str) -> Array | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from torch import Tensor, nn
 from torch.nn import functional
@@ -79,25 +80,17 @@ def _pairs(rows: Rows) -> Pairs:
     return pairs(rows.force_N, rows.rating)
 
 
-def _fit(learning: Learning) -> FeltThrough:
-    return fit_network(learning, ForceToPerception, SETTINGS)
-
-
-def _fit_literal(learning: Learning) -> FeltThrough:
-    return fit_network(learning, ForceToPerception, LITERAL_SETTINGS)
-
-
 NETWORK = Method(
     name="network",
     title="Residual convolutional network",
-    fit=_fit,
+    fit=partial(fit_network, inner=ForceToPerception, settings=SETTINGS),
     holds_out=True,
     source="thesis 5.4",
 )
 NETWORK_THESIS = Method(
     name="network_thesis",
     title="Residual convolutional network, to the letter",
-    fit=_fit_literal,
+    fit=partial(fit_network, inner=ForceToPerception, settings=LITERAL_SETTINGS),
     holds_out=True,
     source="thesis 5.4, all 200 epochs and the last kept",
 )
@@ -118,14 +111,10 @@ def dense(attributes: int) -> nn.Sequential:
     )  # fmt: skip
 
 
-def _fit_dense(learning: Learning) -> FeltThrough:
-    return fit_network(learning, dense, DENSE_SETTINGS)
-
-
 MLP = Method(
     name="mlp",
     title="Small dense network",
-    fit=_fit_dense,
+    fit=partial(fit_network, inner=dense, settings=DENSE_SETTINGS),
     holds_out=True,
     source="ours: 621 - 64 - 32 - 7, trained as the network of thesis 5.4",
 )

@@ -9,7 +9,6 @@ and added to what the student learns from, a few times over, so that the student
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -245,7 +244,8 @@ def fit_by(recipe: Recipe, learning: Learning) -> Generated:
     code = code_of(profiles, recipe.components)
     teacher = Teacher(learning.forward, foreign_to(rows.force_N), code)
     first = np.clip(code.encoded(profiles), -recipe.span, recipe.span)
-    how = How(learning.seed, **_given(learning.settings), report=learning.report)
+    given = {name: value for name in ("threads", "checkpoint") if (value := learning.settings.get(name)) is not None}
+    how = How(learning.seed, **given, report=learning.report)
     return Generated(_trained(recipe, teacher, first, rows.rating, how), code)
 
 
@@ -262,29 +262,18 @@ def _trained(recipe: Recipe, teacher: Teacher, codes: Array, had: Array, how: Ho
         layers = generator.numbers()
         if number < recipe.rounds:
             wishes = networks.random_wishes(had, recipe.own, how.drawn("own", number))
-            own = _strayed(layers.code(wishes), recipe.span, number, how)
+            own, chance = layers.code(wishes), _chance(how.seed, 2 + number)
+            moved = STRAY * chance.standard_normal(own.shape) * (chance.random((len(own), 1)) < 0.5)
+            own = np.clip(own + moved, -recipe.span, recipe.span)
             codes, said = np.r_[codes, own], np.r_[said, teacher.says(own)]
-        how.report(f"generator: round {number + 1} of {recipe.rounds + 1}, {_off(teacher, layers, had):.2f} of 100 off")
+        # how far the forward model's ratings of what is made lie from wishes that measured profiles have
+        off = float(np.abs(teacher.says(layers.code(had))[:, :-1] - had).mean())
+        how.report(f"generator: round {number + 1} of {recipe.rounds + 1}, {off:.2f} of 100 off")
     return layers
-
-
-def _strayed(own: Array, span: float, number: int, how: How) -> Array:
-    chance = _chance(how.seed, 2 + number)
-    moved = STRAY * chance.standard_normal(own.shape) * (chance.random((len(own), 1)) < 0.5)
-    return np.clip(own + moved, -span, span)
-
-
-def _off(teacher: Teacher, layers: Layers, had: Array) -> float:
-    """How far the forward model's ratings of what is made lie from wishes that measured profiles have."""
-    return float(np.abs(teacher.says(layers.code(had))[:, :-1] - had).mean())
 
 
 def _chance(seed: int, use: int) -> Chance:
     return Chance(PCG64(SeedSequence([seed, use])))
-
-
-def _given(settings: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: settings[name] for name in ("threads", "checkpoint") if settings.get(name) is not None}
 
 
 GENERATOR = Method(

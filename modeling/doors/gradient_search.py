@@ -94,19 +94,16 @@ class Searching:
         """The best codes (n, k) for these wishes."""
         with training_state(0, 1):
             self.network.eval()
-            starts = self._starts(wish)
+            # starts (n, starts, k): nearest rated profiles, the mean profile, one that the seed drew for all wishes
+            far = ((wish[:, None] - self.rating) ** 2).sum(axis=2)
+            near = self.code[np.argsort(far, axis=1, kind="stable")[:, :NEAREST]]
+            others = np.stack([np.zeros_like(self.drawn), self.drawn])
+            starts = np.concatenate([near, np.broadcast_to(others, (len(wish), *others.shape))], axis=1)
             wishes = np.repeat(wish, starts.shape[1], axis=0)
             code, cost = self._descended(starts.reshape(len(wishes), -1), wishes, self.steps[0])
             best = np.argmin(cost.reshape(len(wish), -1), axis=1)
             code = code.reshape(starts.shape)[np.arange(len(wish)), best]
             return self._descended(code, wish, self.steps[1])[0]
-
-    def _starts(self, wish: Array) -> Array:
-        """(n, starts, k): nearest rated profiles, the mean profile, and one that the seed drew for all wishes."""
-        far = ((wish[:, None] - self.rating) ** 2).sum(axis=2)
-        near = self.code[np.argsort(far, axis=1, kind="stable")[:, :NEAREST]]
-        others = np.stack([np.zeros_like(self.drawn), self.drawn])
-        return np.concatenate([near, np.broadcast_to(others, (len(wish), *others.shape))], axis=1)
 
     def _descended(self, start: Array, wish: Array, steps: int) -> tuple[Array, Array]:
         """The best codes on the way from these, and their costs, after so many steps of Adam."""

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import as_rows
@@ -63,7 +62,7 @@ def half_widths(residual: Array, coverage: float = COVERAGE) -> Array:
             f"an interval that holds {coverage:.0%} needs residuals of at least {least} stimuli; there are {len(size)}."
             " Ask for a smaller coverage, or rate more stimuli."
         )
-    widths: Array = np.sort(size, axis=0)[_rank(len(size), coverage) - 1]
+    widths: Array = np.sort(size, axis=0)[math.ceil((len(size) + 1) * coverage - ROUNDING) - 1]
     return widths
 
 
@@ -104,21 +103,7 @@ def nested_coverage(
             width[own] = half_widths(residual[~own], coverage)
         else:
             width[own] = scaled_half_widths(residual[~own], sd[~own], sd[own], coverage)
-    return _coverage(np.abs(residual) <= width, width)
-
-
-def interval(residual: Array, coverage: float = COVERAGE, splitting: str = "grouped folds") -> Interval:
-    """The interval as a model's card holds it."""
-    method = f"conformal, from out-of-fold residuals of {len(residual)} stimuli ({splitting})"
-    return Interval(method=method, coverage=coverage, half_width=tuple(half_widths(residual, coverage).tolist()))
-
-
-def _rank(n: int, coverage: float) -> int:
-    """ceil((n + 1) coverage)."""
-    return math.ceil((n + 1) * coverage - ROUNDING)
-
-
-def _coverage(held: NDArray[np.bool_], width: Array) -> Coverage:
+    held = np.abs(residual) <= width
     n, attributes = held.shape
     share, by_stimulus = held.mean(axis=0), held.mean(axis=1)
     overall = float(held.mean())
@@ -131,6 +116,12 @@ def _coverage(held: NDArray[np.bool_], width: Array) -> Coverage:
         half_width=tuple(width.mean(axis=0).tolist()),
         stimuli=n,
     )
+
+
+def interval(residual: Array, coverage: float = COVERAGE, splitting: str = "grouped folds") -> Interval:
+    """The interval as a model's card holds it."""
+    method = f"conformal, from out-of-fold residuals of {len(residual)} stimuli ({splitting})"
+    return Interval(method=method, coverage=coverage, half_width=tuple(half_widths(residual, coverage).tolist()))
 
 
 def _residuals(residual: Array) -> Array:

@@ -67,7 +67,9 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
     Raises ModelDataError for data that cannot be learned from or without the forward network, TrainingError for a
     training that does not converge.
     """
-    forward = _forward(learning)
+    forward = learning.forward
+    if not (isinstance(forward, FeltThrough) and isinstance(forward.network[1], ForceToPerception)):
+        raise ModelDataError("the inverse network builds on the decoder of a trained forward network: none was given.")
     rows, held = training_rows(learning)
     if (found := rows.rating.shape[1]) != ATTRIBUTES:
         raise ModelDataError(f"the network of thesis 5.6 takes {ATTRIBUTES} ratings, this study has {found}.")
@@ -79,13 +81,6 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
     watched = None if held is None else _pairs(held, learning.scaling)
     trained = train(network, _pairs(rows, learning.scaling), watched, mse_loss, asked, report=learning.report)
     return MadeThrough(network, learning.scaling, trained)
-
-
-def _forward(learning: Learning) -> FeltThrough:
-    forward = learning.forward
-    if isinstance(forward, FeltThrough) and isinstance(forward.network[1], ForceToPerception):
-        return forward
-    raise ModelDataError("the inverse network builds on the decoder of a trained forward network: none was given.")
 
 
 def _inner(forward: FeltThrough) -> ForceToPerception:

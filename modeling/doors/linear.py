@@ -128,19 +128,15 @@ FORWARD_COMPONENTS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40)
 def fit_pca_ridge(learning: Learning) -> Linear:
     """The number of components and the penalty are those of least squared error over inner folds grouped by source."""
     rows = rows_of(learning, "train", least=2)
-    count, penalty = _choose_penalty(rows)
+    total = np.sum([_rating_errors(rows, train, test) for train, test in inner_folds(rows.group)], axis=0)
+    least = np.unravel_index(int(np.argmin(total)), total.shape)
+    count, penalty = FORWARD_COMPONENTS[least[0]], float(PENALTIES[least[1]])
     learning.report(f"pca_ridge: {count} components, penalty {penalty:.3g}")
     found = components_of(rows.force_N, count)
     codes = found.codes(rows.force_N)
     path = path_of(codes / _size(codes), rows.rating)
     weight = path.weights(penalty).T @ found.directions / _size(codes)
     return Linear(weight, path.y_mean - weight @ found.mean, checked_forces)
-
-
-def _choose_penalty(rows: Rows) -> tuple[int, float]:
-    total = np.sum([_rating_errors(rows, train, test) for train, test in inner_folds(rows.group)], axis=0)
-    place, penalty = np.unravel_index(int(np.argmin(total)), total.shape)
-    return FORWARD_COMPONENTS[place], float(PENALTIES[penalty])
 
 
 def _rating_errors(rows: Rows, train: Indices, test: Indices) -> Array:
@@ -195,19 +191,15 @@ def fit_pca_regression(learning: Learning) -> Regressed:
     rows = rows_of(learning, least=2)
     standard = standard_of(rows.rating)
     z = standard(rows.rating)
-    count, penalty = _choose_waveform_penalty(z, rows)
+    total = np.sum([_waveform_errors(z, rows.force_N, train, test) for train, test in inner_folds(rows.group)], axis=0)
+    least = np.unravel_index(int(np.argmin(total)), total.shape)
+    count, penalty = INVERSE_COMPONENTS[least[0]], float(PENALTIES[least[1]])
     learning.report(f"pca_regression: {count} components, penalty {penalty:.3g}")
     found = components_of(rows.force_N, count)
     weight = (path_of(z, found.codes(rows.force_N)).weights(penalty) @ found.directions).T
     check = partial(checked_wishes, attributes=rows.rating.shape[1])
     linear = Linear(weight * standard.gain, found.mean + weight @ standard.offset, check)
     return Regressed(linear)
-
-
-def _choose_waveform_penalty(z: Array, rows: Rows) -> tuple[int, float]:
-    total = np.sum([_waveform_errors(z, rows.force_N, train, test) for train, test in inner_folds(rows.group)], axis=0)
-    place, penalty = np.unravel_index(int(np.argmin(total)), total.shape)
-    return INVERSE_COMPONENTS[place], float(PENALTIES[penalty])
 
 
 def _waveform_errors(z: Array, force_N: Array, train: Indices, test: Indices) -> Array:

@@ -73,7 +73,10 @@ def measured(domain: DoorDomain, methods: Mapping[Direction, str], forward: Meth
     if lone is None:
         return ()
     models = {way: trained(FoldJob(way, name, SPLIT, 0), lone)[0] for way, name in methods.items()}
-    width = _width(forward)
+    try:
+        width = half_widths(forward.predicted - forward.actual)
+    except ValueError:
+        width = None
     return tuple(_recovered(lone, name, force, models, width) for name, force in doors.items())
 
 
@@ -90,13 +93,6 @@ def _without(domain: DoorDomain, force_N: Array) -> DoorDomain | None:
     return replace(domain, splits={SPLIT: (fold,)})
 
 
-def _width(forward: MethodResults) -> Array | None:
-    try:
-        return half_widths(forward.predicted - forward.actual)
-    except ValueError:
-        return None
-
-
 def _recovered(
     domain: DoorDomain, name: str, force_N: Array, models: Mapping[Direction, Fitted], width: Array | None
 ) -> Recovered:
@@ -104,10 +100,13 @@ def _recovered(
     made_N = models["inverse"].predict(np.clip(predicted, 0.0, TOP)[None])[0]
     people = perceivers_for(domain.data)
     felt = None if people is None else domain.scaling.rating_up(people.rate(made_N[None]))[0]
+    # the stimuli that are this profile
+    groups = near_groups(np.concatenate([domain.data.force_N, force_N[None]]))
+    same = np.flatnonzero(groups[:-1] == groups[-1])
     return Recovered(
         name=name,
         force_N=force_N,
-        rated=_rated(domain, force_N),
+        rated=domain.scaling.rating_up(domain.data.rating[same]).mean(axis=0) if len(same) else None,
         predicted=predicted,
         half_width=width,
         made_N=made_N,
@@ -115,13 +114,6 @@ def _recovered(
         felt=felt,
         why=against(made_N),
     )
-
-
-def _rated(domain: DoorDomain, force_N: Array) -> Array | None:
-    """Return the mean ratings of the stimuli that are this profile."""
-    groups = near_groups(np.concatenate([domain.data.force_N, force_N[None]]))
-    same = np.flatnonzero(groups[:-1] == groups[-1])
-    return domain.scaling.rating_up(domain.data.rating[same]).mean(axis=0) if len(same) else None
 
 
 def measured_rows(profiles: tuple[Recovered, ...], attributes: tuple[str, ...]) -> list[dict[str, Any]]:

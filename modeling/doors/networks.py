@@ -172,12 +172,10 @@ def training_rows(learning: Learning) -> tuple[Rows, Rows | None]:
     The setting `learn_from` goes before either. Raises ModelDataError as `rows_of` does, and for less than two rows.
     """
     rows = rows_of(learning, "measured" if learning.settings.get("quick") else "train", least=2)
-    return rows, rows_of(_watched(learning), "measured") if len(learning.held) else None
-
-
-def _watched(learning: Learning) -> Learning:
+    if not len(learning.held):
+        return rows, None
     settings = {name: value for name, value in learning.settings.items() if name != "learn_from"}
-    return replace(learning, measured=learning.held, settings=settings)
+    return rows, rows_of(replace(learning, measured=learning.held, settings=settings), "measured")
 
 
 def answers(network: nn.Module, given: Array) -> Array:

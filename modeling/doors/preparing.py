@@ -68,7 +68,8 @@ def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> Ro
         raise ModelDataError(f"the training side has {len(data)} stimuli; at least {least} are needed.")
     force = checked_forces(data.force_N)
     rating = learning.scaling.rating_up(as_rows(data.rating, len(data.attributes), "ratings"))
-    order = _order(force, rating, data)
+    keys = [(force[i].tobytes(), rating[i].tobytes(), data.source[i], data.ids[i]) for i in range(len(data))]
+    order = np.array(sorted(range(len(data)), key=keys.__getitem__), dtype=np.int64)
     return Rows(force[order], rating[order], source_groups(data.rows(order)))
 
 
@@ -105,11 +106,6 @@ def inner_folds(group: Indices, folds: int = INNER_FOLDS) -> Iterator[tuple[Indi
             "all training stimuli come from one source: a penalty is chosen between sources, so two are needed."
         )
     yield from GroupKFold(min(folds, count)).split(group, groups=group)
-
-
-def _order(force: Array, rating: Array, data: DoorData) -> Indices:
-    keys = [(force[i].tobytes(), rating[i].tobytes(), data.source[i], data.ids[i]) for i in range(len(data))]
-    return np.array(sorted(range(len(data)), key=keys.__getitem__), dtype=np.int64)
 
 
 @dataclass(frozen=True)

@@ -68,13 +68,37 @@ def rated_of(
     ModelDataError on an attribute or a stimulus that nobody rated, and where fewer than two different profiles are
     left.
     """
-    individual = _individual(shown, asked, ratings)
-    _demand_attributes(individual, asked)
+    from palpate.modeling.lab_answers import demand_on_scale
+
+    given = ratings[ratings["value"].notna()]
+    demand_on_scale(given, *asked.scale)
+    people = sorted(set(given["participant"]))
+    group = dict(zip(given["participant"], given["group"].astype(str), strict=True))
+    places = [_places(given["participant"], people), _places(given["stimulus"], [each.id for each in shown]),
+              _places(given["attribute"], asked.attributes)]  # fmt: skip
+    shape = (len(people), len(shown), len(asked.attributes))
+    total, count = np.zeros(shape), np.zeros(shape)
+    np.add.at(total, tuple(places), given["value"].to_numpy(dtype=np.float64))
+    np.add.at(count, tuple(places), 1.0)
+    value = np.divide(total, count, out=np.full(shape, np.nan), where=count > 0)
+    individual = Individual(tuple(people), tuple(group[who] for who in people), value)
+    rated = _answered(individual).any(axis=(0, 1))
+    if not rated.all():
+        names = [name for name, here in zip(asked.attributes, rated, strict=True) if not here]
+        raise ModelDataError(f"nobody rated {', '.join(names)}: ratings on every attribute are expected")
     met = _answered(individual).any(axis=0).all(axis=-1)
     if not met.all() and not rated_only:
-        raise ModelDataError(_unrated([each.id for each, here in zip(shown, met, strict=True) if not here]))
+        names = [stimulus.id for stimulus, here in zip(shown, met, strict=True) if not here]
+        raise ModelDataError(
+            f"no ratings of {some(names, SHOWN)} on every attribute; collect them, or leave such stimuli out"
+            " (rated_only)"
+        )
     kept = np.flatnonzero(met)
-    individual = _of_stimuli(individual, kept)
+    # the ratings of these stimuli only, without people who rated none of them
+    value = individual.value[:, kept]
+    here = np.flatnonzero(~np.isnan(value).all(axis=(1, 2)))
+    groups = tuple(individual.groups[i] for i in here)
+    individual = Individual(tuple(individual.people[i] for i in here), groups, value[here])
     data = _means([shown[i] for i in kept], asked, individual, simulated, tuple(made_from))
     demand_learnable(data)
     return Rated(data, individual)
@@ -98,47 +122,9 @@ def merged_sources(ids: Sequence[str], force_N: Array) -> tuple[str, ...]:
     return tuple(min(name for name, other in zip(ids, groups, strict=True) if other == group) for group in groups)
 
 
-def _individual(shown: Sequence[Shown], asked: Asked, ratings: pd.DataFrame) -> Individual:
-    from palpate.modeling.lab_answers import demand_on_scale
-
-    given = ratings[ratings["value"].notna()]
-    demand_on_scale(given, *asked.scale)
-    people = sorted(set(given["participant"]))
-    group = dict(zip(given["participant"], given["group"].astype(str), strict=True))
-    places = [_places(given["participant"], people), _places(given["stimulus"], [each.id for each in shown]),
-              _places(given["attribute"], asked.attributes)]  # fmt: skip
-    shape = (len(people), len(shown), len(asked.attributes))
-    total, count = np.zeros(shape), np.zeros(shape)
-    np.add.at(total, tuple(places), given["value"].to_numpy(dtype=np.float64))
-    np.add.at(count, tuple(places), 1.0)
-    value = np.divide(total, count, out=np.full(shape, np.nan), where=count > 0)
-    return Individual(tuple(people), tuple(group[who] for who in people), value)
-
-
-def _of_stimuli(individual: Individual, kept: Indices) -> Individual:
-    """The same ratings of these stimuli only, without people who rated none of them."""
-    value = individual.value[:, kept]
-    here = np.flatnonzero(~np.isnan(value).all(axis=(1, 2)))
-    groups = tuple(individual.groups[i] for i in here)
-    return Individual(tuple(individual.people[i] for i in here), groups, value[here])
-
-
 def _places(column: pd.Series[str], names: Sequence[str]) -> Indices:
     place = {name: i for i, name in enumerate(names)}
     return np.array([place[name] for name in column], dtype=np.int64)
-
-
-def _demand_attributes(individual: Individual, asked: Asked) -> None:
-    rated = _answered(individual).any(axis=(0, 1))
-    if not rated.all():
-        names = [name for name, here in zip(asked.attributes, rated, strict=True) if not here]
-        raise ModelDataError(f"nobody rated {', '.join(names)}: ratings on every attribute are expected")
-
-
-def _unrated(names: Sequence[str]) -> str:
-    return (
-        f"no ratings of {some(names, SHOWN)} on every attribute; collect them, or leave such stimuli out (rated_only)"
-    )
 
 
 def _means(

@@ -20,7 +20,6 @@ from palpate.signals.doors import profile_file
 if TYPE_CHECKING:
     from palpate.analysis.plans.material import Material
     from palpate.analysis.ratings.dataset import Ratings
-    from palpate.protocols.study import Stimulus
 
 
 PROFILE = profile_file.ProfileFormat(
@@ -79,28 +78,24 @@ def rated_material(
     material: Material, folder: Path, *, made_from: Sequence[str] | None = None, rated_only: bool = False
 ) -> Rated:
     """The ratings in a study's material, and the profiles in `folder`. Raises ModelDataError as `read_lab` does."""
+    from palpate.modeling.lab_answers import demand_scale
+
     ratings = material.ratings
     if ratings is None:
         raise ModelDataError(f"{material.name!r}: holds no ratings; a study that rates doors is expected")
-    shown = _of_study(material.study.stimuli, folder) if material.study else _of_table(ratings, folder)
+    shown = (
+        [_shown(each.id, each.columns, folder, each.sha256) for each in material.study.stimuli]
+        if material.study
+        else _of_table(ratings, folder)
+    )
     table = ratings.table if "group" in ratings.table.columns else ratings.table.assign(group="")
-    told = made_from if made_from is not None else _inputs(material)
-    return rated_of(
-        shown, _asked(ratings), table, simulated=material.simulated, made_from=(*told, _digest_line(shown)),
-        rated_only=rated_only,
-    )  # fmt: skip
-
-
-def _asked(ratings: Ratings) -> Asked:
-    from palpate.modeling.lab_answers import demand_scale
-
+    made_from = made_from if made_from is not None else _inputs(material)
     scale = demand_scale(ratings)
     antonyms = tuple(ratings.antonyms.get(name, f"not {name}") for name in ratings.attributes)
-    return Asked(ratings.attributes, antonyms, (scale.low, scale.high))
-
-
-def _of_study(stimuli: Sequence[Stimulus], folder: Path) -> list[Shown]:
-    return [_shown(each.id, each.columns, folder, each.sha256) for each in stimuli]
+    return rated_of(
+        shown, Asked(ratings.attributes, antonyms, (scale.low, scale.high)), table, simulated=material.simulated,
+        made_from=(*made_from, _digest_line(shown)), rated_only=rated_only,
+    )  # fmt: skip
 
 
 def _of_table(ratings: Ratings, folder: Path) -> list[Shown]:

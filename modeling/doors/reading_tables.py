@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +53,9 @@ def read_table(
         raise ModelDataError(f"{table}: no stimulus stands under the header; one a line is expected")
     number = np.array([[_rating(row, name, scale) for name in attributes] for row in rows])
     ids = tuple(_text(row, "id") for row in rows)
-    _demand_own_names(rows, ids)
+    for place, name in enumerate(ids):
+        if name in ids[:place]:
+            raise ModelDataError(f"{rows[place].where}: the stimulus {name!r} stands there twice")
     force = np.array([_profile(row, table.parent) for row in rows])
     alike = merged_sources(ids, force)
     data = DoorData(
@@ -86,27 +88,17 @@ def shipped_attributes() -> dict[str, str]:
 
 def _rows(path: Path, attributes: Mapping[str, str]) -> list[Row]:
     table = open_table(path, (), RATED)
-    _demand_columns(path, table.header, attributes)
-    return list(table.rows())
-
-
-def _demand_columns(table: Path, header: Sequence[str], attributes: Mapping[str, str]) -> None:
     known = (*NEEDED, *OPTIONAL, *attributes, *(f"{name}{SD}" for name in attributes))
-    for name in header:
+    for name in table.header:
         if name not in known:
-            raise ModelDataError(f"{table}, line 1: no column is called {name!r}; {nearest(name, known)}")
-        if header.count(name) > 1:
-            raise ModelDataError(f"{table}, line 1: the column {name!r} stands there twice")
+            raise ModelDataError(f"{path}, line 1: no column is called {name!r}; {nearest(name, known)}")
+        if table.header.count(name) > 1:
+            raise ModelDataError(f"{path}, line 1: the column {name!r} stands there twice")
     for name in (*NEEDED, *attributes):
-        if name not in header:
+        if name not in table.header:
             why = "" if name in NEEDED else ", the mean rating on this attribute"
-            raise ModelDataError(f"{table}, line 1: a column {name!r} is expected{why}; found {some(header)}")
-
-
-def _demand_own_names(rows: Sequence[Row], ids: Sequence[str]) -> None:
-    for place, name in enumerate(ids):
-        if name in ids[:place]:
-            raise ModelDataError(f"{rows[place].where}: the stimulus {name!r} stands there twice")
+            raise ModelDataError(f"{path}, line 1: a column {name!r} is expected{why}; found {some(table.header)}")
+    return list(table.rows())
 
 
 def _text(row: Row, column: str) -> str:

@@ -113,7 +113,10 @@ def sheet(
     head = HEAD + NEXT * max(0, len(lines) - 1)
     whole = Image.new("RGB", (wide * FINE, (head + math.ceil(len(tiles) / columns) * high + FOOT) * FINE), PAPER)
     pen = Pen(ImageDraw.Draw(whole))
-    _head(pen, title, lines, wide)
+    room = (wide - 2 * GAP) * FINE
+    pen.write((GAP * FINE, 28 * FINE), pen.fitted(title, room, 19 * FINE, bold=True), 19 * FINE, INK, bold=True)
+    for at, line in enumerate(lines):
+        pen.write((GAP * FINE, (47 + NEXT * at) * FINE), pen.fitted(line, room, 12 * FINE), 12 * FINE, SOFT)
     places = [(GAP + k % columns * (WIDE + GAP), head + k // columns * high) for k in range(len(tiles))]
     opened = [_opened(each) for each in pictures]
     for tile, seen, (left, top) in zip(tiles, opened, places, strict=True):
@@ -168,13 +171,6 @@ def _opened(content: bytes | None) -> Image | None:
             return seen
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
         return None
-
-
-def _head(pen: Pen, title: str, lines: Sequence[str], wide: int) -> None:
-    room = (wide - 2 * GAP) * FINE
-    pen.write((GAP * FINE, 28 * FINE), pen.fitted(title, room, 19 * FINE, bold=True), 19 * FINE, INK, bold=True)
-    for at, line in enumerate(lines):
-        pen.write((GAP * FINE, (47 + NEXT * at) * FINE), pen.fitted(line, room, 12 * FINE), 12 * FINE, SOFT)
 
 
 def _lines(pen: Pen, parts: Sequence[str], room: float) -> list[str]:

@@ -52,7 +52,12 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     Raises LibraryError where nothing is known of any, and where the model tells of other attributes than people rated.
     """
     pairs = _pairs(material, model)
-    usual, entries, left_out, unsaid = _usual_sd(material), [], {}, []
+    # the SD between people on each attribute (root mean square), where two at least rated a texture
+    found = []
+    for at in range(len(material.attributes)):
+        known = [sd for each in material.textures if each.rated and (sd := _sd(each.rated, at)) is not None]
+        found.append(math.sqrt(sum(sd * sd for sd in known) / len(known)) if known else UNKNOWN_SD)
+    usual, entries, left_out, unsaid = tuple(found), [], {}, []
     ordered = sorted(material.textures, key=lambda each: each.id)
     said = _all_predicted(ordered, model)
     for texture, (predicted, why) in zip(ordered, said, strict=True):
@@ -87,15 +92,6 @@ def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
         return model.attributes
     told = ["; ".join(each.name for each in every) for every in (material.attributes, model.attributes)]
     raise LibraryError(f"people rated {told[0]}, and the model tells {told[1]}: train it on these ratings.")
-
-
-def _usual_sd(material: Material) -> tuple[float, ...]:
-    """How far people are apart on each attribute (root mean square SD), where two at least rated a texture."""
-    found = []
-    for at in range(len(material.attributes)):
-        known = [sd for each in material.textures if each.rated and (sd := _sd(each.rated, at)) is not None]
-        found.append(math.sqrt(sum(sd * sd for sd in known) / len(known)) if known else UNKNOWN_SD)
-    return tuple(found)
 
 
 def _sd(rated: attributes.Rated, at: int) -> float | None:

@@ -135,7 +135,13 @@ def whole_words(
     named = "" if entry.label in ("", entry.id) else f", {entry.label}"
     yield f"{entry.id}{named} ({entry.category}): {description(entry, library, kind)}"
     yield ""
-    yield from _attributes(entry, library, kind)
+    # a line for each attribute, rated beside predicted
+    words = [f"{low}-{high}" for low, high in library.attributes]
+    wide = max(map(len, words))
+    kinds = [each for each in KINDS if known(entry, each) and kind in (None, each)]
+    yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, each):30}' for each in kinds)}".rstrip()
+    for at, name in enumerate(words):
+        yield f"{name:{wide}}  {'  '.join(f'{_told(entry, at, each):30}' for each in kinds)}".rstrip()
     yield ""
     if alike := near(entry, others, len(library.attributes), kind)[:LIKE]:
         told = ", ".join(f"{one.entry.id} {one.entry.label} ({one.distance:.1f} JND)" for one in alike)
@@ -159,16 +165,6 @@ def plain_library(entries: Sequence[Entry], library: Library, kind: Kind | None)
     """The library as JSON: its textures, and where they come from."""
     whole = library.model_dump(mode="json", include={"attributes", "simulated", "sources", "notes"})
     return {**whole, "textures": [plain_entry(each, library, kind) for each in entries]}
-
-
-def _attributes(entry: Entry, library: Library, kind: Kind | None) -> Iterator[str]:
-    """A line for each attribute, rated beside predicted."""
-    words = [f"{low}-{high}" for low, high in library.attributes]
-    wide = max(map(len, words))
-    kinds = [each for each in KINDS if known(entry, each) and kind in (None, each)]
-    yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, each):30}' for each in kinds)}".rstrip()
-    for at, name in enumerate(words):
-        yield f"{name:{wide}}  {'  '.join(f'{_told(entry, at, each):30}' for each in kinds)}".rstrip()
 
 
 def _heading(entry: Entry, kind: Kind) -> str:

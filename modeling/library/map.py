@@ -1,10 +1,10 @@
-"""The library as a plane: thesis Figure 3.3c with what was found marked on it."""
+"""The library as a plane: thesis figure 3.3c, with the results marked on it."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from matplotlib.patches import Circle
 
@@ -14,9 +14,6 @@ from palpate.analysis.figures.style import INK, PAPER, SOFT, drawing, save
 from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, felt
 from palpate.modeling.library.files import demand_folder
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 ROLES = {"x": ("hard", "soft"), "y": ("flat", "bumpy"), "size": ("smooth", "rough"), "colour": ("slippery", "sticky")}
 """Figure 3.3c: the attribute of each role, and which word stands at its far end."""
 FOUND, FADED = "#D55E00", 0.22
@@ -25,7 +22,7 @@ FOUND, FADED = "#D55E00", 0.22
 def map_data(entries: Sequence[Entry], library: Library, kind: Kind | None = None) -> FigureData:
     """The textures as rows of a bubble plot, on -100 to 100. Raises LibraryError for fewer than two attributes."""
     roles = roles_of(library.attributes)
-    rows = [row for each in entries if (row := _row(each, library, kind)) is not None]
+    rows = [row for entry in entries if (row := _row(entry, library, kind)) is not None]
     if not rows:
         raise LibraryError("no texture has all of its attributes: there is nothing to draw.")
     caption = f"Each bubble is a texture ({len(rows)}), brought to -100 to 100."
@@ -66,6 +63,8 @@ def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | 
 
 def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
     """The plane; what was found in full colour with a red edge, the rest faded (call it within `drawing`)."""
+    from matplotlib.patheffects import withStroke
+
     drawn = draw(data)
     axes = drawn.figure.axes[0]
     told = f"{data.words['told']}{'; with a red edge: found' if found else ''}"
@@ -73,24 +72,18 @@ def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
     if found:
         keys = {mark.gid: mark.key for mark in drawn.marks}
         named = {text.get_text() for text in axes.texts}
-        for bubble in [each for each in axes.patches if isinstance(each, Circle)]:
+        for bubble in [patch for patch in axes.patches if isinstance(patch, Circle)]:
             name = keys.get(str(bubble.get_gid()), "")
             if name not in found:
                 bubble.set(alpha=FADED)
                 continue
             bubble.set(edgecolor=FOUND, linewidth=2.4, alpha=1.0, zorder=4)
             if name not in named:
-                _name_inside(axes, bubble, name)
+                # a result has its name also where there is no room beside it
+                around = [withStroke(linewidth=2.2, foreground=PAPER)]
+                x, y = bubble.center
+                axes.text(x, y, name, ha="center", va="center", fontsize=6.5, color=INK, zorder=6, path_effects=around)
     return drawn
-
-
-def _name_inside(axes: Axes, bubble: Circle, name: str) -> None:
-    """What was found has its name also where there is no room beside it."""
-    from matplotlib.patheffects import withStroke
-
-    around = [withStroke(linewidth=2.2, foreground=PAPER)]
-    x, y = bubble.center
-    axes.text(x, y, name, ha="center", va="center", fontsize=6.5, color=INK, zorder=6, path_effects=around)
 
 
 def write_map(path: Path, data: FigureData, found: Collection[str] = ()) -> list[Path]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.modeling.attributes.material import Material, MaterialError, Texture
-from palpate.modeling.attributes.model_file import NAME, AttributeModel, Card, read_model
+from palpate.modeling.attributes.model_file import NAME, AttributeModel, read_model
 from palpate.modeling.attributes.reading_folder import is_picture, rated_lines, table_in
 from palpate.modeling.attributes.reading_pictures import STUDY as PICTURES_STUDY
 from palpate.modeling.attributes.reading_pictures import folders_of, picture_of, pictured_trials
@@ -147,26 +147,32 @@ def material_of(wanted: Wanted, model: AttributeModel | None, report: Report) ->
         found = _of_folder(wanted, wanted.folder, model, report)
     elif model is None:
         report("reading ratings")
-        return _rated_only(read_ratings(wanted.lab, wanted.study, wanted.simulated))
+        ratings = read_ratings(wanted.lab, wanted.study, wanted.simulated)
+        textures = tuple(_texture(name, ratings) for name in ratings.rated)
+        notes = (*ratings.notes, *(f"{name}: {why}" for name, why in ratings.incomplete.items()))
+        return Material(textures, ratings.attributes, simulated=ratings.simulated, notes=notes)
     else:
-        found = _of_sessions(wanted, model.card, report)
+        from palpate.modeling.attributes.reading import read_material
+
+        report("making features")
+        found = read_material(
+            wanted.lab,
+            study_ratings=wanted.study,
+            weights=wanted.weights,
+            quick=model.card.quick,
+            variants=0,
+            workers=wanted.workers,
+            touch=bool(model.card.touch),
+            sight=bool(model.card.sight),
+            simulated=wanted.simulated,
+            report=report,
+        )
     if model is not None and "resnet" in model.card.sight and found.weights != model.card.weights:
         raise LibraryError(
             f"{model.path}: it learned from ResNet-50 with {model.card.weights or 'other weights'}, and these features "
             f"have {found.weights or 'none'}: give the same file with --weights, or train the model anew."
         )
     return found
-
-
-def _of_sessions(wanted: Wanted, card: Card, report: Report) -> Material:
-    from palpate.modeling.attributes.reading import read_material
-
-    report("making features")
-    return read_material(
-        wanted.lab, study_ratings=wanted.study, weights=wanted.weights, quick=card.quick, variants=0,
-        workers=wanted.workers, touch=bool(card.touch), sight=bool(card.sight), simulated=wanted.simulated,
-        report=report,
-    )  # fmt: skip
 
 
 def _of_folder(wanted: Wanted, folder: Path, model: AttributeModel | None, report: Report) -> Material:
@@ -192,15 +198,14 @@ def predictor_of(model: AttributeModel, lab: Path) -> Predictor:
         half = np.full(len(model.attributes), Z90 * NOTHING_KNOWN[1])
         notes = (*notes, f"{model.card.name} has no intervals (too few textures): what it predicts counts as unsure.")
     told = file_sha256(model.path)
-    source = Source(what=f"model: {model.card.method}", file=_in_lab(model.path, lab), sha256=told)
+    here, root = model.path.resolve(), lab.resolve()
+    source = Source(
+        what=f"model: {model.card.method}",
+        file=here.relative_to(root).as_posix() if here.is_relative_to(root) else model.path.name,
+        sha256=told,
+    )
     learned = frozenset(model.card.learned)
     return Predictor(model.attributes, model.predictions, -half, half, learned, (source,), tuple(notes))
-
-
-def _in_lab(file: Path, lab: Path) -> str:
-    """A file's path from the lab; the name alone of one that lies elsewhere, whose content tells it."""
-    here, root = file.resolve(), lab.resolve()
-    return here.relative_to(root).as_posix() if here.is_relative_to(root) else file.name
 
 
 def rating_sources(wanted: Wanted) -> Iterator[Source]:
@@ -220,12 +225,6 @@ def first_pictures(wanted: Wanted, names: Sequence[str]) -> Pictures:
     if folder := wanted.pictures or wanted.folder:
         return Pictures(dict(pictures_in(folder, names)))
     return pictures_taken(wanted.lab, wanted.simulated)
-
-
-def _rated_only(ratings: RatedTextures) -> Material:
-    textures = tuple(_texture(name, ratings) for name in ratings.rated)
-    notes = (*ratings.notes, *(f"{name}: {why}" for name, why in ratings.incomplete.items()))
-    return Material(textures, ratings.attributes, simulated=ratings.simulated, notes=notes)
 
 
 def _texture(name: str, ratings: RatedTextures) -> Texture:

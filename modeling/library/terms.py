@@ -72,17 +72,13 @@ def turned(soft: Soft) -> Soft:
 def both(first: Soft, second: Soft) -> Soft:
     """The lesser membership of the two everywhere: what lies in both ranges."""
     values = sorted({value for each in (first, second) for value, _ in each.knots})
-    values = sorted({*values, *_crossings(first, second, values)})
-    return Soft(tuple((value, min(first.at(value), second.at(value))) for value in values))
-
-
-def _crossings(first: Soft, second: Soft, values: Sequence[float]) -> list[float]:
     found = []
     for low, high in pairwise(values):
         before, after = (first.at(value) - second.at(value) for value in (low, high))
         if before * after < 0:
             found.append(low + (high - low) * before / (before - after))
-    return found
+    values = sorted({*values, *found})
+    return Soft(tuple((value, min(first.at(value), second.at(value))) for value in values))
 
 
 def _risen(low: float, high: float, mean: float, sd: float) -> float:

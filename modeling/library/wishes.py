@@ -79,7 +79,14 @@ def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
     if not found:
         raise LibraryError(f"{' '.join(texts)!r}: nothing is wished for. {known_words(known)}")
     for pair in combined(found):
-        _demand_possible([wish for wish in found if wish.pair == pair[0]], known)
+        wishes = [wish for wish in found if wish.pair == pair[0]]
+        if len(wishes) > 1 and combined(wishes)[0][1].best < HALF_MET + ROUNDING:
+            low, high = known.pairs[wishes[0].pair]
+            said = " and ".join(dict.fromkeys(repr(wish.said) for wish in wishes))
+            raise LibraryError(
+                f"{said} contradict each other: they are about one attribute, {low}-{high}, and no value fits both. "
+                f"Leave one out, or say 'neither {low.lower()} nor {high.lower()}' for the middle."
+            )
     return found
 
 
@@ -89,16 +96,6 @@ def combined(wishes: Sequence[Wish]) -> list[tuple[int, Soft]]:
     return [(pair, reduce(both, (each.soft for each in every))) for pair, every in groupby(ordered, lambda w: w.pair)]
 
 
-def _demand_possible(wishes: Sequence[Wish], known: Vocabulary) -> None:
-    if len(wishes) > 1 and combined(wishes)[0][1].best < HALF_MET + ROUNDING:
-        low, high = known.pairs[wishes[0].pair]
-        said = " and ".join(dict.fromkeys(repr(wish.said) for wish in wishes))
-        raise LibraryError(
-            f"{said} contradict each other: they are about one attribute, {low}-{high}, and no value fits both. Leave "
-            f"one out, or say 'neither {low.lower()} nor {high.lower()}' for the middle."
-        )
-
-
 def _read(text: str, known: Vocabulary) -> list[Wish]:
     reader = _Reader(text, [each.replace("’", "'") for each in TOKEN.findall(text.lower())], known)
     while reader.at < len(reader.words):
@@ -106,7 +103,16 @@ def _read(text: str, known: Vocabulary) -> list[Wish]:
         if reader.peek() in SEPARATORS:
             reader.at += 1
         elif reader.peek() == "neither":
-            _neither(reader)
+            # neither rough nor smooth, nor ...: each word is denied
+            reader.at += 1
+            denied = [_denied(reader)]
+            while reader.peek() in ("nor", "or"):
+                reader.at += 1
+                denied.append(_denied(reader))
+            if len(denied) < 2:
+                raise LibraryError(f"{reader.text!r}: 'neither' is followed by a word, 'nor' and another word.")
+            for pair in dict.fromkeys(pair for pair, _ in denied):
+                reader.wish(pair, reduce(both, (soft for about, soft in denied if about == pair)))
         elif reader.peek() == "between":
             _between(reader)
         elif reader.match(reader.known.degrees) or not (silent := reader.match(reader.known.silent)):
@@ -114,19 +120,6 @@ def _read(text: str, known: Vocabulary) -> list[Wish]:
         else:
             reader.at += len(silent)
     return reader.wishes
-
-
-def _neither(reader: _Reader) -> None:
-    """Neither rough nor smooth, nor ...: each word is denied."""
-    reader.at += 1
-    denied = [_denied(reader)]
-    while reader.peek() in ("nor", "or"):
-        reader.at += 1
-        denied.append(_denied(reader))
-    if len(denied) < 2:
-        raise LibraryError(f"{reader.text!r}: 'neither' is followed by a word, 'nor' and another word.")
-    for pair in dict.fromkeys(pair for pair, _ in denied):
-        reader.wish(pair, reduce(both, (soft for about, soft in denied if about == pair)))
 
 
 def _denied(reader: _Reader) -> tuple[int, Soft]:
@@ -250,10 +243,6 @@ def _number(reader: _Reader) -> Soft | None:
     if reader.peek() in joining and _begins_number(reader, 1):
         reader.at += 1
         high = _value(reader)
-    return _range(reader, low, high)
-
-
-def _range(reader: _Reader, low: float, high: float | None) -> Soft:
     if high is None or high < low:
         raise LibraryError(f"{reader.text!r}: a range goes from the lesser number to the greater, as in 60-80.")
     about = NEAR if high == low else 0.0

@@ -81,7 +81,13 @@ def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
     signals = samples_of(recording, parts.test)
     seen = signals.shape[1] < LEAST_S * RATE_HZ
     signals = recording.signals if seen else signals
-    _demand_moves(recording, signals)
+    moving = float(np.mean(sounds(signals[1], signals[2])))
+    if moving < MOVES:
+        raise TextureDataError(
+            f"{recording.texture}: not run free, since the hand moves faster than {SLOWEST_MM_S:g} mm/s and presses "
+            f"with more than {FAINTEST_N:g} N in {moving:.0%} of the time only, and the renderer is silent elsewhere. "
+            "Check the units of speed and force."
+        )
     half = recording.signals.shape[1] // 2
     again = recording.signals[0, :half] if seen else samples_of(recording, parts.validation)[0]
     count = max(1, round(seconds * RATE_HZ))
@@ -115,16 +121,6 @@ def _cycle(recording: Recording, test: Stretches) -> tuple[float | None, int]:
 def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:
     """Where a hand (n,) in mm/s and N moves and presses enough for the renderer to sound."""
     return (speed > SLOWEST_MM_S) & (force > FAINTEST_N)
-
-
-def _demand_moves(recording: Recording, signals: Array) -> None:
-    moving = float(np.mean(sounds(signals[1], signals[2])))
-    if moving < MOVES:
-        raise TextureDataError(
-            f"{recording.texture}: not run free, since the hand moves faster than {SLOWEST_MM_S:g} mm/s and presses "
-            f"with more than {FAINTEST_N:g} N in {moving:.0%} of the time only, and the renderer is silent elsewhere. "
-            "Check the units of speed and force."
-        )
 
 
 def _three(texture: str, signals: Array) -> Array:

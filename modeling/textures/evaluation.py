@@ -197,8 +197,20 @@ def evaluate_methods(domain: TextureDomain, options: TextureOptions, report: Rep
     Raises JobBroken for what fails other than by refusing.
     """
     start = domain.clock()
-    fits = _fits(domain, options)
-    plays = [play for fit in fits if not fit.of_the_grid for play in _plays(fit)]
+    whole = [Fit(texture, name) for texture in domain.recordings for name in options.names]
+    fits = whole + [
+        Fit(texture, method, window, loss)
+        for texture in domain.recordings
+        for method in options.grid
+        for window in LENGTHS
+        for loss in LOSSES
+    ]
+    plays = [
+        play
+        for fit in fits
+        if not fit.of_the_grid
+        for play in ([Play(fit), Play(fit, sampled=False)] if fit.method == DEFAULT else [Play(fit)])
+    ]
     results = evaluate(domain, waves(domain, fits, plays), options, report)
     drives: dict[str, Drive] = {}
     notes = {name: [*recording.notes, *told(recording, domain.parts[name])]
@@ -225,22 +237,6 @@ def waves(domain: TextureDomain, fits: Sequence[Fit], plays: Sequence[Play]) -> 
     explorations = [Explore(texture) for texture in domain.recordings] if domain.explore else []
     slow = [fit for fit in fits if fit.method in SLOW]
     return [*slow, *explorations, *(fit for fit in fits if fit.method not in SLOW)], plays
-
-
-def _fits(domain: TextureDomain, options: TextureOptions) -> list[Fit]:
-    whole = [Fit(texture, name) for texture in domain.recordings for name in options.names]
-    return whole + [
-        Fit(texture, method, window, loss)
-        for texture in domain.recordings
-        for method in options.grid
-        for window in LENGTHS
-        for loss in LOSSES
-    ]
-
-
-def _plays(fit: Fit) -> list[Play]:
-    """Return how a fit runs free: the generative network also by its mean alone, to show what that does."""
-    return [Play(fit), Play(fit, sampled=False)] if fit.method == DEFAULT else [Play(fit)]
 
 
 def _steps(options: TextureOptions, fits: Sequence[TextureResult], report: Report) -> dict[str, Steps]:

@@ -58,19 +58,21 @@ Look = tuple[str, str]
 def figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder."""
     yield from free_figures(evaluation, folder)
-    yield from _grid(evaluation, folder)
-    yield from _one_step(evaluation, folder)
-    yield from time_figures(evaluation, folder)
-    yield from _curves(evaluation, folder)
-
-
-def _grid(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Figure 4.5."""
     rows = [row for row in figure_4_5(evaluation) if row["mae"] is not None]
     if rows:
         caption = words.FIGURE_4_5.format(count=max(row["textures"] for row in rows))
         with drawing("figure_4_5"):
             yield drawn_figure("figure_4_5", "Window and loss", caption, _grid_figure(rows), folder)
+    yield from _one_step(evaluation, folder)
+    yield from time_figures(evaluation, folder)
+    # the learning curves of ours and of the thesis' method, a line for each texture
+    from palpate.modeling.training.trained_files import learning_curve
+
+    for method in CURVED:
+        if histories := _histories(evaluation, method):
+            name, title = f"learning_{method}", f"Learning curves: {evaluation.method(method).title}"
+            with drawing(name):
+                yield drawn_figure(name, title, words.CURVES, learning_curve(histories), folder)
 
 
 def _grid_figure(rows: list[Row]) -> Figure:
@@ -178,17 +180,6 @@ def _test_part(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Ar
     return {
         name: (result.array("actual"), result.array("answered")) for name, result in done.items() if not result.refused
     }
-
-
-def _curves(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Yield the learning curves of ours and of the thesis' method, a line for each texture."""
-    from palpate.modeling.training.trained_files import learning_curve
-
-    for method in CURVED:
-        if histories := _histories(evaluation, method):
-            name, title = f"learning_{method}", f"Learning curves: {evaluation.method(method).title}"
-            with drawing(name):
-                yield drawn_figure(name, title, words.CURVES, learning_curve(histories), folder)
 
 
 def _histories(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Epoch, ...]]:
@@ -342,27 +333,22 @@ def time_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnF
     rows = [row for row in method_rows(evaluation) if row["felt_dB"] is not None]
     if any(row["step_us"] or row["train_s"] for row in rows):
         with drawing("work_precision"):
-            figure = _figure(evaluation, rows)
+            from matplotlib.figure import Figure
+            from matplotlib.lines import Line2D
+
+            looks = {row["method"]: (COLOURS[i % 8], SHAPES[i // 8 % 2]) for i, row in enumerate(rows)}
+            figure = Figure(figsize=(9.2, 3.6), layout="constrained")
+            step, training = figure.subplots(1, 2, sharey=True)
+            for row in rows:
+                medians = [median for median, _, _ in evaluation.steps.get(row["method"], {}).values()]
+                _points(step, medians, row["felt_dB"], looks[row["method"]])
+                _points(training, [row["train_s"]] if row["train_s"] else [], row["felt_dB"], looks[row["method"]])
+            _named(step, "a step, µs (median)", "felt levels off, dB")
+            _named(training, "training of a texture, s", "")
+            step.set_ylim(bottom=0)
+            handles = [Line2D([], [], color=colour, marker=shape, linestyle="") for colour, shape in looks.values()]
+            figure.legend(handles, [row["title"] for row in rows], loc="outside upper left", frameon=False, ncols=3)
             yield drawn_figure("work_precision", "Error against time", words.WORK_PRECISION, figure, folder)
-
-
-def _figure(evaluation: TextureEvaluation, rows: list[Row]) -> Figure:
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-
-    looks = {row["method"]: (COLOURS[i % 8], SHAPES[i // 8 % 2]) for i, row in enumerate(rows)}
-    figure = Figure(figsize=(9.2, 3.6), layout="constrained")
-    step, training = figure.subplots(1, 2, sharey=True)
-    for row in rows:
-        medians = [median for median, _, _ in evaluation.steps.get(row["method"], {}).values()]
-        _points(step, medians, row["felt_dB"], looks[row["method"]])
-        _points(training, [row["train_s"]] if row["train_s"] else [], row["felt_dB"], looks[row["method"]])
-    _named(step, "a step, µs (median)", "felt levels off, dB")
-    _named(training, "training of a texture, s", "")
-    step.set_ylim(bottom=0)
-    handles = [Line2D([], [], color=colour, marker=shape, linestyle="") for colour, shape in looks.values()]
-    figure.legend(handles, [row["title"] for row in rows], loc="outside upper left", frameon=False, ncols=3)
-    return figure
 
 
 def _points(axes: Axes, times: list[float], error: float, look: Look) -> None:

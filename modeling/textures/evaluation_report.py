@@ -195,14 +195,13 @@ def step_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
     if compared := [row for row in grid_rows(evaluation) if row["chosen"]]:
         titles_of = [{**row, "title": METHODS[row["method"]].title} for row in compared]
         blocks.append(table("Table 4.2, window and loss chosen by the validation part", titles_of, CHOSEN))
-    blocks += [figure_block(figure, _number(figure.name)) for figure in pictures(pictured, "figure_4_")]
+    blocks += [
+        figure_block(figure, "Figure " + figure.name.removeprefix("figure_").removesuffix("_free").replace("_", "."))
+        for figure in pictures(pictured, "figure_4_")
+    ]
     if not pictures(pictured, "figure_4_5"):
         blocks.append(Words(words.NO_GRID, "note"))
     return Section("step", "One step ahead", tuple(blocks))
-
-
-def _number(name: str) -> str:
-    return "Figure " + name.removeprefix("figure_").removesuffix("_free").replace("_", ".")
 
 
 def time_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:

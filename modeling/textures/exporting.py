@@ -50,15 +50,10 @@ def exported_windows(network: nn.Module, scale: Scale, window: int) -> Exported:
     down = Affine(gain="down.gain", offset="down.offset")
     tensors["down.gain"] = (1.0 / scale.sd[:, None]).astype(np.float32)
     tensors["down.offset"] = (-scale.mean / scale.sd)[:, None].astype(np.float32)
-    answers = _answers(network, window)
+    answers = int(answers_of(network, np.zeros((1, 3, window)), 1).shape[1])
     up, more = _up(scale, answers)
     steps = (Reshape(shape=(3, window)), down, *(step for step, _ in found), up)
     return Exported(steps, tensors | more)
-
-
-def _answers(network: nn.Module, window: int) -> int:
-    """How many numbers a network answers, by asking it."""
-    return int(answers_of(network, np.zeros((1, 3, window)), 1).shape[1])
 
 
 def _up(scale: Scale, answers: int) -> tuple[Step, dict[str, NDArray[np.float32]]]:

@@ -136,12 +136,11 @@ def rows_of(learning: Learning, window: int) -> Rows:
     held_part = windows(learning.recording, learning.parts.validation, window)
     if not np.ptp(train_part.wanted) > 0:
         raise TextureDataError(f"{learning.recording.texture}: its acceleration does not vary: nothing to learn from.")
-    train, held = (_pairs(part.given, part.wanted, scale) for part in (train_part, held_part))
+    train, held = (
+        pairs(scale.down(part.given), ((part.wanted - scale.mean[0]) / scale.sd[0])[:, None])
+        for part in (train_part, held_part)
+    )
     return Rows(train, held, scale)
-
-
-def _pairs(given: Array, wanted: Array, scale: Scale) -> Pairs:
-    return pairs(scale.down(given), ((wanted - scale.mean[0]) / scale.sd[0])[:, None])
 
 
 def fed(rows: Rows, diet: Diet, seed: int) -> Source:

@@ -58,7 +58,23 @@ def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
     """
     seconds = np.arange(len(axes)) / rate_hz
     for part in {len(axes), min(len(axes), round(PART_S * rate_hz))}:
-        cycles = _own_frequency(axes, rate_hz, mains_hz, part) * seconds
+        # of the frequencies that the mains may have, take the one whose multiples stand out most from their neighbours;
+        # the power is that of all axes together, averaged over parts that overlap by half
+        points = 2 ** math.ceil(math.log2(part * MAINS_FINER))
+        taper = np.hanning(part + 2)[1:-1, None]
+        starts = range(0, len(axes) - part + 1, max(1, part // 2))
+        found = sum(
+            (np.abs(np.fft.rfft(axes[at : at + part] * taper, points, axis=0)) ** 2).sum(axis=1) for at in starts
+        )
+        step_hz, power = rate_hz / points, np.asarray(found)
+        reach = WANDERS * mains_hz
+        tried = np.linspace(mains_hz - reach, mains_hz + reach, 2 * math.ceil(TELLING * reach / step_hz) + 1)
+        score = np.zeros(len(tried))
+        for multiple in [each for each in multiples_of(mains_hz, rate_hz) if each <= TELLING]:
+            at = np.rint(multiple * tried / step_hz).astype(int)
+            beside = np.rint((multiple * mains_hz + np.r_[-8:-2:13j, 2:8:13j]) / step_hz).astype(int)
+            score += power[at] / (np.median(power[beside]) + np.finfo(float).tiny)
+        cycles = float(tried[int(np.argmax(score))]) * seconds
         for wanders in (False, True, True):
             away = _away(axes, rate_hz, mains_hz, cycles, wanders)
             cycles = cycles + away
@@ -66,28 +82,6 @@ def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
                 yield cycles
             if not away.any():
                 break
-
-
-def _own_frequency(axes: Array, rate_hz: float, mains_hz: float, part: int) -> float:
-    """Of the frequencies that the mains may have, the one whose multiples stand out most from what lies beside."""
-    step_hz, power = _spectrum(axes, rate_hz, part)
-    reach = WANDERS * mains_hz
-    tried = np.linspace(mains_hz - reach, mains_hz + reach, 2 * math.ceil(TELLING * reach / step_hz) + 1)
-    score = np.zeros(len(tried))
-    for multiple in [each for each in multiples_of(mains_hz, rate_hz) if each <= TELLING]:
-        at = np.rint(multiple * tried / step_hz).astype(int)
-        beside = np.rint((multiple * mains_hz + np.r_[-8:-2:13j, 2:8:13j]) / step_hz).astype(int)
-        score += power[at] / (np.median(power[beside]) + np.finfo(float).tiny)
-    return float(tried[int(np.argmax(score))])
-
-
-def _spectrum(axes: Array, rate_hz: float, part: int) -> tuple[float, Array]:
-    """The step in Hz, and the power, all axes together, averaged over parts of that length that overlap by half."""
-    points = 2 ** math.ceil(math.log2(part * MAINS_FINER))
-    taper = np.hanning(part + 2)[1:-1, None]
-    starts = range(0, len(axes) - part + 1, max(1, part // 2))
-    found = sum((np.abs(np.fft.rfft(axes[at : at + part] * taper, points, axis=0)) ** 2).sum(axis=1) for at in starts)
-    return rate_hz / points, np.asarray(found)
 
 
 def _away(axes: Array, rate_hz: float, mains_hz: float, cycles: Array, wanders: bool) -> Array:

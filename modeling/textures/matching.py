@@ -72,7 +72,12 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
     seeds give equal bits. nan, and no correction, where too little is recorded to go by.
     """
     window = len(network.weight)
-    stretches = _cut((*parts.train, *parts.validation), window)
+    cut = [
+        (at, min(at + LONGEST, stop))
+        for start, stop in (*parts.train, *parts.validation)
+        for at in range(start, stop, LONGEST)
+    ]
+    stretches = [(start, stop) for start, stop in cut if stop - start > 2 * window]
     truth, heard = _recorded(recording, stretches, window)
     if heard.sum() < SMOOTHED or not truth.any():
         return math.nan
@@ -80,9 +85,18 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
     best = _Tried(math.inf, network.weight.clone(), network.log_gain.clone(), truths, np.zeros(window))
     for left in range(rounds, -1, -1):
         runs = heard * _finite(free_run(network, recording, stretches, scale, seed, DRAWS))
-        distance = _distance(truths, runs.reshape(-1))
+        made = runs.reshape(-1)
+        ratio = level_ratio(made, truths)
+        distance = felt_distance(truths, made) + abs(20 * math.log10(ratio)) if ratio else math.inf
         if distance < best.distance:
-            own = predictor([part for run in runs for part in _between(run, stretches, window)], window)
+            own = predictor(
+                [
+                    part
+                    for run in runs
+                    for part in np.split(run, np.cumsum([stop - start - window for start, stop in stretches])[:-1])
+                ],
+                window,
+            )
             best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), runs.reshape(-1), own)
         else:
             stiff *= STIFFER
@@ -158,29 +172,12 @@ def _finite(made: Array) -> Array:
     return np.nan_to_num(made, nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def _distance(truth: Array, made: Array) -> float:
-    """Felt and level's, in dB."""
-    ratio = level_ratio(made, truth)
-    return felt_distance(truth, made) + abs(20 * math.log10(ratio)) if ratio else math.inf
-
-
 def _recorded(recording: Recording, stretches: Stretches, window: int) -> tuple[Array, NDArray[np.bool_]]:
     """The acceleration of all stretches after their first window, 0 at rest; and where it is heard."""
     pieces = [recording.signals[:, start + window : stop] for start, stop in stretches]
     acceleration, speed, force = np.concatenate(pieces or [np.zeros((3, 0))], axis=1)
     heard = sounds(speed, force)
     return acceleration * heard, heard
-
-
-def _between(signal: Array, stretches: Stretches, window: int) -> list[Array]:
-    """A signal made by `free_run`, stretch by stretch."""
-    return np.split(signal, np.cumsum([stop - start - window for start, stop in stretches])[:-1])
-
-
-def _cut(stretches: Stretches, window: int) -> list[tuple[int, int]]:
-    """Parts of at most `LONGEST` samples that hold more than a window."""
-    cut = [(at, min(at + LONGEST, stop)) for start, stop in stretches for at in range(start, stop, LONGEST)]
-    return [(start, stop) for start, stop in cut if stop - start > 2 * window]
 
 
 KEPT = 0.3
@@ -207,7 +204,7 @@ def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Arr
     """
     hertz, wanted = density(truth)
     found = density(made)[1]
-    weigh = third_octaves(hertz) * (hertz[1] / _thresholds() ** 2)
+    weigh = third_octaves(hertz) * (hertz[1] / np.array([[threshold_m_s2(middle)] for middle in BANDS_HZ]) ** 2)
     lags = np.exp(-2j * np.pi * hertz[:, None] / RATE_HZ * np.arange(len(own), 0, -1))
     whitened, heard, goal = 1 - lags @ own, hertz >= LOWEST_HZ, _felt(weigh @ wanted)
 
@@ -224,7 +221,3 @@ def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Arr
 def _felt(power: Array) -> Array:
     """Power over that at the threshold, in dB: smooth at 0, where a level ends that nobody feels."""
     return np.asarray(_DB * np.log1p(power))
-
-
-def _thresholds() -> NDArray[np.float64]:
-    return np.array([[threshold_m_s2(middle)] for middle in BANDS_HZ])

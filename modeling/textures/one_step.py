@@ -47,7 +47,10 @@ def fit_and_score(
     recording, parts = learning.recording, learning.parts
     start = clock()
     model = method.fit(learning)
-    numbers: Numbers = {"window": float(model.window), **_training_times(model, clock() - start)}
+    history = history_of(model)
+    seconds = float(getattr(getattr(model, "trained", None), "seconds", clock() - start))
+    epochs = {"epochs": float(len(history)), "epoch_s": seconds / len(history)} if history else {}
+    numbers: Numbers = {"window": float(model.window), **{"train_s": seconds, **epochs}}
     card = None
     if folder is not None:
         card = write_texture(folder, recording, parts, model, method, with_start=True, seed=learning.seed)
@@ -55,7 +58,10 @@ def fit_and_score(
     if method.kind == "block":
         if card is None:
             raise TextureDataError(f"{method.name}: a method of spectra has neither a window nor a loss to compare.")
-        actual, predicted = _play_test_part(recording, parts, card, learning.seed)
+        # the measured samples, and what a model that does not look at the past makes for the hand of the test part
+        within = np.concatenate([np.arange(stop - start) >= LONGEST for start, stop in parts.test])
+        acceleration, speed, force = samples_of(recording, parts.test)
+        actual, predicted = acceleration[within], np.asarray(play(card, speed, force, learning.seed))[within]
     else:
         actual, predicted = predict_test_part(recording, parts, model)
     numbers |= one_step_scores(actual, predicted, recording, parts)
@@ -66,13 +72,6 @@ def fit_and_score(
     return numbers, arrays, (card, card.with_suffix(".safetensors"))
 
 
-def _training_times(model: Fitted, took_s: float) -> Numbers:
-    history = history_of(model)
-    seconds = float(getattr(getattr(model, "trained", None), "seconds", took_s))
-    epochs = {"epochs": float(len(history)), "epoch_s": seconds / len(history)} if history else {}
-    return {"train_s": seconds, **epochs}
-
-
 def predict_test_part(recording: Recording, parts: Parts, model: Fitted) -> tuple[Array, Array]:
     """Return the test part's samples and the prediction of each from those before it, both (n,) in m/s^2.
 
@@ -81,13 +80,6 @@ def predict_test_part(recording: Recording, parts: Parts, model: Fitted) -> tupl
     common = tuple((start + max(LONGEST - model.window, 0), stop) for start, stop in parts.test)
     test = windows(recording, common, model.window)
     return test.wanted, np.asarray(model.predict(test.given), dtype=np.float64)
-
-
-def _play_test_part(recording: Recording, parts: Parts, card: Path, seed: int) -> tuple[Array, Array]:
-    """Return the same samples, and what a model that does not look at the past makes for the test part's hand."""
-    within = np.concatenate([np.arange(stop - start) >= LONGEST for start, stop in parts.test])
-    acceleration, speed, force = samples_of(recording, parts.test)
-    return acceleration[within], np.asarray(play(card, speed, force, seed))[within]
 
 
 def one_step_scores(actual: Array, predicted: Array, recording: Recording, parts: Parts) -> Numbers:

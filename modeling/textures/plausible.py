@@ -34,7 +34,30 @@ def demand_plausible(signal: Sampled) -> None:
         )
     if signal.what == "acceleration":
         _demand_no_spike(signal)
-        _demand_whole(signal)
+        values = signal.values[np.isfinite(signal.values).all(axis=1)]
+        if len(values) < 2:
+            raise TextureDataError(
+                f"{signal.where}: {len(values)} of {len(signal.values)} samples of acceleration are finite numbers: two"
+                " or more are needed"
+            )
+        # each axis must move: one that stands still would count as clipped all the time
+        still = np.flatnonzero(np.ptp(values, axis=0) == 0) + 1
+        axes = values.shape[1]
+        if len(still) == axes:
+            raise TextureDataError(f"{signal.where}: acceleration is constant; was the accelerometer connected?")
+        if len(still):
+            told = f"axis {still[0]} of {axes} is constant; was it connected?"
+            if len(still) > 1:
+                told = f"axes {' and '.join(map(str, still))} of {axes} are constant; were they connected?"
+            raise TextureDataError(
+                f"{signal.where}: acceleration, {told} Record again, or leave out what measured nothing"
+            )
+        share = clipped_share(values)
+        if share > CLIPPED:
+            raise TextureDataError(
+                f"{signal.where}: {share:.1%} of the acceleration is clipped at the end of its sensor's range; at most"
+                f" {CLIPPED:.0%} are accepted; press less, or use a sensor of a wider range"
+            )
 
 
 def clipped_share(values: Array) -> float:
@@ -99,32 +122,3 @@ def _demand_no_spike(signal: Sampled) -> None:
                 f"{signal.where}: acceleration, sample {place + 1}, is {values[place].tolist()} m/s^2, {SPIKE:g} times"
                 " all around it: a fault of a sensor; leave that sample empty or record again"
             )
-
-
-def _demand_whole(signal: Sampled) -> None:
-    values = signal.values[np.isfinite(signal.values).all(axis=1)]
-    if len(values) < 2:
-        raise TextureDataError(
-            f"{signal.where}: {len(values)} of {len(signal.values)} samples of acceleration are finite numbers: two or"
-            " more are needed"
-        )
-    _demand_live(signal.where, values)
-    share = clipped_share(values)
-    if share > CLIPPED:
-        raise TextureDataError(
-            f"{signal.where}: {share:.1%} of the acceleration is clipped at the end of its sensor's range; at most"
-            f" {CLIPPED:.0%} are accepted; press less, or use a sensor of a wider range"
-        )
-
-
-def _demand_live(where: str, values: Array) -> None:
-    """Each axis moved: one that stands still would count as clipped all the time."""
-    still = np.flatnonzero(np.ptp(values, axis=0) == 0) + 1
-    axes = values.shape[1]
-    if len(still) == axes:
-        raise TextureDataError(f"{where}: acceleration is constant; was the accelerometer connected?")
-    if len(still):
-        told = f"axis {still[0]} of {axes} is constant; was it connected?"
-        if len(still) > 1:
-            told = f"axes {' and '.join(map(str, still))} of {axes} are constant; were they connected?"
-        raise TextureDataError(f"{where}: acceleration, {told} Record again, or leave out what measured nothing")

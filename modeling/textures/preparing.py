@@ -77,7 +77,9 @@ def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: b
     made_from: list[str] = []
     for each in touched:
         found, told = filtered(each, Filtering(remove_hum=remove_hum))
-        pieces += [_on_one_axis(stretch) for stretch in found]
+        pieces += [
+            np.stack([one_axis(stretch.axes, RATE_HZ), stretch.speed_mm_s, stretch.force_N]) for stretch in found
+        ]
         notes += told
         made_from += each.made_from
     if not pieces:
@@ -100,14 +102,29 @@ def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], l
     (vibration, speed, force), known, told = on_grid(signals)
     pressed, turned = _pressed(along(force, touched.normal), known)
     notes = [*touched.notes, *told, *turned, *_filters(touched.acceleration, way)]
-    runs = [(a, b) for a, b in _runs(known) if b - a >= SHORTEST_S * RATE_HZ]
+    edges = np.flatnonzero(np.diff(np.r_[False, known, False].astype(int)))
+    runs = [
+        (a, b)
+        for a, b in [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+        if b - a >= SHORTEST_S * RATE_HZ
+    ]
     notes += _holes(touched.where, runs, known, signals)
     found = []
     for a, b in runs:
         stretch, hum = _filtered(vibration[a:b], np.linalg.norm(speed[a:b], axis=1), pressed[a:b], way)
         found.append(replace(stretch, first=a))
         notes += hum
-    return _trimmed(found, len(known), way.trim_s, touched.where), notes
+    # leave out what lies within `trim_s` of the exploration's start or end
+    length = len(known)
+    first = round(way.trim_s * RATE_HZ)
+    cut = [each.cut(max(0, first - each.first), max(0, length - first - each.first)) for each in found]
+    kept = [each for each in cut if len(each.axes)]
+    if not kept:
+        raise TooShort(
+            f"{touched.where}: nothing of its {length / RATE_HZ:.2f} s is left where {way.trim_s:g} s are trimmed at"
+            " both ends: record longer"
+        )
+    return kept, notes
 
 
 def _holes(
@@ -126,27 +143,6 @@ def _holes(
         return []
     each_s = ", ".join(f"{each.what} {each.known_s:.2f} s" for each in signals)
     return [f"all signals are known together for {share} ({each_s}): the rest is left out"]
-
-
-def _trimmed(found: Sequence[Stretch], length: int, trim_s: float, where: str) -> list[Stretch]:
-    """Without what lies within `trim_s` of the exploration's start or end.
-
-    Raises TooShort where that is everything.
-    """
-    first = round(trim_s * RATE_HZ)
-    cut = [each.cut(max(0, first - each.first), max(0, length - first - each.first)) for each in found]
-    kept = [each for each in cut if len(each.axes)]
-    if not kept:
-        raise TooShort(
-            f"{where}: nothing of its {length / RATE_HZ:.2f} s is left where {trim_s:g} s are trimmed at both ends:"
-            " record longer"
-        )
-    return kept
-
-
-def _on_one_axis(stretch: Stretch) -> Array:
-    """Signals (3, n)."""
-    return np.stack([one_axis(stretch.axes, RATE_HZ), stretch.speed_mm_s, stretch.force_N])
 
 
 def _speed(touched: Touched) -> Sampled:
@@ -199,8 +195,3 @@ def _pressed(force: Array, known: NDArray[np.bool_]) -> tuple[Array, list[str]]:
     if known.any() and np.median(force[known]) < 0 and abs(force[known].min()) > abs(force[known].max()):
         return -force, ["force was negative where the tool pressed; its sign is changed"]
     return force, []
-
-
-def _runs(known: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.r_[False, known, False].astype(int)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -78,7 +78,12 @@ def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_],
     found = [_aligned(signal, grid_s) for signal, _ in evened]
     known = np.logical_and.reduce([np.isfinite(each.values).all(axis=1) for each in found])
     notes = tuple(note for _, told in evened for note in told)
-    return [each.values for each in found], known, (*notes, *_bridged(signals, found))
+    told = [(signal.what, int(each.bridged.sum())) for signal, each in zip(signals, found, strict=True)]
+    return (
+        [each.values for each in found],
+        known,
+        (*notes, *tuple(f"{what}: {count} samples bridged in short holes" for what, count in told if count)),
+    )
 
 
 def speed_from(position: Sampled, normal: Sequence[float] = (0.0, 0.0, 1.0)) -> Sampled:
@@ -124,23 +129,15 @@ def _even(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
     _demand_rate(signal)
     steps = np.maximum(np.rint(np.diff(signal.times_s) * signal.rate_hz), 1.0)
     for places in (np.arange(len(signal.times_s), dtype=np.float64), np.r_[0.0, np.cumsum(steps)]):
-        straight = _straight(signal, places)
+        middle = places.mean()
+        apart = places - middle
+        spread = float(apart @ apart)
+        pace = float(apart @ (signal.times_s - signal.times_s.mean())) / spread if spread else 0.0
+        straight = np.asarray(signal.times_s.mean() + pace * apart)
         if float(np.abs(signal.times_s - straight).max()) <= JITTER / signal.rate_hz + signal.written_s:
             paced_hz = float((places[-1] - places[0]) / (straight[-1] - straight[0]))
             return replace(signal, times_s=straight, rate_hz=paced_hz), ()
-    return _interpolated(signal)
-
-
-def _straight(signal: Sampled, places: Array) -> Array:
-    middle = places.mean()
-    apart = places - middle
-    spread = float(apart @ apart)
-    pace = float(apart @ (signal.times_s - signal.times_s.mean())) / spread if spread else 0.0
-    return np.asarray(signal.times_s.mean() + pace * apart)
-
-
-def _interpolated(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
-    """Samples of an uneven clock, at even times of its mean rate; holes stay."""
+    # bring samples of an uneven clock to even times of its mean rate; holes stay
     times_s = signal.times_s
     wanted_s = times_s[0] + np.arange(int((times_s[-1] - times_s[0]) * signal.rate_hz) + 1) / signal.rate_hz
     try:
@@ -175,8 +172,3 @@ def _aligned(signal: Sampled, grid_s: Array) -> Aligned:
         )  # fmt: skip
     except AlignError as error:
         raise TextureDataError(f"{signal.where}: {signal.what}: {error}") from None
-
-
-def _bridged(signals: Sequence[Sampled], found: Sequence[Aligned]) -> tuple[str, ...]:
-    told = [(signal.what, int(each.bridged.sum())) for signal, each in zip(signals, found, strict=True)]
-    return tuple(f"{what}: {count} samples bridged in short holes" for what, count in told if count)

@@ -20,7 +20,6 @@ from palpate.modeling.textures.table_columns import G_M_S2, read_columns
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import count, some
-from palpate.signals.arrays import Array
 
 NAME = re.compile(r"(?P<texture>\d+)_(?P<direction>\d+)_(?P<velocity>\d+)_(?P<force>\d+)_(?P<repeat>\d+)")
 """texture id, direction (degrees, clockwise), velocity (mm/s), force (mN), repeat."""
@@ -94,9 +93,28 @@ def names_in(folder: Path) -> list[str]:
 def touched(slide: Slide) -> Touched:
     """What the sensors recorded of one slide: g to m/s^2, N, mm. Raises TextureDataError as `read_cluster` does."""
     acceleration, force, position = (_sampled(slide, what) for what in FOLDERS)
-    _demand_g(acceleration)
-    _demand_force(slide, force)
-    _demand_speed(slide, position)
+    length = float(np.median(np.linalg.norm(acceleration.values, axis=1)))
+    low, high = GRAVITY_G
+    if not low <= length <= high:
+        raise TextureDataError(
+            f"{acceleration.where}: the acceleration's median length is {length:.3g}; about 1 is expected, as gravity"
+            " is in it: is it in g?"
+        )
+    pressed = abs(float(np.median(force.values)))
+    if not slide.force_N / FORCE_OFF <= pressed <= slide.force_N * FORCE_OFF:
+        raise TextureDataError(
+            f"{force.where}: the median force is {pressed:.3g}, and the file's name says {slide.force_N:g} N: is it in"
+            " N?"
+        )
+    # the speed of the finger while it moves
+    steps = np.linalg.norm(np.diff(position.values, axis=0), axis=1) * position.rate_hz
+    moving = steps[steps > 0.1 * steps.max(initial=0.0)]
+    speed = float(np.median(moving)) if moving.size else 0.0
+    if not slide.velocity_mm_s / SPEED_OFF <= speed <= slide.velocity_mm_s * SPEED_OFF:
+        raise TextureDataError(
+            f"{position.where}: the finger moves at {speed:.3g} mm/s, and the file's name says"
+            f" {slide.velocity_mm_s:g} mm/s: are the positions in mm?"
+        )
     scaled = Sampled(
         "acceleration", acceleration.times_s, G_M_S2 * acceleration.values, acceleration.rate_hz, acceleration.where,
         acceleration.written_s,
@@ -150,53 +168,17 @@ def _sampled(slide: Slide, what: str) -> Sampled:
         if column.empty.any():
             line = table.lines[int(np.flatnonzero(column.empty)[0])]
             raise TextureDataError(f"{file}, line {line}: an empty cell; is the file cut short?")
-    rate_hz = _rate(file, what, time.values)
-    values = np.stack([column.values for column in columns], axis=1)
-    return Sampled(what, time.values, values, rate_hz, str(file), time.written)
-
-
-def _rate(file: Path, what: str, times_s: Array) -> float:
-    """The mean rate of the time column, which must be about the documented one."""
-    lasts = float(times_s[-1] - times_s[0]) if len(times_s) > 1 else 0.0
-    if not lasts > 0 or (np.diff(times_s) < 0).any():
+    # the mean rate of the time column must be about the documented one
+    lasts = float(time.values[-1] - time.values[0]) if len(time.values) > 1 else 0.0
+    if not lasts > 0 or (np.diff(time.values) < 0).any():
         raise TextureDataError(
-            f"{file}: {count(len(times_s), 'sample')} whose times do not rise; two or more are needed"
+            f"{file}: {count(len(time.values), 'sample')} whose times do not rise; two or more are needed"
         )
-    rate_hz, wanted_hz = (len(times_s) - 1) / lasts, RATES_HZ[what]
+    rate_hz, wanted_hz = (len(time.values) - 1) / lasts, RATES_HZ[what]
     if abs(rate_hz - wanted_hz) > RATE_OFF * wanted_hz:
         raise TextureDataError(
             f"{file}: {what} at {rate_hz:.4g} Hz by its times; {wanted_hz:g} Hz are documented: are the times in"
             " seconds, and are all rows there?"
         )
-    return rate_hz
-
-
-def _demand_g(acceleration: Sampled) -> None:
-    length = float(np.median(np.linalg.norm(acceleration.values, axis=1)))
-    low, high = GRAVITY_G
-    if not low <= length <= high:
-        raise TextureDataError(
-            f"{acceleration.where}: the acceleration's median length is {length:.3g}; about 1 is expected, as gravity"
-            " is in it: is it in g?"
-        )
-
-
-def _demand_force(slide: Slide, force: Sampled) -> None:
-    pressed = abs(float(np.median(force.values)))
-    if not slide.force_N / FORCE_OFF <= pressed <= slide.force_N * FORCE_OFF:
-        raise TextureDataError(
-            f"{force.where}: the median force is {pressed:.3g}, and the file's name says {slide.force_N:g} N: is it in"
-            " N?"
-        )
-
-
-def _demand_speed(slide: Slide, position: Sampled) -> None:
-    """How fast the finger is while it moves."""
-    steps = np.linalg.norm(np.diff(position.values, axis=0), axis=1) * position.rate_hz
-    moving = steps[steps > 0.1 * steps.max(initial=0.0)]
-    speed = float(np.median(moving)) if moving.size else 0.0
-    if not slide.velocity_mm_s / SPEED_OFF <= speed <= slide.velocity_mm_s * SPEED_OFF:
-        raise TextureDataError(
-            f"{position.where}: the finger moves at {speed:.3g} mm/s, and the file's name says"
-            f" {slide.velocity_mm_s:g} mm/s: are the positions in mm?"
-        )
+    values = np.stack([column.values for column in columns], axis=1)
+    return Sampled(what, time.values, values, rate_hz, str(file), time.written)

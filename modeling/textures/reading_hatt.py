@@ -92,7 +92,12 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
     if acceleration is None or force is None or not ("speed" in there or "position" in there):
         lacks = [what for what in ("acceleration", "force") if what not in there] or ["speed and position"]
         raise TextureDataError(f"{where}: no {lacks[0]}; a recording of the toolkit is expected (Accel, Force, Speed)")
-    _demand_as_long(where, there)
+    # all signals were recorded together: one that ends before the others was cut short
+    seconds = {what: len(each.values) / each.rate_hz for what, each in there.items()}
+    longest = max(seconds.values())
+    if longest - min(seconds.values()) > 1.5 / min(each.rate_hz for each in there.values()):
+        counts = ", ".join(f"{what} {len(there[what].values)} ({seconds[what]:g} s)" for what in there)
+        raise TextureDataError(f"{where}: signals of different lengths: {counts}; is the file cut short?")
     _demand_same_speed(there, normal)
     return Touched(
         where, acceleration, force, there.get("speed"), None if "speed" in there else there["position"], normal,
@@ -174,31 +179,20 @@ def _rate(document: Document, told: list[str]) -> float:
     return rate_hz
 
 
-def _demand_as_long(where: str, signals: Mapping[str, Sampled]) -> None:
-    """All signals were recorded together: one that ends before the others was cut short."""
-    seconds = {what: len(each.values) / each.rate_hz for what, each in signals.items()}
-    longest = max(seconds.values())
-    if longest - min(seconds.values()) > 1.5 / min(each.rate_hz for each in signals.values()):
-        counts = ", ".join(f"{what} {len(signals[what].values)} ({seconds[what]:g} s)" for what in signals)
-        raise TextureDataError(f"{where}: signals of different lengths: {counts}; is the file cut short?")
-
-
 def _demand_same_speed(signals: Mapping[str, Sampled], normal: Sequence[float]) -> None:
     """Where speed and positions are both there, they must tell about the same: a wrong rate or unit shows here."""
     speed, position = signals.get("speed"), signals.get("position")
     if speed is None or position is None:
         return
     moved = projected(speed_from(position, normal).values, normal)
-    told, found = (float(np.median(np.linalg.norm(_known(each), axis=1))) for each in (speed.values, moved))
+    told, found = (
+        float(np.median(np.linalg.norm(each[np.isfinite(each).all(axis=1)], axis=1))) for each in (speed.values, moved)
+    )
     if max(told, found) > MOVES_MM_S and not found / APART <= told <= found * APART:
         raise TextureDataError(
             f"{speed.where}: the median is {told:.3g} mm/s, and the positions tell {found:.3g} mm/s: is SampleRate"
             f" ({position.rate_hz:g} Hz) right, and are SpeedUnits and PositionUnits?"
         )
-
-
-def _known(values: Array) -> Array:
-    return values[np.isfinite(values).all(axis=1)]
 
 
 LARGEST = 256 * 1024**2

@@ -23,7 +23,6 @@ from palpate.modeling.textures.table_columns import scale_of_unit
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import some
-from palpate.signals.arrays import Array
 from palpate.studies.collecting.study_sessions import real_or_simulated, sessions_of
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.sessions.record import LedgerError
@@ -158,16 +157,12 @@ def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
     except StreamError as error:
         raise TextureDataError(f"{where}: {error}") from None
     times_s = clock.t0_s + stream.numbers() / clock.rate_hz
-    return Sampled(what, times_s, _wanted(what, stream, values, where), float(clock.rate_hz), f"{where}: {name}")
-
-
-def _wanted(what: str, stream: Stream, values: Array, where: str) -> Array:
     columns = _columns(what, stream, where)
     scales = [scale_of_unit(what, stream.units[column], f"{where}: {stream.name}") for column in columns]
     found = values[:, columns] * np.array(scales)
     if SEEN in stream.channels:
         found[values[:, stream.channels.index(SEEN)] == 0] = np.nan
-    return np.asarray(found)
+    return Sampled(what, times_s, np.asarray(found), float(clock.rate_hz), f"{where}: {name}")
 
 
 def _columns(what: str, stream: Stream, where: str) -> list[int]:

@@ -72,7 +72,11 @@ def files_in(paths: Sequence[Path]) -> list[Path]:
 def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_dir():
-            found = sorted(each for each in path.iterdir() if each.suffix.lower() in KINDS and _is_table(each))
+            found = sorted(
+                each
+                for each in path.iterdir()
+                if each.suffix.lower() in KINDS and (each.name[0] != "." and not each.is_dir())
+            )
             if not found:
                 raise TextureDataError(f"{path}: no table in it; files named {', '.join(KINDS)} are expected")
             yield from found
@@ -82,17 +86,22 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
             raise TextureDataError(f"{path}: no such file or folder; tables of textures are expected")
 
 
-def _is_table(path: Path) -> bool:
-    """A link that leads nowhere is one: it is refused when it is read, not passed over."""
-    return path.name[0] != "." and not path.is_dir()
-
-
 def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> Touched:
     """What the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
     table = read_columns(file)
     times_s, written_s = _times(table, held)
     signals = {what: _signal(what, sets, table, times_s, written_s) for what, sets in CHANNELS.items()}
-    given, notes = _given(file, signals, held)
+    # speed and force that the table lacks and that the reader knows to have been held
+    like = signals["acceleration"]
+    given: dict[str, Sampled] = {}
+    notes = []
+    for what, value, unit in (("speed", held.speed_mm_s, "mm/s"), ("force", held.force_N, "N")):
+        lacks = signals[what] is None and not (what == "speed" and signals["position"] is not None)
+        if value is not None and lacks and like is not None:
+            if not (np.isfinite(value) and value >= 0):
+                raise TextureDataError(f"{file}: a {what} of {value} {unit}: a finite number of 0 or more is expected")
+            given[what] = replace(like, what=what, values=np.full((len(like.times_s), 1), float(value)))
+            notes.append(f"{what} was not recorded: it is said to have been {value:g} {unit} throughout")
     found = {**signals, **given}
     acceleration, force = found["acceleration"], found["force"]
     if acceleration is None or force is None or (found["speed"] is None and found["position"] is None):
@@ -135,12 +144,14 @@ def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Arr
     where = f"{table.where}: column {names[0]}"
     if len(values) < 2:
         raise TextureDataError(f"{where}: {len(values)} samples; two or more are needed")
-    _demand_moved(what, columns[0], values, where)
-    return Sampled(what, times_s, values, 1 / _step_s(times_s, written_s, where), where, written_s)
-
-
-def _step_s(times_s: Array, written_s: float, where: str) -> float:
-    """The clock's step, told from all samples, whatever lacks between them."""
+    column = columns[0]
+    fastest = float(np.nanmax(np.abs(values), initial=0.0))
+    if what == "speed" and not column.said and 0 < fastest < SLOWEST_MM_S:
+        raise TextureDataError(
+            f"{where}: never above {fastest:.3g}, and no unit is said; is it in m/s? Write it in the header, as in"
+            " 'speed (m/s)' or 'speed (mm/s)'"
+        )
+    # the step of the clock, from all samples, whatever is missing between them
     apart = np.diff(times_s)
     step_s = float(np.median(apart))
     coarse = step_s < 0.999 * written_s or float((apart <= 0).mean()) > COARSE
@@ -148,31 +159,7 @@ def _step_s(times_s: Array, written_s: float, where: str) -> float:
     step_s = float((times_s[-1] - times_s[0]) / steps.sum())
     if not step_s > 0:
         raise TextureDataError(f"{where}: its times do not rise: every sample needs its own")
-    return step_s
-
-
-def _demand_moved(what: str, column: Column, values: Array, where: str) -> None:
-    fastest = float(np.nanmax(np.abs(values), initial=0.0))
-    if what == "speed" and not column.said and 0 < fastest < SLOWEST_MM_S:
-        raise TextureDataError(
-            f"{where}: never above {fastest:.3g}, and no unit is said; is it in m/s? Write it in the header, as in"
-            " 'speed (m/s)' or 'speed (mm/s)'"
-        )
-
-
-def _given(file: Path, signals: Mapping[str, Sampled | None], held: Held) -> tuple[dict[str, Sampled], list[str]]:
-    """Speed and force that the table lacks and the reader knows to have been held."""
-    like = signals["acceleration"]
-    found: dict[str, Sampled] = {}
-    notes = []
-    for what, value, unit in (("speed", held.speed_mm_s, "mm/s"), ("force", held.force_N, "N")):
-        lacks = signals[what] is None and not (what == "speed" and signals["position"] is not None)
-        if value is not None and lacks and like is not None:
-            if not (np.isfinite(value) and value >= 0):
-                raise TextureDataError(f"{file}: a {what} of {value} {unit}: a finite number of 0 or more is expected")
-            found[what] = replace(like, what=what, values=np.full((len(like.times_s), 1), float(value)))
-            notes.append(f"{what} was not recorded: it is said to have been {value:g} {unit} throughout")
-    return found, notes
+    return Sampled(what, times_s, values, 1 / step_s, where, written_s)
 
 
 def _lacking(file: Path, table: Table, found: Mapping[str, Sampled | None]) -> str:

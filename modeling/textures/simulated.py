@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.files.result_store import ResultStore, StoredResult, content_key
+from palpate.modeling.files.result_store import ResultStore, content_key
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import Sampled, evenly
 from palpate.modeling.textures.recording import Joined, Recording, TextureDataError
@@ -67,18 +67,14 @@ def _one(
     )
     store, name = ResultStore(cache), f"texture-{texture}-{key[:16]}"
     if (stored := store.load(name)) is not None:
-        return _restored(stored), True
+        fields: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value for name, value in stored.metadata.items()
+        }
+        return (Joined if "borders" in fields else Recording)(**fields, signals=stored.arrays["signals"]), True
     recording = captured(simulator, texture, seconds, seed)
     metadata = {name: value for name, value in asdict(recording).items() if name != "signals"}
     store.save(name, {"signals": recording.signals}, metadata)
     return recording, False
-
-
-def _restored(stored: StoredResult) -> Recording:
-    fields: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in stored.metadata.items()
-    }
-    return (Joined if "borders" in fields else Recording)(**fields, signals=stored.arrays["signals"])
 
 
 def _touched(texture: str, streams: Mapping[str, tuple[float, Array]], made_from: tuple[str, ...]) -> Touched:

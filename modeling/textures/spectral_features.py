@@ -88,23 +88,19 @@ def wavelet(length: int) -> tuple[Tensor, Tensor]:
     whole = torch.eye(padded, dtype=torch.float64)
     for level in range(LEVELS):
         size = padded >> level
-        whole[:size] = _level(size) @ whole[:size]
+        # one level: smooth halves above, details below; an orthogonal matrix
+        low = torch.tensor(DB2, dtype=torch.float64) / (4 * math.sqrt(2))
+        high = low.flip(0) * torch.tensor([1.0, -1.0, 1.0, -1.0], dtype=torch.float64)
+        found = torch.zeros(size, size, dtype=torch.float64)
+        for row in range(size // 2):
+            for tap in range(4):
+                place = (2 * row + tap) % size
+                found[row, place] += low[tap]
+                found[size // 2 + row, place] += high[tap]
+        whole[:size] = found @ whole[:size]
     repeat = torch.eye(padded, length, dtype=torch.float64)
     repeat[length:, -1] = 1
     return (whole @ repeat).float(), whole.T[:length].float()
-
-
-def _level(size: int) -> Tensor:
-    """One level: smooth halves above, details below; an orthogonal matrix."""
-    low = torch.tensor(DB2, dtype=torch.float64) / (4 * math.sqrt(2))
-    high = low.flip(0) * torch.tensor([1.0, -1.0, 1.0, -1.0], dtype=torch.float64)
-    found = torch.zeros(size, size, dtype=torch.float64)
-    for row in range(size // 2):
-        for tap in range(4):
-            place = (2 * row + tap) % size
-            found[row, place] += low[tap]
-            found[size // 2 + row, place] += high[tap]
-    return found
 
 
 class WaveletBlock(nn.Module):

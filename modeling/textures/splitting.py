@@ -51,7 +51,12 @@ def split(
     """
     cut = frames_of(recording, frames, window)
     counts = _counts(len(cut), shares)
-    labels = _assigned(_apart(recording, cut), counts, seed)
+    # the best assignment that swaps of two frames reach from several starts
+    apart = _apart(recording, cut)
+    chance = np.random.Generator(np.random.PCG64(seed))
+    starts = [_spread(counts), *(chance.permutation(_spread(counts)) for _ in range(STARTS))]
+    found = [_descended(apart, start) for start in starts]
+    labels = min(found, key=lambda labels: sum(_distances(apart, labels)))
     return Parts(*(tuple(cut[each] for each in np.flatnonzero(labels == part)) for part in range(len(NAMES))))
 
 
@@ -141,14 +146,6 @@ def _distances(apart: Array, labels: Labels) -> list[float]:
     return [float(max(0.0, -each @ apart @ each)) for each in off]
 
 
-def _assigned(apart: Array, counts: Sequence[int], seed: int) -> Labels:
-    """The best assignment that swaps of two frames find from several starts."""
-    chance = np.random.Generator(np.random.PCG64(seed))
-    starts = [_spread(counts), *(chance.permutation(_spread(counts)) for _ in range(STARTS))]
-    found = [_descended(apart, start) for start in starts]
-    return min(found, key=lambda labels: sum(_distances(apart, labels)))
-
-
 def _spread(counts: Sequence[int]) -> Labels:
     """Each part spread evenly over time."""
     places = [((number + 0.5) / count, part) for part, count in enumerate(counts) for number in range(count)]
@@ -158,7 +155,14 @@ def _spread(counts: Sequence[int]) -> Labels:
 def _descended(apart: Array, labels: Labels) -> Labels:
     """Swap the two frames that gain most until no two gain."""
     while True:
-        gain = _gains(apart, labels)
+        # gain (frames, frames): by how much the sum of the distances falls when two frames change places
+        sizes = np.bincount(labels, minlength=len(NAMES)).astype(float)
+        off = [(labels == part) / size - 1 / len(labels) for part, size in enumerate(sizes)]
+        pull = np.stack([each @ apart for each in off])[labels] / sizes[labels][:, None]
+        own = np.diag(apart)
+        bend = (own[:, None] + own[None] - 2 * apart) / (sizes**2)[labels][:, None]
+        leaves = 2 * (pull - np.diag(pull)[:, None]) + bend  # frame `row` makes room in its part for `column`
+        gain = np.where(labels[:, None] == labels[None], 0.0, leaves + leaves.T)
         one, other = np.unravel_index(int(np.argmax(gain)), gain.shape)
         if gain[one, other] <= SAME:
             return labels
@@ -168,14 +172,3 @@ def _descended(apart: Array, labels: Labels) -> Labels:
 
 SAME = 1e-12
 """A gain below this is rounding."""
-
-
-def _gains(apart: Array, labels: Labels) -> Array:
-    """(frames, frames): by how much the sum of the distances falls when two frames change places."""
-    sizes = np.bincount(labels, minlength=len(NAMES)).astype(float)
-    off = [(labels == part) / size - 1 / len(labels) for part, size in enumerate(sizes)]
-    pull = np.stack([each @ apart for each in off])[labels] / sizes[labels][:, None]
-    own = np.diag(apart)
-    bend = (own[:, None] + own[None] - 2 * apart) / (sizes**2)[labels][:, None]
-    leaves = 2 * (pull - np.diag(pull)[:, None]) + bend  # frame `row` makes room in its part for `column`
-    return np.where(labels[:, None] == labels[None], 0.0, leaves + leaves.T)

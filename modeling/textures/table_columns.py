@@ -97,7 +97,8 @@ def read_columns(file: Path) -> Table:
     lines = _lines(file)
     header = [cell.strip() for cell in _split(file, [lines.header], lines.separator, SPACED.findall)[0]]
     named = headings(f"{file}, line {lines.at}", header)
-    notes = _plain(named)
+    plain = [f"{name} in {PLAIN[heading.what]}" for name, heading in named.items() if not heading.said]
+    notes = (f"units that the table does not say: {', '.join(plain)}",) if plain else ()
     whole = _of_numbers(lines, len(header))
     if whole is not None:
         first = _cells(file, lines, len(header), DECIMALS)
@@ -106,7 +107,9 @@ def read_columns(file: Path) -> Table:
     every = _cells(file, lines, len(header))
     cells = {name: every[heading.place] for name, heading in named.items()}
     if lines.separator != "," and any("," in cell for column in cells.values() for cell in column):
-        cells = _with_points(file, cells)
+        if any("." in cell for column in cells.values() for cell in column):
+            raise TextureDataError(f"{file}: points and commas in its numbers: which of them is decimal cannot be told")
+        cells = {name: tuple(cell.replace(",", ".") for cell in column) for name, column in cells.items()}
         notes = (*notes, "decimal commas")
     columns = {name: _column(file, heading, cells[name], lines.numbers) for name, heading in named.items()}
     return Table(str(file), columns, tuple(header), lines.numbers, notes)
@@ -180,18 +183,6 @@ def _split(file: Path, lines: list[str], separator: str, spaced: Callable[[str],
         return [record.cells for record in split_records(lines, separator)]
     except RecordError as error:
         raise TextureDataError(f"{file}: {error}; is this a table?") from None
-
-
-def _plain(named: dict[str, Heading]) -> tuple[str, ...]:
-    """A note on units that are taken as given."""
-    plain = [f"{name} in {PLAIN[heading.what]}" for name, heading in named.items() if not heading.said]
-    return (f"units that the table does not say: {', '.join(plain)}",) if plain else ()
-
-
-def _with_points(file: Path, cells: dict[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
-    if any("." in cell for column in cells.values() for cell in column):
-        raise TextureDataError(f"{file}: points and commas in its numbers: which of them is decimal cannot be told")
-    return {name: tuple(cell.replace(",", ".") for cell in column) for name, column in cells.items()}
 
 
 def _column(file: Path, heading: Heading, cells: Sequence[str], numbers: Sequence[int]) -> Column:

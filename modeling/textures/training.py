@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from palpate.modeling.evaluate.engine import evaluate
 from palpate.modeling.textures.domain import Fit, Play, TextureDomain, TextureResult, drive_for
@@ -77,11 +76,18 @@ def _write(
     if drive is not None:
         measured_on["free"] = f"{drive.described}; {domain.seconds:g} s"
     exported = Exported(card.steps, load_file(fitted.files[1]))
+    recording, parts = domain.recordings[fit.texture], domain.parts[fit.texture]
+    settings = {
+        **domain.settings, "seed": domain.seed, "method": fit.method, "made_from": list(recording.made_from),
+        "parts": {name: list(map(list, getattr(parts, name))) for name in ("train", "validation", "test")},
+        **{name: fitted.numbers[name] for name in ("window", "epochs") if fitted.numbers.get(name) is not None},
+    }  # fmt: skip
+    seconds = fitted.numbers.get("train_s") or 0.0
+    training = run_card({"data": recording_digest(recording)}, settings, metrics, seconds)
     write = partial(
-        write_model, name=card.name, exported=exported, title=card.title,
-        method=card.method, takes=card.takes, gives=card.gives, texture=card.texture, metrics=metrics,
-        measured_on=measured_on, missed=card.missed, training=_run_card(fit, fitted, metrics, domain),
-        notes=(*card.notes, *_notes(played, domain)),
+        write_model, name=card.name, exported=exported, title=card.title, method=card.method, takes=card.takes,
+        gives=card.gives, texture=card.texture, metrics=metrics, measured_on=measured_on, missed=card.missed,
+        training=training, notes=(*card.notes, *_notes(played, domain)),
     )  # fmt: skip
     seen = (f"running free on {measured_on['free']}",) if drive is not None and drive.seen else ()
     files = write_trained(folder, write, history_in(fitted.arrays))
@@ -93,17 +99,6 @@ def _metrics(fitted: TextureResult, played: TextureResult) -> dict[str, float]:
     named = {name: fitted.numbers.get(name) for name in ONE_STEP}
     named |= {f"free_{name}": played.numbers.get(name) for name in FREE}
     return {name: float(value) for name, value in named.items() if value is not None and math.isfinite(value)}
-
-
-def _run_card(fit: Fit, fitted: TextureResult, metrics: Mapping[str, float], domain: TextureDomain) -> dict[str, Any]:
-    recording, parts = domain.recordings[fit.texture], domain.parts[fit.texture]
-    settings = {
-        **domain.settings, "seed": domain.seed, "method": fit.method, "made_from": list(recording.made_from),
-        "parts": {name: list(map(list, getattr(parts, name))) for name in ("train", "validation", "test")},
-        **{name: fitted.numbers[name] for name in ("window", "epochs") if fitted.numbers.get(name) is not None},
-    }  # fmt: skip
-    seconds = fitted.numbers.get("train_s") or 0.0
-    return run_card({"data": recording_digest(recording)}, settings, metrics, seconds)
 
 
 def _notes(played: TextureResult, domain: TextureDomain) -> tuple[str, ...]:

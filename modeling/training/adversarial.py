@@ -8,7 +8,6 @@ what is made for held-out conditions lies from what is real; the adversaries' ow
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -70,11 +69,15 @@ class Adversarial:
         chance, total = batch_chance(settings.seed, epoch), 0.0
         for batch, rows in enumerate(batches(order(settings.seed, epoch, len(data)), settings.batch), 1):
             inputs, real = data.batch(rows, chance)
-            condition, noise = _checked(inputs)
+            # condition and noise
+            if not isinstance(inputs, tuple) or len(inputs) != 2:
+                raise TrainingError("a generator's source gives two inputs: condition and noise.")
+            condition, noise = inputs
             made = network(condition, noise)
             found = self._criticise(network.critic, condition, torch.as_tensor(real), made.detach())
             _step(network.critic, optimiser, found, epoch, batch)
-            _step(network.generator, optimiser, _deceive(network.critic, condition, made), epoch, batch)
+            deceived = functional.softplus(-network.critic(condition, made)).mean()
+            _step(network.generator, optimiser, deceived, epoch, batch)
             total += number(loss(made.detach(), real), epoch, batch) * len(rows)
         return total / len(data)
 
@@ -89,11 +92,6 @@ class Adversarial:
         return found
 
 
-def _deceive(critic: nn.Module, condition: Tensor, made: Tensor) -> Tensor:
-    """The generator's loss."""
-    return functional.softplus(-critic(condition, made)).mean()
-
-
 def _step(part: nn.Module, optimiser: Optimizer, loss: Tensor, epoch: int, batch: int) -> None:
     """One step of this network alone."""
     number(loss, epoch, batch)
@@ -102,13 +100,6 @@ def _step(part: nn.Module, optimiser: Optimizer, loss: Tensor, epoch: int, batch
     backward(loss, inputs=weights)
     refuse_gradient(weights, epoch, batch)
     optimiser.step()
-
-
-def _checked(inputs: Any) -> tuple[Tensor, Tensor]:
-    """Condition and noise. Raises TrainingError for another source."""
-    if not isinstance(inputs, tuple) or len(inputs) != 2:
-        raise TrainingError("a generator's source gives two inputs: condition and noise.")
-    return inputs
 
 
 def energy_distance(made: Tensor, real: Tensor) -> Tensor:

@@ -50,7 +50,14 @@ def write_checkpoint(folder: Path, kept: Kept) -> None:
     write_bytes(folder / f"{name}.safetensors", tensors)
     plain = {**kept.plain, "format": FORMAT, "epoch": kept.epoch, "tensors": hashlib.sha256(tensors).hexdigest()}
     write_bytes(folder / f"{name}.json", canonical({**plain, "digest": digest(plain)}))
-    _remove_others(folder, name)
+    # Keep the newest and the one before it. One with a later name is damaged, or the training would have gone on from
+    # there. The JSON file goes first: without it its tensors are nobody's.
+    keep = {path.stem for path in [path for path in _newest_first(folder) if path.stem <= name][:KEEP]}
+    for path in sorted(folder.glob("epoch-*.*")):
+        if path.stem not in keep:
+            path.unlink(missing_ok=True)
+    for path in folder.glob(f"{UNFINISHED}*"):
+        path.unlink(missing_ok=True)
 
 
 def read_latest(folder: Path, report: Report) -> Kept | None:
@@ -81,20 +88,6 @@ def _newest_first(folder: Path) -> Iterator[Path]:
     return iter(sorted(folder.glob("epoch-*.json"), reverse=True))
 
 
-def _remove_others(folder: Path, newest: str) -> None:
-    """Keep the newest and the one before it.
-
-    One with a later name is damaged, or the training would have gone on from there. The JSON file goes
-    first: without it its tensors are nobody's.
-    """
-    keep = {path.stem for path in [path for path in _newest_first(folder) if path.stem <= newest][:KEEP]}
-    for path in sorted(folder.glob("epoch-*.*")):
-        if path.stem not in keep:
-            path.unlink(missing_ok=True)
-    for path in folder.glob(f"{UNFINISHED}*"):
-        path.unlink(missing_ok=True)
-
-
 @dataclass
 class State:
     """What changes while a network is trained."""
@@ -109,7 +102,17 @@ def kept(state: State, identity: Mapping[str, Any]) -> Kept:
     """Everything that the next epoch depends on."""
     tensors = {_NOW + name: tensor for name, tensor in copied(state.network).items()}
     tensors |= {_BEST + name: tensor for name, tensor in state.best.items()}
-    tensors |= {_OPTIMISER + name: tensor for name, tensor in _optimiser_tensors(state.optimiser).items()}
+    # the memory of the optimiser, by parameter and name
+    found: dict[str, Tensor] = {}
+    for parameter, memory in state.optimiser.state_dict()["state"].items():
+        for name, value in memory.items():
+            if isinstance(value, Tensor):
+                found[f"{parameter}.{name}"] = value.detach().clone().contiguous()
+            elif value is not None:
+                raise CheckpointError(
+                    f"{type(state.optimiser).__name__} keeps {name} as {type(value).__name__}: no tensor."
+                )
+    tensors |= {_OPTIMISER + name: tensor for name, tensor in found.items()}
     tensors[_DROPOUT] = torch.get_rng_state()
     plain = {"identity": dict(identity), "history": [epoch.plain() for epoch in state.history]}
     return Kept(len(state.history), tensors, plain)
@@ -119,7 +122,11 @@ def put_back(state: State, found: Kept) -> None:
     """Make the state what it was when it was kept. Raises CheckpointError where the tensors are not this training's."""
     try:
         restore(state.network, _under(_NOW, found.tensors))
-        _restore_optimiser(state.optimiser, _under(_OPTIMISER, found.tensors))
+        memory: dict[int, dict[str, Tensor]] = {}
+        for name, tensor in _under(_OPTIMISER, found.tensors).items():
+            parameter, key = name.split(".", 1)
+            memory.setdefault(int(parameter), {})[key] = tensor
+        state.optimiser.load_state_dict({**state.optimiser.state_dict(), "state": memory})
         torch.set_rng_state(found.tensors[_DROPOUT])
         state.best = _under(_BEST, found.tensors)
         state.history[:] = [Epoch(**epoch) for epoch in found.plain["history"]]
@@ -150,26 +157,6 @@ def refuse_longer(found: Kept, settings: Settings, where: str) -> None:
 
 def _under(prefix: str, tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
     return {name.removeprefix(prefix): tensor for name, tensor in tensors.items() if name.startswith(prefix)}
-
-
-def _optimiser_tensors(optimiser: Optimizer) -> dict[str, Tensor]:
-    """The optimiser's memory, by parameter and name. Raises CheckpointError for one that is not made of tensors."""
-    found: dict[str, Tensor] = {}
-    for parameter, memory in optimiser.state_dict()["state"].items():
-        for name, value in memory.items():
-            if isinstance(value, Tensor):
-                found[f"{parameter}.{name}"] = value.detach().clone().contiguous()
-            elif value is not None:
-                raise CheckpointError(f"{type(optimiser).__name__} keeps {name} as {type(value).__name__}: no tensor.")
-    return found
-
-
-def _restore_optimiser(optimiser: Optimizer, tensors: Mapping[str, Tensor]) -> None:
-    memory: dict[int, dict[str, Tensor]] = {}
-    for name, tensor in tensors.items():
-        parameter, key = name.split(".", 1)
-        memory.setdefault(int(parameter), {})[key] = tensor
-    optimiser.load_state_dict({**optimiser.state_dict(), "state": memory})
 
 
 def identity_of(

@@ -12,7 +12,7 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -98,7 +98,9 @@ def on_cores(workers: int, jobs: list[Job], took: Callable[[Job, Any], None], re
             if attempt < ATTEMPTS:
                 report(f"a worker died: {len(missing)} jobs are done again (attempt {attempt + 1} of {ATTEMPTS})")
     finally:
-        _stop_workers()
+        from joblib.externals.loky import get_reusable_executor
+
+        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
     names = ", ".join(job.name for job in missing.values())
     raise JobBroken(f"workers died {ATTEMPTS} times, likely for want of memory. Not done: {names}.")
 
@@ -118,26 +120,15 @@ def _all_came(workers: int, jobs: list[Job], came: Callable[[Job, Any], None]) -
         except BrokenProcessPool:
             return False
         finally:
-            _end(outcomes)
+            # jobs that are still going are ended on purpose: joblib would warn of it
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", module="joblib", category=UserWarning)
+                outcomes.close()
     return True
-
-
-def _end(outcomes: Generator[Any, None, None]) -> None:
-    """Jobs that are still going are ended, which is meant: joblib would warn of it."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", module="joblib", category=UserWarning)
-        outcomes.close()
 
 
 def _with_job(job: Job) -> tuple[int, Any]:
     return job.index, attempted(job)
-
-
-def _stop_workers() -> None:
-    """joblib would keep its processes for the next call; nothing of ours outlives what was asked."""
-    from joblib.externals.loky import get_reusable_executor
-
-    get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
 
 
 LONGEST = 80
@@ -209,7 +200,15 @@ def on_cluster(address: str, jobs: list[Job], took: Callable[[Job, Any], None], 
         _refuse_unfit(client, address)
         report(f"{len(client.nthreads())} workers at {address}")
         futures = {client.submit(_attempted_there, job, pure=False): job for job in jobs}
-        _collect(client, futures, took)
+        from distributed import as_completed
+
+        try:
+            for future in as_completed(list(futures), loop=client.loop):
+                job = futures[future]
+                took(job, opened(job, _outcome(future, job)))
+        finally:
+            for future in futures:
+                future.cancel()
 
 
 def demand_cluster(address: str) -> None:
@@ -243,18 +242,6 @@ def local_cluster(workers: int, scratch: Path) -> Iterator[str]:
 def _attempted_there(job: Job) -> Any:
     keep_freed()
     return attempted(job)
-
-
-def _collect(client: Any, futures: dict[Any, Job], took: Callable[[Job, Any], None]) -> None:
-    from distributed import as_completed
-
-    try:
-        for future in as_completed(list(futures), loop=client.loop):
-            job = futures[future]
-            took(job, opened(job, _outcome(future, job)))
-    finally:
-        for future in futures:
-            future.cancel()
 
 
 def _outcome(future: Any, job: Job) -> Any:

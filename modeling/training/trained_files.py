@@ -40,7 +40,23 @@ def learning_curve(histories: Mapping[str, Sequence[Epoch]], last: bool = False)
     axes = figure.subplots()
     for (name, history), colour in zip(histories.items(), _colours(), strict=False):
         _draw(axes, name, history, colour, last)
-    _axes(axes, [epoch for history in histories.values() for epoch in history])
+    epochs = [epoch for history in histories.values() for epoch in history]
+    from matplotlib.ticker import LogLocator, StrMethodFormatter
+
+    quiet_axes(axes)
+    lowest = min(min(epoch.watched, epoch.train_loss) for epoch in epochs)
+    if lowest > 0:
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.set_ylim(bottom=lowest * 0.8)
+    axes.minorticks_off()
+    axes.set_xlim(left=0)
+    axes.set_xlabel("seconds of training", color=SOFT)
+    axes.set_ylabel("loss", color=SOFT)
+    held = any(epoch.held_loss is not None for epoch in epochs)
+    axes.set_title("Loss on held-out rows (dotted: while training)" if held else "Loss while training")
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.16), frameon=False, fontsize=8)
     return figure
 
 
@@ -59,25 +75,6 @@ def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str, last: bo
     label = f"{name}: {told}" if name else f"{'last' if last else 'best'} {told}"
     axes.plot(seconds, [epoch.watched for epoch in history], color=colour, linewidth=1.6, label=label)
     axes.plot(kept.seconds, kept.watched, "o", color=colour, markersize=5.5, markeredgecolor=PAPER)
-
-
-def _axes(axes: Axes, epochs: Sequence[Epoch]) -> None:
-    from matplotlib.ticker import LogLocator, StrMethodFormatter
-
-    quiet_axes(axes)
-    lowest = min(min(epoch.watched, epoch.train_loss) for epoch in epochs)
-    if lowest > 0:
-        axes.set_yscale("log")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        axes.set_ylim(bottom=lowest * 0.8)
-    axes.minorticks_off()
-    axes.set_xlim(left=0)
-    axes.set_xlabel("seconds of training", color=SOFT)
-    axes.set_ylabel("loss", color=SOFT)
-    held = any(epoch.held_loss is not None for epoch in epochs)
-    axes.set_title("Loss on held-out rows (dotted: while training)" if held else "Loss while training")
-    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.16), frameon=False, fontsize=8)
 
 
 @dataclass(frozen=True)
