@@ -68,17 +68,14 @@ def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:
     if not {PROPOSED, SEEING, FEELING} <= set(answered):
         return None
     ours = answered[PROPOSED]["mae"]
-    parts = [
-        f"{answered[name]['title']} {answered[name]['mae']:.2f}{_surely(answered[name])}" for name in (SEEING, FEELING)
-    ]
-    met = all(ours < answered[name]["mae"] for name in (SEEING, FEELING))
+    branches = [answered[name] for name in (SEEING, FEELING)]
+    parts = []
+    for row in branches:
+        chance = " (a difference that may be chance)" if row["ours_chance"] else ""
+        parts.append(f"{row['title']} {row['mae']:.2f}{chance}")
+    met = all(ours < row["mae"] for row in branches)
     sentence = f"Both senses {ours:.2f}, {' and '.join(parts)} (MAE; wanted: less than each branch by itself)"
     return "Fusion", f"{sentence}: {'reached' if met else 'not reached'}."
-
-
-def _surely(row: Row) -> str:
-    """Return whether the difference from the proposed one may be chance."""
-    return " (a difference that may be chance)" if row["ours_chance"] else ""
 
 
 QUICK_TEXTURES = 5

@@ -39,18 +39,15 @@ def figures(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigu
     drawn = [name for name in dict.fromkeys((choice(rows).method, PROPOSED)) if name in answered]
     for place, name in enumerate(drawn):
         end, title = "" if place == 0 else f"_{name}", next(row["title"] for row in rows if row["method"] == name)
-        own = _centred([row for row in prediction_rows(evaluation) if row["method"] == name])
+        # predictions and ratings on -100..100 (thesis 3.3.3)
+        own = [{**row, "actual": 2 * row["rated"] - 100, "predicted": 2 * row["predicted"] - 100,
+                "sd": None if row["rated_sd"] is None else 2 * row["rated_sd"]}
+               for row in prediction_rows(evaluation) if row["method"] == name]  # fmt: skip
         yield _by_texture(evaluation, own, title, f"figure_3_8{end}", folder)
         yield _against(evaluation, own, name, title, f"scatter_3_8{end}", folder)
         yield _by_class(evaluation, name, title, f"figure_3_9{end}", folder)
     yield from time_figures(rows, folder)
     yield from _curves(evaluation, folder)
-
-
-def _centred(rows: Sequence[Row]) -> list[Row]:
-    """Predictions and ratings on -100..100 (thesis 3.3.3)."""
-    return [{**row, "actual": 2 * row["rated"] - 100, "predicted": 2 * row["predicted"] - 100,
-             "sd": None if row["rated_sd"] is None else 2 * row["rated_sd"]} for row in rows]  # fmt: skip
 
 
 def _by_texture(

@@ -5,7 +5,7 @@ The numbers that the thesis printed stand beside ours: they are other people's p
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,7 +16,7 @@ from palpate.modeling.attributes.entries import KINDS, MAIN, PROPOSED, SAME, Ent
 from palpate.modeling.attributes.evaluation import AttributeEvaluation
 from palpate.modeling.attributes.feature_times import steps_of
 from palpate.modeling.attributes.material import Material
-from palpate.modeling.attributes.scores import Difference, Errors, by_class, difference, errors
+from palpate.modeling.attributes.scores import Errors, by_class, difference, errors
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed, nested_coverage
 from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.modeling.training.history import COLUMNS
@@ -36,17 +36,15 @@ def printed(which: Which, method: str, features: str = "") -> Mapping[str, float
     line = numbers[which]["cells"].get(method)
     if isinstance(line, Mapping):
         line = line.get(features)
-    return None if line is None else _named(numbers["attributes"], line)
+    if line is None:
+        return None
+    cells = {name: float(value) for name, value in zip(numbers["attributes"], line, strict=True)}
+    return {**cells, "mean": sum(cells.values()) / len(cells)}
 
 
 def number_of(which: Which) -> str:
     """Return the table's number in the thesis."""
     return str(printed_numbers(FILE)[which]["table"])
-
-
-def _named(attributes: Sequence[str], line: Sequence[float]) -> dict[str, float]:
-    cells = {name: float(value) for name, value in zip(attributes, line, strict=True)}
-    return {**cells, "mean": sum(cells.values()) / len(cells)}
 
 
 Row = dict[str, Any]
@@ -76,7 +74,9 @@ def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
     scores = {entry: off for entry in main if (off := scored(evaluation, entry)) is not None}
     best = min(scores, key=lambda entry: scores[entry].mean_mae, default=None)
     ours = next((entry for entry in scores if entry.method == PROPOSED), None)
-    compared = _comparisons(scores, (best, ours))
+    # pairs of methods whose difference is shown: that of the best and the thesis' network stands in both columns
+    shown = {frozenset((one, other)) for one in scores for other in (best, ours) if other not in (None, one)}
+    compared = len(shown)
     rows = []
     for entry in main:
         own = scores.get(entry)
@@ -87,13 +87,6 @@ def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
                      **_against(evaluation, own, beside, compared), "refused": evaluation.refused(entry) or None,
                      "source": evaluation.method(entry).source})  # fmt: skip
     return rows
-
-
-def _comparisons(scored_entries: Collection[Entry], beside: Sequence[Entry | None]) -> int:
-    """Pairs of methods whose difference is shown: that of the best and the thesis' network stands in both columns."""
-    return len(
-        {frozenset((one, other)) for one in scored_entries for other in beside if other is not None and one != other}
-    )
 
 
 def features_of(entry: Entry) -> str:
@@ -125,20 +118,13 @@ def _against(
 ) -> Row:
     row: Row = {}
     for name, other in beside.items():
-        same = own is None or other is None or own is other
-        off = None if same else _difference(evaluation, own, other, compared)
+        off = None
+        if own is not None and other is not None and own is not other:
+            off = difference(own.texture_mae, other.texture_mae, evaluation.groups(), compared)
         ends = (None, None, None) if off is None else (off.mean, off.low, off.high)
         row |= dict(zip((f"{name}_less", f"{name}_low", f"{name}_high"), ends, strict=True))
         row[f"{name}_chance"] = None if off is None else off.chance
     return row
-
-
-def _difference(
-    evaluation: AttributeEvaluation, own: Errors | None, other: Errors | None, compared: int
-) -> Difference | None:
-    if own is None or other is None:
-        return None
-    return difference(own.texture_mae, other.texture_mae, evaluation.groups(), compared)
 
 
 def _interval(evaluation: AttributeEvaluation, entry: Entry, answered: bool) -> Row:

@@ -117,14 +117,13 @@ def why_of(texture: Texture, what: str) -> list[str]:
 
 def lacking(material: Material) -> list[str]:
     """A sentence where no recording of any texture can be used, and one where no picture can: why, and how many."""
-    there = zip(WHY, senses(material.textures), strict=True)
-    return [_sentence(material, what) for what, any_of_it in there if not any_of_it]
-
-
-def _sentence(material: Material, what: str) -> str:
-    whole = [note for note in material.notes if NOTHING[what] in note]
-    told = "; ".join((*whole, *_by_reason(material, what)))
-    return f"No {what} of any of the {len(material.textures)} textures can be used{f': {told}' if told else ''}."
+    sentences = []
+    for what, any_of_it in zip(WHY, senses(material.textures), strict=True):
+        if not any_of_it:
+            reasons = [note for note in material.notes if NOTHING[what] in note] + list(_by_reason(material, what))
+            why = f": {'; '.join(reasons)}" if reasons else ""
+            sentences.append(f"No {what} of any of the {len(material.textures)} textures can be used{why}.")
+    return sentences
 
 
 def _by_reason(material: Material, what: str) -> Iterator[str]:

@@ -154,7 +154,9 @@ def parts_of(material: Material) -> dict[str, str]:
     parts = {name: hashlib.sha256(f"{rows.shape}".encode() + rows.tobytes()).hexdigest()
              for name, rows in _arrays(material)}  # fmt: skip
     for texture in material.textures:
-        text = json.dumps([texture.id, texture.category, _ratings(texture), sorted(texture.made_from)], sort_keys=True)
+        rated = texture.rated
+        ratings = None if rated is None else [rated.mean.tolist(), rated.sd.tolist(), rated.raters]
+        text = json.dumps([texture.id, texture.category, ratings, sorted(texture.made_from)], sort_keys=True)
         parts[texture.id] = hashlib.sha256(text.encode()).hexdigest()
     return parts
 
@@ -211,11 +213,6 @@ def _metadata(material: Material) -> dict[str, Any]:
     attributes = [[pair.low, pair.high] for pair in material.attributes]
     return {"textures": textures, "attributes": attributes, "weights": material.weights,
             "simulated": material.simulated}  # fmt: skip
-
-
-def _ratings(texture: Texture) -> list[Any] | None:
-    rated = texture.rated
-    return None if rated is None else [rated.mean.tolist(), rated.sd.tolist(), rated.raters]
 
 
 def _texture(metadata: Mapping[str, Any], rows: Mapping[str, NDArray[Any]]) -> Texture:

@@ -157,7 +157,11 @@ def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> Attri
     if found != card.tensors.sha256:
         raise ModelFileError(f"{file}: SHA-256 {found[:12]}..., the card says {card.tensors.sha256[:12]}...: damaged. "
                              f"{AGAIN}")  # fmt: skip
-    return AttributeModel(card, path, _restored(path, card, _loaded(content), methods or _methods()))
+    if not methods:
+        from palpate.modeling.attributes.registry import METHODS
+
+        methods = METHODS
+    return AttributeModel(card, path, _restored(path, card, _loaded(content), methods))
 
 
 def read_card(path: Path) -> Card:
@@ -200,12 +204,6 @@ def _restored(path: Path, card: Card, arrays: Arrays, methods: Mapping[str, Meth
         raise ModelFileError(
             f"{path}: {card.method} cannot be made from it ({type(error).__name__}: {error}). {AGAIN}"
         ) from None
-
-
-def _methods() -> Mapping[str, Method]:
-    from palpate.modeling.attributes.registry import METHODS
-
-    return METHODS
 
 
 def _loaded(content: bytes) -> dict[str, NDArray[Any]]:

@@ -102,7 +102,11 @@ def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = F
     asked = learning.training_settings(settings, QUICK_EPOCHS)
     network = _network(sight, touch, target, asked.seed, literal)
     data = drawn([shown(each, sight, touch, variants=True) for each in textures], target.down(ratings), SEGMENTS)
-    held = _watched(learning.held, sight, touch, target)
+    held = None
+    if learning.held:
+        watched = sorted(learning.held, key=lambda texture: texture.id)
+        seen = [shown(texture, sight, touch) for texture in watched]
+        held = spread_out(seen, target.down(ratings_of(watched)), HELD_PICTURES, HELD_SEGMENTS)
     asked = replace(asked, keep_last=held is None)
     steps = asked.epochs * math.ceil(len(data) / asked.batch)
     optimiser = adam if literal else cosine(steps)
@@ -132,14 +136,6 @@ def _network(sight: Look | None, touch: Look | None, target: Target, seed: int, 
     channels = None if touch is None else touch.channels
     with training_state(seed, 1):
         return seeded(lambda: VisuoTactile(length, channels, len(target.mean), literal), seed)
-
-
-def _watched(held: Sequence[Texture], sight: Look | None, touch: Look | None, target: Target) -> Made | None:
-    if not held:
-        return None
-    textures = [shown(each, sight, touch) for each in sorted(held, key=lambda each: each.id)]
-    ratings = ratings_of(sorted(held, key=lambda each: each.id))
-    return spread_out(textures, target.down(ratings), HELD_PICTURES, HELD_SEGMENTS)
 
 
 def _answers(network: VisuoTactile, textures: Sequence[Shown]) -> list[Tensor]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -64,9 +64,9 @@ def read_material(
     textures = joined(parts)
     _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])], unfelt)
     told = how.weights.told if any(each.sight for each in textures) else ""
-    lacking = (*unfelt, *_unseen(parts, study_photos))
+    unseen = (f"no session of {study_photos}: {NOTHING['picture']}",) if sight and not photos else ()
     few = () if names is None else (FEW_READ,)
-    notes = (*rated.notes, *lacking, *few, *((HURRIED,) if quick and photos else ()))
+    notes = (*rated.notes, *unfelt, *unseen, *few, *((HURRIED,) if quick and photos else ()))
     return Material(textures, rated.attributes, told, _simulated(parts), notes)
 
 
@@ -141,11 +141,6 @@ def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], 
         f"{lab}: no recording and no picture of a texture in {where} that can be used{why}; record them, or make a"
         " simulated lab (palpate textures simulate)"
     )
-
-
-def _unseen(parts: Parts, photos: str) -> Iterator[str]:
-    if parts.sight and not parts.photos:
-        yield f"no session of {photos}: {NOTHING['picture']}"
 
 
 def _simulated(parts: Parts) -> bool:

@@ -192,7 +192,12 @@ def recorded(
 
 def felt(texture: Recorded) -> Felt:
     """What was felt of one texture, its samples read now. Raises TextureDataError as `touch_of` does."""
-    touch, notes = touch_of(texture.id, _touched(texture), texture.way)
+    touched = (
+        part
+        for capture in texture.captures
+        for part in touched_in(capture, texture.normal, f"{capture.path.name} trial {capture.attempt.trial}")
+    )
+    touch, notes = touch_of(texture.id, touched, texture.way)
     return Felt(texture.id, texture.label, texture.category, touch, texture.made_from, notes)
 
 
@@ -236,11 +241,6 @@ def rows_from(found: Felt) -> FeltRows:
 def rows_of(texture: Recorded) -> FeltRows:
     """`Recorded.rows` as a job for `palpate.modeling.training.jobs.run_jobs`: small, whatever was recorded."""
     return texture.rows()
-
-
-def _touched(texture: Recorded) -> Iterator[Touched]:
-    for each in texture.captures:
-        yield from touched_in(each, texture.normal, f"{each.path.name} trial {each.attempt.trial}")
 
 
 def _samples_sha256(capture: Capture) -> str:

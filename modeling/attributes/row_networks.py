@@ -181,7 +181,10 @@ def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
     asked = learning.training_settings(plan.settings, QUICK_EPOCHS)
     network = seeded(lambda: _network(plan, looks, ratings.shape[1]), asked.seed)
     data = drawn(stacks_of(textures, looks, variants=True), target.down(ratings), plan.shows, plan.steps)
-    trained = train(network, data, _watched(learning, looks, target, plan), _loss, asked, report=learning.report)
+    held = None
+    if learning.held:
+        held = everything(stacks_of(learning.held, looks), target.down(ratings_of(learning.held)), plan.steps)
+    trained = train(network, data, held, _loss, asked, report=learning.report)
     return FittedRows(plan, network, looks, target, trained)
 
 
@@ -210,12 +213,6 @@ def _rows(texture: Texture, look: Look, variants: bool) -> Tensor:
 
 def _network(plan: RowPlan, looks: Sequence[Look], attributes: int) -> nn.Module:
     return NETWORKS[plan.name]([len(look.mean) for look in looks], attributes)
-
-
-def _watched(learning: Learning, looks: Sequence[Look], target: Target, plan: RowPlan) -> Made | None:
-    if not learning.held:
-        return None
-    return everything(stacks_of(learning.held, looks), target.down(ratings_of(learning.held)), plan.steps)
 
 
 def _loss(answer: Tensor, target: Tensor) -> Tensor:

@@ -159,8 +159,10 @@ def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Colle
 
 
 def _looked(job: _Look) -> dict[str, Entry]:
-    """Every version of every picture that lacks, by its key; each is kept as soon as it is there."""
-    network = _network(job.how.weights)
+    """Return every missing version of every picture by its key; each is saved as soon as it is computed."""
+    from palpate.modeling.attributes.resnet import folded, loaded
+
+    network = folded(loaded(job.how.weights.state()))
     made: dict[str, Entry] = {}
     for picture, versions in job.wanted:
         for version, entry in _versions(picture, versions, job.how, network):
@@ -168,12 +170,6 @@ def _looked(job: _Look) -> dict[str, Entry]:
             save_features(job.folder, key, *entry)
             made[key] = entry
     return made
-
-
-def _network(weights: Weights) -> ResNet50:
-    from palpate.modeling.attributes.resnet import folded, loaded
-
-    return folded(loaded(weights.state()))
 
 
 def _versions(

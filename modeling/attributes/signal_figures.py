@@ -81,6 +81,8 @@ def vibration_rows(explored: Explored) -> list[Row]:
 
     `shows` is x, y, z, one axis (`low` and `high` in m/s^2 from `time_s` on) or spectrum (`power` in (m/s^2)^2/Hz).
     """
+    from scipy.signal import periodogram
+
     raw, felt = explored.touched.acceleration, segments(explored.touch)
     pressed = contact(explored.touch)
     rows: list[Row] = []
@@ -89,7 +91,9 @@ def vibration_rows(explored: Explored) -> list[Row]:
     starts_s = _starts_s(explored.touch)
     times_s = (starts_s[:, None] + np.arange(SEGMENT) / RATE_HZ).ravel()
     rows += _envelope("one axis", times_s, felt.vibration.ravel())
-    hertz, power = _power(felt.vibration[pressed])
+    # the mean power spectral density of segments (s, 500), each under Hann's window
+    hertz, density = periodogram(felt.vibration[pressed], RATE_HZ, window="hann", detrend=False, axis=-1)
+    power = density.mean(axis=0)
     rows += [
         {"shows": "spectrum", "time_s": None, "low": None, "high": None, "hz": float(f), "power": float(p)}
         for f, p in zip(hertz, power, strict=True)
@@ -120,14 +124,6 @@ def _starts_s(touch: Touch) -> Array:
     """When each segment begins, in the order of `segments`: seconds since all signals were there."""
     starts = [each.first + np.arange(0, len(each.axes) - SEGMENT + 1, SEGMENT) for each in touch.stretches]
     return np.asarray(np.concatenate(starts) / RATE_HZ)
-
-
-def _power(vibration: Array) -> tuple[Array, Array]:
-    """Frequencies, and the mean power spectral density of segments (s, 500), each under Hann's window."""
-    from scipy.signal import periodogram
-
-    hertz, power = periodogram(vibration, RATE_HZ, window="hann", detrend=False, axis=-1)
-    return hertz, power.mean(axis=0)
 
 
 def _envelope(shows: str, times_s: Array, values: Array) -> Iterator[Row]:

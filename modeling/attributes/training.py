@@ -15,13 +15,13 @@ from palpate.modeling.attributes.evaluation_report import banners
 from palpate.modeling.attributes.evaluation_tables import RANDOM, method_rows, resnet_of, title_of
 from palpate.modeling.attributes.folds import all_of_them
 from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
-from palpate.modeling.attributes.methods import Fitted, Learning, Method
+from palpate.modeling.attributes.methods import Learning, Method
 from palpate.modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
 from palpate.modeling.training.history import history_of
 from palpate.modeling.training.run_card import run_card
 from palpate.modeling.training.trained_files import Written, write_trained
-from palpate.protocols.progress import Clock, Report
+from palpate.protocols.progress import Report
 from palpate.protocols.wording import count
 from palpate.signals.models.card import Interval
 
@@ -52,6 +52,8 @@ def train_attributes(
     the same textures finished is taken from `wanted.work`. Raises MaterialError where the method refuses the textures,
     ModelFileError where it cannot be kept.
     """
+    from palpate.modeling.training.threads import limited
+
     evaluation = evaluate_methods(material, replace(options, methods=(method,), ablations=False), methods, own, report)
     entry = evaluation.entries[0]
     if why := evaluation.refused(entry):
@@ -61,7 +63,11 @@ def train_attributes(
     settings, seed = evaluation.options.settings, evaluation.options.seed
     given = learning(evaluation.material, fold, evaluation.method(entry), entry, seed, settings)
     report(f"fitting {method} to {_size_of(given)}")
-    fitted, seconds = _fitted(evaluation.method(entry), given, evaluation.domain.clock)
+    clock = evaluation.domain.clock
+    start = clock()
+    with limited(1):
+        fitted = evaluation.method(entry).fit(given)
+    seconds = clock() - start
     card = _card(evaluation, entry, given, seconds)
     write = partial(write_model, fitted=cast(Kept, fitted), card=card, methods=methods)
     files = write_trained(folder, write, history_of(fitted), last=not given.held)
@@ -85,16 +91,6 @@ def demand_no_loss(folder: Path) -> None:
         )
 
 
-def _fitted(method: Method, given: Learning, clock: Clock) -> tuple[Fitted, float]:
-    """Return the method fitted to what it is given, and how long that took."""
-    from palpate.modeling.training.threads import limited
-
-    start = clock()
-    with limited(1):
-        fitted = method.fit(given)
-    return fitted, clock() - start
-
-
 def _size_of(given: Learning) -> str:
     """Return how many textures the fit sees, and what for."""
     watched = f", {len(given.held)} more are watched to stop early" if given.held else ""
@@ -110,6 +106,11 @@ def _card(evaluation: AttributeEvaluation, entry: Entry, given: Learning, second
         "sight": entry.sight, "left_out": len(evaluation.tested),
         "watched": tuple(texture.id for texture in given.held),
     }  # fmt: skip
+    interval = None
+    if len(evaluation.tested) >= needed(COVERAGE):  # from the errors of textures that were left out
+        wide = half_widths(evaluation.predicted(entry) - evaluation.rated())
+        method = f"quantile of {len(evaluation.tested)} errors, each of a texture that was left out"
+        interval = Interval(method=method, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
     return {
         "name": NAME,
         "title": f"How textures feel, by {title_of(evaluation, entry)}",
@@ -120,20 +121,11 @@ def _card(evaluation: AttributeEvaluation, entry: Entry, given: Learning, second
         "weights": material.weights if "resnet" in entry.sight else "",
         "simulated": material.simulated,
         "metrics": metrics,
-        "interval": _interval(evaluation, entry),
+        "interval": interval,
         "learned": tuple(sorted(material.ids)),
         "training": run_card({"textures": evaluation.domain.digest}, settings, metrics, seconds),
         "notes": _notes(evaluation, entry, given),
     }
-
-
-def _interval(evaluation: AttributeEvaluation, entry: Entry) -> dict[str, Any] | None:
-    """90 % intervals from the errors of textures that were left out; None with too few of them."""
-    if len(evaluation.tested) < needed(COVERAGE):
-        return None
-    wide = half_widths(evaluation.predicted(entry) - evaluation.rated())
-    method = f"quantile of {len(evaluation.tested)} errors, each of a texture that was left out"
-    return Interval(method=method, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
 
 
 def _notes(evaluation: AttributeEvaluation, entry: Entry, given: Learning) -> tuple[str, ...]:

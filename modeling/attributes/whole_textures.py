@@ -226,7 +226,9 @@ def _best(
         share = shares[int(best)]
         path = path_of(_joined([code for code, _ in codes], share), ratings[:, attribute : attribute + 1])
         found = path.weights(float(PENALTIES[penalty]))[:, 0]
-        weights.append(_unrotated(found, [axes for _, axes in codes], share) * _evened(front))
+        parts = np.split(found, np.cumsum([len(axes) for _, axes in codes])[:-1])
+        rotated = zip(parts, codes, _roots(share), strict=False)
+        weights.append(np.concatenate([part @ axes * root for part, (_, axes), root in rotated]) * _evened(front))
         chosen.append((share, float(PENALTIES[penalty])))
         learning.report(f"ridge: {learning.attributes[attribute].name}: touch {share:g}, penalty {chosen[-1][1]:.3g}")
     return np.stack(weights), np.array(chosen)
@@ -254,11 +256,6 @@ def _rotated(z: Array) -> tuple[Array, Array]:
 
 def _joined(places: Sequence[Array], share: float) -> Array:
     return np.concatenate([each * root for each, root in zip(places, _roots(share), strict=False)], axis=1)
-
-
-def _unrotated(weights: Array, axes: Sequence[Array], share: float) -> Array:
-    parts = np.split(weights, np.cumsum([len(each) for each in axes])[:-1])
-    return np.concatenate([part @ each * root for part, each, root in zip(parts, axes, _roots(share), strict=False)])
 
 
 def _roots(share: float) -> tuple[float, float]:
