@@ -19,6 +19,7 @@ from palpate.protocols.wording import count
 if TYPE_CHECKING:
     from palpate.modeling.library.lab import Indexed
 
+
 WIDTH = 130
 """Of a table that no terminal shows."""
 SIMULATED = "These textures are simulated: no person rated them, no material was touched."

@@ -139,7 +139,11 @@ def fit(learning: Learning) -> FittedAr:
     frequencies = np.array([frequencies_of(each) for each, _ in found])
     log_sd = np.array([0.5 * np.log(error + floor) for _, error in found])
     plain = FittedAr(window, mesh, frequencies, log_sd, stretches)
-    return replace(plain, log_sd=_levels(plain, learning, floor))
+    at = np.concatenate([np.arange(a, b) for a, b in learning.parts.train])
+    acceleration, speed, force = learning.recording.signals[:, at]
+    shares = plain.mesh.shares(np.stack([speed, force], axis=1))
+    levels = levelled(plain.log_sd, shares, acceleration**2 + floor, power_gain(plain.filters(speed, force)))
+    return replace(plain, log_sd=levels)
 
 
 def _order(learning: Learning, window: int) -> int:
@@ -191,13 +195,6 @@ def _predictor(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
 def _gap(found: Array) -> float:
     frequencies = frequencies_of(found)
     return float(np.diff(np.concatenate([[0.0], frequencies, [np.pi]])).min())
-
-
-def _levels(plain: FittedAr, learning: Learning, floor: float) -> Array:
-    at = np.concatenate([np.arange(a, b) for a, b in learning.parts.train])
-    acceleration, speed, force = learning.recording.signals[:, at]
-    shares = plain.mesh.shares(np.stack([speed, force], axis=1))
-    return levelled(plain.log_sd, shares, acceleration**2 + floor, power_gain(plain.filters(speed, force)))
 
 
 def levelled(log_sd: Array, shares: Array, squares: Array, gains: Array) -> Array:

@@ -106,9 +106,8 @@ class TextureDomain(Domain[Job]):
         if isinstance(job, Explore):
             drive = explored(self.simulator, job.texture, self.seconds, self.seed)
             return Result(job, {"cycle": drive.cycle}, {name: getattr(drive, name) for name in DRIVING})
-        return self._fit(job) if isinstance(job, Fit) else self._play(job)
-
-    def _fit(self, job: Fit) -> TextureResult:
+        if isinstance(job, Play):
+            return self._play(job)
         settings = {**self.settings, "checkpoint": self.checkpoint(job)}
         recording, parts = self.recordings[job.texture], self.parts[job.texture]
         given = learning_for(recording, parts, job.window, job.loss, self.seed, settings)

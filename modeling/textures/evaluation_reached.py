@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
 from palpate.modeling.textures.evaluation import TextureEvaluation, better
 from palpate.modeling.textures.evaluation_tables import Row, least, most, texture_rows
@@ -25,7 +25,8 @@ def reached(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
     if _ran(rows, BASELINE):
         won, of = better(rows, DEFAULT, BASELINE)
         wanted = -(-of * BEATEN // 6)
-        points.append(("Against AR", f"Nearer on {won} of {of} textures (wanted: {wanted}): {_word(won >= wanted)}."))
+        reached = "reached" if won >= wanted else "not reached"
+        points.append(("Against AR", f"Nearer on {won} of {of} textures (wanted: {wanted}): {reached}."))
     if plain := _ran(rows, THESIS):
         points.append(("One-step FoTEN", _failure(plain)))
     return points
@@ -59,13 +60,11 @@ def _within_limits(
     )
     met = f"reached on {len(values.keys() - off.keys())} of {len(evaluation.textures)}"
     missed = "".join(
-        f", {what} {_listed(which)}" for what, which in (("not on", off), ("not judged on", blank)) if which
+        f", {what} {', '.join(texture.replace('_', ' ') for texture in textures)}"
+        for what, textures in (("not on", off), ("not judged on", blank))
+        if textures
     )
     return name, f"{sentence}: {f'{met}{missed}' if missed else 'reached'}."
-
-
-def _listed(textures: Iterable[str]) -> str:
-    return ", ".join(texture.replace("_", " ") for texture in textures)
 
 
 def _again(evaluation: TextureEvaluation, column: str) -> str:

@@ -51,18 +51,15 @@ def exported_windows(network: nn.Module, scale: Scale, window: int) -> Exported:
     tensors["down.gain"] = (1.0 / scale.sd[:, None]).astype(np.float32)
     tensors["down.offset"] = (-scale.mean / scale.sd)[:, None].astype(np.float32)
     answers = int(answers_of(network, np.zeros((1, 3, window)), 1).shape[1])
-    up, more = _up(scale, answers)
-    steps = (Reshape(shape=(3, window)), down, *(step for step, _ in found), up)
-    return Exported(steps, tensors | more)
-
-
-def _up(scale: Scale, answers: int) -> tuple[Step, dict[str, NDArray[np.float32]]]:
-    """From normalised answers to units: an SD is scaled, so its log is shifted."""
+    # from normalised answers to units: an SD is scaled, so its log is shifted
     mean, sd = float(scale.mean[0]), float(scale.sd[0])
-    if answers == 1:
-        return Affine(gain=sd, offset=mean), {}
-    gain, offset = np.array([sd, 1.0], np.float32), np.array([mean, np.log(sd)], np.float32)
-    return Affine(gain="up.gain", offset="up.offset"), {"up.gain": gain, "up.offset": offset}
+    up = Affine(gain=sd, offset=mean)
+    if answers > 1:
+        up = Affine(gain="up.gain", offset="up.offset")
+        tensors["up.gain"] = np.array([sd, 1.0], np.float32)
+        tensors["up.offset"] = np.array([mean, np.log(sd)], np.float32)
+    steps = (Reshape(shape=(3, window)), down, *(step for step, _ in found), up)
+    return Exported(steps, tensors)
 
 
 @singledispatch

@@ -193,11 +193,17 @@ def without_hum(vibration: Array, rate_hz: float) -> tuple[Array, Hum | None]:
     axes = vibration[:, None] if vibration.ndim == 1 else vibration
     if len(axes) < SHORTEST_S * rate_hz or not axes.any():
         return vibration, None
-    found = [each for each in _found(axes, rate_hz) if each[2]]
-    if not found:
+    # nominal frequency, phase and lines of what each mains may have been
+    candidates = [
+        (mains_hz, cycles, lines)
+        for mains_hz in MAINS_HZ
+        for cycles in phases(axes, rate_hz, mains_hz)
+        if (lines := _lines(axes, rate_hz, mains_hz, cycles))
+    ]
+    if not candidates:
         return vibration, None
-    # The phase that is followed best holds most of the lines still.
-    mains_hz, cycles, lines = max(found, key=lambda each: sum(line.rms_m_s2**2 for line in each[2]))
+    # the phase that is followed best holds most of the lines still
+    mains_hz, cycles, lines = max(candidates, key=lambda candidate: sum(line.rms_m_s2**2 for line in candidate[2]))
     clean = notched(axes, rate_hz, cycles, [line.multiple for line in lines])
     taken = float(((axes - clean) ** 2).sum(axis=1).mean())
     whole = float(((axes - axes.mean(axis=0)) ** 2).sum(axis=1).mean())
@@ -242,13 +248,6 @@ def _steady_part(axes: Array, cycles: Array, multiples: Sequence[int]) -> Array:
     waves = np.hstack([np.cos(angle), np.sin(angle), np.ones((len(axes), 1))])
     weights = np.linalg.lstsq(waves, axes, rcond=None)[0]
     return np.asarray(waves[:, :-1] @ weights[:-1])
-
-
-def _found(axes: Array, rate_hz: float) -> Iterator[tuple[float, Array, tuple[Line, ...]]]:
-    """Nominal frequency, phase and lines of what each mains may have been."""
-    for mains_hz in MAINS_HZ:
-        for cycles in phases(axes, rate_hz, mains_hz):
-            yield mains_hz, cycles, _lines(axes, rate_hz, mains_hz, cycles)
 
 
 def _lines(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> tuple[Line, ...]:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from numpy.random import PCG64, Generator, SeedSequence
-from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 from scipy.optimize import least_squares
 from torch import Tensor, nn
@@ -78,31 +77,34 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
         for at in range(start, stop, LONGEST)
     ]
     stretches = [(start, stop) for start, stop in cut if stop - start > 2 * window]
-    truth, heard = _recorded(recording, stretches, window)
+    # the acceleration of all stretches after their first window, 0 at rest; and where it is heard
+    pieces = [recording.signals[:, start + window : stop] for start, stop in stretches]
+    acceleration, speed, force = np.concatenate(pieces or [np.zeros((3, 0))], axis=1)
+    heard = sounds(speed, force)
+    truth = acceleration * heard
     if heard.sum() < SMOOTHED or not truth.any():
         return math.nan
+    ends = np.cumsum([stop - start - window for start, stop in stretches])[:-1]
     stiff, truths = STIFF, np.tile(truth, DRAWS)
     best = _Tried(math.inf, network.weight.clone(), network.log_gain.clone(), truths, np.zeros(window))
     for left in range(rounds, -1, -1):
-        runs = heard * _finite(free_run(network, recording, stretches, scale, seed, DRAWS))
+        played = free_run(network, recording, stretches, scale, seed, DRAWS)
+        finite: Array = np.nan_to_num(played, nan=0.0, posinf=0.0, neginf=0.0)  # silence is left of what runs away
+        runs = heard * finite
         made = runs.reshape(-1)
         ratio = level_ratio(made, truths)
         distance = felt_distance(truths, made) + abs(20 * math.log10(ratio)) if ratio else math.inf
         if distance < best.distance:
-            own = predictor(
-                [
-                    part
-                    for run in runs
-                    for part in np.split(run, np.cumsum([stop - start - window for start, stop in stretches])[:-1])
-                ],
-                window,
-            )
-            best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), runs.reshape(-1), own)
+            own = predictor([part for run in runs for part in np.split(run, ends)], window)
+            best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), made, own)
         else:
             stiff *= STIFFER
         best.back(network)
         if left and math.isfinite(best.distance):
-            _add(network, *correction(truths, best.made, best.own, stiff))
+            # a share of what the network lacks, within limits
+            weights, gain = correction(truths, best.made, best.own, stiff)
+            network.weight += torch.from_numpy((SHARE * weights).astype(np.float32))
+            network.log_gain.add_(SHARE * gain).clamp_(-math.log(MOST_GAIN), math.log(MOST_GAIN))
     return best.distance
 
 
@@ -120,13 +122,6 @@ class _Tried:
         """Set it."""
         network.weight.copy_(self.weight)
         network.log_gain.copy_(self.log_gain)
-
-
-def _add(network: Matched, weights: Array, gain: float) -> None:
-    """A share of what a network lacks, within limits."""
-    most = math.log(MOST_GAIN)
-    network.weight += torch.from_numpy((SHARE * weights).astype(np.float32))
-    network.log_gain.add_(SHARE * gain).clamp_(-most, most)
 
 
 def free_run(
@@ -165,19 +160,6 @@ def predictor(stretches: Sequence[Array], order: int) -> Array:
         lags += np.correlate(each, each, "full")[len(each) - 1 :][: order + 1]
     lags[0] *= 1 + RIDGE
     return np.asarray(solve_toeplitz(lags[:-1], lags[1:])[::-1]) if lags[0] > 0 else np.zeros(order)
-
-
-def _finite(made: Array) -> Array:
-    """Of what runs away, silence is left."""
-    return np.nan_to_num(made, nan=0.0, posinf=0.0, neginf=0.0)
-
-
-def _recorded(recording: Recording, stretches: Stretches, window: int) -> tuple[Array, NDArray[np.bool_]]:
-    """The acceleration of all stretches after their first window, 0 at rest; and where it is heard."""
-    pieces = [recording.signals[:, start + window : stop] for start, stop in stretches]
-    acceleration, speed, force = np.concatenate(pieces or [np.zeros((3, 0))], axis=1)
-    heard = sounds(speed, force)
-    return acceleration * heard, heard
 
 
 KEPT = 0.3

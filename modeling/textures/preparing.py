@@ -100,8 +100,12 @@ def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], l
     moved = _speed(touched)
     signals = (touched.acceleration, moved, touched.force)
     (vibration, speed, force), known, told = on_grid(signals)
-    pressed, turned = _pressed(along(force, touched.normal), known)
-    notes = [*touched.notes, *told, *turned, *_filters(touched.acceleration, way)]
+    pressed = along(force, touched.normal)
+    notes = [*touched.notes, *told]
+    if known.any() and np.median(pressed[known]) < 0 and abs(pressed[known].min()) > abs(pressed[known].max()):
+        pressed = -pressed  # a sensor that counts the other way
+        notes.append("force was negative where the tool pressed; its sign is changed")
+    notes += _filters(touched.acceleration, way)
     edges = np.flatnonzero(np.diff(np.r_[False, known, False].astype(int)))
     runs = [
         (a, b)

@@ -102,7 +102,11 @@ def read_columns(file: Path) -> Table:
     whole = _of_numbers(lines, len(header))
     if whole is not None:
         first = _cells(file, lines, len(header), DECIMALS)
-        columns = {name: _whole(whole[:, each.place], each, first[each.place]) for name, each in named.items()}
+        known = np.zeros(len(whole), dtype=np.bool_)
+        columns = {
+            name: Column(whole[:, heading.place], heading.scale, known, _written(first[heading.place]), heading.said)
+            for name, heading in named.items()
+        }
         return Table(str(file), columns, tuple(header), lines.numbers, notes)
     every = _cells(file, lines, len(header))
     cells = {name: every[heading.place] for name, heading in named.items()}
@@ -122,10 +126,6 @@ def _of_numbers(lines: _Lines, count: int) -> Array | None:
     except ValueError:
         return None
     return found if found.shape == (len(lines.rows), count) and np.isfinite(found).all() else None
-
-
-def _whole(values: Array, heading: Heading, first: Sequence[str]) -> Column:
-    return Column(values, heading.scale, np.zeros(len(values), dtype=np.bool_), _written(first), heading.said)
 
 
 def _lines(file: Path) -> _Lines:

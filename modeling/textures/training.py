@@ -70,7 +70,10 @@ def _write(
 
     if not fitted.files:
         raise TextureDataError(f"{fit.name}: there is no file of it.")
-    metrics, card = _metrics(fitted, played), Card.model_validate_json(fitted.files[0].read_bytes(), strict=True)
+    scores = {name: fitted.numbers.get(name) for name in ONE_STEP}
+    scores |= {f"free_{name}": played.numbers.get(name) for name in FREE}
+    metrics = {name: float(value) for name, value in scores.items() if value is not None and math.isfinite(value)}
+    card = Card.model_validate_json(fitted.files[0].read_bytes(), strict=True)
     drive = None if played.refused else drive_for(fit.texture, domain)
     measured_on = {"one step ahead": "the test part, which it was not trained on"}
     if drive is not None:
@@ -84,21 +87,17 @@ def _write(
     }  # fmt: skip
     seconds = fitted.numbers.get("train_s") or 0.0
     training = run_card({"data": recording_digest(recording)}, settings, metrics, seconds)
+    notes = [*card.notes, *([f"It was not run free: {played.refused}"] if played.refused else [])]
+    if domain.settings.get("quick"):
+        notes.append("A quick training, to try things out: few epochs. Its numbers are nothing to go by.")
     write = partial(
         write_model, name=card.name, exported=exported, title=card.title, method=card.method, takes=card.takes,
         gives=card.gives, texture=card.texture, metrics=metrics, measured_on=measured_on, missed=card.missed,
-        training=training, notes=(*card.notes, *_notes(played, domain)),
+        training=training, notes=tuple(notes),
     )  # fmt: skip
     seen = (f"running free on {measured_on['free']}",) if drive is not None and drive.seen else ()
     files = write_trained(folder, write, history_in(fitted.arrays))
     return WrittenTexture(files[0], fit.method, metrics, files, fit.texture, (*card.missed, *seen))
-
-
-def _metrics(fitted: TextureResult, played: TextureResult) -> dict[str, float]:
-    """Return one step ahead, and running free, numbers only."""
-    named = {name: fitted.numbers.get(name) for name in ONE_STEP}
-    named |= {f"free_{name}": played.numbers.get(name) for name in FREE}
-    return {name: float(value) for name, value in named.items() if value is not None and math.isfinite(value)}
 
 
 def _notes(played: TextureResult, domain: TextureDomain) -> tuple[str, ...]:
