@@ -244,7 +244,7 @@ def evaluate_attributes(
     with going_on("what is left"), progress_lines() as report:
         material = material_for(asked, report)
         report("timing features")
-        times = feature_seconds({kind for each in material.textures for kind in (*each.touch, *each.sight)})
+        times = feature_seconds({kind for texture in material.textures for kind in (*texture.touch, *texture.sight)})
         evaluation = evaluate_methods(material, options, METHODS, OWN_FEATURES, report, times)
         paths = write_all(evaluation, to or evaluation_folder(asked.lab, NAME), report, figures)
     if as_json:

@@ -49,7 +49,7 @@ def leave_one_texture_out(
     """
     if not 0 <= share <= 0.5:
         raise MaterialError(f"the share that is held is {share:g}; 0 to 0.5 is expected.")
-    missing = [each.id for each in material.textures if each.rated is None]
+    missing = [texture.id for texture in material.textures if texture.rated is None]
     if missing:
         raise MaterialError(f"{missing[0]} was not rated: take Material.rated() of it.")
     groups = groups_of(material.textures)
@@ -62,14 +62,14 @@ def leave_one_texture_out(
     unknown = [name for name in asked if name not in material.ids]
     if unknown:
         raise MaterialError(f"no texture {unknown[0]!r} can be left out: there are {some(material.ids)}.")
-    classes = {each.id: each.category for each in material.textures}
+    classes = {texture.id: texture.category for texture in material.textures}
     return tuple(_fold(name, groups, classes, seed, share) for name in asked)
 
 
 def all_of_them(material: Material, seed: int = 0, share: float = HELD) -> Fold:
     """Every rated texture, nothing left out: what a model that is to be used learns from and what it watches."""
     groups = groups_of(material.textures)
-    classes = {each.id: each.category for each in material.textures}
+    classes = {texture.id: texture.category for texture in material.textures}
     return _split("", (), groups, classes, _chance(seed, ""), share)
 
 
@@ -145,7 +145,7 @@ def groups_of(textures: Sequence[Texture]) -> tuple[tuple[str, ...], ...]:
     of a variant of one. What is blank (silence, a black picture) is nobody's, in none of its kinds of features; nor is
     how the hand moved, where there is anything else.
     """
-    parent = {each.id: each.id for each in textures}
+    parent = {texture.id: texture.id for texture in textures}
     for one, other in (*_by_files(textures), *_by_rows(textures)):
         parent[_root(parent, one)] = _root(parent, other)
     found: dict[str, list[str]] = {}
@@ -163,14 +163,14 @@ def _root(parent: dict[str, str], name: str) -> str:
 
 def _by_files(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
     first: dict[str, str] = {}
-    for each in textures:
-        for digest in sorted(each.made_from):
-            yield first.setdefault(digest, each.id), each.id
+    for texture in textures:
+        for digest in sorted(texture.made_from):
+            yield first.setdefault(digest, texture.id), texture.id
 
 
 def _by_rows(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
     """Pairs of textures with an equal row, for each kind of feature."""
-    telling = [(each.id, _telling(each)) for each in textures]
+    telling = [(texture.id, _telling(texture)) for texture in textures]
     for kind in sorted({kind for _, rows in telling for kind in rows}):
         yield from _equal([(name, row) for name, rows in telling for each in rows.get(kind, ()) for row in each])
 

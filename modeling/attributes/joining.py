@@ -67,7 +67,7 @@ def _texture(name: str, parts: Parts) -> Texture:
         sight=looked.sight if looked else {},
         variants=looked.variants if looked else {},
         rated=parts.rated.rated.get(name),
-        made_from=(felt.made_from if felt else frozenset()) | ({each.sha256 for each in pictures} - blank),
+        made_from=(felt.made_from if felt else frozenset()) | ({picture.sha256 for picture in pictures} - blank),
         notes=tuple(dict.fromkeys(_notes(name, parts))),
     )
 
@@ -107,7 +107,7 @@ def has_rows(kinds: Mapping[str, Rows]) -> bool:
 
 def senses(textures: Sequence[Texture]) -> tuple[bool, bool]:
     """Whether any of the textures was felt, and whether any was seen."""
-    return any(has_rows(each.touch) for each in textures), any(has_rows(each.sight) for each in textures)
+    return any(has_rows(texture.touch) for texture in textures), any(has_rows(texture.sight) for texture in textures)
 
 
 def why_of(texture: Texture, what: str) -> list[str]:
@@ -129,10 +129,10 @@ def lacking(material: Material) -> list[str]:
 def _by_reason(material: Material, what: str) -> Iterator[str]:
     """Each reason in the words of the first texture that has it, those of most textures first."""
     found: dict[str, list[tuple[str, str]]] = {}
-    for each in material.textures:
-        alike = {VARIES.sub("", note.replace(each.id, "")): note for note in why_of(each, what)}
+    for texture in material.textures:
+        alike = {VARIES.sub("", note.replace(texture.id, "")): note for note in why_of(texture, what)}
         for key, note in alike.items():
-            found.setdefault(key, []).append((each.id, note))
+            found.setdefault(key, []).append((texture.id, note))
     ordered = sorted(found.values(), key=len, reverse=True)
     for (name, note), *others in ordered[:MOST]:
         yield f"{name}{f' and {len(others)} more' if others else ''}: {note}"

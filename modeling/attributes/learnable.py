@@ -56,10 +56,10 @@ def inner_folds(textures: Sequence[Texture], folds: int = INNER_FOLDS) -> Iterat
     """
     from sklearn.model_selection import GroupKFold
 
-    bare = [replace(each, touch={}, sight={}, variants={}) for each in textures]
+    bare = [replace(texture, touch={}, sight={}, variants={}) for texture in textures]
     groups = groups_of(bare)
     if len(groups) < 2:
         raise MaterialError(f"{len(textures)} textures are all made from the same files: two that differ are needed.")
     number = {name: place for place, group in enumerate(groups) for name in group}
-    places = np.array([number[each.id] for each in textures])
+    places = np.array([number[texture.id] for texture in textures])
     yield from GroupKFold(min(folds, len(groups))).split(places, groups=places)

@@ -83,7 +83,7 @@ class Texture:
 
     def __post_init__(self) -> None:
         for what, rows in (("touch", self.touch), ("sight", self.sight), ("variants", self.variants)):
-            if len({len(each) for each in rows.values()}) > 1:
+            if len({len(row) for row in rows.values()}) > 1:
                 sizes = ", ".join(f"{kind} {len(each)}" for kind, each in rows.items())
                 raise MaterialError(f"{self.id}: {what} has as many rows of each kind; found {sizes}.")
             for kind, each in rows.items():
@@ -118,7 +118,7 @@ class Material:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        names = [each.id for each in self.textures]
+        names = [texture.id for texture in self.textures]
         if len(set(names)) != len(names):
             twice = next(name for name in names if names.count(name) > 1)
             raise MaterialError(f"texture {twice!r} stands twice: its recordings and pictures belong to one.")
@@ -126,11 +126,11 @@ class Material:
     @property
     def ids(self) -> tuple[str, ...]:
         """The textures' names, in order."""
-        return tuple(each.id for each in self.textures)
+        return tuple(texture.id for texture in self.textures)
 
     def rated(self) -> Material:
         """Only what was rated. Raises MaterialError where nothing was."""
-        found = tuple(each for each in self.textures if each.rated is not None)
+        found = tuple(texture for texture in self.textures if texture.rated is not None)
         if not found:
             raise MaterialError("no texture was rated: run texture_ratings, or give a table of ratings.")
         return Material(found, self.attributes, self.weights, self.simulated, self.notes)
@@ -138,10 +138,10 @@ class Material:
 
 def ratings_of(textures: Sequence[Texture]) -> Array:
     """Mean ratings (textures, attributes) on 0..100. Raises MaterialError where one was not rated."""
-    missing = [each.id for each in textures if each.rated is None]
+    missing = [texture.id for texture in textures if texture.rated is None]
     if missing:
         raise MaterialError(f"{missing[0]} was not rated.")
-    return np.stack([each.rated.mean for each in textures if each.rated is not None])
+    return np.stack([texture.rated.mean for texture in textures if texture.rated is not None])
 
 
 FOLDER = "material"

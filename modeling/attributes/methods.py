@@ -70,7 +70,7 @@ class Method(MethodOf[Learning, Fitted]):
 def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | MaterialError]:
     """What `predict` says of each texture, or why it says nothing; computed together where the method can."""
     together = getattr(fitted, "predict_all", None)
-    return [_said(fitted, each) for each in textures] if together is None else list(together(textures))
+    return [_said(fitted, texture) for texture in textures] if together is None else list(together(textures))
 
 
 def _said(fitted: Fitted, texture: Texture) -> Array | MaterialError:

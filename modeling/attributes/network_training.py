@@ -61,7 +61,7 @@ class FittedNetwork:
 
     def predict_all(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
         """What `predict` says or raises of each, computed together: of short textures several times as fast."""
-        seen = [self._shown(each) for each in textures]
+        seen = [self._shown(texture) for texture in textures]
         whole = [each for each in seen if isinstance(each, Shown)]
         with training_state(0, 1), torch.no_grad():
             self.network.eval()
@@ -142,10 +142,10 @@ def _answers(network: VisuoTactile, textures: Sequence[Shown]) -> list[Tensor]:
     """Scaled attributes (n, attributes) of each: every picture and every segment goes through its branch once."""
     branches = []
     if network.sight is not None:
-        seen = [each.sight for each in textures if each.sight is not None]
+        seen = [texture.sight for texture in textures if texture.sight is not None]
         branches.append(_through(network.sight.looked, seen, PICTURES_AT_ONCE))
     if network.touch is not None:
-        felt = [each.touch for each in textures if each.touch is not None]
+        felt = [texture.touch for texture in textures if texture.touch is not None]
         branches.append(_through(network.touch, felt, SEGMENTS_AT_ONCE))
     return [_paired(network, parts) for parts in zip(*branches, strict=True)]
 
@@ -153,14 +153,14 @@ def _answers(network: VisuoTactile, textures: Sequence[Shown]) -> list[Tensor]:
 def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once: int) -> tuple[Tensor, ...]:
     """What a branch says of the rows of each texture, so many at once."""
     found = torch.cat([branch(part) for part in torch.split(torch.cat(list(rows)), at_once)])
-    parts: tuple[Tensor, ...] = torch.split(found, [len(each) for each in rows])
+    parts: tuple[Tensor, ...] = torch.split(found, [len(row) for row in rows])
     return parts
 
 
 def _paired(network: VisuoTactile, parts: Sequence[Tensor]) -> Tensor:
     """One texture's (n, attributes): the shorter of pictures and segments begins anew where it ends."""
-    rows = torch.arange(max(len(each) for each in parts))
-    return network.head([each[rows % len(each)][:, None] for each in parts])[:, 0]
+    rows = torch.arange(max(len(part) for part in parts))
+    return network.head([part[rows % len(part)][:, None] for part in parts])[:, 0]
 
 
 STEPS, PLACES = 10, 4
@@ -340,7 +340,7 @@ def _evenly(texture: Shown, turn: int, turns: int, segments: int) -> list[Tensor
 
 
 def _digest(textures: Sequence[Shown], targets: Tensor) -> str:
-    return digest_of(iter([*(tensor for each in textures for tensor in each.given), targets]))
+    return digest_of(iter([*(tensor for texture in textures for tensor in texture.given), targets]))
 
 
 def _checked(rows: NDArray[np.float32], name: str, modality: Modality) -> NDArray[np.float32]:

@@ -58,12 +58,12 @@ def read_material(
     captured, unfelt = _captured(lab, study_capture, simulated) if touch else ((), ())
     names = None if most is None else _some(most, seed, rated, photos, captured)
     rated, photos, captured = _only(names, rated, photos, captured)
-    looked = run.seen([in_a_hurry(each.album) if quick else each.album for each in photos], how)
+    looked = run.seen([in_a_hurry(photo.album) if quick else photo.album for photo in photos], how)
     felt = run.felt(captured)
-    parts = Parts(rated, felt, {each.id: each for each in photos}, looked, touch, sight)
+    parts = Parts(rated, felt, {photo.id: photo for photo in photos}, looked, touch, sight)
     textures = joined(parts)
     _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])], unfelt)
-    told = how.weights.told if any(each.sight for each in textures) else ""
+    told = how.weights.told if any(texture.sight for texture in textures) else ""
     unseen = (f"no session of {study_photos}: {NOTHING['picture']}",) if sight and not photos else ()
     few = () if names is None else (FEW_READ,)
     notes = (*rated.notes, *unfelt, *unseen, *few, *((HURRIED,) if quick and photos else ()))
@@ -87,7 +87,7 @@ class _Run:
         from palpate.modeling.attributes.feeling import felt_rows
 
         rows = felt_rows(captured, self.folder, self.workers, self.report)
-        return {each.id: each for each in rows}
+        return {row.id: row for row in rows}
 
 
 def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
@@ -107,7 +107,10 @@ def _some(
     most: int, seed: int, rated: RatedTextures, photos: Sequence[Photographed], captured: Sequence[Recorded]
 ) -> frozenset[str] | None:  # fmt: skip
     """So many of the textures that have all that there is; None where the lab has no more, or none has all."""
-    parts: tuple[Sequence[Photographed | Recorded], ...] = (tuple(each for each in photos if each.pictures), captured)
+    parts: tuple[Sequence[Photographed | Recorded], ...] = (
+        tuple(photo for photo in photos if photo.pictures),
+        captured,
+    )
     classes = {name: columns.get(CATEGORY, "") for name, columns in rated.columns.items()}
     classes |= {each.id: each.category for part in parts for each in part if each.category}
     known = {*rated.rated, *rated.incomplete, *(each.id for part in parts for each in part)}
@@ -127,14 +130,14 @@ def _only(
     if names is None:
         return rated, photos, captured
     own = replace(rated, rated={name: each for name, each in rated.rated.items() if name in names}, incomplete={})
-    photos = tuple(each for each in photos if each.id in names)
+    photos = tuple(photo for photo in photos if photo.id in names)
     return own, photos, tuple(each for each in captured if each.id in names)
 
 
 def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], unfelt: Sequence[str]) -> None:
-    if any(each.touch or each.sight for each in textures):
+    if any(texture.touch or texture.sight for texture in textures):
         return
-    why = next((f"; {each.id}: {each.notes[0]}" for each in textures if each.notes), "")
+    why = next((f"; {texture.id}: {texture.notes[0]}" for texture in textures if texture.notes), "")
     why = "".join(f"; {each}" for each in unfelt) + why
     where = " or ".join(studies)
     raise MaterialError(
@@ -146,4 +149,4 @@ def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], 
 def _simulated(parts: Parts) -> bool:
     """Whether twins recorded, photographed or rated any of it."""
     felt = any(each.simulated for each in parts.felt.values())
-    return parts.rated.simulated or felt or any(each.simulated for each in parts.photos.values())
+    return parts.rated.simulated or felt or any(photo.simulated for photo in parts.photos.values())

@@ -114,7 +114,7 @@ def read_folder(
     felt, aside = _felt(lines, recordings, table, lab, workers, report)
     made = zip(lines, albums, strict=True)
     textures = tuple(_texture(line, album, looked[line.id], felt.get(line.id), sight) for line, album in made)
-    if not any(each.touch or each.sight for each in textures):
+    if not any(texture.touch or texture.sight for texture in textures):
         why = f"{textures[0].id}: {textures[0].notes[0]}"
         raise MaterialError(f"{folder}: no recording and no picture of its textures can be used; {why}")
     loose = _nobodys(folder, albums) if sight else ()
@@ -151,7 +151,7 @@ def rated_lines(
     lines = [replace(line, rated=rated_in(line.cells, line.place, columns, (low, high))) for line in lines]
     if scale is None:
         # without a scale, ratings of 1 to 7 must not be read as the lowest of 0 to 100
-        values = [float(line.cells[each.column]) for line in lines if line.rated for each in columns.ratings]
+        values = [float(line.cells[rating.column]) for line in lines if line.rated for rating in columns.ratings]
         if values and max(values) <= FEW_STEPS:
             raise MaterialError(
                 f"{table}: all ratings lie from {min(values):g} to {max(values):g}, which ratings on 0 to 100"
@@ -190,7 +190,7 @@ def _felt(
 
     found, notes = filed(recordings, {line.id: (line.label, line.category) for line in lines}, table)
     rows = felt_rows(found, None if lab is None else lab / FOLDER, workers, report)
-    return {each.id: each for each in rows}, notes
+    return {row.id: row for row in rows}, notes
 
 
 def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, looking: bool) -> Texture:
@@ -199,7 +199,7 @@ def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, look
         told.append(NOT_PHOTOGRAPHED)
     if not line.rated:
         told.append("not rated")
-    files = frozenset(each.sha256 for each in album.pictures) - looked.blank
+    files = frozenset(picture.sha256 for picture in album.pictures) - looked.blank
     return Texture(
         line.id, line.label, line.category, felt.touch if felt else {}, looked.sight, looked.variants, line.rated,
         made_from=files | (felt.made_from if felt else frozenset()), notes=tuple(dict.fromkeys(told)),
@@ -236,7 +236,7 @@ def is_picture(path: Path) -> bool:
 
 def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
     """A note on pictures of no texture in the table."""
-    used = {each.path for album in albums for each in album.pictures}
+    used = {picture.path for album in albums for picture in album.pictures}
     loose = [each for each in sorted(folder.rglob("*")) if is_picture(each) and each not in used]
     if loose:
         yield f"left aside: {count(len(loose), 'picture')} that no texture of the table has ({loose[0].name} first)"
@@ -270,19 +270,19 @@ class Columns:
     @property
     def pairs(self) -> tuple[Pair, ...]:
         """Their names."""
-        return tuple(each.pair for each in self.ratings)
+        return tuple(rating.pair for rating in self.ratings)
 
     @property
     def of_numbers(self) -> frozenset[str]:
         """The columns that hold numbers."""
-        return frozenset({*(name for each in self.ratings for name in (each.column, each.sd) if name), RATERS})
+        return frozenset({*(name for rating in self.ratings for name in (rating.column, rating.sd) if name), RATERS})
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Which columns were turned."""
         return tuple(
-            f"column {each.column!r} turned: 0 is {each.pair.low}, 100 {each.pair.high}"
-            for each in self.ratings if each.turned
+            f"column {rating.column!r} turned: 0 is {rating.pair.low}, 100 {rating.pair.high}"
+            for rating in self.ratings if rating.turned
         )  # fmt: skip
 
 
@@ -343,11 +343,11 @@ def rated_in(cells: Mapping[str, str], place: str, columns: Columns, scale: tupl
 
     SDs that do not stand there are NaN (not known), and so many raters 0. Raises MaterialError.
     """
-    if not any(cells[each.column] for each in columns.ratings):
+    if not any(cells[rating.column] for rating in columns.ratings):
         return None
     wide = TOP / (scale[1] - scale[0])
-    mean = np.array([_mean(cells, place, each, scale) for each in columns.ratings])
-    sd = np.array([_sd(cells, place, each) * wide for each in columns.ratings])
+    mean = np.array([_mean(cells, place, rating, scale) for rating in columns.ratings])
+    sd = np.array([_sd(cells, place, rating) * wide for rating in columns.ratings])
     return Rated(mean, sd, _raters(cells, place))
 
 

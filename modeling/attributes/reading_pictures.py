@@ -95,7 +95,11 @@ def _pictures(lab: Path, trial: PicturedTrial) -> Iterator[Picture]:
 def folders_of(lab: Path, record: Record) -> list[Path]:
     """Where the pictures of a session may lie: what a rig file names lies beside it, in LAB/stations/HOST."""
     settings = record.header["rig"].get("settings") or {}
-    named = [str(each[PICTURES]) for each in settings.values() if isinstance(each, Mapping) and each.get(PICTURES)]
+    named = [
+        str(setting[PICTURES])
+        for setting in settings.values()
+        if isinstance(setting, Mapping) and setting.get(PICTURES)
+    ]
     stations = sorted(path for path in (lab / "stations").glob("*") if path.is_dir())
     return [lab / PICTURES, *(folder / name for name in named for folder in (*stations, lab))]
 

@@ -61,7 +61,7 @@ def attributes_of(lab: Path | None, study: str = STUDY) -> tuple[Pair, ...]:
     from palpate.studies.catalogue import SHIPPED, STUDY_FILE, find, read_study
 
     file = SHIPPED / study / STUDY_FILE if lab is None else find(study, lab)
-    return tuple(Pair(each.low, each.high) for each in read_study(file).study.attributes)
+    return tuple(Pair(attribute.low, attribute.high) for attribute in read_study(file).study.attributes)
 
 
 def _rated(answers: Answers, ratings: Ratings, notes: tuple[str, ...]) -> RatedTextures:
@@ -98,6 +98,6 @@ def _by_texture(people: pd.DataFrame, attributes: Sequence[str]) -> tuple[dict[s
 
 def _of(values: Sequence[Sequence[float]]) -> Rated:
     """Of each attribute's raters; the number of raters is that of the attribute with the fewest."""
-    mean = np.array([np.mean(each) for each in values])
-    sd = np.array([np.std(each, ddof=1) if len(each) > 1 else np.nan for each in values])
-    return Rated(mean, sd, min(len(each) for each in values))
+    mean = np.array([np.mean(value) for value in values])
+    sd = np.array([np.std(value, ddof=1) if len(value) > 1 else np.nan for value in values])
+    return Rated(mean, sd, min(len(value) for value in values))

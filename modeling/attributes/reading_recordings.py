@@ -55,15 +55,15 @@ class Filed:
     @property
     def made_from(self) -> frozenset[str]:
         """SHA-256 of the files."""
-        return frozenset(digest for each in self.sources for digest in _digests(each))
+        return frozenset(digest for source in self.sources for digest in _digests(source))
 
     @property
     def key(self) -> str:
         """SHA-256 of all that decides what is felt, but for the program: a slide's name says what was wished for."""
         found = hashlib.sha256(f"{self.way}".encode())
-        for each in self.sources:
-            told = each.told if isinstance(each, TableFile) else each.stem if isinstance(each, Slide) else ""
-            found.update("\0".join((type(each).__name__, told, *_digests(each))).encode())
+        for source in self.sources:
+            told = source.told if isinstance(source, TableFile) else source.stem if isinstance(source, Slide) else ""
+            found.update("\0".join((type(source).__name__, told, *_digests(source))).encode())
         return found.hexdigest()
 
     def rows(self) -> FeltRows:
@@ -107,7 +107,7 @@ class Recordings:
     def sources(self, names: Sequence[str]) -> dict[str, tuple[Source, ...]]:
         """The files of each of these textures, by its name; none is read. Raises TextureDataError where one lacks."""
         if self.hatt is not None:
-            return {each.name: (each,) for each in reading_hatt.sources(self.hatt, names)}
+            return {source.name: (source,) for source in reading_hatt.sources(self.hatt, names)}
         if self.cluster is not None:
             return {name: tuple(every) for name, every in reading_cluster.slides(self.cluster, names).items()}
         files = reading_tables.files_in(self.tables)

@@ -61,14 +61,14 @@ def touch_of(
         notes += told
     if not stretches:
         raise TextureDataError(f"{texture}: there is no recording of it")
-    longest = max(len(each.axes) for each in stretches)
+    longest = max(len(stretch.axes) for stretch in stretches)
     if longest < SEGMENT:
         raise TooShort(
             f"{texture}: after trimming, the longest stretch without a hole is {longest / RATE_HZ:.3g} s; a segment"
             f" takes {SEGMENT_S:g} s: record longer"
         )
-    energy = sum(float((each.axes**2).sum()) for each in stretches)
-    demand_level(texture, float(np.sqrt(energy / sum(len(each.axes) for each in stretches))))
+    energy = sum(float((stretch.axes**2).sum()) for stretch in stretches)
+    demand_level(texture, float(np.sqrt(energy / sum(len(stretch.axes) for stretch in stretches))))
     odd = steady(*(np.concatenate(each) for each in zip(*((s.speed_mm_s, s.force_N) for s in stretches), strict=True)))
     touch = Touch(texture, tuple(stretches))
     return touch, tuple(dict.fromkeys((*notes, *odd, *_lifted(touch))))
@@ -157,7 +157,7 @@ class Recorded:
     @property
     def made_from(self) -> frozenset[str]:
         """SHA-256 of the samples of each capture, whatever the session, trial and time they stand at."""
-        return frozenset(_samples_sha256(each) for each in self.captures)
+        return frozenset(_samples_sha256(capture) for capture in self.captures)
 
     @property
     def key(self) -> str:

@@ -153,7 +153,7 @@ class FittedRows:
             self.network.eval()
             parts = zip(torch.split(places, AT_ONCE), torch.split(starts, AT_ONCE), strict=True)
             found = [
-                answer_of(self.network, tuple(each.at(*part, self.plan.steps) for each in stacks)) for part in parts
+                answer_of(self.network, tuple(stack.at(*part, self.plan.steps) for stack in stacks)) for part in parts
             ]
         answers = self.target.up(torch.cat(found).numpy().astype(np.float64))
         if not np.isfinite(answers).all():
@@ -200,7 +200,7 @@ def restore_rows(plan: RowPlan, arrays: Mapping[str, NDArray[Any]], metadata: Ma
 
 def stacks_of(textures: Sequence[Texture], looks: Sequence[Look], variants: bool = False) -> tuple[Stack, ...]:
     """All textures' standardised rows, a stack for each look; with `variants` further versions of pictures too."""
-    return tuple(stack_of([_rows(each, look, variants) for each in textures]) for look in looks)
+    return tuple(stack_of([_rows(texture, look, variants) for texture in textures]) for look in looks)
 
 
 def _rows(texture: Texture, look: Look, variants: bool) -> Tensor:
@@ -239,7 +239,7 @@ class Stack:
 
 def stack_of(textures: Sequence[Tensor]) -> Stack:
     """One after the other."""
-    count = torch.tensor([len(each) for each in textures])
+    count = torch.tensor([len(texture) for texture in textures])
     return Stack(torch.cat(list(textures)), count.cumsum(0) - count, count)
 
 
@@ -249,7 +249,9 @@ def drawn(stacks: Sequence[Stack], targets: Tensor, shows: int, steps: int) -> M
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
         places = rows % textures
-        return tuple(each.at(places, _anywhere(each, places, steps, chance), steps) for each in stacks), targets[places]
+        return tuple(stack.at(places, _anywhere(stack, places, steps, chance), steps) for stack in stacks), targets[
+            places
+        ]
 
     return Made(textures * shows, make, f"{_digest(stacks, targets)} drawn {shows} x {steps}")
 
@@ -265,7 +267,7 @@ def examples(stacks: Sequence[Stack], steps: int) -> tuple[Tensor, Tensor]:
 
     Of two stacks the one with fewer rows begins anew.
     """
-    most = torch.stack([(each.count // steps).clamp(min=1) for each in stacks]).amax(dim=0)
+    most = torch.stack([(stack.count // steps).clamp(min=1) for stack in stacks]).amax(dim=0)
     places = torch.repeat_interleave(torch.arange(len(most)), most)
     starts = torch.cat([torch.arange(int(number)) * steps for number in most])
     return places, starts
@@ -276,10 +278,10 @@ def everything(stacks: Sequence[Stack], targets: Tensor, steps: int) -> Made:
     places, starts = examples(stacks, steps)
 
     def make(rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:
-        return tuple(each.at(places[rows], starts[rows], steps) for each in stacks), targets[places[rows]]
+        return tuple(stack.at(places[rows], starts[rows], steps) for stack in stacks), targets[places[rows]]
 
     return Made(len(places), make, f"{_digest(stacks, targets)} all by {steps}")
 
 
 def _digest(stacks: Sequence[Stack], targets: Tensor) -> str:
-    return digest_of(iter([*(tensor for each in stacks for tensor in (each.rows, each.count)), targets]))
+    return digest_of(iter([*(tensor for stack in stacks for tensor in (stack.rows, stack.count)), targets]))

@@ -215,11 +215,11 @@ def _told(found: Square, version: int) -> dict[str, Any]:
 
 def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
     def of(versions: Sequence[int]) -> dict[str, Rows]:
-        entries = [known[how.key(each, version)][0] for version in versions for each in album.pictures]
+        entries = [known[how.key(picture, version)][0] for version in versions for picture in album.pictures]
         whole = [rows for rows in entries if rows]
         return {kind: np.stack([rows[kind] for rows in whole]) for kind in SIGHT_KINDS} if whole else {}
 
-    told = [(each.sha256, known[how.key(each, 0)][1]) for each in album.pictures]
+    told = [(picture.sha256, known[how.key(picture, 0)][1]) for picture in album.pictures]
     notes = tuple(note for _, each in told for note in each["notes"])
     blank = frozenset(sha256 for sha256, each in told if each.get("blank"))
     return Seen(of([0]), of(range(1, how.variants + 1)), notes, blank)

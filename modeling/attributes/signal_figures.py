@@ -122,7 +122,7 @@ def segment_rows(explored: Explored, seconds: float) -> list[Row]:
 
 def _starts_s(touch: Touch) -> Array:
     """When each segment begins, in the order of `segments`: seconds since all signals were there."""
-    starts = [each.first + np.arange(0, len(each.axes) - SEGMENT + 1, SEGMENT) for each in touch.stretches]
+    starts = [stretch.first + np.arange(0, len(stretch.axes) - SEGMENT + 1, SEGMENT) for stretch in touch.stretches]
     return np.asarray(np.concatenate(starts) / RATE_HZ)
 
 

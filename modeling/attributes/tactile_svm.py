@@ -92,7 +92,7 @@ def fit(learning: Learning) -> SupportVectors:
 def _segments(textures: Sequence[Texture], kinds: Sequence[str]) -> tuple[Array, Indices]:
     """Some rows of each texture, and for each the place of its texture."""
     width = rows_of(textures[0], "touch", kinds).shape[1]
-    found = [rows_of(each, "touch", kinds, width) for each in textures]
+    found = [rows_of(texture, "touch", kinds, width) for texture in textures]
     some = [rows[np.unique(np.linspace(0, len(rows) - 1, SEGMENTS).round().astype(int))] for rows in found]
     place = np.repeat(np.arange(len(textures)), [len(each) for each in some])
     return np.concatenate(some).astype(np.float64), place

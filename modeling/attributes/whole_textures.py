@@ -99,7 +99,7 @@ def whole_of(textures: Sequence[Texture], touch: Sequence[str], sight: Sequence[
     parts = tuple(Part.of(textures[0], modality, kinds) for modality, kinds in named if kinds)
     if not parts:
         raise MaterialError("no kind of feature was named: at least one of touch or sight is looked at.")
-    rows = np.stack([_row(parts, each) for each in textures])
+    rows = np.stack([_row(parts, texture) for texture in textures])
     # an unknown value becomes the mean of the known ones, or 0 where there are none
     known = np.isfinite(rows)
     total = np.where(known, rows, 0.0).sum(axis=0)

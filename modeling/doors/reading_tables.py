@@ -83,7 +83,7 @@ def shipped_attributes() -> dict[str, str]:
     from palpate.studies.catalogue import SHIPPED, STUDY_FILE, read_study
 
     study = read_study(SHIPPED / "door_ratings" / STUDY_FILE).study
-    return {each.name: each.high for each in study.attributes}
+    return {attribute.name: attribute.high for attribute in study.attributes}
 
 
 def _rows(path: Path, attributes: Mapping[str, str]) -> list[Row]:

@@ -118,7 +118,7 @@ def sheet(
     for at, line in enumerate(lines):
         pen.write((GAP * FINE, (47 + NEXT * at) * FINE), pen.fitted(line, room, 12 * FINE), 12 * FINE, SOFT)
     places = [(GAP + k % columns * (WIDE + GAP), head + k // columns * high) for k in range(len(tiles))]
-    opened = [_opened(each) for each in pictures]
+    opened = [_opened(picture) for picture in pictures]
     for tile, seen, (left, top) in zip(tiles, opened, places, strict=True):
         if seen is None:
             draw_empty(pen, tile.name.split("  ")[0], left, top)
@@ -153,8 +153,8 @@ def demand_writable(path: Path) -> str:
 def pictures_of(entries: Sequence[Entry], folder: Path) -> list[bytes | None]:
     """The thumbnails that lie beside the index; None where there is none."""
     found = []
-    for each in entries:
-        path = None if each.picture is None else folder / each.picture
+    for entry in entries:
+        path = None if entry.picture is None else folder / entry.picture
         inside = path is not None and path.resolve().is_relative_to(folder.resolve()) and path.is_file()
         found.append(path.read_bytes() if path is not None and inside else None)
     return found

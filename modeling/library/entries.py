@@ -94,12 +94,12 @@ class Library(Strict):
 
     @model_validator(mode="after")
     def _one_of_each(self) -> Self:
-        names = [each.id for each in self.textures]
+        names = [texture.id for texture in self.textures]
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise ValueError(f"texture {twice!r} stands twice")
-        for each in self.textures:
-            if _lengths(each) - {len(self.attributes)}:
-                raise ValueError(f"texture {each.id!r} does not tell {len(self.attributes)} attributes")
+        for texture in self.textures:
+            if _lengths(texture) - {len(self.attributes)}:
+                raise ValueError(f"texture {texture.id!r} does not tell {len(self.attributes)} attributes")
         return self
 
 

@@ -77,7 +77,7 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     told = (f"{len(unsaid)} rated textures are not predicted; {unsaid[0]}",) if unsaid else ()
     notes = tuple(dict.fromkeys((*material.notes, *(model.notes if model else ()), *told)))
     return Told(
-        Library(attributes=tuple((each.low, each.high) for each in pairs), textures=tuple(entries), notes=notes,
+        Library(attributes=tuple((pair.low, pair.high) for pair in pairs), textures=tuple(entries), notes=notes,
                 simulated=material.simulated, sources=(*sources, *(model.sources if model else ()))),
         left_out,
     )  # fmt: skip
@@ -85,7 +85,7 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
 
 def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
     """The attributes of ratings and model, which are the same ones."""
-    rated = any(each.rated is not None for each in material.textures)
+    rated = any(texture.rated is not None for texture in material.textures)
     if model is None or (rated and material.attributes == model.attributes):
         return material.attributes
     if not rated:
@@ -142,5 +142,5 @@ def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) 
 
 def gone(earlier: Library | None, now: Library) -> tuple[str, ...]:
     """The textures that an earlier library had and this one has not."""
-    names = {each.id for each in now.textures}
+    names = {texture.id for texture in now.textures}
     return tuple(each.id for each in (earlier.textures if earlier else ()) if each.id not in names)

@@ -43,9 +43,9 @@ class Indexed:
         """How many textures there are, rated, predicted, with a picture, and left out."""
         textures = self.told.library.textures
         return {
-            "textures": len(textures), "rated": sum(each.rated is not None for each in textures),
-            "predicted": sum(each.predicted is not None for each in textures),
-            "pictures": sum(each.picture is not None for each in textures), "left_out": len(self.told.left_out),
+            "textures": len(textures), "rated": sum(texture.rated is not None for texture in textures),
+            "predicted": sum(texture.predicted is not None for texture in textures),
+            "pictures": sum(texture.picture is not None for texture in textures), "left_out": len(self.told.left_out),
         }  # fmt: skip
 
 
@@ -63,13 +63,13 @@ def index(wanted: Wanted, report: Report = lambda _line: None) -> Indexed:
             f"{wanted.lab}: no texture was rated, and there is no model that predicts how one feels: run "
             f"{wanted.study}, or make a simulated lab (`palpate textures simulate`)."
         )
-    sources = tuple(rating_sources(wanted)) if any(each.rated for each in material.textures) else ()
+    sources = tuple(rating_sources(wanted)) if any(texture.rated for texture in material.textures) else ()
     told = library_of(material, None if model is None else predictor_of(model, wanted.lab), sources=sources)
     report("reading pictures")
-    told = _with_thumbnails(told, first_pictures(wanted, [each.id for each in material.textures]), folder)
+    told = _with_thumbnails(told, first_pictures(wanted, [texture.id for texture in material.textures]), folder)
     path, changed = write_library(wanted.lab, told.library)
-    before = {each.picture for each in earlier.textures if each.picture} if earlier else set()
-    drop(folder, before - {each.picture for each in told.library.textures})
+    before = {texture.picture for texture in earlier.textures if texture.picture} if earlier else set()
+    drop(folder, before - {texture.picture for texture in told.library.textures})
     return Indexed(path, changed, told, gone(earlier, told.library))
 
 

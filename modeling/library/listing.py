@@ -63,8 +63,8 @@ def _plain(found: Felt | None) -> dict[str, Any] | None:
 
 def plain_found(found: Sequence[Found], wishes: Sequence[Wish], library: Library, kind: Kind | None) -> dict[str, Any]:
     """The answer to `find` as JSON."""
-    asked = [{"said": each.said, "attribute": names_of(library)[each.pair],
-              "membership": [list(knot) for knot in each.soft.knots]} for each in wishes]  # fmt: skip
+    asked = [{"said": wish.said, "attribute": names_of(library)[wish.pair],
+              "membership": [list(knot) for knot in wish.soft.knots]} for wish in wishes]  # fmt: skip
     rows = [{**plain_entry(each.entry, library, kind), "fit": each.fit, "fits": list(each.each)} for each in found]
     return {"wished": asked, "found": rows, "simulated": library.simulated}
 
@@ -164,7 +164,7 @@ def plain_whole(entry: Entry, library: Library, kind: Kind | None) -> dict[str, 
 def plain_library(entries: Sequence[Entry], library: Library, kind: Kind | None) -> dict[str, Any]:
     """The library as JSON: its textures, and where they come from."""
     whole = library.model_dump(mode="json", include={"attributes", "simulated", "sources", "notes"})
-    return {**whole, "textures": [plain_entry(each, library, kind) for each in entries]}
+    return {**whole, "textures": [plain_entry(entry, library, kind) for entry in entries]}
 
 
 def _heading(entry: Entry, kind: Kind) -> str:

@@ -30,7 +30,7 @@ class Found:
 
 def wishes_of(library: Library, texts: Sequence[str]) -> tuple[Wish, ...]:
     """What is wished for in these words of this library. Raises LibraryError for what is not understood."""
-    return wishes_in(texts, vocabulary(library.attributes, (each.category for each in library.textures)))
+    return wishes_in(texts, vocabulary(library.attributes, (texture.category for texture in library.textures)))
 
 
 def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Found]:
@@ -60,12 +60,14 @@ def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = No
 
     Raises LibraryError for a class that there is not, and where none is left.
     """
-    there = {each.category.lower(): each.category for each in library.textures}
+    there = {texture.category.lower(): texture.category for texture in library.textures}
     for name in classes:
         if name.lower() not in there:
             raise LibraryError(f"no class {name!r} in this library; {nearest(name.lower(), there.values())}")
     wanted = {name.lower() for name in classes} or set(there)
-    found = tuple(each for each in library.textures if each.category.lower() in wanted and known(each, kind))
+    found = tuple(
+        texture for texture in library.textures if texture.category.lower() in wanted and known(texture, kind)
+    )
     if not found:
         how = {None: "", "rated": " that people rated", "predicted": " that a model predicted"}[kind]
         raise LibraryError(f"no texture{how} among the {len(library.textures)} of this library as asked.")
@@ -78,15 +80,15 @@ def named(library: Library, name: str) -> Entry:
     Raises LibraryError where there is none, and for a label that several have.
     """
     wanted = name.lower()
-    for each in library.textures:
-        if wanted == each.id.lower():
-            return each
-    found = [each for each in library.textures if wanted == each.label.lower()]
+    for texture in library.textures:
+        if wanted == texture.id.lower():
+            return texture
+    found = [texture for texture in library.textures if wanted == texture.label.lower()]
     if len(found) > 1:
         raise LibraryError(f"{len(found)} textures are called {name!r}: {some(each.id for each in found)}. Say which.")
     if found:
         return found[0]
-    names = [text for each in library.textures for text in (each.id, each.label)]
+    names = [text for texture in library.textures for text in (texture.id, texture.label)]
     raise LibraryError(f"no texture {name!r} in this library; {nearest(name, names)}")
 
 
@@ -110,8 +112,8 @@ class Excluded:
 def excluded(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Excluded]:
     """What each wish leaves out, in the order in which they were said; what was said in one breath is one wish."""
     found = []
-    for said in dict.fromkeys(each.said for each in wishes):
-        own, others = [each for each in wishes if each.said == said], [each for each in wishes if each.said != said]
+    for said in dict.fromkeys(wish.said for wish in wishes):
+        own, others = [wish for wish in wishes if wish.said == said], [wish for wish in wishes if wish.said != said]
         out = len(entries) - _fit(entries, own, kind)
         found.append(Excluded(said, out, _fit(entries, others, kind) if others else None))
     return found

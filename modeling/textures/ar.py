@@ -230,7 +230,7 @@ def segmented(acceleration: Array, parts: Sequence[tuple[int, int]]) -> tuple[St
     total = sum(b - a for a, b in parts)
     for start, stop in parts:
         borders = _borders(acceleration[start:stop], floor, total)
-        edges = [start, *(start + STEP * each for each in borders), stop]
+        edges = [start, *(start + STEP * border for border in borders), stop]
         found += [Stretch(a, b) for a, b in pairwise(edges)]
     return tuple(found)
 

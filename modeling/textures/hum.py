@@ -108,7 +108,7 @@ def _turning(multiple: int, held: Complex, beside: Complex, count: int, leaks: f
     """How much a multiple tells, and by how many cycles of the first it turns from step to step (count - 1,)."""
     still = _steps(held, count)
     others = [_steps(held * way, count) for way in (beside, beside.conj())]
-    noise = float(np.mean([(np.abs(each) ** 2).sum(axis=1).mean() for each in others])) + leaks
+    noise = float(np.mean([(np.abs(other) ** 2).sum(axis=1).mean() for other in others])) + leaks
     clear = float((np.abs(still) ** 2).sum(axis=1).mean()) / noise
     turns = np.angle((still[1:] * still[:-1].conj()).sum(axis=1)) / (2 * math.pi * multiple)
     return (clear * multiple**2 if clear > CLEAR else 0.0), turns

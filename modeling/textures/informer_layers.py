@@ -45,7 +45,7 @@ class ProbSparse(nn.Module):
         weights, biases = self.mix.weight.chunk(3), self.mix.bias.chunk(3)
         sources = (x, memory, memory)
         rows = (functional.linear(*each) for each in zip(sources, weights, biases, strict=True))
-        return [each.view(*each.shape[:2], self.heads, -1).transpose(1, 2) for each in rows]
+        return [row.view(*row.shape[:2], self.heads, -1).transpose(1, 2) for row in rows]
 
     def _asks(self, scores: Tensor) -> Tensor | None:
         """(batch, heads, length): which places ask; None where all do."""

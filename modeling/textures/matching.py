@@ -156,8 +156,8 @@ def predictor(stretches: Sequence[Array], order: int) -> Array:
     """The linear predictor (order,) of stretches (the autocorrelation method; Makhoul 1975), oldest sample's weight
     first; zeros for silence."""
     lags = np.zeros(order + 1)
-    for each in stretches:
-        lags += np.correlate(each, each, "full")[len(each) - 1 :][: order + 1]
+    for stretch in stretches:
+        lags += np.correlate(stretch, stretch, "full")[len(stretch) - 1 :][: order + 1]
     lags[0] *= 1 + RIDGE
     return np.asarray(solve_toeplitz(lags[:-1], lags[1:])[::-1]) if lags[0] > 0 else np.zeros(order)
 

@@ -139,13 +139,13 @@ def _holes(
         raise TextureDataError(
             f"{where}: nowhere are acceleration, speed and force all known for {SHORTEST_S:g} s; record again"
         )
-    kept, longest_s = sum(b - a for a, b in runs), max(each.lasts_s for each in signals)
+    kept, longest_s = sum(b - a for a, b in runs), max(signal.lasts_s for signal in signals)
     share = f"{kept / RATE_HZ:.2f} of {longest_s:.2f} s"
     if kept < known.sum() or len(runs) > 1:
         return [f"{len(runs)} stretches between holes, {share}"]
     if longest_s - kept / RATE_HZ <= AT_ENDS_S:
         return []
-    each_s = ", ".join(f"{each.what} {each.known_s:.2f} s" for each in signals)
+    each_s = ", ".join(f"{signal.what} {signal.known_s:.2f} s" for signal in signals)
     return [f"all signals are known together for {share} ({each_s}): the rest is left out"]
 
 

@@ -58,8 +58,8 @@ def read_hatt(
     known, no rate that a recording has, and signals that no texture can be learned from.
     """
     return tuple(
-        prepared(each.name, each.name.replace("_", " "), [touched(each, normal)], remove_hum)
-        for each in sources(path, textures)
+        prepared(source.name, source.name.replace("_", " "), [touched(source, normal)], remove_hum)
+        for source in sources(path, textures)
     )
 
 

@@ -126,8 +126,10 @@ def _captures(lab: Path, study: str) -> Iterator[Capture]:
 def _touched(
     captures: Sequence[Capture], normal: tuple[float, float, float], files: Mapping[Path, str]
 ) -> Iterator[Touched]:
-    for each in captures:
-        yield from touched_in(each, normal, f"{each.path.name} trial {each.attempt.trial} {files[each.path]}")
+    for capture in captures:
+        yield from touched_in(
+            capture, normal, f"{capture.path.name} trial {capture.attempt.trial} {files[capture.path]}"
+        )
 
 
 def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: str) -> Iterator[Touched]:

@@ -128,4 +128,4 @@ def joined(
     if len(pieces) == 1:
         return Recording(texture, label, signals, made_from, notes)
     borders = np.cumsum([piece.shape[1] for piece in pieces])[:-1]
-    return Joined(texture, label, signals, made_from, notes, tuple(int(each) for each in borders))
+    return Joined(texture, label, signals, made_from, notes, tuple(int(border) for border in borders))
