@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from palpate.modeling.library.entries import Entry, Library, Predicted, Rated, belief, felt
-from palpate.modeling.library.search import Found, Near, find, near, wishes_of
+from palpate.modeling.library.entries import Entry, Library, Predicted, Rated, belief, value_of
+from palpate.modeling.library.search import Match, Near, find, near, wishes_of
 from palpate.modeling.library.terms import Soft
 from palpate.modeling.library.wishes import Wish, combined
 from palpate.protocols.bench import Case
@@ -73,10 +73,10 @@ def surely(library: Library) -> tuple[Entry, ...]:
 
 
 def _means(entry: Entry) -> tuple[float, ...]:
-    return tuple(belief(felt(entry, at))[0] for at in range(len(PAIRS)))
+    return tuple(belief(value_of(entry, at))[0] for at in range(len(PAIRS)))
 
 
-def searched(entries: Sequence[Entry], wishes: Sequence[tuple[Wish, ...]]) -> list[list[Found]]:
+def searched(entries: Sequence[Entry], wishes: Sequence[tuple[Wish, ...]]) -> list[list[Match]]:
     """All textures in the order that `find` gives, for each wish."""
     return [find(entries, each) for each in wishes]
 
@@ -86,7 +86,7 @@ def exhaustive(entries: Sequence[Entry], wishes: Sequence[Wish]) -> dict[str, fl
     rule = np.polynomial.legendre.leggauss(NODES)
     fits = {}
     for entry in entries:
-        beliefs = [(soft, *belief(felt(entry, pair))) for pair, soft in combined(wishes)]
+        beliefs = [(soft, *belief(value_of(entry, pair))) for pair, soft in combined(wishes)]
         fits[entry.id] = math.prod(_integral(rule, soft, mean, sd) for soft, mean, sd in beliefs)
     return fits
 
@@ -103,7 +103,7 @@ def _integral(rule: tuple[Array, Array], soft: Soft, mean: float, sd: float) -> 
     return float(np.sum(np.interp(values, places, shares) * density * half * rule[1]))
 
 
-def missed(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Found]]) -> float:
+def missed(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Match]]) -> float:
     """The share of the best ten by integration that are not among the first ten; fits equal to 0.001 count alike."""
     lost = 0
     for fits, order in zip(exact, found, strict=True):
@@ -112,7 +112,7 @@ def missed(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Found]]) 
     return lost / (FIRST * len(found))
 
 
-def fit_error(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Found]]) -> float:
+def fit_error(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Match]]) -> float:
     """The largest difference of a fit from numerical integration."""
     return max(
         abs(each.fit - fits[each.entry.id])

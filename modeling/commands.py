@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.modeling.commands_attributes import evaluate_attributes, train_attributes
-from palpate.modeling.commands_data import Asked, data_options, going_on, progress_lines, read
+from palpate.modeling.commands_data import DataOptions, data_options, going_on, progress_lines, read
 from palpate.modeling.commands_textures import evaluate_textures, train_textures
 from palpate.modeling.options import SEED, TO_MODELS, WORKERS, cluster_option, to_evaluated
 from palpate.protocols.extras import MODELS
@@ -58,7 +58,7 @@ def evaluate() -> None:
 @TO_MODELS
 @JSON
 def train_doors(
-    asked: Asked, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
+    asked: DataOptions, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
     cluster: str | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Train both door models on all stimuli and write them as files that a rig reads.
@@ -122,7 +122,7 @@ def _told(way: Direction, metrics: Any) -> str:
 @to_evaluated("doors")
 @JSON
 def evaluate_doors(
-    asked: Asked, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
+    asked: DataOptions, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
     cluster: str | None, figures: bool | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Judge every method of both directions on the same folds, and write tables, figures and a report.

@@ -39,7 +39,7 @@ COLUMNS = (
 
 
 @dataclass(frozen=True)
-class Asked:
+class AttributeRequest:
     """Which textures were asked for on the command line, and how they are learned from."""
 
     lab: Path
@@ -91,49 +91,49 @@ OPTIONS = (
     cluster_option("does the trainings; features are made here"),
 )  # fmt: skip
 """What both verbs ask."""
-OWN = tuple(name for name in Asked.__dataclass_fields__ if name != "recordings")
+OWN = tuple(name for name in AttributeRequest.__dataclass_fields__ if name != "recordings")
 
 
 def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that both verbs share; the command receives them as one `Asked`."""
+    """The options that both verbs share; the command receives them as one `AttributeRequest`."""
 
     @wraps(command)
     def with_asked(**given: Any) -> None:
         demand_folder_alone(given)
         recordings = beside_a_table(given)
-        command(Asked(**{name: given.pop(name) for name in OWN}, recordings=recordings), **given)
+        command(AttributeRequest(**{name: given.pop(name) for name in OWN}, recordings=recordings), **given)
 
     return with_options(with_asked, OPTIONS)
 
 
-def material_for(asked: Asked, report: Report) -> Material:
+def material_for(request: AttributeRequest, report: Report) -> Material:
     """The textures that were asked for. Raises MaterialError, or what reading a lab raises.
 
     Features can take half an hour: a cluster that is not there, or not fit, is refused before (JobError).
     """
-    if asked.cluster is not None:
+    if request.cluster is not None:
         from palpate.modeling.training.jobs import demand_cluster
 
         report("looking for the cluster")
-        demand_cluster(asked.cluster)
+        demand_cluster(request.cluster)
     report("making features")
-    asked_for: dict[str, Any] = {"weights": asked.weights, "quick": asked.quick, "workers": asked.workers}
-    if asked.folder is not None:
+    asked_for: dict[str, Any] = {"weights": request.weights, "quick": request.quick, "workers": request.workers}
+    if request.folder is not None:
         from palpate.modeling.attributes.reading_folder import read_folder
 
-        if asked.scale is not None:
-            asked_for["scale"] = asked.scale
-        asked_for["recordings"] = asked.recordings
-        return read_folder(asked.folder, asked.lab, table=asked.ratings, report=report, **asked_for)
+        if request.scale is not None:
+            asked_for["scale"] = request.scale
+        asked_for["recordings"] = request.recordings
+        return read_folder(request.folder, request.lab, table=request.ratings, report=report, **asked_for)
     from palpate.modeling.attributes.reading import MOST_IN_A_HURRY, read_material
 
-    asked_for |= {"most": MOST_IN_A_HURRY if asked.quick else None, "seed": asked.seed}
-    only = only_simulated(asked.sessions)
-    return read_material(asked.lab, simulated=only, report=report, **asked_for)
+    asked_for |= {"most": MOST_IN_A_HURRY if request.quick else None, "seed": request.seed}
+    only = only_simulated(request.sessions)
+    return read_material(request.lab, simulated=only, report=report, **asked_for)
 
 
 def options_for(
-    asked: Asked, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None
+    request: AttributeRequest, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None
 ) -> AttributeOptions:
     """What the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
     from palpate.modeling.attributes.evaluation import AttributeOptions, require_methods
@@ -143,9 +143,9 @@ def options_for(
 
     require_methods(methods or (), METHODS)
     return AttributeOptions(
-        work=jobs_folder(asked.lab, NAME), methods=methods, ablations=ablations, seed=asked.seed, quick=asked.quick,
-        epochs=asked.epochs, workers=asked.workers, cluster=asked.cluster, folds=folds,
-        early_stopping=asked.early_stopping,
+        work=jobs_folder(request.lab, NAME), methods=methods, ablations=ablations, seed=request.seed,
+        quick=request.quick, epochs=request.epochs, workers=request.workers, cluster=request.cluster, folds=folds,
+        early_stopping=request.early_stopping,
     )  # fmt: skip
 
 
@@ -156,7 +156,9 @@ def options_for(
 @TO_MODELS
 @click.option("--replace", is_flag=True, help="Let a model of --quick take the place of one that had more time.")
 @JSON
-def train_attributes(asked: Asked, method: str | None, to: Path | None, replace: bool, as_json: bool) -> None:
+def train_attributes(
+    request: AttributeRequest, method: str | None, to: Path | None, replace: bool, as_json: bool
+) -> None:
     """Train the model that says how a texture feels, on all rated textures (with --quick on 15 of them).
 
     Textures that lack the recording or the pictures that others have are left out. What stops early is fitted to nine
@@ -174,14 +176,14 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
     from palpate.modeling.attributes.training import train_attributes as trained
     from palpate.modeling.evaluate.outputs import Choice
 
-    options = options_for(asked, None if method is None else (method,), ablations=False)
-    folder = to or asked.lab / "models"
-    if asked.quick and not replace:
+    options = options_for(request, None if method is None else (method,), ablations=False)
+    folder = to or request.lab / "models"
+    if request.quick and not replace:
         demand_no_loss(folder)
     with going_on("what is left"):
         with progress_lines() as report:
-            material = material_for(asked, report)
-        chosen = default_of(asked.lab, material) if method is None else Choice(method, "as it was asked for.")
+            material = material_for(request, report)
+        chosen = default_of(request.lab, material) if method is None else Choice(method, "as it was asked for.")
         click.echo(f"training {chosen.method}: {chosen.why}", err=as_json)
         with progress_lines() as report:
             written = trained(material, chosen.method, options, folder, METHODS, OWN_FEATURES, report)
@@ -212,7 +214,7 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
 @to_evaluated("attributes")
 @JSON
 def evaluate_attributes(
-    asked: Asked,
+    request: AttributeRequest,
     names: tuple[str, ...],
     folds: int | None,
     ablations: bool,
@@ -238,15 +240,15 @@ def evaluate_attributes(
     chosen = names_in(names)
     if names and not chosen:
         raise click.UsageError(f"--methods names none; there are {', '.join(METHODS)}")
-    if asked.quick and folds is not None:
+    if request.quick and folds is not None:
         raise click.UsageError("--quick leaves five textures out, and --folds says how many: leave one of them out")
-    options = options_for(asked, chosen or None, ablations, folds)
+    options = options_for(request, chosen or None, ablations, folds)
     with going_on("what is left"), progress_lines() as report:
-        material = material_for(asked, report)
+        material = material_for(request, report)
         report("timing features")
         times = feature_seconds({kind for texture in material.textures for kind in (*texture.touch, *texture.sight)})
         evaluation = evaluate_methods(material, options, METHODS, OWN_FEATURES, report, times)
-        paths = write_all(evaluation, to or evaluation_folder(asked.lab, NAME), report, figures)
+        paths = write_all(evaluation, to or evaluation_folder(request.lab, NAME), report, figures)
     if as_json:
         echo_json({**results(evaluation), "files": list(map(str, paths))})
         return

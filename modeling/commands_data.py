@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Asked:
+class DataOptions:
     """What was asked for on the command line."""
 
     lab: Path
@@ -34,7 +34,7 @@ class Asked:
 
 
 def data_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that say which data are meant; the command receives them as one `Asked`."""
+    """The options that say which data are meant; the command receives them as one `DataOptions`."""
 
     @LAB
     @click.option(
@@ -52,26 +52,26 @@ def data_options(command: Callable[..., None]) -> Callable[..., None]:
     ) -> None:
         if table is not None and simulated:
             raise click.UsageError("--data and --simulated: one of the two is expected, or neither for the lab's own")
-        command(Asked(lab, table, simulated, study, sessions), **others)
+        command(DataOptions(lab, table, simulated, study, sessions), **others)
 
     return with_data
 
 
-def read(asked: Asked) -> tuple[DoorData, Individual | None]:
+def read(options: DataOptions) -> tuple[DoorData, Individual | None]:
     """The data and, where there are any, the single ratings. Raises ModelDataError or what reading a lab raises."""
-    if asked.table is not None:
+    if options.table is not None:
         from palpate.modeling.doors.reading_tables import read_table
 
-        return read_table(asked.table), None
-    if asked.simulated:
+        return read_table(options.table), None
+    if options.simulated:
         from palpate.modeling.doors.reading import simulated_ratings
 
         rated = simulated_ratings()
     else:
         from palpate.modeling.doors.reading import rated_in_lab
 
-        only = only_simulated(asked.sessions)
-        rated = rated_in_lab(asked.lab, asked.study, only)
+        only = only_simulated(options.sessions)
+        rated = rated_in_lab(options.lab, options.study, only)
     return rated.data, rated.individual
 
 
@@ -136,14 +136,14 @@ def beside_options(command: Callable[..., None]) -> Callable[..., None]:
     return with_options(command, BESIDE_A_TABLE)
 
 
-def said(given: Mapping[str, Any], names: Sequence[str]) -> list[str]:
+def settings_lines(given: Mapping[str, Any], names: Sequence[str]) -> list[str]:
     """Which of these options were given, as they are written."""
     return [f"--{name.replace('_', '-')}" for name in names if given[name]]
 
 
 def demand_one(given: Mapping[str, Any], names: Sequence[str]) -> None:
     """Raise UsageError where more than one source is given."""
-    if len(found := said(given, names)) > 1:
+    if len(found := settings_lines(given, names)) > 1:
         raise click.UsageError(f"{' and '.join(found)}: one of them is expected, or none for the lab's own")
 
 
@@ -171,7 +171,7 @@ def demand_folder_alone(given: Mapping[str, Any]) -> None:
 def beside_a_table(given: dict[str, Any]) -> Recordings | None:
     """The recordings that go with `folder`, all their options taken out of what was given. Raises UsageError."""
     demand_one(given, FILES)
-    files = said(given, FILES)
+    files = settings_lines(given, FILES)
     if files and given["folder"] is None:
         told = "a folder with a table of ratings, and perhaps images, is expected"
         raise click.UsageError(f"{files[0]} goes with --folder: {told}")

@@ -16,7 +16,7 @@ from palpate.modeling.options import WORKERS
 from palpate.studies.options import JSON, LAB, echo_json, only_simulated, sessions_option, with_options
 
 if TYPE_CHECKING:
-    from palpate.modeling.library.answer import Asked, Opened
+    from palpate.modeling.library.answer import LibraryRequest, Opened
     from palpate.modeling.library.wishes import Wish
 
 FILE = click.Path(dir_okay=False, path_type=Path)
@@ -50,17 +50,20 @@ def textures() -> None:
 
 
 def asked_of_textures(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that the questions share; the command receives them as one `Asked`."""
+    """The options that the questions share; the command receives them as one `LibraryRequest`."""
 
     @wraps(command)
     def with_asked(
         *, lab: Path, classes: tuple[str, ...], rated_only: bool, predicted: bool, as_json: bool, **others: Any
     ) -> None:
-        from palpate.modeling.library.answer import Asked
+        from palpate.modeling.library.answer import LibraryRequest
 
         if rated_only and predicted:
             raise click.UsageError("--rated-only and --predicted: one of the two is expected, or neither for both")
-        command(Asked(lab, classes, "rated" if rated_only else "predicted" if predicted else None, as_json), **others)
+        command(
+            LibraryRequest(lab, classes, "rated" if rated_only else "predicted" if predicted else None, as_json),
+            **others,
+        )
 
     return with_options(with_asked, OPTIONS)
 
@@ -98,18 +101,18 @@ def index_command(as_json: bool, **given: Any) -> None:
     from palpate.modeling.commands_data import going_on, progress_lines
     from palpate.modeling.library.answer import tell_index
     from palpate.modeling.library.lab import index
-    from palpate.modeling.library.sources import Wanted
+    from palpate.modeling.library.sources import LibraryOptions
 
     demand_folder_alone(given)
     recordings = beside_a_table(given)
     only = only_simulated(given.pop("sessions"))
-    wanted = Wanted(**given, recordings=recordings, simulated=only)
+    wanted = LibraryOptions(**given, recordings=recordings, simulated=only)
     with going_on("what is left"), progress_lines() as report:
         found = index(wanted, report)
     if as_json:
-        left_out = dict(found.told.left_out)
+        left_out = dict(found.indexed.left_out)
         echo_json({**found.counts, "file": str(found.path), "changed": found.changed, "gone": found.gone,
-                   "left_out": left_out, "notes": found.told.library.notes})  # fmt: skip
+                   "left_out": left_out, "notes": found.indexed.library.notes})  # fmt: skip
         return
     tell_index(found)
 
@@ -122,7 +125,12 @@ def index_command(as_json: bool, **given: Any) -> None:
 @click.option("--map", "plane", type=FILE, help="Mark them on the map of the library: FILE.png, with FILE.svg.")
 @asked_of_textures
 def find_command(
-    asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count: int, sheet: Path | None, plane: Path | None
+    request: LibraryRequest,
+    wish: tuple[str, ...],
+    at: tuple[str, ...],
+    count: int,
+    sheet: Path | None,
+    plane: Path | None,
 ) -> None:
     """Find the textures that feel as WISH says, the best first.
 
@@ -138,24 +146,24 @@ def find_command(
     from palpate.modeling.library.listing import percent, plain_found, wish_words
     from palpate.modeling.library.search import find, fitting, none_fits
 
-    here = opened(asked)
+    here = opened(request)
     wishes = _wishes(here, wish, at)
     if sheet is not None and plane is not None and sheet.resolve() == plane.resolve():
         raise click.UsageError(f"--sheet and --map are both to be written to {sheet}: give two files")
     here.demand(sheet, plane)
-    found = fitting(find(here.entries, wishes, asked.kind), count)
+    found = fitting(find(here.entries, wishes, request.kind), count)
     entries, said = [each.entry for each in found], [wish_words(each, here.library) for each in wishes]
     fits = {each.entry.id: (percent(each.fit), each.fit) for each in found}
     files = here.sheet(sheet, entries, Beside(", ".join(each.said for each in wishes), said, fits, wishes))
     files += here.map(plane, fits)
-    if asked.as_json:
-        echo_json({**plain_found(found, wishes, here.library, asked.kind), "files": list(map(str, files))})
+    if request.as_json:
+        echo_json({**plain_found(found, wishes, here.library, request.kind), "files": list(map(str, files))})
         return
     click.echo("\n".join(said))
     if found:
         here.show(entries, {"fit": [text for text, _ in fits.values()]})
     else:
-        click.echo(none_fits(here.entries, wishes, asked.kind))
+        click.echo(none_fits(here.entries, wishes, request.kind))
         if sheet is not None:
             click.echo(f"There is nothing to show: {sheet} was not written.")
     here.close(files)
@@ -166,7 +174,7 @@ def find_command(
 @COUNT
 @SHEET
 @asked_of_textures
-def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) -> None:
+def nearest_command(request: LibraryRequest, texture: str, count: int, sheet: Path | None) -> None:
     """Find the textures that feel most like TEXTURE (its id or label).
 
     Distances are the root of the mean square of the attributes' differences in JNDs (10 of 100). `alike` is how likely
@@ -178,17 +186,17 @@ def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) 
     from palpate.modeling.library.listing import description, far, percent, plain_near
     from palpate.modeling.library.search import known_of, named, near
 
-    here = opened(asked)
+    here = opened(request)
     here.demand(sheet)
-    one = known_of(named(here.library, texture), asked.kind)
-    found = near(one, here.entries, len(here.library.attributes), asked.kind)[:count]
+    one = known_of(named(here.library, texture), request.kind)
+    found = near(one, here.entries, len(here.library.attributes), request.kind)[:count]
     entries = [each.entry for each in found]
     texts: dict[str, tuple[str, float | None]] = {each.entry.id: (f"{far(each)} JND", None) for each in found}
     files = here.sheet(sheet, [one, *entries], Beside(f"What feels most like {name_of(one)}", (), texts))
-    if asked.as_json:
-        echo_json({**plain_near(found, one, here.library, asked.kind), "files": list(map(str, files))})
+    if request.as_json:
+        echo_json({**plain_near(found, one, here.library, request.kind), "files": list(map(str, files))})
         return
-    click.echo(f"{name_of(one)}: {description(one, here.library, asked.kind)}")
+    click.echo(f"{name_of(one)}: {description(one, here.library, request.kind)}")
     here.show(entries, {"JND": [far(each) for each in found], "alike": [percent(each.alike) for each in found]})
     here.close(files)
 
@@ -197,7 +205,7 @@ def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) 
 @click.argument("texture", required=False)
 @SHEET
 @asked_of_textures
-def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
+def show_command(request: LibraryRequest, texture: str | None, sheet: Path | None) -> None:
     """Show TEXTURE (its id or label): what people and the model say of it; without one, the whole library.
 
     With --rated-only or --predicted, only what the one or the other says. With --class, what is most like it is of that
@@ -209,21 +217,21 @@ def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
     from palpate.modeling.library.listing import plain_library, plain_whole, whole_words
     from palpate.modeling.library.search import known_of, named
 
-    here = opened(asked)
+    here = opened(request)
     here.demand(sheet)
     if texture is None:
         files = here.sheet(sheet, here.entries, Beside("The library"))
-        if asked.as_json:
-            echo_json({**plain_library(here.entries, here.library, asked.kind), "files": list(map(str, files))})
+        if request.as_json:
+            echo_json({**plain_library(here.entries, here.library, request.kind), "files": list(map(str, files))})
             return
         here.show(here.entries)
     else:
-        one = known_of(named(here.library, texture), asked.kind)
+        one = known_of(named(here.library, texture), request.kind)
         files = here.sheet(sheet, [one], Beside(name_of(one)))
-        if asked.as_json:
-            echo_json({**plain_whole(one, here.library, asked.kind), "files": list(map(str, files))})
+        if request.as_json:
+            echo_json({**plain_whole(one, here.library, request.kind), "files": list(map(str, files))})
             return
-        click.echo("\n".join(whole_words(one, here.library, here.entries, here.folder, asked.kind)))
+        click.echo("\n".join(whole_words(one, here.library, here.entries, here.folder, request.kind)))
     here.close(files)
 
 
@@ -233,7 +241,9 @@ def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
 @COUNT
 @click.option("--to", type=FILE, help="Where to: FILE.png, with FILE.svg.  [default: LAB/library/map.png]")
 @asked_of_textures
-def map_command(asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count: int, to: Path | None) -> None:
+def map_command(
+    request: LibraryRequest, wish: tuple[str, ...], at: tuple[str, ...], count: int, to: Path | None
+) -> None:
     """Draw the library as a plane (thesis Figure 3.3c); with a WISH, what fits it is marked.
 
     From left to right hard to soft, upwards flat to bumpy; a larger bubble is rougher, its colour says how sticky.
@@ -243,12 +253,12 @@ def map_command(asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count:
     from palpate.modeling.library.answer import opened
     from palpate.modeling.library.search import find, fitting
 
-    here = opened(asked)
+    here = opened(request)
     here.demand(None, to)
-    found = fitting(find(here.entries, _wishes(here, wish, at), asked.kind), count) if wish or at else []
+    found = fitting(find(here.entries, _wishes(here, wish, at), request.kind), count) if wish or at else []
     marked = [each.entry.id for each in found]
     files = here.map(to or here.folder / "map.png", marked)
-    if asked.as_json:
+    if request.as_json:
         echo_json({"marked": marked, "files": list(map(str, files))})
         return
     if wish or at:

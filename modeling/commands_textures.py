@@ -39,7 +39,7 @@ COLUMNS = (
 
 
 @dataclass(frozen=True)
-class Asked:
+class TextureRequest:
     """Which recordings were asked for on the command line, and how they are judged or learned from."""
 
     lab: Path
@@ -81,7 +81,7 @@ OWN = ("lab", *SOURCES, "seed", "quick", "epochs", "batch", "workers", "cluster"
 
 
 def texture_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that both verbs share; the command receives them as one `Asked`."""
+    """The options that both verbs share; the command receives them as one `TextureRequest`."""
 
     @wraps(command)
     def with_asked(**given: Any) -> None:
@@ -89,12 +89,12 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
         demand_one(own, SOURCES)
         held = held_in(given, own["tables"])
         textures, methods = (names_in(given.pop(name)) for name in ("textures", "methods"))
-        command(Asked(textures=textures, methods=methods, held=held, **own), **given)
+        command(TextureRequest(textures=textures, methods=methods, held=held, **own), **given)
 
     return with_options(with_asked, OPTIONS)
 
 
-def recordings_for(asked: Asked, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:
+def recordings_for(request: TextureRequest, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:
     """The recordings that were asked for. Raises TextureDataError, or what reading a lab raises."""
     from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation_outputs import NAME
@@ -102,43 +102,43 @@ def recordings_for(asked: Asked, simulator: TextureSimulator, report: Report) ->
     from palpate.protocols.did_you_mean import nearest
 
     report("reading recordings")
-    if asked.simulated:
+    if request.simulated:
         from palpate.modeling.textures.simulated import SIX, simulated
 
-        unknown = [name for name in asked.textures if name not in SIX]
+        unknown = [name for name in request.textures if name not in SIX]
         if unknown:
             raise TextureDataError(f"--textures: no texture {unknown[0]!r}; {nearest(unknown[0], SIX)}")
         return simulated(
-            simulator, asked.textures or SIX, cache=jobs_folder(asked.lab, NAME) / "recordings", report=report
+            simulator, request.textures or SIX, cache=jobs_folder(request.lab, NAME) / "recordings", report=report
         )
-    found = _recorded(asked)
+    found = _recorded(request)
     known = {each.texture: each for each in found}
-    unknown = [name for name in asked.textures if name not in known]
+    unknown = [name for name in request.textures if name not in known]
     if unknown:
         raise TextureDataError(f"--textures: no recording of {unknown[0]!r}; {nearest(unknown[0], known)}")
-    return tuple(known[name] for name in asked.textures) if asked.textures else found
+    return tuple(known[name] for name in request.textures) if request.textures else found
 
 
-def _recorded(asked: Asked) -> tuple[Recording, ...]:
-    if asked.tables:
+def _recorded(request: TextureRequest) -> tuple[Recording, ...]:
+    if request.tables:
         from palpate.modeling.textures.reading_tables import read_tables
 
-        paths = asked.tables[0] if len(asked.tables) == 1 else asked.tables
-        return read_tables(paths, held=asked.held)
-    if asked.hatt is not None:
+        paths = request.tables[0] if len(request.tables) == 1 else request.tables
+        return read_tables(paths, held=request.held)
+    if request.hatt is not None:
         from palpate.modeling.textures.reading_hatt import read_hatt
 
-        return read_hatt(asked.hatt, asked.textures)
-    if asked.cluster_data is not None:
+        return read_hatt(request.hatt, request.textures)
+    if request.cluster_data is not None:
         from palpate.modeling.textures.reading_cluster import read_cluster
 
-        return read_cluster(asked.cluster_data, asked.textures)
+        return read_cluster(request.cluster_data, request.textures)
     from palpate.modeling.textures.reading_ledgers import read_lab
 
-    return read_lab(asked.lab)
+    return read_lab(request.lab)
 
 
-def options_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
+def options_for(request: TextureRequest, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
     """What the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
     from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation import TextureOptions
@@ -146,10 +146,12 @@ def options_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, 
     from palpate.modeling.textures.registry import demand_known
 
     demand_known(methods or ())
-    settings = {name: value for name, value in (("epochs", asked.epochs), ("batch", asked.batch)) if value is not None}
+    settings = {
+        name: value for name, value in (("epochs", request.epochs), ("batch", request.batch)) if value is not None
+    }
     return TextureOptions(
-        work=jobs_folder(asked.lab, NAME), methods=methods, explore=asked.simulated, grid=grid, seed=asked.seed,
-        quick=asked.quick, settings=settings, workers=asked.workers, cluster=asked.cluster,
+        work=jobs_folder(request.lab, NAME), methods=methods, explore=request.simulated, grid=grid, seed=request.seed,
+        quick=request.quick, settings=settings, workers=request.workers, cluster=request.cluster,
     )  # fmt: skip
 
 
@@ -159,7 +161,7 @@ def options_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, 
 @TO_MODELS
 @JSON
 @click.pass_obj
-def train_textures(get_simulator: GetSimulator, asked: Asked, to: Path | None, as_json: bool) -> None:
+def train_textures(get_simulator: GetSimulator, request: TextureRequest, to: Path | None, as_json: bool) -> None:
     """Train a model of each texture and write it as a file that the renderer plays.
 
     Writes texture-TEXTURE-METHOD, a card (JSON) and its numbers (safetensors), to LAB/models. The cards hold the
@@ -171,12 +173,12 @@ def train_textures(get_simulator: GetSimulator, asked: Asked, to: Path | None, a
     from palpate.modeling.textures.evaluation_outputs import default_of
     from palpate.modeling.textures.training import train_textures as trained
 
-    asked_for = options_for(asked, asked.methods or None)
+    asked_for = options_for(request, request.methods or None)
     with going_on("what is left"), progress_lines() as report:
         simulator = get_simulator()
-        recordings = recordings_for(asked, simulator, report)
-        methods = asked_for.methods or (default_of(asked.lab, recordings),)
-        written = trained(recordings, simulator, options_for(asked, methods), to or asked.lab / "models", report)
+        recordings = recordings_for(request, simulator, report)
+        methods = asked_for.methods or (default_of(request.lab, recordings),)
+        written = trained(recordings, simulator, options_for(request, methods), to or request.lab / "models", report)
     if as_json:
         echo_json([each.plain() for each in written])
         return
@@ -213,7 +215,7 @@ def _told(metrics: Any) -> str:
 @click.pass_obj
 def evaluate_textures(
     get_simulator: GetSimulator,
-    asked: Asked,
+    request: TextureRequest,
     figure_4_5: bool,
     table_4_2: bool,
     figures: bool,
@@ -236,12 +238,12 @@ def evaluate_textures(
     from palpate.modeling.textures.registry import THESIS
 
     grid = VARIANTS if table_4_2 else (THESIS,) if figure_4_5 else ()
-    options = options_for(asked, asked.methods or None, grid)
+    options = options_for(request, request.methods or None, grid)
     with going_on("what is left"), progress_lines() as report:
         simulator = get_simulator()
-        recordings = recordings_for(asked, simulator, report)
+        recordings = recordings_for(request, simulator, report)
         evaluation = evaluate_methods(domain_for(recordings, simulator, options), options, report)
-        paths = write_all(evaluation, to or evaluation_folder(asked.lab, NAME), report, figures)
+        paths = write_all(evaluation, to or evaluation_folder(request.lab, NAME), report, figures)
     if as_json:
         echo_json({**results(evaluation), "files": list(map(str, paths))})
         return

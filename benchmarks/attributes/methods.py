@@ -22,7 +22,7 @@ from palpate.modeling.attributes.evaluation_tables import Row, features_of, meth
 from palpate.modeling.attributes.folds import all_of_them
 from palpate.modeling.attributes.material import Material, Texture
 from palpate.modeling.attributes.methods import Method
-from palpate.modeling.attributes.model_file import AttributeModel, Kept, read_model, write_model
+from palpate.modeling.attributes.model_file import AttributeModel, Saveable, read_model, write_model
 from palpate.modeling.training.threads import limited
 from palpate.protocols.bench import Case
 from palpate.signals.arrays import Array
@@ -107,7 +107,7 @@ def _from_file(found: Found, entry: Entry) -> AttributeModel:
         "name": f"bench-{entry.method}", "title": features_of(entry), "method": entry.method,
         "attributes": tuple((pair.low, pair.high) for pair in evaluation.material.attributes),
     }  # fmt: skip
-    return read_model(write_model(found.folder, cast(Kept, fitted), card, methods), methods)
+    return read_model(write_model(found.folder, cast(Saveable, fitted), card, methods), methods)
 
 
 def _case(

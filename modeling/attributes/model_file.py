@@ -32,7 +32,7 @@ class ModelFileError(ValueError):
     """A model of attributes that is not there, is damaged or newer, or cannot be kept: the message says which."""
 
 
-class Kept(Protocol):
+class Saveable(Protocol):
     """A fitted method that can be kept; `Method.restore` gives it back."""
 
     def predict(self, texture: Texture) -> Array:
@@ -102,7 +102,7 @@ class AttributeModel:
         return predictions(self.fitted, textures)
 
 
-def write_model(folder: Path, fitted: Kept, card: Mapping[str, Any], methods: Mapping[str, Method]) -> Path:
+def write_model(folder: Path, fitted: Saveable, card: Mapping[str, Any], methods: Mapping[str, Method]) -> Path:
     """Write a model, read it back, and give its card's path. `card` holds the fields of `Card` but format and tensors.
 
     Until the last rename the earlier model is whole. Raises ModelFileError for numbers that are not finite, and for a

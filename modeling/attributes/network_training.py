@@ -20,7 +20,7 @@ from palpate.modeling.training.loop import Trained, adam, train
 from palpate.modeling.training.optimisers import cosine
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
-from palpate.modeling.training.sources import Given, Made, digest_of
+from palpate.modeling.training.sources import GeneratedRows, Given, digest_of
 from palpate.signals.arrays import Array
 
 SETTINGS = Settings(epochs=30, batch=2, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
@@ -62,14 +62,14 @@ class FittedNetwork:
     def predict_all(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
         """What `predict` says or raises of each, computed together: of short textures several times as fast."""
         seen = [self._shown(texture) for texture in textures]
-        whole = [each for each in seen if isinstance(each, Shown)]
+        whole = [each for each in seen if isinstance(each, TextureTensors)]
         with training_state(0, 1), torch.no_grad():
             self.network.eval()
             scaled = iter(_answers(self.network, whole) if whole else [])
         told = zip(textures, seen, strict=True)
-        return [self._told(each.id, next(scaled)) if isinstance(one, Shown) else one for each, one in told]
+        return [self._told(each.id, next(scaled)) if isinstance(one, TextureTensors) else one for each, one in told]
 
-    def _shown(self, texture: Texture) -> Shown | MaterialError:
+    def _shown(self, texture: Texture) -> TextureTensors | MaterialError:
         try:
             return shown(texture, self.sight, self.touch)
         except MaterialError as lacking:
@@ -83,7 +83,7 @@ class FittedNetwork:
         """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restore_network`."""
         looks = [look for look in (self.sight, self.touch) if look is not None]
         literal = {"literal": True} if self.network.literal else {}
-        return arrays_of(self.network, looks, self.target), {"looks": told_of(looks), **literal}
+        return arrays_of(self.network, looks, self.target), {"looks": looks_metadata(looks), **literal}
 
 
 def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = False) -> FittedNetwork:
@@ -99,18 +99,18 @@ def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = F
     touch = look_of(textures, "touch", learning.touch) if "touch" in sees else None
     target = target_of(textures)
     settings = LITERAL_SETTINGS if literal else SETTINGS
-    asked = learning.training_settings(settings, QUICK_EPOCHS)
-    network = _network(sight, touch, target, asked.seed, literal)
+    chosen = learning.training_settings(settings, QUICK_EPOCHS)
+    network = _network(sight, touch, target, chosen.seed, literal)
     data = drawn([shown(each, sight, touch, variants=True) for each in textures], target.down(ratings), SEGMENTS)
     held = None
     if learning.held:
         watched = sorted(learning.held, key=lambda texture: texture.id)
         seen = [shown(texture, sight, touch) for texture in watched]
         held = spread_out(seen, target.down(ratings_of(watched)), HELD_PICTURES, HELD_SEGMENTS)
-    asked = replace(asked, keep_last=held is None)
-    steps = asked.epochs * math.ceil(len(data) / asked.batch)
+    chosen = replace(chosen, keep_last=held is None)
+    steps = chosen.epochs * math.ceil(len(data) / chosen.batch)
     optimiser = adam if literal else cosine(steps)
-    trained = train(network, data, held, rmse, asked, optimiser=optimiser, report=learning.report)
+    trained = train(network, data, held, rmse, chosen, optimiser=optimiser, report=learning.report)
     return FittedNetwork(network, sight, touch, target, trained)
 
 
@@ -138,7 +138,7 @@ def _network(sight: Look | None, touch: Look | None, target: Target, seed: int, 
         return seeded(lambda: VisuoTactile(length, channels, len(target.mean), literal), seed)
 
 
-def _answers(network: VisuoTactile, textures: Sequence[Shown]) -> list[Tensor]:
+def _answers(network: VisuoTactile, textures: Sequence[TextureTensors]) -> list[Tensor]:
     """Scaled attributes (n, attributes) of each: every picture and every segment goes through its branch once."""
     branches = []
     if network.sight is not None:
@@ -275,7 +275,7 @@ def target_of(textures: Sequence[Texture]) -> Target:
 
 
 @dataclass(frozen=True)
-class Shown:
+class TextureTensors:
     """A texture as tensors: rows of pictures and of arranged segments, of those that the network looks at."""
 
     sight: Tensor | None
@@ -287,7 +287,7 @@ class Shown:
         return tuple(each for each in (self.sight, self.touch) if each is not None)
 
 
-def shown(texture: Texture, sight: Look | None, touch: Look | None, variants: bool = False) -> Shown:
+def shown(texture: Texture, sight: Look | None, touch: Look | None, variants: bool = False) -> TextureTensors:
     """A texture as the network sees it; with `variants` the further versions of its pictures too.
 
     Raises MaterialError where it lacks what is looked at.
@@ -297,20 +297,20 @@ def shown(texture: Texture, sight: Look | None, touch: Look | None, variants: bo
         further = np.concatenate([texture.variants[kind] for kind in sight.kinds], axis=1)
         seen = torch.cat([seen, sight.down(further, texture.id)])
     felt = None if touch is None else arranged(touch.rows(texture), touch)
-    return Shown(seen, felt)
+    return TextureTensors(seen, felt)
 
 
-def drawn(textures: Sequence[Shown], targets: Tensor, segments: int) -> Made:
+def drawn(textures: Sequence[TextureTensors], targets: Tensor, segments: int) -> GeneratedRows:
     """A row a texture: every time another of its pictures and other segments, drawn with replacement."""
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
         picked = [_drawn(textures[row], segments, chance) for row in rows.tolist()]
         return tuple(torch.stack(each) for each in zip(*picked, strict=True)), targets[rows]
 
-    return Made(len(textures), make, f"{_digest(textures, targets)} by {segments}")
+    return GeneratedRows(len(textures), make, f"{_digest(textures, targets)} by {segments}")
 
 
-def _drawn(texture: Shown, segments: int, chance: torch.Generator) -> list[Tensor]:
+def _drawn(texture: TextureTensors, segments: int, chance: torch.Generator) -> list[Tensor]:
     found = []
     if texture.sight is not None:
         found.append(texture.sight[int(torch.randint(len(texture.sight), (1,), generator=chance))])
@@ -319,17 +319,17 @@ def _drawn(texture: Shown, segments: int, chance: torch.Generator) -> list[Tenso
     return found
 
 
-def spread_out(textures: Sequence[Shown], targets: Tensor, pictures: int, segments: int) -> Made:
+def spread_out(textures: Sequence[TextureTensors], targets: Tensor, pictures: int, segments: int) -> GeneratedRows:
     """To be watched: so many rows a texture, each with another picture, and segments from all over the recording."""
 
     def make(rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:
         picked = [_evenly(textures[row // pictures], row % pictures, pictures, segments) for row in rows.tolist()]
         return tuple(torch.stack(each) for each in zip(*picked, strict=True)), targets[rows // pictures]
 
-    return Made(len(textures) * pictures, make, f"{_digest(textures, targets)} evenly {pictures}, {segments}")
+    return GeneratedRows(len(textures) * pictures, make, f"{_digest(textures, targets)} evenly {pictures}, {segments}")
 
 
-def _evenly(texture: Shown, turn: int, turns: int, segments: int) -> list[Tensor]:
+def _evenly(texture: TextureTensors, turn: int, turns: int, segments: int) -> list[Tensor]:
     found = []
     if texture.sight is not None:
         found.append(texture.sight[turn * len(texture.sight) // turns])
@@ -339,7 +339,7 @@ def _evenly(texture: Shown, turn: int, turns: int, segments: int) -> list[Tensor
     return found
 
 
-def _digest(textures: Sequence[Shown], targets: Tensor) -> str:
+def _digest(textures: Sequence[TextureTensors], targets: Tensor) -> str:
     return digest_of(iter([*(tensor for texture in textures for tensor in texture.given), targets]))
 
 
@@ -362,7 +362,7 @@ def arrays_of(network: nn.Module, looks: Iterable[Look], target: Target) -> dict
     return arrays | {"target.mean": target.mean, "target.sd": np.array([target.sd])}
 
 
-def told_of(looks: Iterable[Look]) -> list[list[Any]]:
+def looks_metadata(looks: Iterable[Look]) -> list[list[Any]]:
     """What `looks_in` wants beside the arrays."""
     return [[look.modality, list(look.kinds), list(look.sizes)] for look in looks]
 

@@ -120,7 +120,7 @@ def read_folder(
     loose = _nobodys(folder, albums) if sight else ()
     told = (*aside, *columns.notes, *loose, f"ratings: {table.name} {picture_sha256(table)}")
     photographed = any(album.pictures for album in albums)
-    weights_told, hurried = (how.weights.told, (HURRIED,) if quick else ()) if photographed else ("", ())
+    weights_told, hurried = (how.weights.description, (HURRIED,) if quick else ()) if photographed else ("", ())
     return Material(textures, columns.pairs, weights_told, simulated, (*told, *hurried))
 
 

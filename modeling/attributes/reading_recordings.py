@@ -34,7 +34,7 @@ class TableFile:
         return {"table": self.path}
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """What is known of it beside what it holds."""
         return f"{self.held}"
 
@@ -62,8 +62,14 @@ class Filed:
         """SHA-256 of all that decides what is felt, but for the program: a slide's name says what was wished for."""
         found = hashlib.sha256(f"{self.way}".encode())
         for source in self.sources:
-            told = source.told if isinstance(source, TableFile) else source.stem if isinstance(source, Slide) else ""
-            found.update("\0".join((type(source).__name__, told, *_digests(source))).encode())
+            name = (
+                source.description
+                if isinstance(source, TableFile)
+                else source.stem
+                if isinstance(source, Slide)
+                else ""
+            )
+            found.update("\0".join((type(source).__name__, name, *_digests(source))).encode())
         return found.hexdigest()
 
     def rows(self) -> FeltRows:

@@ -107,7 +107,7 @@ STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 
 
 @dataclass(frozen=True)
-class Felt:
+class TextureTouch:
     """What was felt of one texture.
 
     `made_from` are the SHA-256 of the samples of each capture: textures that share one are one group in any split.
@@ -190,7 +190,7 @@ def recorded(
     )
 
 
-def felt(texture: Recorded) -> Felt:
+def felt(texture: Recorded) -> TextureTouch:
     """What was felt of one texture, its samples read now. Raises TextureDataError as `touch_of` does."""
     touched = (
         part
@@ -198,12 +198,12 @@ def felt(texture: Recorded) -> Felt:
         for part in touched_in(capture, texture.normal, f"{capture.path.name} trial {capture.attempt.trial}")
     )
     touch, notes = touch_of(texture.id, touched, texture.way)
-    return Felt(texture.id, texture.label, texture.category, touch, texture.made_from, notes)
+    return TextureTouch(texture.id, texture.label, texture.category, touch, texture.made_from, notes)
 
 
 def felt_of(
     texture: str, label: str, category: str, touched: Iterable[Touched], way: Filtering | None = None
-) -> Felt:  # fmt: skip
+) -> TextureTouch:  # fmt: skip
     """What was felt of one texture in recordings of another source than a lab (tables, HaTT, the Cluster data).
 
     They are taken one at a time. Raises TextureDataError as `touch_of` does.
@@ -216,13 +216,13 @@ def felt_of(
             yield each
 
     touch, notes = touch_of(texture, passing(), way)
-    return Felt(texture, label, category, touch, frozenset(made_from), notes)
+    return TextureTouch(texture, label, category, touch, frozenset(made_from), notes)
 
 
 def touches(
     lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
     normal: tuple[float, float, float] = UP, simulated: bool | None = None,
-) -> Iterator[Felt]:  # fmt: skip
+) -> Iterator[TextureTouch]:  # fmt: skip
     """What was felt of each texture of a lab, one at a time: only the one that is being looked at is in memory.
 
     `way` is `touching.filtering(...)`: how much is trimmed, and whether hum is taken out. Raises TextureDataError as
@@ -231,7 +231,7 @@ def touches(
     return map(felt, recorded(lab, textures, study=study, way=way, normal=normal, simulated=simulated))
 
 
-def rows_from(found: Felt) -> FeltRows:
+def rows_from(found: TextureTouch) -> FeltRows:
     """The features of what was felt."""
     return FeltRows(
         found.id, found.label, found.category, touch_features(found.touch), found.made_from, found.notes

@@ -32,7 +32,7 @@ class Weights:
     seed: int = SEED
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """For reports: which they are."""
         if self.path is None:
             return f"random (He normal, seed {self.seed}): no file of pretrained weights was given"
@@ -59,8 +59,8 @@ class _Refused:
     path: Path
 
     def __call__(self, what: str) -> MaterialError:
-        wanted = f"torchvision's ResNet-50 is expected, as {PUBLISHED['IMAGENET1K_V1']}"
-        return MaterialError(f"{self.path}: {what}; {wanted}")
+        expected = f"torchvision's ResNet-50 is expected, as {PUBLISHED['IMAGENET1K_V1']}"
+        return MaterialError(f"{self.path}: {what}; {expected}")
 
 
 def weights_from(path: Path | None, sha256: str | None = None, seed: int = SEED) -> Weights:
@@ -75,10 +75,10 @@ def weights_from(path: Path | None, sha256: str | None = None, seed: int = SEED)
         raise MaterialError(f"{path}: weights are files named .pth, .pt or .safetensors")
     found = _sha256(path)
     headed = HEADED.fullmatch(path.name)
-    for told, digits in (("demanded", (sha256 or "").lower()), ("in its name", headed[1] if headed else "")):
+    for where, digits in (("demanded", (sha256 or "").lower()), ("in its name", headed[1] if headed else "")):
         if not found.startswith(digits):
             raise MaterialError(
-                f"{path}: its SHA-256 begins with {found[:16]}, and {digits[:16]} is {told}: the file is damaged or"
+                f"{path}: its SHA-256 begins with {found[:16]}, and {digits[:16]} is {where}: the file is damaged or"
                 " another one; download it again"
             )
     return Weights(path, found)
@@ -132,31 +132,32 @@ def _fitting(state: Any, refused: Callable[[str], MaterialError]) -> Iterator[tu
     from palpate.modeling.attributes.resnet import ResNet50
 
     with torch.device("meta"):
-        wanted = ResNet50().state_dict()
+        expected = ResNet50().state_dict()
     if not isinstance(state, Mapping):
         raise refused(f"a {type(state).__name__} is found, no tensors by name")
-    _demand_names(state, wanted, refused)
-    for name, like in wanted.items():
+    _demand_names(state, expected, refused)
+    for name, like in expected.items():
         if name.endswith(COUNTED):
             yield name, torch.zeros_like(like, device="cpu")
             continue
         found = state[name]
         if not isinstance(found, torch.Tensor) or found.shape != like.shape or not found.is_floating_point():
-            told = f"{found.dtype} of {tuple(found.shape)}" if isinstance(found, torch.Tensor) else type(found).__name__
-            raise refused(f"{name} is {told}, floats of {tuple(like.shape)} are expected")
+            tensor = isinstance(found, torch.Tensor)
+            kind = f"{found.dtype} of {tuple(found.shape)}" if tensor else type(found).__name__
+            raise refused(f"{name} is {kind}, floats of {tuple(like.shape)} are expected")
         yield name, _sound(name, found.detach().to(torch.float32).contiguous(), refused)
 
 
 def _demand_names(
-    state: Mapping[Any, Any], wanted: Mapping[str, Tensor], refused: Callable[[str], MaterialError]
+    state: Mapping[Any, Any], expected: Mapping[str, Tensor], refused: Callable[[str], MaterialError]
 ) -> None:
-    needed = [name for name in wanted if not name.endswith(COUNTED)]
+    needed = [name for name in expected if not name.endswith(COUNTED)]
     lacks = [name for name in needed if name not in state]
-    foreign = [str(name) for name in state if name not in wanted]
+    foreign = [str(name) for name in state if name not in expected]
     if lacks or foreign:
-        told = [f"{len(lacks)} of {len(needed)} tensors lack ({lacks[0]} first)"] if lacks else []
-        told += [f"{len(foreign)} are no part of it ({foreign[0]} first)"] if foreign else []
-        raise refused(", and ".join(told))
+        reasons = [f"{len(lacks)} of {len(needed)} tensors lack ({lacks[0]} first)"] if lacks else []
+        reasons += [f"{len(foreign)} are no part of it ({foreign[0]} first)"] if foreign else []
+        raise refused(", and ".join(reasons))
 
 
 def _sound(name: str, found: Tensor, refused: Callable[[str], MaterialError]) -> Tensor:

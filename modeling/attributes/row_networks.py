@@ -26,13 +26,13 @@ from palpate.modeling.attributes.network_training import (
     load_into,
     look_of,
     looks_in,
+    looks_metadata,
     target_in,
     target_of,
-    told_of,
 )
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
-from palpate.modeling.training.sources import Given, Made, answer_of, digest_of
+from palpate.modeling.training.sources import GeneratedRows, Given, answer_of, digest_of
 from palpate.signals.arrays import Array
 
 BRANCH, FUSED = (128, 256, 256, 128), (64, 64)
@@ -165,7 +165,7 @@ class FittedRows:
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Return arrays and plain values, for `restore_rows`."""
         arrays = arrays_of(self.network, self.looks, self.target)
-        return arrays, {"method": self.plan.name, "looks": told_of(self.looks)}
+        return arrays, {"method": self.plan.name, "looks": looks_metadata(self.looks)}
 
 
 def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
@@ -243,17 +243,16 @@ def stack_of(textures: Sequence[Tensor]) -> Stack:
     return Stack(torch.cat(list(textures)), count.cumsum(0) - count, count)
 
 
-def drawn(stacks: Sequence[Stack], targets: Tensor, shows: int, steps: int) -> Made:
+def drawn(stacks: Sequence[Stack], targets: Tensor, shows: int, steps: int) -> GeneratedRows:
     """`shows` rows of each texture an epoch, drawn anew each time and for each stack by itself."""
     textures = len(targets)
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
         places = rows % textures
-        return tuple(stack.at(places, _anywhere(stack, places, steps, chance), steps) for stack in stacks), targets[
-            places
-        ]
+        shown = tuple(stack.at(places, _anywhere(stack, places, steps, chance), steps) for stack in stacks)
+        return shown, targets[places]
 
-    return Made(textures * shows, make, f"{_digest(stacks, targets)} drawn {shows} x {steps}")
+    return GeneratedRows(textures * shows, make, f"{_digest(stacks, targets)} drawn {shows} x {steps}")
 
 
 def _anywhere(stack: Stack, places: Tensor, steps: int, chance: torch.Generator) -> Tensor:
@@ -273,14 +272,14 @@ def examples(stacks: Sequence[Stack], steps: int) -> tuple[Tensor, Tensor]:
     return places, starts
 
 
-def everything(stacks: Sequence[Stack], targets: Tensor, steps: int) -> Made:
+def everything(stacks: Sequence[Stack], targets: Tensor, steps: int) -> GeneratedRows:
     """All `examples` of all textures, to be watched."""
     places, starts = examples(stacks, steps)
 
     def make(rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:
         return tuple(stack.at(places[rows], starts[rows], steps) for stack in stacks), targets[places[rows]]
 
-    return Made(len(places), make, f"{_digest(stacks, targets)} all by {steps}")
+    return GeneratedRows(len(places), make, f"{_digest(stacks, targets)} all by {steps}")
 
 
 def _digest(stacks: Sequence[Stack], targets: Tensor) -> str:

@@ -16,7 +16,7 @@ from palpate.modeling.attributes.evaluation_tables import RANDOM, method_rows, r
 from palpate.modeling.attributes.folds import all_of_them
 from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
 from palpate.modeling.attributes.methods import Learning, Method
-from palpate.modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
+from palpate.modeling.attributes.model_file import NAME, ModelFileError, Saveable, read_card, write_model
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
 from palpate.modeling.training.history import history_of
 from palpate.modeling.training.run_card import run_card
@@ -69,7 +69,7 @@ def train_attributes(
         fitted = evaluation.method(entry).fit(given)
     seconds = clock() - start
     card = _card(evaluation, entry, given, seconds)
-    write = partial(write_model, fitted=cast(Kept, fitted), card=card, methods=methods)
+    write = partial(write_model, fitted=cast(Saveable, fitted), card=card, methods=methods)
     files = write_trained(folder, write, history_of(fitted), last=not given.held)
     interval = card["interval"]
     wide = () if interval is None else tuple(interval["half_width"])

@@ -16,7 +16,7 @@ from palpate.modeling.doors.data import TOP
 from palpate.modeling.training.loop import train
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
-from palpate.modeling.training.sources import Given, Made, digest_of, pairs
+from palpate.modeling.training.sources import GeneratedRows, Given, digest_of, pairs
 from palpate.signals.arrays import Array
 
 MIDDLE, SPREAD = TOP / 2, TOP / 5
@@ -147,7 +147,9 @@ def aim(
     """
     student.requires_grad_(False)
     known = _known(had)
-    wishes = Made(size.wishes, lambda rows, chance: _wishes(known, len(rows), chance), digest_of(iter([known])))
+    wishes = GeneratedRows(
+        size.wishes, lambda rows, chance: _wishes(known, len(rows), chance), digest_of(iter([known]))
+    )
     missed = nn.HuberLoss(delta=WISH_HUBER)
 
     def loss(answer: Felt, wish: Tensor) -> Tensor:

@@ -39,7 +39,7 @@ class Rated:
 
 
 @dataclass(frozen=True)
-class Shown:
+class StimulusProfile:
     """A stimulus that people felt: its name, door and variant, and its 621 forces in newtons."""
 
     id: str
@@ -49,7 +49,7 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Asked:
+class Questions:
     """What people were asked: attributes by their low words, their antonyms, the ends of the scale."""
 
     attributes: tuple[str, ...]
@@ -58,8 +58,8 @@ class Asked:
 
 
 def rated_of(
-    shown: Sequence[Shown], asked: Asked, ratings: pd.DataFrame, *, simulated: bool, made_from: Sequence[str],
-    rated_only: bool = False,
+    shown: Sequence[StimulusProfile], questions: Questions, ratings: pd.DataFrame, *, simulated: bool,
+    made_from: Sequence[str], rated_only: bool = False,
 ) -> Rated:  # fmt: skip
     """The ratings of these stimuli, with their means; `ratings` has participant, group, stimulus, attribute, value.
 
@@ -71,12 +71,12 @@ def rated_of(
     from palpate.modeling.lab_answers import demand_on_scale
 
     given = ratings[ratings["value"].notna()]
-    demand_on_scale(given, *asked.scale)
+    demand_on_scale(given, *questions.scale)
     people = sorted(set(given["participant"]))
     group = dict(zip(given["participant"], given["group"].astype(str), strict=True))
     places = [_places(given["participant"], people), _places(given["stimulus"], [each.id for each in shown]),
-              _places(given["attribute"], asked.attributes)]  # fmt: skip
-    shape = (len(people), len(shown), len(asked.attributes))
+              _places(given["attribute"], questions.attributes)]  # fmt: skip
+    shape = (len(people), len(shown), len(questions.attributes))
     total, count = np.zeros(shape), np.zeros(shape)
     np.add.at(total, tuple(places), given["value"].to_numpy(dtype=np.float64))
     np.add.at(count, tuple(places), 1.0)
@@ -84,7 +84,7 @@ def rated_of(
     individual = Individual(tuple(people), tuple(group[who] for who in people), value)
     rated = _answered(individual).any(axis=(0, 1))
     if not rated.all():
-        names = [name for name, here in zip(asked.attributes, rated, strict=True) if not here]
+        names = [name for name, here in zip(questions.attributes, rated, strict=True) if not here]
         raise ModelDataError(f"nobody rated {', '.join(names)}: ratings on every attribute are expected")
     met = _answered(individual).any(axis=0).all(axis=-1)
     if not met.all() and not rated_only:
@@ -99,7 +99,7 @@ def rated_of(
     here = np.flatnonzero(~np.isnan(value).all(axis=(1, 2)))
     groups = tuple(individual.groups[i] for i in here)
     individual = Individual(tuple(individual.people[i] for i in here), groups, value[here])
-    data = _means([shown[i] for i in kept], asked, individual, simulated, tuple(made_from))
+    data = _means([shown[i] for i in kept], questions, individual, simulated, tuple(made_from))
     demand_learnable(data)
     return Rated(data, individual)
 
@@ -128,7 +128,11 @@ def _places(column: pd.Series[str], names: Sequence[str]) -> Indices:
 
 
 def _means(
-    shown: Sequence[Shown], asked: Asked, individual: Individual, simulated: bool, made_from: tuple[str, ...]
+    shown: Sequence[StimulusProfile],
+    questions: Questions,
+    individual: Individual,
+    simulated: bool,
+    made_from: tuple[str, ...],
 ) -> DoorData:
     ids = tuple(each.id for each in shown)
     force = np.array([each.force_N for each in shown], dtype=np.float64).reshape(len(ids), POINTS)
@@ -136,9 +140,9 @@ def _means(
     count: Indices = met.sum(axis=0)
     mean = np.nansum(individual.value, axis=0) / count
     return DoorData(
-        attributes=asked.attributes,
-        antonyms=asked.antonyms,
-        scale=asked.scale,
+        attributes=questions.attributes,
+        antonyms=questions.antonyms,
+        scale=questions.scale,
         ids=ids,
         doors=tuple(each.door for each in shown),
         variants=tuple(each.variant for each in shown),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.modeling.doors.data import DoorData, ModelDataError
-from palpate.modeling.doors.rated import Asked, Rated, Shown, rated_of
+from palpate.modeling.doors.rated import Questions, Rated, StimulusProfile, rated_of
 from palpate.signals.arrays import Array
 from palpate.signals.doors import profile_file
 
@@ -93,12 +93,12 @@ def rated_material(
     scale = demand_scale(ratings)
     antonyms = tuple(ratings.antonyms.get(name, f"not {name}") for name in ratings.attributes)
     return rated_of(
-        shown, Asked(ratings.attributes, antonyms, (scale.low, scale.high)), table, simulated=material.simulated,
+        shown, Questions(ratings.attributes, antonyms, (scale.low, scale.high)), table, simulated=material.simulated,
         made_from=(*made_from, _digest_line(shown)), rated_only=rated_only,
     )  # fmt: skip
 
 
-def _of_table(ratings: Ratings, folder: Path) -> list[Shown]:
+def _of_table(ratings: Ratings, folder: Path) -> list[StimulusProfile]:
     """The stimuli of an imported data set: its rows name each one and its file."""
     for column in ("stimulus", FILE):
         if column not in ratings.table.columns:
@@ -115,14 +115,14 @@ def _of_table(ratings: Ratings, folder: Path) -> list[Shown]:
     return [_shown(row["stimulus"], row, folder, None) for row in records]
 
 
-def _shown(name: str, columns: Mapping[str, str], folder: Path, sha256: str | None) -> Shown:
+def _shown(name: str, columns: Mapping[str, str], folder: Path, sha256: str | None) -> StimulusProfile:
     file = columns.get(FILE)
     if not file:
         raise ModelDataError(f"stimulus {name!r}: no door profile (the column {FILE!r} of its table is empty)")
     if not (folder / file).is_file():
         raise ModelDataError(f"stimulus {name!r}: no door profile {folder / file} (the column {FILE!r} of its table)")
     door = next((columns[column] for column in DOOR if columns.get(column)), name)
-    return Shown(name, door, columns.get(VARIANT) or name, read_profile(folder / file, sha256))
+    return StimulusProfile(name, door, columns.get(VARIANT) or name, read_profile(folder / file, sha256))
 
 
 def _inputs(material: Material) -> tuple[str, ...]:
@@ -133,7 +133,7 @@ def _inputs(material: Material) -> tuple[str, ...]:
     return (*(f"{source.name} {source.sha256}" for source in material.inputs), *left_out)
 
 
-def _digest_line(shown: Sequence[Shown]) -> str:
+def _digest_line(shown: Sequence[StimulusProfile]) -> str:
     found = hashlib.sha256()
     for each in shown:
         found.update(each.id.encode() + b"\0" + each.force_N.astype("<f8").tobytes())

@@ -26,7 +26,7 @@ SIMULATED = "These textures are simulated: no person rated them, no material was
 
 
 @dataclass(frozen=True)
-class Asked:
+class LibraryRequest:
     """Which textures were asked about on the command line, and how the answer is wanted."""
 
     lab: Path
@@ -49,7 +49,7 @@ class Beside:
 class Opened:
     """A lab's library, and those of its textures that were asked about."""
 
-    asked: Asked
+    asked: LibraryRequest
     library: Library
     entries: tuple[Entry, ...]
 
@@ -106,7 +106,7 @@ class Opened:
         return write_map(path, map_data(self.entries, self.library, self.asked.kind), found)
 
 
-def opened(asked: Asked) -> Opened:
+def opened(asked: LibraryRequest) -> Opened:
     """The library that was asked. Raises LibraryError."""
     library = read_library(asked.lab)
     return Opened(asked, library, chosen(library, asked.classes, asked.kind))
@@ -114,12 +114,12 @@ def opened(asked: Asked) -> Opened:
 
 def tell_index(found: Indexed) -> None:
     """Print what was indexed, what is no longer there, and what could not be taken."""
-    counts, library = found.counts, found.told.library
+    counts, library = found.counts, found.indexed.library
     each = f"{counts['rated']} rated, {counts['predicted']} predicted, {counts['pictures']} with a picture"
     click.echo(f"{count(counts['textures'], 'texture')}: {each}")
     for line in library.notes:
         click.echo(f"note: {line}")
-    for name, why in found.told.left_out.items():
+    for name, why in found.indexed.left_out.items():
         click.echo(f"left out: {name}: {why}")
     if found.gone:
         click.echo(f"no longer there: {', '.join(found.gone)}")

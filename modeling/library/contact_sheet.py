@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT
-from palpate.modeling.library.entries import KINDS, Z90, Entry, Felt, Kind, Library, LibraryError, felt
+from palpate.modeling.library.entries import KINDS, Z90, AttributeValue, Entry, Kind, Library, LibraryError, value_of
 from palpate.modeling.library.files import demand_folder, write_whole
 from palpate.modeling.library.wishes import Wish, combined
 
@@ -85,7 +85,7 @@ def tiles_of(
     found = []
     for entry in entries:
         text, fit = (beside or {}).get(entry.id, ("", None))
-        values = [(words, felt(entry, at, kind), wished.get(at)) for at, words in enumerate(library.attributes)]
+        values = [(words, value_of(entry, at, kind), wished.get(at)) for at, words in enumerate(library.attributes)]
         name = entry.id if entry.label in ("", entry.id) else f"{entry.id}  {entry.label}"
         found.append(Tile(name, entry.category, text, fit, values))
     return found
@@ -192,7 +192,7 @@ def _legend(pen: Pen, tiles: Sequence[Tile], middle: float) -> None:
     left = float(GAP)
     for kind in KINDS:
         if kind in kinds:
-            mark_value(pen.draw, Felt(value=50, sd=20, kind=kind), middle, (left, left + 34))
+            mark_value(pen.draw, AttributeValue(value=50, sd=20, kind=kind), middle, (left, left + 34))
             left = _said(pen, f"{words[kind]}, with 90 %", left + 42, middle)
     if any(wished is not None for tile in tiles for _, _, wished in tile.attributes):
         box = (left * FINE, (middle - 6) * FINE, (left + 30) * FINE, (middle + 6) * FINE)
@@ -225,7 +225,7 @@ class Tile:
     below: str
     beside: str
     fit: float | None
-    attributes: Sequence[tuple[tuple[str, str], Felt | None, tuple[float, float] | None]]
+    attributes: Sequence[tuple[tuple[str, str], AttributeValue | None, tuple[float, float] | None]]
     """Both words, the value, and the values that were wished for."""
 
 
@@ -261,7 +261,12 @@ def draw_empty(pen: Pen, name: str, left: float, top: float) -> None:
 
 
 def _attribute(
-    pen: Pen, words: tuple[str, str], found: Felt | None, wished: tuple[float, float] | None, left: float, top: float
+    pen: Pen,
+    words: tuple[str, str],
+    found: AttributeValue | None,
+    wished: tuple[float, float] | None,
+    left: float,
+    top: float,
 ) -> None:
     """Both words, the scale between them, the wished part of it, and the value with what holds 90 %."""
     start, end = (left + place for place in TRACK)
@@ -278,7 +283,7 @@ def _attribute(
         mark_value(pen.draw, found, middle, (start, end))
 
 
-def mark_value(draw: ImageDraw, found: Felt, middle: float, track: tuple[float, float]) -> None:
+def mark_value(draw: ImageDraw, found: AttributeValue, middle: float, track: tuple[float, float]) -> None:
     """The value: a disc where people rated, a ring where a model predicted; a bar holds 90 %."""
     colour = DOT if found.kind == "rated" else PREDICTED
     low, high, at = (_at(found.value + way * Z90 * found.sd, *track) for way in (-1, 1, 0))

@@ -74,7 +74,7 @@ class Entry(Strict):
     made_from: tuple[str, ...] = ()
 
 
-class Felt(Strict):
+class AttributeValue(Strict):
     """One attribute of a texture: where it lies on 0..100, and the SD of what is known about that."""
 
     value: float
@@ -110,7 +110,7 @@ def _lengths(entry: Entry) -> set[int]:
     return {*told, *(map(len, (predicted.value, predicted.low, predicted.high)) if predicted else ())}
 
 
-def felt(entry: Entry, at: int, kind: Kind | None = None) -> Felt | None:
+def value_of(entry: Entry, at: int, kind: Kind | None = None) -> AttributeValue | None:
     """An attribute of a texture; without a kind as people rated it, else as it was predicted. None: not known."""
     for each in KINDS if kind is None else (kind,):
         found = _rated(entry, at) if each == "rated" else _predicted(entry, at)
@@ -124,19 +124,19 @@ def known(entry: Entry, kind: Kind | None = None) -> bool:
     return bool(entry.rated or entry.predicted) if kind is None else getattr(entry, kind) is not None
 
 
-def belief(found: Felt | None) -> tuple[float, float]:
+def belief(found: AttributeValue | None) -> tuple[float, float]:
     """Where an attribute is believed to lie: mean and SD. What is not known may lie anywhere."""
     return NOTHING_KNOWN if found is None else (found.value, found.sd)
 
 
-def _rated(entry: Entry, at: int) -> Felt | None:
+def _rated(entry: Entry, at: int) -> AttributeValue | None:
     told = entry.rated
     value = None if told is None else told.mean[at]
-    return None if told is None or value is None else Felt(value=value, sd=told.se[at], kind="rated")
+    return None if told is None or value is None else AttributeValue(value=value, sd=told.se[at], kind="rated")
 
 
-def _predicted(entry: Entry, at: int) -> Felt | None:
+def _predicted(entry: Entry, at: int) -> AttributeValue | None:
     told = entry.predicted
     if told is None:
         return None
-    return Felt(value=told.value[at], sd=(told.high[at] - told.low[at]) / (2 * Z90), kind="predicted")
+    return AttributeValue(value=told.value[at], sd=(told.high[at] - told.low[at]) / (2 * Z90), kind="predicted")

@@ -39,14 +39,14 @@ class Predictor:
 
 
 @dataclass(frozen=True)
-class Told:
+class IndexedLibrary:
     """A library, and the textures that are not in it since nothing is known of them, each with why."""
 
     library: Library
     left_out: Mapping[str, str] = field(default_factory=dict)
 
 
-def library_of(material: Material, model: Predictor | None = None, *, sources: Sequence[Source] = ()) -> Told:
+def library_of(material: Material, model: Predictor | None = None, *, sources: Sequence[Source] = ()) -> IndexedLibrary:
     """The library of these textures, in the order of their names.
 
     Raises LibraryError where nothing is known of any, and where the model tells of other attributes than people rated.
@@ -74,9 +74,9 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     if not entries:
         first = next(iter(left_out.items()), ("no texture", "there is none"))
         raise LibraryError(f"nothing is known of any texture ({first[0]}: {first[1]}).")
-    told = (f"{len(unsaid)} rated textures are not predicted; {unsaid[0]}",) if unsaid else ()
-    notes = tuple(dict.fromkeys((*material.notes, *(model.notes if model else ()), *told)))
-    return Told(
+    unpredicted = (f"{len(unsaid)} rated textures are not predicted; {unsaid[0]}",) if unsaid else ()
+    notes = tuple(dict.fromkeys((*material.notes, *(model.notes if model else ()), *unpredicted)))
+    return IndexedLibrary(
         Library(attributes=tuple((pair.low, pair.high) for pair in pairs), textures=tuple(entries), notes=notes,
                 simulated=material.simulated, sources=(*sources, *(model.sources if model else ()))),
         left_out,
@@ -90,8 +90,8 @@ def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
         return material.attributes
     if not rated:
         return model.attributes
-    told = ["; ".join(each.name for each in every) for every in (material.attributes, model.attributes)]
-    raise LibraryError(f"people rated {told[0]}, and the model tells {told[1]}: train it on these ratings.")
+    people, predicted = ("; ".join(each.name for each in every) for every in (material.attributes, model.attributes))
+    raise LibraryError(f"people rated {people}, and the model tells {predicted}: train it on these ratings.")
 
 
 def _sd(rated: attributes.Rated, at: int) -> float | None:
@@ -136,8 +136,8 @@ def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) 
     if not np.isfinite(value).all():
         raise LibraryError(f"{texture.id}: the model's answer is no number; train it anew.")
     low, high = (tuple(np.round(value + offset, DIGITS).tolist()) for offset in (model.low, model.high))
-    told = tuple(np.round(value, DIGITS).tolist())
-    return Predicted(value=told, low=low, high=high, learned=texture.id in model.learned), ""
+    values = tuple(np.round(value, DIGITS).tolist())
+    return Predicted(value=values, low=low, high=high, learned=texture.id in model.learned), ""
 
 
 def gone(earlier: Library | None, now: Library) -> tuple[str, ...]:

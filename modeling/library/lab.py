@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING
 
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.files import earlier_in, place_of, write_library, write_whole
-from palpate.modeling.library.indexing import Told, gone, library_of
+from palpate.modeling.library.indexing import IndexedLibrary, gone, library_of
 from palpate.modeling.library.sources import (
+    LibraryOptions,
     Pictures,
-    Wanted,
     first_pictures,
     material_of,
+    missing_picture_notes,
     model_of,
     predictor_of,
     rating_sources,
-    told_lacking,
 )
 from palpate.protocols.progress import Report
 
@@ -35,58 +35,59 @@ class Indexed:
 
     path: Path
     changed: bool
-    told: Told
+    indexed: IndexedLibrary
     gone: tuple[str, ...]
 
     @property
     def counts(self) -> dict[str, int]:
         """How many textures there are, rated, predicted, with a picture, and left out."""
-        textures = self.told.library.textures
+        textures = self.indexed.library.textures
         return {
             "textures": len(textures), "rated": sum(texture.rated is not None for texture in textures),
             "predicted": sum(texture.predicted is not None for texture in textures),
-            "pictures": sum(texture.picture is not None for texture in textures), "left_out": len(self.told.left_out),
+            "pictures": sum(texture.picture is not None for texture in textures),
+            "left_out": len(self.indexed.left_out),
         }  # fmt: skip
 
 
-def index(wanted: Wanted, report: Report = lambda _line: None) -> Indexed:
+def index(options: LibraryOptions, report: Report = lambda _line: None) -> Indexed:
     """Make a lab's library anew and write it; the same sources give the same bytes.
 
     Raises LibraryError where there is nothing to make it from, NewerLibrary where a later version wrote the one that is
     there, and what reading ratings, features, models and pictures raises.
     """
-    folder, earlier = place_of(wanted.lab).parent, earlier_in(wanted.lab)
-    model = model_of(wanted)
-    material = material_of(wanted, model, report)
+    folder, earlier = place_of(options.lab).parent, earlier_in(options.lab)
+    model = model_of(options)
+    material = material_of(options, model, report)
     if not material.textures:
         raise LibraryError(
-            f"{wanted.lab}: no texture was rated, and there is no model that predicts how one feels: run "
-            f"{wanted.study}, or make a simulated lab (`palpate textures simulate`)."
+            f"{options.lab}: no texture was rated, and there is no model that predicts how one feels: run "
+            f"{options.study}, or make a simulated lab (`palpate textures simulate`)."
         )
-    sources = tuple(rating_sources(wanted)) if any(texture.rated for texture in material.textures) else ()
-    told = library_of(material, None if model is None else predictor_of(model, wanted.lab), sources=sources)
+    sources = tuple(rating_sources(options)) if any(texture.rated for texture in material.textures) else ()
+    indexed = library_of(material, None if model is None else predictor_of(model, options.lab), sources=sources)
     report("reading pictures")
-    told = _with_thumbnails(told, first_pictures(wanted, [texture.id for texture in material.textures]), folder)
-    path, changed = write_library(wanted.lab, told.library)
+    indexed = _with_thumbnails(indexed, first_pictures(options, [texture.id for texture in material.textures]), folder)
+    path, changed = write_library(options.lab, indexed.library)
     before = {texture.picture for texture in earlier.textures if texture.picture} if earlier else set()
-    drop(folder, before - {texture.picture for texture in told.library.textures})
-    return Indexed(path, changed, told, gone(earlier, told.library))
+    drop(folder, before - {texture.picture for texture in indexed.library.textures})
+    return Indexed(path, changed, indexed, gone(earlier, indexed.library))
 
 
-def _with_thumbnails(told: Told, shown: Pictures, folder: Path) -> Told:
+def _with_thumbnails(indexed: IndexedLibrary, shown: Pictures, folder: Path) -> IndexedLibrary:
     """The same library, each texture with its thumbnail beside the index; a note on pictures that cannot be shown."""
     names, lacking = {}, dict(shown.lacking)
-    for texture in (each.id for each in told.library.textures if each.id in shown.files):
+    for texture in (each.id for each in indexed.library.textures if each.id in shown.files):
         path = shown.files[texture]
         try:
             names[texture] = keep(folder, texture, _read(path), str(path))
         except NoPicture as error:
             lacking[texture] = str(error)
-    here = {each.id for each in told.library.textures}
-    notes = told_lacking({texture: why for texture, why in sorted(lacking.items()) if texture in here})
-    textures = tuple(each.model_copy(update={"picture": names.get(each.id)}) for each in told.library.textures)
-    changed = {"textures": textures, "notes": (*told.library.notes, *notes)}
-    return replace(told, library=told.library.model_copy(update=changed))
+    here = {each.id for each in indexed.library.textures}
+    notes = missing_picture_notes({texture: why for texture, why in sorted(lacking.items()) if texture in here})
+    textures = tuple(each.model_copy(update={"picture": names.get(each.id)}) for each in indexed.library.textures)
+    changed = {"textures": textures, "notes": (*indexed.library.notes, *notes)}
+    return replace(indexed, library=indexed.library.model_copy(update=changed))
 
 
 def _read(path: Path) -> bytes:

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.modeling.library.entries import KINDS, Z90, Entry, Felt, Kind, Library, felt, known
-from palpate.modeling.library.search import Found, Near, near
+from palpate.modeling.library.entries import KINDS, Z90, AttributeValue, Entry, Kind, Library, known, value_of
+from palpate.modeling.library.search import Match, Near, near
 from palpate.modeling.library.terms import in_words, vocabulary
 from palpate.modeling.library.wishes import Wish
 from palpate.protocols.wording import count
@@ -25,14 +25,14 @@ def percent(share: float) -> str:
     return f"{min(99, round(100 * share)) if share < 1 - 1e-9 else 100} %"
 
 
-def told(each: Felt | None) -> str:
+def value_text(each: AttributeValue | None) -> str:
     """An attribute's value and how sure it is."""
     return "-" if each is None else f"{each.value:.0f} ±{Z90 * each.sd:.0f}"
 
 
 def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
     """Whether people or a model said so, and how many people."""
-    kinds = {found.kind for at in range(attributes) if (found := felt(entry, at, kind))}
+    kinds = {found.kind for at in range(attributes) if (found := value_of(entry, at, kind))}
     people = entry.rated.raters if entry.rated else 0
     learned = ", learned" if entry.predicted and entry.predicted.learned else ""
     said = f"{people} {'person' if people == 1 else 'people'}" if people else "people"
@@ -49,19 +49,19 @@ def wish_words(wish: Wish, library: Library) -> str:
 
 def plain_entry(entry: Entry, library: Library, kind: Kind | None = None) -> dict[str, Any]:
     """A texture as JSON: its attributes by name, each with SD, 90 % interval and where it comes from."""
-    attributes = {name: _plain(felt(entry, at, kind)) for at, name in enumerate(names_of(library))}
+    attributes = {name: _plain(value_of(entry, at, kind)) for at, name in enumerate(names_of(library))}
     return {"id": entry.id, "label": entry.label, "class": entry.category, "attributes": attributes,
             "raters": entry.rated.raters if entry.rated else 0, "picture": entry.picture}  # fmt: skip
 
 
-def _plain(found: Felt | None) -> dict[str, Any] | None:
+def _plain(found: AttributeValue | None) -> dict[str, Any] | None:
     if found is None:
         return None
     low, high = (found.value + way * Z90 * found.sd for way in (-1, 1))
     return {"value": found.value, "sd": found.sd, "low": low, "high": high, "from": found.kind}
 
 
-def plain_found(found: Sequence[Found], wishes: Sequence[Wish], library: Library, kind: Kind | None) -> dict[str, Any]:
+def plain_found(found: Sequence[Match], wishes: Sequence[Wish], library: Library, kind: Kind | None) -> dict[str, Any]:
     """The answer to `find` as JSON."""
     asked = [{"said": wish.said, "attribute": names_of(library)[wish.pair],
               "membership": [list(knot) for knot in wish.soft.knots]} for wish in wishes]  # fmt: skip
@@ -100,7 +100,7 @@ def table(
     found.add_column("said by", no_wrap=True)
     count = len(library.attributes)
     for place, entry in enumerate(entries):
-        values = (told(felt(entry, at, kind)) for at in range(count))
+        values = (value_text(value_of(entry, at, kind)) for at in range(count))
         own = (column[place] for column in further.values())
         label = "" if entry.label == entry.id else entry.label
         said = came_from(entry, count, kind)
@@ -113,7 +113,7 @@ def description(entry: Entry, library: Library, kind: Kind | None = None) -> str
     known = vocabulary(library.attributes)
     words = []
     for at in range(len(library.attributes)):
-        if found := felt(entry, at, kind):
+        if found := value_of(entry, at, kind):
             unsure = Z90 * found.sd > abs(found.value - 50) and not 45 <= found.value <= 55
             words.append(f"{'perhaps ' if unsure else ''}{in_words(known, at, found.value)}")
     return ", ".join(words)
@@ -176,7 +176,7 @@ def _heading(entry: Entry, kind: Kind) -> str:
 
 def _told(entry: Entry, at: int, kind: Kind) -> str:
     """The value and what holds it in 90 of 100 cases; of ratings also the SD between people."""
-    found = felt(entry, at, kind)
+    found = value_of(entry, at, kind)
     if found is None:
         return "-"
     low, high = (found.value + way * Z90 * found.sd for way in (-1, 1))

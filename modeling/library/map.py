@@ -11,7 +11,7 @@ from matplotlib.patches import Circle
 from palpate.analysis.figures.bubbles import SPACE, draw
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData
 from palpate.analysis.figures.style import INK, PAPER, SOFT, drawing, save
-from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, felt
+from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, value_of
 from palpate.modeling.library.files import demand_folder
 
 ROLES = {"x": ("hard", "soft"), "y": ("flat", "bumpy"), "size": ("smooth", "rough"), "colour": ("slippery", "sticky")}
@@ -53,7 +53,7 @@ def _role(at: int, pair: tuple[str, str], far: str) -> dict[str, Any]:
 def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | None:
     row: dict[str, Any] = {"texture": entry.id, "label": entry.id, "n": entry.rated.raters if entry.rated else 0}
     for at in range(len(library.attributes)):
-        found = felt(entry, at, kind)
+        found = value_of(entry, at, kind)
         if found is None:
             return None
         value = 2 * found.value - 100

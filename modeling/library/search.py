@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from palpate.modeling.doors.scores import JND
-from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, belief, felt, known
+from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, belief, known, value_of
 from palpate.modeling.library.terms import normal, vocabulary
 from palpate.modeling.library.wishes import Wish, combined, wishes_in
 from palpate.protocols.did_you_mean import nearest
@@ -20,7 +20,7 @@ ALIKE = 3
 
 
 @dataclass(frozen=True)
-class Found:
+class Match:
     """A texture, its fit between 0 and 1, and that to each wish alone."""
 
     entry: Entry
@@ -33,7 +33,7 @@ def wishes_of(library: Library, texts: Sequence[str]) -> tuple[Wish, ...]:
     return wishes_in(texts, vocabulary(library.attributes, (texture.category for texture in library.textures)))
 
 
-def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Found]:
+def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Match]:
     """All of the textures, the best first; of those that fit alike the one that goes furthest, then by name.
 
     A texture's fit is the product, over the attributes that were spoken of, of the membership to expect of an attribute
@@ -42,15 +42,15 @@ def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = N
     together = combined(wishes)
     found = []
     for entry in entries:
-        fits = [soft.expected(*belief(felt(entry, pair, kind))) for pair, soft in together]
-        each = tuple(wish.soft.expected(*belief(felt(entry, wish.pair, kind))) for wish in wishes)
-        short = sum(soft.short_of(belief(felt(entry, pair, kind))[0]) for pair, soft in together)
-        found.append((short, Found(entry, math.prod(fits), each)))
+        fits = [soft.expected(*belief(value_of(entry, pair, kind))) for pair, soft in together]
+        each = tuple(wish.soft.expected(*belief(value_of(entry, wish.pair, kind))) for wish in wishes)
+        short = sum(soft.short_of(belief(value_of(entry, pair, kind))[0]) for pair, soft in together)
+        found.append((short, Match(entry, math.prod(fits), each)))
     found.sort(key=lambda one: (-round(one[1].fit, ALIKE), one[0], one[1].entry.id))
     return [one for _, one in found]
 
 
-def fitting(found: Sequence[Found], count: int) -> list[Found]:
+def fitting(found: Sequence[Match], count: int) -> list[Match]:
     """The best few of those that fit at all."""
     return [each for each in found if each.fit >= FITS][:count]
 
@@ -165,7 +165,7 @@ def measured(entry: Entry, other: Entry, attributes: int, kind: Kind | None = No
     that is known with an SD s, d^2 has the variance 2 s^4 + 4 d^2 s^2. `alike` is the probability that each attribute
     differs by less than one JND, if the attributes err independently.
     """
-    ones, twos = ([belief(felt(each, at, kind)) for at in range(attributes)] for each in (entry, other))
+    ones, twos = ([belief(value_of(each, at, kind)) for at in range(attributes)] for each in (entry, other))
     apart = [(two[0] - one[0]) / JND for one, two in zip(ones, twos, strict=True)]
     unsure = [math.hypot(one[1], two[1]) / JND for one, two in zip(ones, twos, strict=True)]
     expected = math.sqrt(sum(d * d + s * s for d, s in zip(apart, unsure, strict=True)) / attributes)

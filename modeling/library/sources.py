@@ -92,7 +92,7 @@ def _whose(path: Path, names: Sequence[str]) -> tuple[str, int] | None:
     return None
 
 
-def told_lacking(lacking: Mapping[str, str]) -> tuple[str, ...]:
+def missing_picture_notes(lacking: Mapping[str, str]) -> tuple[str, ...]:
     """A note on the textures whose picture could not be had, with why of the first; none where there are none."""
     if not lacking:
         return ()
@@ -101,7 +101,7 @@ def told_lacking(lacking: Mapping[str, str]) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class LibraryOptions:
     """What a library is made from.
 
     `model`: a card; None: the lab's own, where it has one and `without_model` is not said. `weights`: those of
@@ -125,29 +125,29 @@ class Wanted:
     recordings: Recordings | None = None
 
 
-def model_of(wanted: Wanted) -> AttributeModel | None:
+def model_of(options: LibraryOptions) -> AttributeModel | None:
     """The model that was named, else the lab's own where it has one.
 
     Raises LibraryError for one that is named and left out at once, ModelFileError for a damaged one.
     """
-    if wanted.without_model and wanted.model is not None:
-        raise LibraryError(f"--without-model and --model {wanted.model.name}: one of the two is expected, or neither")
-    own = wanted.lab / "models" / f"{NAME}.json"
-    if wanted.without_model or (wanted.model is None and not own.is_file()):
+    if options.without_model and options.model is not None:
+        raise LibraryError(f"--without-model and --model {options.model.name}: one of the two is expected, or neither")
+    own = options.lab / "models" / f"{NAME}.json"
+    if options.without_model or (options.model is None and not own.is_file()):
         return None
-    return read_model(wanted.model or own)
+    return read_model(options.model or own)
 
 
-def material_of(wanted: Wanted, model: AttributeModel | None, report: Report) -> Material:
+def material_of(options: LibraryOptions, model: AttributeModel | None, report: Report) -> Material:
     """The lab's textures: with the features that a model looks at, else with their ratings alone.
 
     Raises LibraryError where ResNet-50 has other weights than the model learned from, and what reading a lab raises.
     """
-    if wanted.folder is not None:
-        found = _of_folder(wanted, wanted.folder, model, report)
+    if options.folder is not None:
+        found = _of_folder(options, options.folder, model, report)
     elif model is None:
         report("reading ratings")
-        ratings = read_ratings(wanted.lab, wanted.study, wanted.simulated)
+        ratings = read_ratings(options.lab, options.study, options.simulated)
         textures = tuple(_texture(name, ratings) for name in ratings.rated)
         notes = (*ratings.notes, *(f"{name}: {why}" for name, why in ratings.incomplete.items()))
         return Material(textures, ratings.attributes, simulated=ratings.simulated, notes=notes)
@@ -156,15 +156,15 @@ def material_of(wanted: Wanted, model: AttributeModel | None, report: Report) ->
 
         report("making features")
         found = read_material(
-            wanted.lab,
-            study_ratings=wanted.study,
-            weights=wanted.weights,
+            options.lab,
+            study_ratings=options.study,
+            weights=options.weights,
             quick=model.card.quick,
             variants=0,
-            workers=wanted.workers,
+            workers=options.workers,
             touch=bool(model.card.touch),
             sight=bool(model.card.sight),
-            simulated=wanted.simulated,
+            simulated=options.simulated,
             report=report,
         )
     if model is not None and "resnet" in model.card.sight and found.weights != model.card.weights:
@@ -175,18 +175,18 @@ def material_of(wanted: Wanted, model: AttributeModel | None, report: Report) ->
     return found
 
 
-def _of_folder(wanted: Wanted, folder: Path, model: AttributeModel | None, report: Report) -> Material:
+def _of_folder(options: LibraryOptions, folder: Path, model: AttributeModel | None, report: Report) -> Material:
     """A folder's textures; the features of their pictures and recordings only for a model that looks at them."""
-    felt = wanted.recordings if model is not None and model.card.touch else None
+    felt = options.recordings if model is not None and model.card.touch else None
     if model is None or not (model.card.sight or felt):
         report("reading ratings")
-        return read_rated(folder, wanted.ratings, wanted.scale)
+        return read_rated(folder, options.ratings, options.scale)
     from palpate.modeling.attributes.reading_folder import read_folder
 
     report("making features")
     return read_folder(
-        folder, wanted.lab, table=wanted.ratings, scale=wanted.scale, weights=wanted.weights,
-        quick=model.card.quick, variants=0, workers=wanted.workers, recordings=felt, sight=bool(model.card.sight),
+        folder, options.lab, table=options.ratings, scale=options.scale, weights=options.weights,
+        quick=model.card.quick, variants=0, workers=options.workers, recordings=felt, sight=bool(model.card.sight),
         report=report,
     )  # fmt: skip
 
@@ -208,23 +208,23 @@ def predictor_of(model: AttributeModel, lab: Path) -> Predictor:
     return Predictor(model.attributes, model.predictions, -half, half, learned, (source,), tuple(notes))
 
 
-def rating_sources(wanted: Wanted) -> Iterator[Source]:
+def rating_sources(options: LibraryOptions) -> Iterator[Source]:
     """The files that the ratings were read from: a folder's table, the sessions that count, or what was imported."""
-    if wanted.folder is not None:
-        table = wanted.ratings or table_in(wanted.folder)
+    if options.folder is not None:
+        table = options.ratings or table_in(options.folder)
         yield Source(what="ratings", file=table.name, sha256=file_sha256(table))
         return
     from palpate.modeling.lab_answers import answer_files
 
-    for path in answer_files(wanted.lab, wanted.study, wanted.simulated):
-        yield Source(what="ratings", file=path.relative_to(wanted.lab).as_posix(), sha256=file_sha256(path))
+    for path in answer_files(options.lab, options.study, options.simulated):
+        yield Source(what="ratings", file=path.relative_to(options.lab).as_posix(), sha256=file_sha256(path))
 
 
-def first_pictures(wanted: Wanted, names: Sequence[str]) -> Pictures:
+def first_pictures(options: LibraryOptions, names: Sequence[str]) -> Pictures:
     """The first picture of each texture that has one."""
-    if folder := wanted.pictures or wanted.folder:
+    if folder := options.pictures or options.folder:
         return Pictures(dict(pictures_in(folder, names)))
-    return pictures_taken(wanted.lab, wanted.simulated)
+    return pictures_taken(options.lab, options.simulated)
 
 
 def _texture(name: str, ratings: RatedTextures) -> Texture:

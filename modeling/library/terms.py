@@ -135,17 +135,17 @@ class Vocabulary:
 
 def vocabulary(pairs: Sequence[tuple[str, str]], classes: Iterable[str] = ()) -> Vocabulary:
     """The words for these attributes of textures of these classes."""
-    told = _told()
+    known = _vocabulary()
     own = {_phrase(text): word for text, word in _ends(pairs)}
-    others = {_phrase(other): _phrase(head) for head, every in told["synonyms"].items() for other in every}
+    others = {_phrase(other): _phrase(head) for head, every in known["synonyms"].items() for other in every}
     words = {other: own[head] for other, head in others.items() if head in own}
     named = {_phrase(f"{low}-{high}"): Word(at, None) for at, (low, high) in enumerate(pairs)}
-    heads = {**others, **{_phrase(head): _phrase(head) for head in told["synonyms"]}}
+    heads = {**others, **{_phrase(head): _phrase(head) for head in known["synonyms"]}}
     foreign = {" ".join(other): " ".join(head) for other, head in heads.items() if head not in own}
     return Vocabulary(
-        tuple(pairs), {**words, **named, **own}, _sayings(told["degrees"], told["sayings"]),
-        {name: trapezoid(edges) for name, edges in told["degrees"].items()}, _sayings((), told["numbers"]),
-        frozenset(_phrase(each) for each in told["silent"]), foreign, frozenset(each.lower() for each in classes),
+        tuple(pairs), {**words, **named, **own}, _sayings(known["degrees"], known["sayings"]),
+        {name: trapezoid(edges) for name, edges in known["degrees"].items()}, _sayings((), known["numbers"]),
+        frozenset(_phrase(each) for each in known["silent"]), foreign, frozenset(each.lower() for each in classes),
     )  # fmt: skip
 
 
@@ -162,28 +162,28 @@ def in_words(known: Vocabulary, pair: int, value: float) -> str:
 
 def known_words(known: Vocabulary) -> str:
     """All that is known, in three sentences."""
-    told = []
+    texts = []
     for text, place in _ends(known.pairs):
         others = [" ".join(phrase) for phrase, word in known.words.items() if word == place]
         also = ", ".join(other for other in others if other != text.lower())
-        told.append(f"{text.lower()} ({also})" if also else text.lower())
+        texts.append(f"{text.lower()} ({also})" if also else text.lower())
     degrees = []
     for name in filter(None, known.ranges):
         said = [" ".join(phrase) for phrase, meant in known.degrees.items() if meant == name]
         others = [each for each in said if each != name]
         degrees.append(f"{name} ({', '.join(others[:2])})" if others else name)
     return (
-        f"Words: {'; '.join(told)}. Before them: {', '.join(degrees)}. After them a number from 0 to 100, as in "
+        f"Words: {'; '.join(texts)}. Before them: {', '.join(degrees)}. After them a number from 0 to 100, as in "
         "'smooth 80' or 'soft 60-80'."
     )
 
 
 @cache
-def _told() -> Mapping[str, Any]:
+def _vocabulary() -> Mapping[str, Any]:
     import yaml
 
-    told: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
-    return told
+    content: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    return content
 
 
 def _ends(pairs: Sequence[tuple[str, str]]) -> list[tuple[str, Word]]:

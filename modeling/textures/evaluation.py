@@ -28,7 +28,7 @@ from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, METHODS, ON_REQUEST, demand_known
 from palpate.modeling.textures.simulator import TextureSimulator
-from palpate.modeling.textures.splitting import split, told
+from palpate.modeling.textures.splitting import split, split_notes
 from palpate.modeling.textures.windows import LENGTHS
 from palpate.protocols.progress import Clock, Report, silent
 from palpate.signals.textures.timing import step_us
@@ -213,7 +213,7 @@ def evaluate_methods(domain: TextureDomain, options: TextureOptions, report: Rep
     ]
     results = evaluate(domain, waves(domain, fits, plays), options, report)
     drives: dict[str, Drive] = {}
-    notes = {name: [*recording.notes, *told(recording, domain.parts[name])]
+    notes = {name: [*recording.notes, *split_notes(recording, domain.parts[name])]
              for name, recording in domain.recordings.items()}  # fmt: skip
     for texture in domain.recordings:
         try:

@@ -234,7 +234,7 @@ def spectrum(axes: Axes, lines: Sequence[tuple[Array, str, float]]) -> None:
 
 
 @dataclass(frozen=True)
-class Shown:
+class Line:
     """What is drawn: the truth's and each method's signal by texture, and a colour for each."""
 
     drives: Mapping[str, Drive]
@@ -270,14 +270,14 @@ def free_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnF
         yield drawn_figure("free_waves", "Running free: waves", words.FREE_WAVES, _waves(shown), folder)
 
 
-def _panelled(name: str, title_and_caption: tuple[str, str], shown: Shown, draw: Draw, folder: Path) -> DrawnFigure:
+def _panelled(name: str, title_and_caption: tuple[str, str], shown: Line, draw: Draw, folder: Path) -> DrawnFigure:
     title, caption = title_and_caption
     with drawing(name):
         figure = keyed(panels(list(shown.made), shown.labels, draw, 2.1), shown.colours)
         return drawn_figure(name, title, caption, figure, folder)
 
 
-def _free_running(evaluation: TextureEvaluation) -> Shown:
+def _free_running(evaluation: TextureEvaluation) -> Line:
     order = dict.fromkeys((DEFAULT, THESIS, BASELINE, *evaluation.options.names))
     names = [name for name in order if name in evaluation.options.names][:MOST]
     titles = {name: evaluation.method(name).title for name in names}
@@ -287,7 +287,7 @@ def _free_running(evaluation: TextureEvaluation) -> Shown:
         whole = {title: done.array("made").astype(np.float64) for title, done in ran.items() if not done.refused}
         made |= {texture: whole} if whole else {}
     colours = {TRUTH: INK, **dict(zip(titles.values(), OKABE_ITO, strict=False))}
-    return Shown(
+    return Line(
         evaluation.drives,
         made,
         colours,
@@ -295,7 +295,7 @@ def _free_running(evaluation: TextureEvaluation) -> Shown:
     )
 
 
-def _waves(shown: Shown) -> Figure:
+def _waves(shown: Line) -> Figure:
     """Return a row for each texture, a column for the truth and each method, one scale in a row."""
     from matplotlib.figure import Figure
 

@@ -24,7 +24,7 @@ from palpate.modeling.training.loop import train as train_network
 from palpate.modeling.training.optimisers import cosine
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
-from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
+from palpate.modeling.training.sources import GeneratedRows, Given, Pairs, Source, pairs
 from palpate.modeling.training.steps import Loss, answers_of
 from palpate.signals.arrays import Array
 
@@ -162,7 +162,7 @@ def fed(rows: Rows, diet: Diet, seed: int) -> Source:
             targets = targets * sign
         return inputs, targets
 
-    return Made(len(whole), make, f"{whole.digest} by {diet!r}")
+    return GeneratedRows(len(whole), make, f"{whole.digest} by {diet!r}")
 
 
 def settings_for(learning: Learning, default: Settings) -> Settings:

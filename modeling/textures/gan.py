@@ -36,7 +36,7 @@ from palpate.modeling.training.adversarial import Adversarial, Adversaries, ener
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
-from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
+from palpate.modeling.training.sources import GeneratedRows, Given, Pairs, Source, pairs
 from palpate.signals.arrays import Array
 from palpate.signals.models.card import Activation, Affine, Reshape, Step, Upsample
 from palpate.signals.models.card_steps import Turn
@@ -135,7 +135,7 @@ def fed(found: Spectra, scale: SpectraScale) -> Source:
         condition, real = rows.batch(chosen, chance)
         return (torch.as_tensor(condition), torch.randn(len(chosen), NOISE, generator=chance)), real
 
-    return Made(len(rows), make, f"{rows.digest} with {NOISE} numbers drawn")
+    return GeneratedRows(len(rows), make, f"{rows.digest} with {NOISE} numbers drawn")
 
 
 def levelled(network: Adversaries, found: Spectra, scale: SpectraScale, seed: int) -> SpectraScale:

@@ -91,12 +91,12 @@ def _away(axes: Array, rate_hz: float, mains_hz: float, cycles: Array, wanders: 
     count = int(len(axes) / (STEP_S * rate_hz))
     beside = turned(np.ones((len(axes), 1)), np.arange(len(axes)) / rate_hz, BESIDE_HZ)
     leaks = LEAKS * float((axes**2).sum(axis=1).mean())
-    told = [_turning(*each, beside, count, leaks) for each in each_turned(axes, rate_hz, mains_hz, cycles)]
-    weight = sum(each[0] for each in told)
+    strengths = [_turning(*each, beside, count, leaks) for each in each_turned(axes, rate_hz, mains_hz, cycles)]
+    weight = sum(each[0] for each in strengths)
     if count < 4 or not weight > 0:
         return np.zeros(len(axes))
     # Each multiple turns by so many times the cycles of the first; the clearer and higher, the better it tells.
-    away = np.r_[0.0, np.cumsum(sum(clear * turns for clear, turns in told) / weight)]
+    away = np.r_[0.0, np.cumsum(sum(clear * turns for clear, turns in strengths) / weight)]
     at = (np.arange(count) + 0.5) * len(axes) / count
     pieces = max(1, round(len(axes) / rate_hz / KNOT_S)) if wanders else 1
     knots = np.linspace(at[0], at[-1], pieces + 1)[1:-1]

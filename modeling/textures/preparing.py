@@ -76,11 +76,11 @@ def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: b
     notes: list[str] = []
     made_from: list[str] = []
     for each in touched:
-        found, told = filtered(each, Filtering(remove_hum=remove_hum))
+        found, further = filtered(each, Filtering(remove_hum=remove_hum))
         pieces += [
             np.stack([one_axis(stretch.axes, RATE_HZ), stretch.speed_mm_s, stretch.force_N]) for stretch in found
         ]
-        notes += told
+        notes += further
         made_from += each.made_from
     if not pieces:
         raise TextureDataError(f"{texture}: there is no recording of it")
@@ -99,9 +99,9 @@ def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], l
     demand_plausible(touched.force)
     moved = _speed(touched)
     signals = (touched.acceleration, moved, touched.force)
-    (vibration, speed, force), known, told = on_grid(signals)
+    (vibration, speed, force), known, further = on_grid(signals)
     pressed = along(force, touched.normal)
-    notes = [*touched.notes, *told]
+    notes = [*touched.notes, *further]
     if known.any() and np.median(pressed[known]) < 0 and abs(pressed[known].min()) > abs(pressed[known].max()):
         pressed = -pressed  # a sensor that counts the other way
         notes.append("force was negative where the tool pressed; its sign is changed")
@@ -175,23 +175,23 @@ def _filtered(vibration: Array, speed: Array, force: Array, way: Filtering) -> t
 
 def _filters(acceleration: Sampled, way: Filtering) -> list[str]:
     """What is done to every recording, and what is odd about this acceleration."""
-    told = [f"speed and force low-passed at {HAND_HZ:g} Hz, without delay"]
+    notes = [f"speed and force low-passed at {HAND_HZ:g} Hz, without delay"]
     low_hz, high_hz = way.band_hz
     if not has_upper_edge(RATE_HZ, high_hz):
-        told.append(
+        notes.append(
             f"acceleration high-passed at {low_hz:g} Hz: the upper edge of {high_hz:g} Hz is left out, as"
             f" {RATE_HZ:g} Hz holds nothing from {RATE_HZ / 2:g} Hz on"
         )
     axes = acceleration.values.shape[1]
     if axes > 1:
-        told.append(f"{axes} axes of acceleration on one by DFT321, in {way.frames}")
+        notes.append(f"{axes} axes of acceleration on one by DFT321, in {way.frames}")
     if way.trim_s:
-        told.append(f"the first and last {way.trim_s:g} s are left out")
+        notes.append(f"the first and last {way.trim_s:g} s are left out")
     if (share := clipped_share(acceleration.values)) > TOLD:
-        told.append(f"{share:.2%} of the acceleration is clipped at the end of its sensor's range")
+        notes.append(f"{share:.2%} of the acceleration is clipped at the end of its sensor's range")
     if acceleration.rate_hz < 0.99 * RATE_HZ:
-        told.append(f"acceleration recorded at {acceleration.rate_hz:.4g} Hz: nothing above half of that is known")
-    return told
+        notes.append(f"acceleration recorded at {acceleration.rate_hz:.4g} Hz: nothing above half of that is known")
+    return notes
 
 
 def _pressed(force: Array, known: NDArray[np.bool_]) -> tuple[Array, list[str]]:

@@ -85,8 +85,8 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
     """What the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
     documents = {what: read_document(file) for what, file in source.files.items()}
     where = " and ".join(dict.fromkeys(document.where for document in documents.values()))
-    told: list[str] = []
-    signals = {what: _signal(what, document, len(documents) > 1, told) for what, document in _per_signal(documents)}
+    notes: list[str] = []
+    signals = {what: _signal(what, document, len(documents) > 1, notes) for what, document in _per_signal(documents)}
     there = {what: each for what, each in signals.items() if each is not None}
     acceleration, force = there.get("acceleration"), there.get("force")
     if acceleration is None or force is None or not ("speed" in there or "position" in there):
@@ -102,7 +102,7 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
     return Touched(
         where, acceleration, force, there.get("speed"), None if "speed" in there else there["position"], normal,
         tuple(f"{file.name} {file_sha256(file)}" for file in dict.fromkeys(source.files.values())),
-        ("recorded by the Penn Haptic Texture Toolkit; see its licence", *dict.fromkeys(told)),
+        ("recorded by the Penn Haptic Texture Toolkit; see its licence", *dict.fromkeys(notes)),
     )  # fmt: skip
 
 
@@ -144,15 +144,15 @@ def _xml_in(folder: Path) -> list[Path]:
 def _per_signal(documents: Mapping[str, Document]) -> Iterator[tuple[str, Document]]:
     for document in documents.values():
         if document.root.tag.lower() == MODEL:
-            told = "a model of a texture, no recording; palpate render plays it"
-            raise TextureDataError(f"{document.where}: {told}")
+            why = "a model of a texture, no recording; palpate render plays it"
+            raise TextureDataError(f"{document.where}: {why}")
     for what in NAMES:
         held = documents.get(what) or documents.get("all")
         if held is not None:
             yield what, held
 
 
-def _signal(what: str, document: Document, apart: bool, told: list[str]) -> Sampled | None:
+def _signal(what: str, document: Document, apart: bool, notes: list[str]) -> Sampled | None:
     values = document.numbers(*NAMES[what])
     if values is None and apart:
         values = document.alone()
@@ -161,14 +161,14 @@ def _signal(what: str, document: Document, apart: bool, told: list[str]) -> Samp
     where = f"{document.where}: {what}"
     unit = document.text(*UNITS[what], *(("units", "unit") if apart else ()))
     if not unit:
-        told.append(f"{what} in {PLAIN[what]}: the file says no unit")
-    return evenly(what, values * scale_of_unit(what, unit or PLAIN[what], where), _rate(document, told), where)
+        notes.append(f"{what} in {PLAIN[what]}: the file says no unit")
+    return evenly(what, values * scale_of_unit(what, unit or PLAIN[what], where), _rate(document, notes), where)
 
 
-def _rate(document: Document, told: list[str]) -> float:
+def _rate(document: Document, notes: list[str]) -> float:
     said = document.text(*RATES)
     if not said:
-        told.append(f"{RATE_HZ:g} Hz, as the toolkit documents: the file says no rate")
+        notes.append(f"{RATE_HZ:g} Hz, as the toolkit documents: the file says no rate")
         return RATE_HZ
     try:
         rate_hz = float(said)
@@ -185,12 +185,12 @@ def _demand_same_speed(signals: Mapping[str, Sampled], normal: Sequence[float]) 
     if speed is None or position is None:
         return
     moved = projected(speed_from(position, normal).values, normal)
-    told, found = (
+    recorded, found = (
         float(np.median(np.linalg.norm(each[np.isfinite(each).all(axis=1)], axis=1))) for each in (speed.values, moved)
     )
-    if max(told, found) > MOVES_MM_S and not found / APART <= told <= found * APART:
+    if max(recorded, found) > MOVES_MM_S and not found / APART <= recorded <= found * APART:
         raise TextureDataError(
-            f"{speed.where}: the median is {told:.3g} mm/s, and the positions tell {found:.3g} mm/s: is SampleRate"
+            f"{speed.where}: the median is {recorded:.3g} mm/s, and the positions tell {found:.3g} mm/s: is SampleRate"
             f" ({position.rate_hz:g} Hz) right, and are SpeedUnits and PositionUnits?"
         )
 

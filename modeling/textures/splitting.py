@@ -77,7 +77,7 @@ def frames_of(recording: Recording, frames: int = FRAMES, window: int = WINDOW) 
     )
 
 
-def told(recording: Recording, parts: Parts, frames: int = FRAMES) -> tuple[str, ...]:
+def split_notes(recording: Recording, parts: Parts, frames: int = FRAMES) -> tuple[str, ...]:
     """What a reader should know of parts: fewer frames than wanted, shares that whole frames do not reach."""
     fit = fit_of(recording, parts)
     notes = [f"{fit.frames} frames instead of {frames}: the recording is short"] if fit.frames < frames else []

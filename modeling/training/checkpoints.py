@@ -35,7 +35,7 @@ _NOW, _BEST, _OPTIMISER, _DROPOUT = "now.", "best.", "optimiser.", "dropout"
 
 
 @dataclass(frozen=True)
-class Kept:
+class Checkpoint:
     """A checkpoint: the epoch that it ends, its tensors, and its plain values."""
 
     epoch: int
@@ -43,7 +43,7 @@ class Kept:
     plain: Mapping[str, Any]
 
 
-def write_checkpoint(folder: Path, kept: Kept) -> None:
+def write_checkpoint(folder: Path, kept: Checkpoint) -> None:
     """Write it beside the last one, and remove what is older than that one, or damaged and passed over."""
     name = f"epoch-{kept.epoch:06d}"
     tensors = save(dict(kept.tensors))
@@ -60,7 +60,7 @@ def write_checkpoint(folder: Path, kept: Kept) -> None:
         path.unlink(missing_ok=True)
 
 
-def read_latest(folder: Path, report: Report) -> Kept | None:
+def read_latest(folder: Path, report: Report) -> Checkpoint | None:
     """The newest whole checkpoint, or None; a damaged one is reported, and the one before it is taken."""
     for path in _newest_first(folder):
         try:
@@ -70,7 +70,7 @@ def read_latest(folder: Path, report: Report) -> Kept | None:
     return None
 
 
-def read_checkpoint(path: Path) -> Kept:
+def read_checkpoint(path: Path) -> Checkpoint:
     """The checkpoint of this JSON file. Raises CheckpointError where it or its tensors are not as they were written."""
     try:
         plain = parse(path.read_bytes())
@@ -79,7 +79,7 @@ def read_checkpoint(path: Path) -> Kept:
         data = path.with_suffix(".safetensors").read_bytes()
         if hashlib.sha256(data).hexdigest() != plain["tensors"]:
             raise ValueError("its tensors are not those that were written")
-        return Kept(plain["epoch"], load(data), plain)
+        return Checkpoint(plain["epoch"], load(data), plain)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, SafetensorError) as error:
         raise CheckpointError(f"checkpoint {path} is damaged: {error}.") from error
 
@@ -98,7 +98,7 @@ class State:
     history: list[Epoch]
 
 
-def kept(state: State, identity: Mapping[str, Any]) -> Kept:
+def checkpoint_of(state: State, identity: Mapping[str, Any]) -> Checkpoint:
     """Everything that the next epoch depends on."""
     tensors = {_NOW + name: tensor for name, tensor in copied(state.network).items()}
     tensors |= {_BEST + name: tensor for name, tensor in state.best.items()}
@@ -115,10 +115,10 @@ def kept(state: State, identity: Mapping[str, Any]) -> Kept:
     tensors |= {_OPTIMISER + name: tensor for name, tensor in found.items()}
     tensors[_DROPOUT] = torch.get_rng_state()
     plain = {"identity": dict(identity), "history": [epoch.plain() for epoch in state.history]}
-    return Kept(len(state.history), tensors, plain)
+    return Checkpoint(len(state.history), tensors, plain)
 
 
-def put_back(state: State, found: Kept) -> None:
+def put_back(state: State, found: Checkpoint) -> None:
     """Make the state what it was when it was kept. Raises CheckpointError where the tensors are not this training's."""
     try:
         restore(state.network, _under(_NOW, found.tensors))
@@ -134,7 +134,7 @@ def put_back(state: State, found: Kept) -> None:
         raise CheckpointError(f"the checkpoint of epoch {found.epoch} is not of this training: {error}") from error
 
 
-def refuse_other(found: Kept, identity: Mapping[str, Any], where: str) -> None:
+def refuse_other(found: Checkpoint, identity: Mapping[str, Any], where: str) -> None:
     """Raise CheckpointError where the checkpoint is of other data, settings, another network or loss."""
     theirs = found.plain["identity"]
     for name, ours in identity.items():
@@ -142,7 +142,7 @@ def refuse_other(found: Kept, identity: Mapping[str, Any], where: str) -> None:
             raise CheckpointError(f"{where} holds another training ({told}). Name another folder, or remove that one.")
 
 
-def refuse_longer(found: Kept, settings: Settings, where: str) -> None:
+def refuse_longer(found: Checkpoint, settings: Settings, where: str) -> None:
     """Raise CheckpointError where that training went on after these settings would have ended it: it has other weights.
 
     Fewer epochs than it has, or a patience that ran out before its last one.

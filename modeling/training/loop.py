@@ -12,8 +12,8 @@ from torch.optim import Adam, Optimizer
 
 from palpate.modeling.training.checkpoints import (
     State,
+    checkpoint_of,
     identity_of,
-    kept,
     put_back,
     read_latest,
     refuse_longer,
@@ -165,7 +165,7 @@ class _Run:
 
     def _keep(self, identity: Mapping[str, Any]) -> None:
         if self.settings.checkpoint is not None:
-            write_checkpoint(self.settings.checkpoint, kept(self.state, identity))
+            write_checkpoint(self.settings.checkpoint, checkpoint_of(self.state, identity))
 
     def _tell(self, course: Course, pace: Pace) -> None:
         last = self.state.history[-1]

@@ -60,7 +60,7 @@ class Pairs:
 
 
 @dataclass(frozen=True)
-class Made:
+class GeneratedRows:
     """`rows` rows that `make(rows, chance)` makes when they are asked for: windows of a recording, augmented images.
 
     `digest` is the caller's SHA-256 of what they are made from.

@@ -70,11 +70,11 @@ def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str, last: bo
     if any(epoch.held_loss is not None for epoch in history):
         losses = [epoch.train_loss for epoch in history]
         axes.plot(seconds, losses, color=colour, linewidth=1.0, linestyle=(0, (1, 1.5)), alpha=0.7)
-    kept = history[-1] if last else min(history, key=lambda epoch: epoch.watched)
-    told = f"{kept.watched:.3g} after {kept.seconds:.3g} s (epoch {kept.epoch} of {history[-1].epoch})"
-    label = f"{name}: {told}" if name else f"{'last' if last else 'best'} {told}"
+    saved = history[-1] if last else min(history, key=lambda epoch: epoch.watched)
+    text = f"{saved.watched:.3g} after {saved.seconds:.3g} s (epoch {saved.epoch} of {history[-1].epoch})"
+    label = f"{name}: {text}" if name else f"{'last' if last else 'best'} {text}"
     axes.plot(seconds, [epoch.watched for epoch in history], color=colour, linewidth=1.6, label=label)
-    axes.plot(kept.seconds, kept.watched, "o", color=colour, markersize=5.5, markeredgecolor=PAPER)
+    axes.plot(saved.seconds, saved.watched, "o", color=colour, markersize=5.5, markeredgecolor=PAPER)
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,7 @@ class Written:
 
     def plain(self) -> dict[str, Any]:
         """As JSON holds it."""
-        told: dict[str, Any] = plain_values(self)
-        return told
+        return dict(plain_values(self))
 
 
 def write_trained(

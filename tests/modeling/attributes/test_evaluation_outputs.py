@@ -281,7 +281,7 @@ def test_other_attributes_have_no_thesis_beside_them(tmp_path):
 
 
 def test_random_weights_of_resnet_stand_beside_every_number_that_rests_on_them(tmp_path):
-    told = Weights().told
+    told = Weights().description
     found = small.evaluation(tmp_path, dataclasses.replace(small.material(), weights=told), ablations=True)
     title, told_in = "The thesis' network, random ResNet-50", []
     for name, rows in tables(found).items():

@@ -44,7 +44,7 @@ def test_both_formats_give_the_state_and_are_told_of_by_their_sha256(tmp_path, s
     path = written(tmp_path / name, state)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     found = weights_from(path, digest)
-    assert found.told == f"{name}, SHA-256 {digest}" and found.key == digest
+    assert found.description == f"{name}, SHA-256 {digest}" and found.key == digest
     for key, each in found.state().items():
         assert each.dtype == (torch.int64 if key.endswith(COUNTED) else torch.float32)
         assert key.endswith(COUNTED) or torch.equal(each, state[key]), key
@@ -62,7 +62,7 @@ def test_the_old_format_of_pth_half_floats_and_no_counts_do_as_well(tmp_path, st
 
 
 def test_without_a_file_they_are_random_and_say_so():
-    assert weights_from(None).told == "random (He normal, seed 0): no file of pretrained weights was given"
+    assert weights_from(None).description == "random (He normal, seed 0): no file of pretrained weights was given"
     assert Weights(seed=3).key == "random 3"
     assert len(Weights(seed=3).state()) == 320
 

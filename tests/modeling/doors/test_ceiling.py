@@ -10,7 +10,7 @@ import pytest
 
 from palpate.modeling.doors.ceiling import noise_ceiling
 from palpate.modeling.doors.data import ModelDataError, Scaling
-from palpate.modeling.doors.rated import Asked, Individual, Rated, Shown, rated_of
+from palpate.modeling.doors.rated import Individual, Questions, Rated, StimulusProfile, rated_of
 from tests.modeling.doors.made_up import ANTONYMS, ATTRIBUTES, crossed
 
 PLAIN = Scaling((0.0, 1.0), (0.0, 100.0))
@@ -104,8 +104,8 @@ def rated_by(people):
     """Two stimuli that these people rated."""
     rows = [(who, "1", name, word, value) for who in people for name in "AB" for value, word in enumerate(ATTRIBUTES)]
     table = pd.DataFrame(rows, columns=["participant", "group", "stimulus", "attribute", "value"])
-    shown = [Shown(name, name, "g0", np.full(621, float(level))) for level, name in enumerate("AB")]
-    return rated_of(shown, Asked(ATTRIBUTES, ANTONYMS, (-10, 10)), table, simulated=True, made_from=())
+    shown = [StimulusProfile(name, name, "g0", np.full(621, float(level))) for level, name in enumerate("AB")]
+    return rated_of(shown, Questions(ATTRIBUTES, ANTONYMS, (-10, 10)), table, simulated=True, made_from=())
 
 
 def test_one_rater_cannot_be_split():
@@ -151,8 +151,8 @@ def answered(people):
         (who, "1", name, "X", answer(place)) for who, answer in people.items() for place, name in enumerate("ABCDEFG")
     ]
     table = pd.DataFrame(rows, columns=["participant", "group", "stimulus", "attribute", "value"])
-    shown = [Shown(name, name, "g0", np.full(621, float(level))) for level, name in enumerate("ABCDEFG")]
-    return rated_of(shown, Asked(("X",), ("Y",), (-10, 10)), table, simulated=True, made_from=())
+    shown = [StimulusProfile(name, name, "g0", np.full(621, float(level))) for level, name in enumerate("ABCDEFG")]
+    return rated_of(shown, Questions(("X",), ("Y",), (-10, 10)), table, simulated=True, made_from=())
 
 
 @pytest.mark.parametrize("of", ["other_people", "same_people"])

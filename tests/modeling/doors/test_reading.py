@@ -13,7 +13,7 @@ from palpate.analysis.plans.reading import PlanError
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
 from palpate.analysis.ratings.rating_files import save_ratings
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.rated import Asked, Shown, rated_of
+from palpate.modeling.doors.rated import Questions, StimulusProfile, rated_of
 from palpate.modeling.doors.reading import rated_in_lab, read_lab, simulated_data, simulated_ratings
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.reading import StudyError
@@ -202,10 +202,13 @@ def ratings(*rows):
 
 
 def shown(*levels):
-    return [Shown(name, name, "g0", np.linspace(0, level, 621)) for name, level in zip("ABCD", levels, strict=False)]
+    return [
+        StimulusProfile(name, name, "g0", np.linspace(0, level, 621))
+        for name, level in zip("ABCD", levels, strict=False)
+    ]
 
 
-ASKED = Asked(("Soft", "Warm"), ("Hard", "Cold"), (-10.0, 10.0))
+ASKED = Questions(("Soft", "Warm"), ("Hard", "Cold"), (-10.0, 10.0))
 WHOLE = [
     (who, group, name, word, 1.0)
     for who, group in (("p", "1"), ("q", "2"))

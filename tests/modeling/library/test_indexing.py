@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
-from palpate.modeling.library.entries import LibraryError, felt
+from palpate.modeling.library.entries import LibraryError, value_of
 from palpate.modeling.library.indexing import UNKNOWN_SD, Predictor, gone, library_of
 from tests.modeling.attributes.made_material import PAIRS, made_material
 
@@ -58,7 +58,7 @@ def test_predictions_stand_beside_ratings_and_alone_where_nobody_rated():
     first, second = library.textures[:2]
     assert first.rated is None and first.predicted.value == (10, 20, 30, 40) and not first.predicted.learned
     assert first.predicted.low == (0, 10, 20, 30) and first.predicted.high == (20, 30, 40, 50)
-    assert felt(first, 0).sd == pytest.approx(10 / 1.644854, rel=1e-5)  # qnorm(0.95) in R
+    assert value_of(first, 0).sd == pytest.approx(10 / 1.644854, rel=1e-5)  # qnorm(0.95) in R
     assert second.rated is not None and second.predicted.learned
 
 

@@ -22,11 +22,11 @@ from palpate.modeling.attributes.reading_folder import pictures_of as pictures_o
 from palpate.modeling.attributes.registry import METHODS
 from palpate.modeling.commands_library import textures
 from palpate.modeling.library.contact_sheet import pictures_of
-from palpate.modeling.library.entries import NOTHING_KNOWN, LibraryError, felt
+from palpate.modeling.library.entries import NOTHING_KNOWN, LibraryError, value_of
 from palpate.modeling.library.files import NewerLibrary, place_of, read_library
 from palpate.modeling.library.lab import SIDE, drop, index, keep, name_of, thumbnail
 from palpate.modeling.library.search import find, wishes_of
-from palpate.modeling.library.sources import Wanted, pictures_in, predictor_of
+from palpate.modeling.library.sources import LibraryOptions, pictures_in, predictor_of
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
@@ -94,9 +94,9 @@ def lab(tmp_path):
 
 
 def test_ratings_alone_make_a_library_that_can_be_searched(lab):
-    found = index(Wanted(lab))
+    found = index(LibraryOptions(lab))
     library = read_library(lab)
-    assert library == found.told.library and found.changed and library.simulated
+    assert library == found.indexed.library and found.changed and library.simulated
     assert found.counts == {"textures": 3, "rated": 3, "predicted": 0, "pictures": 2, "left_out": 0}
     first = library.textures[0]
     assert (first.id, first.label, first.category, first.rated.raters) == ("T01", "wood 1 of 4", "wood", 4)
@@ -107,7 +107,7 @@ def test_ratings_alone_make_a_library_that_can_be_searched(lab):
 
 
 def test_the_sources_are_named_with_their_content(lab):
-    library = index(Wanted(lab)).told.library
+    library = index(LibraryOptions(lab)).indexed.library
     assert [each.file for each in library.sources] == [
         f"sessions/texture_ratings_P00{n}_s1.sqlite" for n in range(1, 5)
     ]
@@ -141,7 +141,7 @@ def test_only_sessions_that_ratings_were_taken_from_are_sources(lab):
     plan = lab / "studies" / "texture_ratings" / "analysis.yaml"
     plan.parent.mkdir(parents=True)
     plan.write_text("study: texture_ratings\nexclusions: [{participants: [P006], because: sneezed}]\ntests: []\n")
-    library = index(Wanted(lab)).told.library
+    library = index(LibraryOptions(lab)).indexed.library
     assert {each.rated.raters for each in library.textures} == {3}
     assert [each.file for each in library.sources] == [f"sessions/texture_ratings_P00{n}_s1.sqlite" for n in (1, 2, 4)]
 
@@ -153,7 +153,7 @@ def test_ratings_that_were_collected_are_the_source_where_no_session_is_here(lab
     engine.dispose()
     for path in paths:
         path.unlink()
-    assert [each.file for each in index(Wanted(lab)).told.library.sources] == ["lab.sqlite"]
+    assert [each.file for each in index(LibraryOptions(lab)).indexed.library.sources] == ["lab.sqlite"]
 
 
 def picture_of(lab, texture, light=1):
@@ -161,10 +161,10 @@ def picture_of(lab, texture, light=1):
 
 
 def test_a_picture_that_is_missing_or_changed_gives_way_to_the_next_one(lab):
-    first = index(Wanted(lab)).told.library
+    first = index(LibraryOptions(lab)).indexed.library
     picture_of(lab, "T01").unlink()
     picture_of(lab, "T02").write_bytes(b"changed")
-    library = index(Wanted(lab)).told.library
+    library = index(LibraryOptions(lab)).indexed.library
     assert [each.picture for each in library.textures] == [each.picture for each in first.textures]
     assert library.notes == first.notes
 
@@ -172,50 +172,53 @@ def test_a_picture_that_is_missing_or_changed_gives_way_to_the_next_one(lab):
 def test_without_any_picture_a_texture_is_indexed_with_a_note_and_a_plain_tile(lab):
     for light in (1, 2):
         picture_of(lab, "T01", light).unlink()
-    found = index(Wanted(lab))
+    found = index(LibraryOptions(lab))
     assert found.counts == {"textures": 3, "rated": 3, "predicted": 0, "pictures": 1, "left_out": 0}
-    assert found.told.library.notes[-1].startswith("no picture is shown of T01: texture_photos_E001_s1: no picture ")
-    one, two = pictures_of(found.told.library.textures[:2], place_of(lab).parent)
+    assert found.indexed.library.notes[-1].startswith("no picture is shown of T01: texture_photos_E001_s1: no picture ")
+    one, two = pictures_of(found.indexed.library.textures[:2], place_of(lab).parent)
     assert one is None and two[:2] == b"\xff\xd8"  # so begins a JPEG file
-    assert not index(Wanted(lab)).changed
+    assert not index(LibraryOptions(lab)).changed
 
 
 def test_a_file_that_is_no_picture_leaves_a_plain_tile_too(lab):
     taken(lab, "T03", 1, folder="own")
     (lab / "own" / "T01.png").write_bytes(b"no picture")
-    found = index(Wanted(lab, pictures=lab / "own"))
-    assert [each.picture for each in found.told.library.textures] == [None, None, "pictures/T03.jpg"]
-    assert "no picture is shown of T01: " in found.told.library.notes[-1] and "T01.png" in found.told.library.notes[-1]
+    found = index(LibraryOptions(lab, pictures=lab / "own"))
+    assert [each.picture for each in found.indexed.library.textures] == [None, None, "pictures/T03.jpg"]
+    assert (
+        "no picture is shown of T01: " in found.indexed.library.notes[-1]
+        and "T01.png" in found.indexed.library.notes[-1]
+    )
 
 
 def test_made_again_it_is_the_same_file(lab):
-    index(Wanted(lab))
+    index(LibraryOptions(lab))
     files = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in place_of(lab).parent.rglob("*.*")}
     assert len(files) == 3
-    again = index(Wanted(lab))
+    again = index(LibraryOptions(lab))
     assert not again.changed and again.gone == ()
     assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in place_of(lab).parent.rglob("*.*")} == files
 
 
 def test_what_is_gone_is_told_and_its_picture_goes(lab):
-    index(Wanted(lab))
+    index(LibraryOptions(lab))
     for path in (lab / "sessions").glob("texture_ratings_*"):
         path.unlink()
     rated_by(lab, ("P005", "P006"), ("T02", "T03"))
-    assert index(Wanted(lab)).gone == ("T01",)
+    assert index(LibraryOptions(lab)).gone == ("T01",)
     assert [path.name for path in (lab / "library" / "pictures").iterdir()] == ["T02.jpg"]
 
 
 def test_pictures_of_a_folder_stand_in_for_those_of_sessions(lab, tmp_path):
     taken(lab, "T03", 1, folder="own")
-    found = index(Wanted(lab, pictures=lab / "own"))
-    assert [each.picture for each in found.told.library.textures] == [None, None, "pictures/T03.jpg"]
+    found = index(LibraryOptions(lab, pictures=lab / "own"))
+    assert [each.picture for each in found.indexed.library.textures] == [None, None, "pictures/T03.jpg"]
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(felt_lab):
     with_model(felt_lab)
-    library = index(Wanted(felt_lab, workers=1)).told.library
+    library = index(LibraryOptions(felt_lab, workers=1)).indexed.library
     assert [each.id for each in library.textures] == ["T01", "T02", "T03"]
     learned, new = library.textures[0], library.textures[2]
     assert learned.predicted.learned and learned.rated.raters == 4
@@ -223,7 +226,7 @@ def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(felt_lab):
     expected = read_model(felt_lab / "models").predict(material_in(felt_lab, "touch").textures[2]).mean(axis=0)
     assert new.predicted.value == pytest.approx(np.clip(expected, 0, 100), abs=1e-3)
     assert np.array(new.predicted.high) - new.predicted.value == pytest.approx([8, 9, 10, 11], abs=2e-3)
-    assert felt(new, 3).sd == pytest.approx(11 / 1.644854, abs=1e-3)  # qnorm(0.95) in R
+    assert value_of(new, 3).sd == pytest.approx(11 / 1.644854, abs=1e-3)  # qnorm(0.95) in R
     (source,) = library.sources[-1:]
     card = felt_lab / "models" / f"{NAME}.json"
     assert source.sha256 == hashlib.sha256(card.read_bytes()).hexdigest() and source.what == "model: ridge"
@@ -233,7 +236,7 @@ def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(felt_lab):
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_model_from_elsewhere_is_named_without_a_place_in_the_lab(felt_lab, tmp_path):
     card = with_model(felt_lab, folder=tmp_path / "elsewhere" / "models")
-    (source,) = index(Wanted(felt_lab, model=card, workers=1)).told.library.sources[-1:]
+    (source,) = index(LibraryOptions(felt_lab, model=card, workers=1)).indexed.library.sources[-1:]
     assert source.file == card.name and source.sha256 == hashlib.sha256(card.read_bytes()).hexdigest()
 
 
@@ -242,7 +245,7 @@ def test_a_model_is_asked_about_features_made_as_those_that_it_learned_from(felt
     """Those of pictures looked at in a hurry are kept; whole ones would be made anew."""
     with_model(felt_lab, "sight")
     before, lines = set((felt_lab / "features").iterdir()), []
-    library = index(Wanted(felt_lab, workers=1), lines.append).told.library
+    library = index(LibraryOptions(felt_lab, workers=1), lines.append).indexed.library
     assert set((felt_lab / "features").iterdir()) == before and not any("pictures of T" in line for line in lines)
     assert HURRIED in library.notes
     first = material_in(felt_lab, "sight").textures[0]
@@ -262,20 +265,20 @@ def test_other_weights_than_the_model_learned_from_are_refused(felt_lab, tmp_pat
     with pytest.raises(
         LibraryError, match="it learned from ResNet-50 with a file 0123, and these features have random"
     ):
-        index(Wanted(felt_lab, model=card, workers=1))
+        index(LibraryOptions(felt_lab, model=card, workers=1))
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_lab_with_a_model_can_be_indexed_without_it(felt_lab):
     card = with_model(felt_lab)
-    assert index(Wanted(felt_lab, without_model=True)).counts["predicted"] == 0
+    assert index(LibraryOptions(felt_lab, without_model=True)).counts["predicted"] == 0
     with pytest.raises(MaterialError, match="no such|no recording|picture"):
-        index(Wanted(felt_lab / "none", model=card))
+        index(LibraryOptions(felt_lab / "none", model=card))
 
 
 def test_where_there_is_nothing_it_is_told_what_to_do(tmp_path):
     with pytest.raises(LibraryError, match="no texture was rated, and there is no model.*run texture_ratings"):
-        index(Wanted(tmp_path))
+        index(LibraryOptions(tmp_path))
     assert not place_of(tmp_path).exists()
 
 
@@ -283,9 +286,9 @@ def test_a_newer_library_is_not_overwritten(lab):
     place_of(lab).parent.mkdir()
     place_of(lab).write_text('{"format": "palpate-library/9"}')
     with pytest.raises(NewerLibrary):
-        index(Wanted(lab))
+        index(LibraryOptions(lab))
     place_of(lab).write_text("damaged")
-    assert index(Wanted(lab)).changed
+    assert index(LibraryOptions(lab)).changed
 
 
 def test_the_verb_tells_what_it_did(lab):
@@ -313,10 +316,10 @@ def test_ratings_on_few_steps_want_their_scale(tmp_path, unseen):
     table.parent.mkdir()
     table.write_text("id,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft\nT01,1,2,3,7\nT02,4,4,4,4\n")
     with pytest.raises(MaterialError, match="--scale 1 7"):
-        index(Wanted(tmp_path, folder=tmp_path / "own"))
+        index(LibraryOptions(tmp_path, folder=tmp_path / "own"))
     with pytest.raises(MaterialError, match="the lower end comes first"):
-        index(Wanted(tmp_path, folder=tmp_path / "own", scale=(7.0, 1.0)))
-    library = index(Wanted(tmp_path, folder=tmp_path / "own", scale=(1.0, 7.0))).told.library
+        index(LibraryOptions(tmp_path, folder=tmp_path / "own", scale=(7.0, 1.0)))
+    library = index(LibraryOptions(tmp_path, folder=tmp_path / "own", scale=(1.0, 7.0))).indexed.library
     assert [each.rated.mean for each in library.textures] == [(0, 16.667, 33.333, 100), (50, 50, 50, 50)]
 
 
@@ -329,9 +332,9 @@ def test_a_folder_of_images_with_a_table_makes_a_library(tmp_path, unseen):
         "id,label,class,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft,raters\n"
         "T01,grit,paper,10,40,35,20,8\nT02,felt,cloth,60,30,40,90,8\n"
     )
-    found = index(Wanted(tmp_path, folder=tmp_path / "own", workers=1))
+    found = index(LibraryOptions(tmp_path, folder=tmp_path / "own", workers=1))
     assert found.counts == {"textures": 2, "rated": 2, "predicted": 0, "pictures": 2, "left_out": 0}
-    library = found.told.library
+    library = found.indexed.library
     assert [(each.label, each.category, each.rated.mean[0]) for each in library.textures] == [
         ("grit", "paper", 10), ("felt", "cloth", 60),
     ]  # fmt: skip

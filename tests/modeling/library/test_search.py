@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.modeling.doors.scores import JND
-from palpate.modeling.library.entries import LibraryError, felt
+from palpate.modeling.library.entries import LibraryError, value_of
 from palpate.modeling.library.search import (
     Excluded,
     chosen,
@@ -74,8 +74,8 @@ def test_what_surely_fits_loses_by_being_known_less(value, se, more):
 
 def test_rated_comes_before_predicted_unless_another_is_asked_for():
     both = named(LIBRARY, "T02")
-    assert [felt(both, 0, kind).value for kind in (None, "rated", "predicted")] == [20, 20, 35]
-    assert felt(both, 0, "predicted").sd == pytest.approx(15 / 1.6449, rel=1e-3)  # qnorm(0.95) in R
+    assert [value_of(both, 0, kind).value for kind in (None, "rated", "predicted")] == [20, 20, 35]
+    assert value_of(both, 0, "predicted").sd == pytest.approx(15 / 1.6449, rel=1e-3)  # qnorm(0.95) in R
     assert set(found("rough", kind="rated")) == {"T01", "T02", "T03", "T04", "T05"}
     assert set(found("rough", kind="predicted")) == {"T02", "T06"}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.modeling.textures.recording import Joined, Recording, TextureDataError, joined, pieces_of
-from palpate.modeling.textures.splitting import NAMES, fit_of, frames_of, split, told
+from palpate.modeling.textures.splitting import NAMES, fit_of, frames_of, split, split_notes
 from tests.modeling.textures.made_textures import recording
 
 
@@ -20,7 +20,7 @@ def test_twenty_frames_are_shared_out_and_cover_everything_once():
     parts = split(recording())
     assert sizes(parts) == [14, 4, 2]
     assert all_of(parts) == [(1000 * k, 1000 * k + 1000) for k in range(20)]
-    assert told(recording(), parts) == ()
+    assert split_notes(recording(), parts) == ()
 
 
 def test_the_same_recording_gives_the_same_parts_whatever_was_asked_before():
@@ -44,10 +44,10 @@ def test_a_short_recording_has_fewer_frames_and_says_so():
     short = recording(1900)
     parts = split(short)
     assert sizes(parts) == [7, 2, 1]
-    assert told(short, parts) == ("10 frames instead of 20: the recording is short",)
+    assert split_notes(short, parts) == ("10 frames instead of 20: the recording is short",)
     shorter = recording(700)
     assert sizes(split(shorter)) == [2, 1, 1]
-    assert "parts of 50% / 25% / 25%" in told(shorter, split(shorter))[1]
+    assert "parts of 50% / 25% / 25%" in split_notes(shorter, split(shorter))[1]
     with pytest.raises(TextureDataError, match="three frames of 150 samples"):
         split(recording(440))
 

@@ -13,7 +13,7 @@ from palpate.modeling.training.optimisers import clipped
 from palpate.modeling.training.refusals import CheckpointError, TrainingError
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
-from palpate.modeling.training.sources import Made, Pairs, pairs
+from palpate.modeling.training.sources import GeneratedRows, Pairs, pairs
 from tests.modeling.training.small import the_same
 
 pytestmark = pytest.mark.needs("torch")
@@ -48,7 +48,7 @@ def source(seed=2):
         condition, real = whole.batch(chosen, chance)
         return (condition, torch.randn(len(chosen), 2, generator=chance)), real
 
-    return Made(len(whole), make, whole.digest)
+    return GeneratedRows(len(whole), make, whole.digest)
 
 
 def held():

@@ -14,7 +14,7 @@ from torch import nn
 from palpate.modeling.training.checkpoints import read_checkpoint, read_latest
 from palpate.modeling.training.loop import train
 from palpate.modeling.training.refusals import CheckpointError
-from palpate.modeling.training.sources import Made
+from palpate.modeling.training.sources import GeneratedRows
 from tests.modeling.training.small import network, rows, settings, the_same, trained
 
 pytestmark = pytest.mark.needs("torch")
@@ -170,7 +170,7 @@ def test_other_rows_made_from_the_same_are_another_training(tmp_path):
     inputs, targets = (torch.from_numpy(array).float() for array in rows())
 
     def made(count):
-        source = Made(count, lambda which, _chance: (inputs[which], targets[which]), "a digest")
+        source = GeneratedRows(count, lambda which, _chance: (inputs[which], targets[which]), "a digest")
         train(network(), source, None, nn.functional.mse_loss, settings(checkpoint=tmp_path, epochs=2))
 
     made(40)

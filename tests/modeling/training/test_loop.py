@@ -10,7 +10,7 @@ from torch import nn
 from palpate.modeling.training.loop import train
 from palpate.modeling.training.refusals import TrainingError
 from palpate.modeling.training.settings import Settings, course_of
-from palpate.modeling.training.sources import Made, Pairs, pairs
+from palpate.modeling.training.sources import GeneratedRows, Pairs, pairs
 from tests.modeling.training.small import network, rows, settings, the_same, trained
 
 pytestmark = pytest.mark.needs("torch")
@@ -175,7 +175,9 @@ def test_rows_made_on_demand_are_augmented_the_same_way_again():
 
     def once():
         model = network()
-        return model, train(model, Made(40, noisy, "a digest"), None, nn.functional.mse_loss, settings(epochs=3))
+        return model, train(
+            model, GeneratedRows(40, noisy, "a digest"), None, nn.functional.mse_loss, settings(epochs=3)
+        )
 
     assert the_same(once(), once())
 
