@@ -96,7 +96,7 @@ def train_doors(
 
 
 def _told(way: Direction, metrics: Any) -> str:
-    """A model's most telling numbers."""
+    """Return a model's most telling numbers."""
     if way == "forward":
         return f"MAE {metrics['mae']:.2f}, RMSE {metrics['rmse']:.2f} of unseen stimuli (0 to 100)"
     loop = metrics.get("loop_fresh", metrics.get("loop_judge"))
@@ -164,7 +164,7 @@ def evaluate_doors(
 
 
 def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
-    """The methods by direction; None for all. Raises ModelDataError for a name that is none."""
+    """Return the methods by direction; None for all. Raises ModelDataError for a name that is none."""
     from palpate.modeling.doors.data import ModelDataError
     from palpate.modeling.doors.registry import FORWARD, INVERSE, methods_of
     from palpate.protocols.did_you_mean import nearest

@@ -95,7 +95,7 @@ OWN = tuple(name for name in AttributeRequest.__dataclass_fields__ if name != "r
 
 
 def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that both verbs share; the command receives them as one `AttributeRequest`."""
+    """Return the options that both verbs share; the command receives them as one `AttributeRequest`."""
 
     @wraps(command)
     def with_asked(**given: Any) -> None:
@@ -107,7 +107,7 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def material_for(request: AttributeRequest, report: Report) -> Material:
-    """The textures that were asked for. Raises MaterialError, or what reading a lab raises.
+    """Return the textures that were asked for. Raises MaterialError, or what reading a lab raises.
 
     Features can take half an hour: a cluster that is not there, or not fit, is refused before (JobError).
     """
@@ -135,7 +135,7 @@ def material_for(request: AttributeRequest, report: Report) -> Material:
 def options_for(
     request: AttributeRequest, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None
 ) -> AttributeOptions:
-    """What the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
+    """Return what the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
     from palpate.modeling.attributes.evaluation import AttributeOptions, require_methods
     from palpate.modeling.attributes.evaluation_outputs import NAME
     from palpate.modeling.attributes.registry import METHODS

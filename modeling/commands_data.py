@@ -34,7 +34,7 @@ class DataOptions:
 
 
 def data_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that say which data are meant; the command receives them as one `DataOptions`."""
+    """Return the options that say which data are meant; the command receives them as one `DataOptions`."""
 
     @LAB
     @click.option(
@@ -132,12 +132,12 @@ BESIDE_A_TABLE = (
 
 
 def beside_options(command: Callable[..., None]) -> Callable[..., None]:
-    """All of `BESIDE_A_TABLE` on a command."""
+    """Return all of `BESIDE_A_TABLE` on a command."""
     return with_options(command, BESIDE_A_TABLE)
 
 
 def settings_lines(given: Mapping[str, Any], names: Sequence[str]) -> list[str]:
-    """Which of these options were given, as they are written."""
+    """Return which of these options were given, as they are written."""
     return [f"--{name.replace('_', '-')}" for name in names if given[name]]
 
 
@@ -148,7 +148,7 @@ def demand_one(given: Mapping[str, Any], names: Sequence[str]) -> None:
 
 
 def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
-    """What tables do not say, taken out of what was given. Raises UsageError where there is no table."""
+    """Return what tables do not say, taken out of what was given. Raises UsageError where there is no table."""
     rate_hz, speed_mm_s, force_N = held = tuple(given.pop(name) for name in HELD)
     if any(each is not None for each in held) and not tables:
         raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
@@ -169,7 +169,7 @@ def demand_folder_alone(given: Mapping[str, Any]) -> None:
 
 
 def beside_a_table(given: dict[str, Any]) -> Recordings | None:
-    """The recordings that go with `folder`, all their options taken out of what was given. Raises UsageError."""
+    """Return the recordings that go with `folder`, all their options taken out of what was given. Raises UsageError."""
     demand_one(given, FILES)
     files = settings_lines(given, FILES)
     if files and given["folder"] is None:

@@ -50,7 +50,7 @@ def textures() -> None:
 
 
 def asked_of_textures(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that the questions share; the command receives them as one `LibraryRequest`."""
+    """Return the options that the questions share; the command receives them as one `LibraryRequest`."""
 
     @wraps(command)
     def with_asked(
@@ -294,7 +294,7 @@ def draw_command(texture: str, lab: Path, seconds: float, out: Path, as_json: bo
 
 
 def _wishes(here: Opened, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[Wish, ...]:
-    """What is wished for in the words and in the values."""
+    """Return what is wished for in the words and in the values."""
     from palpate.modeling.library.search import wishes_of
 
     if not wish and not at:

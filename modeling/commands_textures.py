@@ -81,7 +81,7 @@ OWN = ("lab", *SOURCES, "seed", "quick", "epochs", "batch", "workers", "cluster"
 
 
 def texture_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that both verbs share; the command receives them as one `TextureRequest`."""
+    """Return the options that both verbs share; the command receives them as one `TextureRequest`."""
 
     @wraps(command)
     def with_asked(**given: Any) -> None:
@@ -95,7 +95,7 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def recordings_for(request: TextureRequest, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:
-    """The recordings that were asked for. Raises TextureDataError, or what reading a lab raises."""
+    """Return the recordings that were asked for. Raises TextureDataError, or what reading a lab raises."""
     from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation_outputs import NAME
     from palpate.modeling.textures.recording import TextureDataError
@@ -139,7 +139,7 @@ def _recorded(request: TextureRequest) -> tuple[Recording, ...]:
 
 
 def options_for(request: TextureRequest, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
-    """What the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
+    """Return what the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
     from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation import TextureOptions
     from palpate.modeling.textures.evaluation_outputs import NAME
@@ -189,7 +189,7 @@ def train_textures(get_simulator: GetSimulator, request: TextureRequest, to: Pat
 
 
 def _told(metrics: Any) -> str:
-    """A model's most telling numbers."""
+    """Return a model's most telling numbers."""
     free = "not run free"
     if "free_level" in metrics and "free_felt_dB" in metrics:
         free = f"running free: level {metrics['free_level']:.2f}, felt {metrics['free_felt_dB']:.1f} dB off"

@@ -112,7 +112,7 @@ def _write(results: DoorResults, way: Direction, model: Fitted, seconds: float, 
 
 
 def _interval(folds: MethodResults) -> Any:
-    """The conformal interval of a model that predicts ratings; None where too few stimuli calibrate one."""
+    """Return the conformal interval of a model that predicts ratings; None where too few stimuli calibrate one."""
     if folds.direction == "inverse":
         return None
     try:

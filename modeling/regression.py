@@ -30,7 +30,7 @@ class Standard:
 
 
 def standard_of(x: Array) -> Standard:
-    """The standardisation of these columns (n, columns)."""
+    """Return the standardisation of these columns (n, columns)."""
     mean, sd = x.mean(axis=0), x.std(axis=0)
     varies = sd > CONSTANT * np.max(np.abs(x), axis=0)
     gain = np.divide(1.0, sd, out=np.zeros_like(sd), where=varies)

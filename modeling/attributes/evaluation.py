@@ -197,7 +197,7 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
 
 
 def by_reason(left_out: Mapping[str, str]) -> list[str]:
-    """Textures that are not used, those of one reason in one line."""
+    """Return textures that are not used, those of one reason in one line."""
     names: dict[str, list[str]] = {}
     for name, why in left_out.items():
         names.setdefault(why, []).append(name)

@@ -21,7 +21,7 @@ RECORDING, PICTURE = "recording", "picture"
 
 
 def steps_of(kinds: Collection[str]) -> tuple[str, ...]:
-    """All that has to be done for these kinds: what comes before each sense's once, and each kind."""
+    """Return all that has to be done for these kinds: what comes before each sense's once, and each kind."""
     before = ((RECORDING, TOUCH_KINDS), (PICTURE, SIGHT_KINDS))
     return (*(name for name, own in before if set(own) & set(kinds)), *kinds)
 
@@ -46,7 +46,7 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
 
 
 def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
-    """A step, what does it, and how often that is needed for one texture."""
+    """Yield a step, what does it, and how often that is needed for one texture."""
     from palpate.analysis.features.touch import segments
     from palpate.analysis.features.touch_features import hand, mfcc, spectrum, wavelets
     from palpate.modeling.attributes.reading_touch import touch_of

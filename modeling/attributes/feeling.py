@@ -43,7 +43,7 @@ class Recording(Protocol):
         """Digests of what was recorded."""
 
     def rows(self) -> FeltRows:
-        """Its features. Raises TextureDataError."""
+        """Return its features. Raises TextureDataError."""
 
 
 @dataclass(frozen=True)

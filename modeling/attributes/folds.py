@@ -40,7 +40,7 @@ class Fold:
 def leave_one_texture_out(
     material: Material, seed: int = 0, share: float = HELD, only: Sequence[str] | None = None
 ) -> tuple[Fold, ...]:
-    """A fold for each texture (or for those named by `only`), in the material's order; all of them rated.
+    """Return a fold for each texture (or for those named by `only`), in the material's order; all of them rated.
 
     Textures that share content (`made_from`, or an equal row of a segment or a picture) are one group, and no group is
     divided. About `share` of the training side is held for early stopping: whole groups, in turn from each class, drawn
@@ -67,7 +67,7 @@ def leave_one_texture_out(
 
 
 def all_of_them(material: Material, seed: int = 0, share: float = HELD) -> Fold:
-    """Every rated texture, nothing left out: what a model that is to be used learns from and what it watches."""
+    """Return every rated texture, nothing left out: what a model that is to be used learns from and what it watches."""
     groups = groups_of(material.textures)
     classes = {texture.id: texture.category for texture in material.textures}
     return _split("", (), groups, classes, _chance(seed, ""), share)
@@ -95,7 +95,7 @@ def _split(
 
 
 def _chance(seed: int, test: str) -> np.random.Generator:
-    """Its own for each tested texture, whatever stands beside it."""
+    """Return its own for each tested texture, whatever stands beside it."""
     named = int.from_bytes(sha256(test.encode()).digest()[:8], "big")
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, named])))
 
@@ -103,7 +103,7 @@ def _chance(seed: int, test: str) -> np.random.Generator:
 def _in_turn(
     groups: Sequence[tuple[str, ...]], classes: Mapping[str, str], chance: np.random.Generator
 ) -> list[tuple[str, ...]]:
-    """All groups: a first one of each class in a drawn order of the classes, then a second one, and so on.
+    """Return all groups: a first one of each class in a drawn order of the classes, then a second one, and so on.
 
     Classes of a single group come last in each turn, so that a class is seldom missing from what is learned.
     """
@@ -139,7 +139,7 @@ Owners = list[tuple[str, NDArray[np.float32]]]
 
 
 def groups_of(textures: Sequence[Texture]) -> tuple[tuple[str, ...], ...]:
-    """The groups, each in alphabetical order, sorted by their first names; most hold one texture.
+    """Return the groups, each in alphabetical order, sorted by their first names; most hold one texture.
 
     Textures are joined that share a file (`made_from`), or a row of one kind of feature: of a segment, of a picture or
     of a variant of one. What is blank (silence, a black picture) is nobody's, in none of its kinds of features; nor is
@@ -169,7 +169,7 @@ def _by_files(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
 
 
 def _by_rows(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
-    """Pairs of textures with an equal row, for each kind of feature."""
+    """Yield pairs of textures with an equal row, for each kind of feature."""
     telling = [(texture.id, _telling(texture)) for texture in textures]
     for kind in sorted({kind for _, rows in telling for kind in rows}):
         yield from _equal([(name, row) for name, rows in telling for each in rows.get(kind, ()) for row in each])
@@ -189,7 +189,7 @@ def _telling(texture: Texture) -> dict[str, list[Rows]]:
 
 
 def _blanks(kinds: Mapping[str, Rows]) -> NDArray[np.bool_]:
-    """Which segments or pictures are blank: one kind of feature that says so is enough.
+    """Return which segments or pictures are blank: one kind of feature that says so is enough.
 
     A black picture's co-occurrence has one number; what a network makes of it has many, all of them the network's own.
     """

@@ -46,7 +46,7 @@ class Parts:
 
 
 def joined(parts: Parts) -> tuple[Texture, ...]:
-    """Every texture with what there is of it."""
+    """Return every texture with what there is of it."""
     return tuple(_texture(name, parts) for name in parts.ids)
 
 
@@ -85,7 +85,7 @@ def _notes(name: str, parts: Parts) -> Iterator[str]:
 
 
 def untouched(felt: FeltRows | None) -> Iterator[str]:
-    """Why there is nothing to be felt of a texture, where there is not."""
+    """Yield why there is nothing to be felt of a texture, where there is not."""
     if not (felt and felt.touch):
         yield "no recording of it can be used" if felt else NOT_RECORDED
 
@@ -101,17 +101,17 @@ VARIES = re.compile(r"\([^)]*\)|\d+(?:\.\d+)?")
 
 
 def has_rows(kinds: Mapping[str, Rows]) -> bool:
-    """Whether there is a segment, or a picture."""
+    """Return whether there is a segment, or a picture."""
     return any(len(rows) for rows in kinds.values())
 
 
 def senses(textures: Sequence[Texture]) -> tuple[bool, bool]:
-    """Whether any of the textures was felt, and whether any was seen."""
+    """Return whether any of the textures was felt, and whether any was seen."""
     return any(has_rows(texture.touch) for texture in textures), any(has_rows(texture.sight) for texture in textures)
 
 
 def why_of(texture: Texture, what: str) -> list[str]:
-    """The texture's notes on why a recording or a picture of it cannot be used."""
+    """Return the texture's notes on why a recording or a picture of it cannot be used."""
     return [note for note in texture.notes if note.startswith(WHY[what])]
 
 
@@ -127,7 +127,7 @@ def lacking(material: Material) -> list[str]:
 
 
 def _by_reason(material: Material, what: str) -> Iterator[str]:
-    """Each reason in the words of the first texture that has it, those of most textures first."""
+    """Yield each reason in the words of the first texture that has it, those of most textures first."""
     found: dict[str, list[tuple[str, str]]] = {}
     for texture in material.textures:
         alike = {VARIES.sub("", note.replace(texture.id, "")): note for note in why_of(texture, what)}

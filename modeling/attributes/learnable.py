@@ -17,7 +17,7 @@ INNER_FOLDS = 5
 
 
 def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...], Array]:
-    """The textures to learn from by name, whatever order they came in, and their ratings (textures, attributes).
+    """Return the textures to learn from by name, whatever order they came in, and their ratings (textures, attributes).
 
     Raises MaterialError for fewer than `least`, for one that was not rated, or ratings that are not finite or not one
     for each attribute.
@@ -33,7 +33,7 @@ def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...]
 
 
 def rows_of(texture: Texture, modality: Modality, kinds: Sequence[str], width: int | None = None) -> Rows:
-    """A texture's rows of these kinds side by side; `width` is how many numbers were learned from.
+    """Return a texture's rows of these kinds side by side; `width` is how many numbers were learned from.
 
     Raises MaterialError where a kind is missing, where there is no row, or where rows are of another width.
     """
@@ -50,7 +50,7 @@ def rows_of(texture: Texture, modality: Modality, kinds: Sequence[str], width: i
 
 
 def inner_folds(textures: Sequence[Texture], folds: int = INNER_FOLDS) -> Iterator[tuple[Indices, Indices]]:
-    """Places of textures to learn from and to test on; textures made from the same files stay on one side.
+    """Yield places of textures to learn from and to test on; textures made from the same files stay on one side.
 
     Raises MaterialError where all were made from the same.
     """

@@ -137,7 +137,7 @@ class Material:
 
 
 def ratings_of(textures: Sequence[Texture]) -> Array:
-    """Mean ratings (textures, attributes) on 0..100. Raises MaterialError where one was not rated."""
+    """Return mean ratings (textures, attributes) on 0..100. Raises MaterialError where one was not rated."""
     missing = [texture.id for texture in textures if texture.rated is None]
     if missing:
         raise MaterialError(f"{missing[0]} was not rated.")

@@ -58,7 +58,7 @@ class Method(MethodOf[Learning, Fitted]):
     restore: Callable[[Mapping[str, NDArray[Any]], Mapping[str, Any]], Fitted] | None = None
 
     def holds(self, settings: Mapping[str, Any]) -> bool:
-        """Whether it watches `held` under these settings."""
+        """Return whether it watches `held` under these settings."""
         return self.holds_out or (self.may_hold and bool(settings.get("early_stopping")))
 
     @property
@@ -68,7 +68,7 @@ class Method(MethodOf[Learning, Fitted]):
 
 
 def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | MaterialError]:
-    """What `predict` says of each texture, or why it says nothing; computed together where the method can."""
+    """Return what `predict` says of each texture, or why it says nothing; computed together where the method can."""
     together = getattr(fitted, "predict_all", None)
     return [_said(fitted, texture) for texture in textures] if together is None else list(together(textures))
 

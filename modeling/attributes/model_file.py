@@ -39,7 +39,7 @@ class Saveable(Protocol):
         """As every fitted method."""
 
     def saved(self) -> tuple[Mapping[str, NDArray[Any]], Mapping[str, Any]]:
-        """Its arrays, and plain values."""
+        """Return its arrays, and plain values."""
 
 
 class Card(Strict):
@@ -98,7 +98,7 @@ class AttributeModel:
         return self.fitted.predict(texture)
 
     def predictions(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
-        """What `predict` says of each texture, or why it says nothing; together, which networks do faster."""
+        """Return what `predict` says of each texture, or why it says nothing; together, which networks do faster."""
         return predictions(self.fitted, textures)
 
 
@@ -165,7 +165,7 @@ def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> Attri
 
 
 def read_card(path: Path) -> Card:
-    """The card alone. Raises ModelFileError as `read_model` does for it."""
+    """Return the card alone. Raises ModelFileError as `read_model` does for it."""
     try:
         told = parse(path.read_bytes())
     except OSError:
@@ -192,7 +192,7 @@ def read_card(path: Path) -> Card:
 
 
 def _restored(path: Path, card: Card, arrays: Arrays, methods: Mapping[str, Method]) -> Fitted:
-    """The method as it was fitted. Raises ModelFileError where that cannot be."""
+    """Return the method as it was fitted. Raises ModelFileError where that cannot be."""
     if card.method not in methods:
         raise ModelFileError(f"{path}: method {card.method!r} is not known here: {', '.join(methods)}.")
     restore = methods[card.method].restore

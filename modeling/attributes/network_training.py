@@ -60,7 +60,7 @@ class FittedNetwork:
         return found
 
     def predict_all(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
-        """What `predict` says or raises of each, computed together: of short textures several times as fast."""
+        """Return what `predict` says or raises of each, computed together: of short textures several times as fast."""
         seen = [self._shown(texture) for texture in textures]
         whole = [each for each in seen if isinstance(each, TextureTensors)]
         with training_state(0, 1), torch.no_grad():
@@ -115,7 +115,7 @@ def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = F
 
 
 def restore_network(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedNetwork:
-    """What `FittedNetwork.saved` gave, to be asked again; it answers to the bit as before.
+    """Return what `FittedNetwork.saved` gave, to be asked again; it answers to the bit as before.
 
     Raises MaterialError where the arrays are not those of such a network.
     """
@@ -151,14 +151,14 @@ def _answers(network: VisuoTactile, textures: Sequence[TextureTensors]) -> list[
 
 
 def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once: int) -> tuple[Tensor, ...]:
-    """What a branch says of the rows of each texture, so many at once."""
+    """Return what a branch says of the rows of each texture, so many at once."""
     found = torch.cat([branch(part) for part in torch.split(torch.cat(list(rows)), at_once)])
     parts: tuple[Tensor, ...] = torch.split(found, [len(row) for row in rows])
     return parts
 
 
 def _paired(network: VisuoTactile, parts: Sequence[Tensor]) -> Tensor:
-    """One texture's (n, attributes): the shorter of pictures and segments begins anew where it ends."""
+    """Return one texture's (n, attributes): the shorter of pictures and segments begins anew where it ends."""
     rows = torch.arange(max(len(part) for part in parts))
     return network.head([part[rows % len(part)][:, None] for part in parts])[:, 0]
 
@@ -192,11 +192,11 @@ class Look:
         return sum(_width(kind, size) for kind, size in zip(self.kinds, self.sizes, strict=True))
 
     def rows(self, texture: Texture) -> Tensor:
-        """A texture's rows, standardised (rows, features). Raises MaterialError where it has none of these."""
+        """Return a texture's rows, standardised (rows, features). Raises MaterialError where it has none of these."""
         return self.down(_checked(texture.rows(self.modality, self.kinds), texture.id, self.modality), texture.id)
 
     def down(self, rows: NDArray[np.float32], name: str) -> Tensor:
-        """Rows (n, features), standardised. Raises MaterialError for another number of features."""
+        """Return rows (n, features), standardised. Raises MaterialError for another number of features."""
         if rows.shape[1] != len(self.mean):
             told = f"{name}: {rows.shape[1]} features of {self.modality} ({', '.join(self.kinds)})"
             raise MaterialError(f"{told}; the network was fitted to {len(self.mean)}.")
@@ -205,7 +205,7 @@ class Look:
 
 
 def look_of(textures: Sequence[Texture], modality: Modality, kinds: Sequence[str]) -> Look:
-    """Mean and SD of these textures' rows, each texture counting as much as another.
+    """Return mean and SD of these textures' rows, each texture counting as much as another.
 
     Raises MaterialError where one has no such rows, or rows of another length.
     """
@@ -224,7 +224,7 @@ def look_of(textures: Sequence[Texture], modality: Modality, kinds: Sequence[str
 
 
 def arranged(rows: Tensor, look: Look) -> Tensor:
-    """Rows of touch (n, features) to (n, steps, channels, places), as HT-Net takes them.
+    """Return rows of touch (n, features) to (n, steps, channels, places), as HT-Net takes them.
 
     The numbers of a kind are dealt out to 40 frames in their order: 520 cepstral coefficients are 13 a frame, in time;
     of a spectrum a step is a band. Where they do not divide by 40, zeros fill up the end.
@@ -259,7 +259,7 @@ class Target:
         return torch.from_numpy(np.asarray((ratings - self.mean) / self.sd, dtype=np.float32))
 
     def up(self, scaled: Array) -> Array:
-        """The way back."""
+        """Return the way back."""
         found: Array = scaled * self.sd + self.mean
         return found
 
@@ -288,7 +288,7 @@ class TextureTensors:
 
 
 def shown(texture: Texture, sight: Look | None, touch: Look | None, variants: bool = False) -> TextureTensors:
-    """A texture as the network sees it; with `variants` the further versions of its pictures too.
+    """Return a texture as the network sees it; with `variants` the further versions of its pictures too.
 
     Raises MaterialError where it lacks what is looked at.
     """
@@ -301,7 +301,7 @@ def shown(texture: Texture, sight: Look | None, touch: Look | None, variants: bo
 
 
 def drawn(textures: Sequence[TextureTensors], targets: Tensor, segments: int) -> GeneratedRows:
-    """A row a texture: every time another of its pictures and other segments, drawn with replacement."""
+    """Return a row a texture: every time another of its pictures and other segments, drawn with replacement."""
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
         picked = [_drawn(textures[row], segments, chance) for row in rows.tolist()]
@@ -363,12 +363,12 @@ def arrays_of(network: nn.Module, looks: Iterable[Look], target: Target) -> dict
 
 
 def looks_metadata(looks: Iterable[Look]) -> list[list[Any]]:
-    """What `looks_in` wants beside the arrays."""
+    """Return what `looks_in` wants beside the arrays."""
     return [[look.modality, list(look.kinds), list(look.sizes)] for look in looks]
 
 
 def looks_in(arrays: Arrays, told: Iterable[tuple[Any, Iterable[str], Iterable[int]]]) -> tuple[Look, ...]:
-    """How features were seen. Raises KeyError where an array lacks."""
+    """Return how features were seen. Raises KeyError where an array lacks."""
     return tuple(
         Look(modality, tuple(kinds), tuple(sizes), arrays[f"{modality}.mean"], arrays[f"{modality}.gain"])
         for modality, kinds, sizes in told
@@ -376,7 +376,7 @@ def looks_in(arrays: Arrays, told: Iterable[tuple[Any, Iterable[str], Iterable[i
 
 
 def target_in(arrays: Arrays) -> Target:
-    """The scale of the ratings. Raises KeyError where an array lacks."""
+    """Return the scale of the ratings. Raises KeyError where an array lacks."""
     return Target(arrays["target.mean"], float(arrays["target.sd"][0]))
 
 

@@ -34,7 +34,7 @@ def read_material(
     workers: int | None = None, touch: bool = True, sight: bool = True, simulated: bool | None = None,
     keep: bool = True, most: int | None = None, seed: int = 0, report: Report = silent,
 ) -> Material:  # fmt: skip
-    """The textures of a lab with the features of their recordings and pictures, and their mean ratings.
+    """Return the textures of a lab with the features of their recordings and pictures, and their mean ratings.
 
     `weights` is a file of ResNet-50's weights, of that `sha256` where it is given; without one they are random.
     `variants` further versions of each picture are made for training. `quick` looks at 4 of 49 patches of at most 3
@@ -91,7 +91,7 @@ class _Run:
 
 
 def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
-    """What the lab's sessions captured, and why nothing was felt."""
+    """Return what the lab's sessions captured, and why nothing was felt."""
     if not ledgers_in(lab, study):
         return (), (f"no session of {study}: {NOTHING['recording']}",)
     from palpate.modeling.attributes.reading_touch import recorded
@@ -126,7 +126,7 @@ def _only(
     photos: tuple[Photographed, ...],
     captured: tuple[Recorded, ...],
 ) -> tuple[RatedTextures, tuple[Photographed, ...], tuple[Recorded, ...]]:
-    """What there is of these textures; of all for None."""
+    """Return what there is of these textures; of all for None."""
     if names is None:
         return rated, photos, captured
     own = replace(rated, rated={name: each for name, each in rated.rated.items() if name in names}, incomplete={})
@@ -147,6 +147,6 @@ def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], 
 
 
 def _simulated(parts: Parts) -> bool:
-    """Whether twins recorded, photographed or rated any of it."""
+    """Return whether twins recorded, photographed or rated any of it."""
     felt = any(each.simulated for each in parts.felt.values())
     return parts.rated.simulated or felt or any(photo.simulated for photo in parts.photos.values())

@@ -84,7 +84,7 @@ def read_folder(
     quick: bool = False, variants: int = 1, workers: int | None = None, simulated: bool = False,
     recordings: Recordings | None = None, sight: bool = True, report: Report = silent,
 ) -> Material:  # fmt: skip
-    """The textures of a CSV table, with the pictures of each in a folder: FOLDER/ID/*.jpg or FOLDER/ID_01.jpg.
+    """Return the textures of a CSV table, with the pictures of each in a folder: FOLDER/ID/*.jpg or FOLDER/ID_01.jpg.
 
     The table (FOLDER/ratings.csv, or the folder's only .csv, unless it is given) has the columns id and one for each
     attribute, called by both its words, of which the first is the lower end of the `scale` (Rough-Smooth; small
@@ -127,7 +127,7 @@ def read_folder(
 def rated_lines(
     folder: Path, table: Path | None, pairs: tuple[Pair, ...], scale: tuple[float, float] | None
 ) -> tuple[Path, list[Line], Columns]:
-    """The table, the textures' lines with their ratings, and what its columns are. Raises MaterialError as
+    """Return the table, the textures' lines with their ratings, and what its columns are. Raises MaterialError as
     `read_folder` does."""
     low, high = scale or SCALE
     if not low < high:
@@ -162,7 +162,7 @@ def rated_lines(
 
 
 def table_in(folder: Path) -> Path:
-    """The table in a folder. Raises MaterialError where there is none, or more than one."""
+    """Return the table in a folder. Raises MaterialError where there is none, or more than one."""
     if not folder.is_dir():
         raise MaterialError(f"{folder}: no such folder; one with pictures and a table of ratings is expected")
     if (folder / TABLE).is_file():
@@ -182,7 +182,7 @@ def _felt(
     workers: int | None,
     report: Report,
 ) -> tuple[dict[str, FeltRows], tuple[str, ...]]:
-    """What was felt, by texture, and notes on recordings of none of them."""
+    """Return what was felt, by texture, and notes on recordings of none of them."""
     if recordings is None:
         return {}, ()
     from palpate.modeling.attributes.feeling import felt_rows
@@ -207,7 +207,7 @@ def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, look
 
 
 def _line(row: Row, decimal: Collection[str]) -> Line:
-    """A texture; in the columns of `decimal` a comma is a decimal point."""
+    """Return a texture; in the columns of `decimal` a comma is a decimal point."""
     cells = {name: cell.replace(",", ".") if name in decimal else cell for name, cell in row.cells.items()}
     return Line(row.where, cells)
 
@@ -230,12 +230,12 @@ def pictures_of(folder: Path, name: str) -> Iterator[Path]:
 
 
 def is_picture(path: Path) -> bool:
-    """Whether a file is one that pictures are read from: by its ending, and not a hidden one."""
+    """Return whether a file is one that pictures are read from: by its ending, and not a hidden one."""
     return path.suffix.lower() in SUFFIXES and path.name[0] != "." and path.is_file()
 
 
 def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
-    """A note on pictures of no texture in the table."""
+    """Yield a note on pictures of no texture in the table."""
     used = {picture.path for album in albums for picture in album.pictures}
     loose = [each for each in sorted(folder.rglob("*")) if is_picture(each) and each not in used]
     if loose:
@@ -287,7 +287,7 @@ class Columns:
 
 
 def columns_of(place: str, header: Sequence[str], pairs: Sequence[Pair]) -> Columns:
-    """Which attribute each column is. Raises MaterialError on an unknown, missing or twofold column."""
+    """Return which attribute each column is. Raises MaterialError on an unknown, missing or twofold column."""
     for name in header:
         if header.count(name) > 1:
             raise MaterialError(f"{place}: the column {name!r} stands there twice")
@@ -299,7 +299,7 @@ def columns_of(place: str, header: Sequence[str], pairs: Sequence[Pair]) -> Colu
 
 
 def _meant(name: str, pairs: Sequence[Pair]) -> tuple[Pair, bool] | None:
-    """The pair that a column is called by, and whether its words are turned round."""
+    """Return the pair that a column is called by, and whether its words are turned round."""
     plain = _plain(name)
     for pair in pairs:
         if plain == _plain(f"{pair.low}-{pair.high}"):
@@ -339,7 +339,7 @@ def _rating(place: str, pair: Pair, header: Sequence[str], found: Mapping[str, t
 
 
 def rated_in(cells: Mapping[str, str], place: str, columns: Columns, scale: tuple[float, float]) -> Rated | None:
-    """What the cells of a texture say, on 0 to 100; None where all of its ratings are empty.
+    """Return what the cells of a texture say, on 0 to 100; None where all of its ratings are empty.
 
     SDs that do not stand there are NaN (not known), and so many raters 0. Raises MaterialError.
     """

@@ -47,7 +47,7 @@ class PicturedTrial:
 
 
 def photographed(lab: Path, study: str = STUDY, simulated: bool | None = None) -> tuple[Photographed, ...]:
-    """The textures whose pictures a lab's sessions took, in the order in which they were first met.
+    """Return the textures whose pictures a lab's sessions took, in the order in which they were first met.
 
     Of each trial the last attempt counts that was neither repeated nor faulted; sessions of people who withdrew do not
     count. `simulated` takes only the sessions of twins, or only real ones; None takes real ones where there are any. A
@@ -93,7 +93,7 @@ def _pictures(lab: Path, trial: PicturedTrial) -> Iterator[Picture]:
 
 
 def folders_of(lab: Path, record: Record) -> list[Path]:
-    """Where the pictures of a session may lie: what a rig file names lies beside it, in LAB/stations/HOST."""
+    """Return where the pictures of a session may lie: what a rig file names lies beside it, in LAB/stations/HOST."""
     settings = record.header["rig"].get("settings") or {}
     named = [
         str(setting[PICTURES])
@@ -105,7 +105,7 @@ def folders_of(lab: Path, record: Record) -> list[Path]:
 
 
 def picture_of(name: str, file: str, sha256: str, folders: Sequence[Path]) -> Picture:
-    """The file that has this SHA-256. Raises MaterialError where none has."""
+    """Return the file that has this SHA-256. Raises MaterialError where none has."""
     there = [path for path in dict.fromkeys(folder / file for folder in folders) if path.is_file()]
     for path in there:
         if picture_sha256(path) == sha256:

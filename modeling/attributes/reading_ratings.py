@@ -37,7 +37,7 @@ class RatedTextures:
 
 
 def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -> RatedTextures:
-    """The ratings that `palpate regenerate` would analyse: complete sessions, of nobody who withdrew.
+    """Return the ratings that `palpate regenerate` would analyse: complete sessions, of nobody who withdrew.
 
     They are of one version of the study, all real or all simulated, without what the study's analysis plan leaves out.
     A person who rated a texture more than once counts once, with the mean. The SD between raters (n - 1) is NaN where
@@ -57,7 +57,7 @@ def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -
 
 
 def attributes_of(lab: Path | None, study: str = STUDY) -> tuple[Pair, ...]:
-    """The pairs that a study rates, in its order; a shipped study needs no lab. Raises StudyError on another."""
+    """Return the pairs that a study rates, in its order; a shipped study needs no lab. Raises StudyError on another."""
     from palpate.studies.catalogue import SHIPPED, STUDY_FILE, find, read_study
 
     file = SHIPPED / study / STUDY_FILE if lab is None else find(study, lab)
@@ -97,7 +97,7 @@ def _by_texture(people: pd.DataFrame, attributes: Sequence[str]) -> tuple[dict[s
 
 
 def _of(values: Sequence[Sequence[float]]) -> Rated:
-    """Of each attribute's raters; the number of raters is that of the attribute with the fewest."""
+    """Return mean and SD of each attribute's raters; the number of raters is that of the attribute with the fewest."""
     mean = np.array([np.mean(value) for value in values])
     sd = np.array([np.std(value, ddof=1) if len(value) > 1 else np.nan for value in values])
     return Rated(mean, sd, min(len(value) for value in values))

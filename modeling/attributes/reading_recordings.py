@@ -73,7 +73,7 @@ class Filed:
         return found.hexdigest()
 
     def rows(self) -> FeltRows:
-        """Its features. Raises TextureDataError on what cannot be read, and as `touch_of` does."""
+        """Return its features. Raises TextureDataError on what cannot be read, and as `touch_of` does."""
         try:
             return rows_from(felt_of(self.id, self.label, self.category, map(_touched, self.sources), self.way))
         except TooShort as error:
@@ -103,7 +103,7 @@ class Recordings:
         return filtering(0.0) if self.cluster is not None else filtering()
 
     def names(self) -> tuple[str, ...]:
-        """The textures that there are. Raises TextureDataError where there is none."""
+        """Return the textures that there are. Raises TextureDataError where there is none."""
         if self.hatt is not None:
             return tuple(reading_hatt.names_in(self.hatt))
         if self.cluster is not None:
@@ -142,7 +142,7 @@ def filed(
 
 
 def _digests(source: Source) -> list[str]:
-    """Of its files; one that cannot be read has none, and is refused when it is read."""
+    """Return the digests of its files; one that cannot be read has none, and is refused when it is read."""
     found = []
     for file in dict.fromkeys(source.files.values()):
         try:

@@ -46,7 +46,7 @@ def filtering(trim_s: float = TRIM_S, remove_hum: bool = True) -> Filtering:
 def touch_of(
     texture: str, touched: Iterable[Touched], way: Filtering | None = None
 ) -> tuple[Touch, tuple[str, ...]]:  # fmt: skip
-    """What was felt of one texture in its explorations, taken one at a time, and notes; `way` is `filtering()`.
+    """Return what was felt of one texture in its explorations, taken one at a time, and notes; `way` is `filtering()`.
 
     Raises TextureDataError where there is none, on signals that are constant, silent, clipped, implausible, of a rate
     that does not tell them or of one that is not theirs, where nothing as long as a segment is left after trimming, and
@@ -93,7 +93,7 @@ def _demand_as_long(touched: Touched) -> None:
 
 
 def _lifted(touch: Touch) -> Iterator[str]:
-    """How many segments are without contact. Raises TextureDataError where all are."""
+    """Yield how many segments are without contact. Raises TextureDataError where all are."""
     try:
         pressed = contact(touch)
     except FeatureError as error:
@@ -170,7 +170,7 @@ class Recorded:
         return found.hexdigest()
 
     def rows(self) -> FeltRows:
-        """Its features, its samples read now. Raises TextureDataError as `touch_of` does."""
+        """Return its features, its samples read now. Raises TextureDataError as `touch_of` does."""
         return rows_from(felt(self))
 
 
@@ -191,7 +191,7 @@ def recorded(
 
 
 def felt(texture: Recorded) -> TextureTouch:
-    """What was felt of one texture, its samples read now. Raises TextureDataError as `touch_of` does."""
+    """Return what was felt of one texture, its samples read now. Raises TextureDataError as `touch_of` does."""
     touched = (
         part
         for capture in texture.captures
@@ -204,7 +204,7 @@ def felt(texture: Recorded) -> TextureTouch:
 def felt_of(
     texture: str, label: str, category: str, touched: Iterable[Touched], way: Filtering | None = None
 ) -> TextureTouch:  # fmt: skip
-    """What was felt of one texture in recordings of another source than a lab (tables, HaTT, the Cluster data).
+    """Return what was felt of one texture in recordings of another source than a lab (tables, HaTT, the Cluster data).
 
     They are taken one at a time. Raises TextureDataError as `touch_of` does.
     """
@@ -223,7 +223,7 @@ def touches(
     lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
     normal: tuple[float, float, float] = UP, simulated: bool | None = None,
 ) -> Iterator[TextureTouch]:  # fmt: skip
-    """What was felt of each texture of a lab, one at a time: only the one that is being looked at is in memory.
+    """Return what was felt of each texture of a lab, one at a time: only the one that is being looked at is in memory.
 
     `way` is `touching.filtering(...)`: how much is trimmed, and whether hum is taken out. Raises TextureDataError as
     `recorded` and `felt` do.
@@ -232,7 +232,7 @@ def touches(
 
 
 def rows_from(found: TextureTouch) -> FeltRows:
-    """The features of what was felt."""
+    """Return the features of what was felt."""
     return FeltRows(
         found.id, found.label, found.category, touch_features(found.touch), found.made_from, found.notes
     )  # fmt: skip

@@ -54,7 +54,7 @@ OWN_FEATURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 
 def method_named(name: str) -> Method:
-    """The method of this name. Raises MaterialError with the nearest known name."""
+    """Return the method of this name. Raises MaterialError with the nearest known name."""
     if name not in METHODS:
         from palpate.protocols.did_you_mean import nearest
 

@@ -69,7 +69,7 @@ class ResNet50(nn.Module):
         self.fc = nn.Linear(FEATURES, CLASSES)
 
     def pooled(self, x: Tensor) -> Tensor:
-        """The average pool: (batch, 3, rows, columns) of normalised colours to (batch, 2048)."""
+        """Return the average pool: (batch, 3, rows, columns) of normalised colours to (batch, 2048)."""
         x = self.maxpool(torch.relu(self.bn1(self.conv1(x))))
         x = self.layer4(self.layer3(self.layer2(self.layer1(x))))
         return x.mean(dim=(2, 3))
@@ -104,7 +104,7 @@ def random_state(seed: int) -> dict[str, Tensor]:
 
 
 def loaded(state: Mapping[str, Tensor]) -> ResNet50:
-    """The network with these weights, as it is asked (not as it trains)."""
+    """Return the network with these weights, as it is asked (not as it trains)."""
     with torch.device("meta"):
         network = ResNet50()
     network.load_state_dict(dict(state), assign=True)

@@ -85,7 +85,7 @@ def weights_from(path: Path | None, sha256: str | None = None, seed: int = SEED)
 
 
 def read_weights(path: Path, sha256: str) -> dict[str, Tensor]:
-    """The state of ResNet-50 in the file, all entries there, of the right shape, finite, as 32-bit floats.
+    """Return the state of ResNet-50 in the file, all entries there, of the right shape, finite, as 32-bit floats.
 
     A .pth is read with torch's `weights_only`, which makes nothing but tensors. Raises MaterialError.
     """
@@ -126,7 +126,7 @@ def _first_line(error: Exception) -> str:
 
 
 def _fitting(state: Any, refused: Callable[[str], MaterialError]) -> Iterator[tuple[str, Tensor]]:
-    """Each entry that the network has, checked, in its order."""
+    """Yield each entry that the network has, checked, in its order."""
     import torch
 
     from palpate.modeling.attributes.resnet import ResNet50

@@ -116,7 +116,7 @@ def convolved(filters: Sequence[int], kernel: int) -> nn.Sequential:
 
 
 def pooled(length: int, times: int) -> int:
-    """What is left of a row after so many poolings."""
+    """Return what is left of a row after so many poolings."""
     for _ in range(times):
         length = -(-length // POOL)
     return length
@@ -189,7 +189,7 @@ def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
 
 
 def restore_rows(plan: RowPlan, arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedRows:
-    """What `FittedRows.saved` gave, fitted again. Raises MaterialError where it is of another method."""
+    """Return what `FittedRows.saved` gave, fitted again. Raises MaterialError where it is of another method."""
     if metadata["method"] != plan.name:
         raise MaterialError(f"a model of {metadata['method']!r} was given to {plan.name!r}.")
     looks, target = looks_in(arrays, metadata["looks"]), target_in(arrays)
@@ -238,7 +238,7 @@ class Stack:
 
 
 def stack_of(textures: Sequence[Tensor]) -> Stack:
-    """One after the other."""
+    """Return the textures one after the other."""
     count = torch.tensor([len(texture) for texture in textures])
     return Stack(torch.cat(list(textures)), count.cumsum(0) - count, count)
 
@@ -256,13 +256,13 @@ def drawn(stacks: Sequence[Stack], targets: Tensor, shows: int, steps: int) -> G
 
 
 def _anywhere(stack: Stack, places: Tensor, steps: int, chance: torch.Generator) -> Tensor:
-    """Where to begin in each texture, so that the rows follow each other where there are enough."""
+    """Return where to begin in each texture, so that the rows follow each other where there are enough."""
     share = torch.rand(len(places), generator=chance, dtype=torch.float64)
     return (share * (stack.count[places] - steps + 1).clamp(min=1)).long()
 
 
 def examples(stacks: Sequence[Stack], steps: int) -> tuple[Tensor, Tensor]:
-    """Each texture's rows in turn, or runs of `steps` that do not overlap: its place, and where to begin.
+    """Return each texture's rows in turn, or runs of `steps` that do not overlap: its place, and where to begin.
 
     Of two stacks the one with fewer rows begins anew.
     """
@@ -273,7 +273,7 @@ def examples(stacks: Sequence[Stack], steps: int) -> tuple[Tensor, Tensor]:
 
 
 def everything(stacks: Sequence[Stack], targets: Tensor, steps: int) -> GeneratedRows:
-    """All `examples` of all textures, to be watched."""
+    """Return all `examples` of all textures, to be watched."""
     places, starts = examples(stacks, steps)
 
     def make(rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:

@@ -84,7 +84,7 @@ def by_class(
 def difference(
     one: Array, other: Array, groups: Sequence[int], compared: int = 1, confidence: float = CONFIDENCE
 ) -> Difference:
-    """The mean of `one - other` (textures,) over textures, with an interval that knows their groups.
+    """Return the mean of `one - other` (textures,) over textures, with an interval that knows their groups.
 
     Textures of a group may err together, so the standard error is that of the sums over groups (cluster-robust, with
     G / (G - 1) for G groups, and G - 1 degrees of freedom: Cameron and Miller 2015, J. Hum. Resour. 50); where each

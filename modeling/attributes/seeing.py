@@ -82,12 +82,12 @@ class Sight:
             raise MaterialError(f"variants is {self.variants}: 0 or more further versions of each picture are made")
 
     def at(self, version: int) -> Looking:
-        """Where a version of a picture is looked at; version 0 is the picture as it is."""
+        """Return where a version of a picture is looked at; version 0 is the picture as it is."""
         few = min(VARIANT_GRID, len(self.looking.starts))
         return replace(self.looking, grid=few) if version else self.looking
 
     def key(self, picture: Picture, version: int) -> str:
-        """What a version of a picture is kept under."""
+        """Return what a version of a picture is kept under."""
         chance = (self.noise_sd, self.seed, version) if version else ()
         looking, weights = self.at(version), self.weights.key
         decides = {"sha256": picture.sha256, "looking": looking, "weights": weights, "chance": chance}
@@ -122,7 +122,7 @@ def seen(
     albums: Sequence[Album], how: Sight, *, folder: Path | None = None, workers: int | None = None,
     report: Report = silent,
 ) -> dict[str, Seen]:  # fmt: skip
-    """The rows of each texture's pictures, by its id: what `folder` does not hold is computed, and kept there.
+    """Return the rows of each texture's pictures, by its id: what `folder` does not hold is computed, and kept there.
 
     One picture is in memory at a time in each of `workers` processes (None: as many as cores). A picture that shows
     nothing that can be looked at is left out, and the notes say why. Raises MaterialError on a file that is not the
@@ -144,7 +144,7 @@ def _keys(albums: Sequence[Album], how: Sight) -> Iterator[str]:
 
 
 def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Collection[str]) -> Iterator[_Look]:
-    """What lacks, a few textures a job."""
+    """Yield what lacks, a few textures a job."""
     lacking: dict[str, list[tuple[Picture, tuple[int, ...]]]] = {}
     for album in albums:
         for picture in album.pictures:
@@ -185,7 +185,7 @@ def _versions(
 
 
 def _bytes(picture: Picture) -> bytes:
-    """The file's bytes. Raises MaterialError where they are not those that are on record."""
+    """Return the file's bytes. Raises MaterialError where they are not those that are on record."""
     try:
         data = picture.path.read_bytes()
     except OSError as error:

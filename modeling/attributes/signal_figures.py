@@ -127,7 +127,7 @@ def _starts_s(touch: Touch) -> Array:
 
 
 def _envelope(shows: str, times_s: Array, values: Array) -> Iterator[Row]:
-    """A line's lowest and highest value in each column of the picture; every point of a short one."""
+    """Yield a line's lowest and highest value in each column of the picture; every point of a short one."""
     step = max(1, len(values) // COLUMNS)
     for at in range(0, len(values), step):
         piece = values[at : at + step]

@@ -52,7 +52,7 @@ class SupportVectors:
 
 
 def restore(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> SupportVectors:
-    """What `saved` gave, fitted again."""
+    """Return what `saved` gave, fitted again."""
     standard = Standard(arrays["gain"], arrays["offset"])
     own = (arrays[name] for name in ("vectors", "dual", "intercept", "gamma"))
     return SupportVectors(tuple(metadata["kinds"]), standard, *own)
@@ -90,7 +90,7 @@ def fit(learning: Learning) -> SupportVectors:
 
 
 def _segments(textures: Sequence[Texture], kinds: Sequence[str]) -> tuple[Array, Indices]:
-    """Some rows of each texture, and for each the place of its texture."""
+    """Return some rows of each texture, and for each the place of its texture."""
     width = rows_of(textures[0], "touch", kinds).shape[1]
     found = [rows_of(texture, "touch", kinds, width) for texture in textures]
     some = [rows[np.unique(np.linspace(0, len(rows) - 1, SEGMENTS).round().astype(int))] for rows in found]
@@ -115,7 +115,7 @@ def _fold_errors(
 
 
 def _fitted(near: Array, y: Array, cost: float) -> tuple[Array, float]:
-    """The dual weight of each row and the intercept, for the kernel (n, n) between the rows."""
+    """Return the dual weight of each row and the intercept, for the kernel (n, n) between the rows."""
     from sklearn.svm import SVR
 
     made = SVR(kernel="precomputed", C=cost, epsilon=TUBE).fit(near, y)

@@ -76,12 +76,12 @@ class HVNet(nn.Module):
         return x.transpose(1, 2)
 
     def decode(self, code: Tensor) -> Tensor:
-        """What `encode` gives to (batch, length)."""
+        """Return what `encode` gives to (batch, length)."""
         found: Tensor = self.join(self.stretch(code).transpose(1, 2))[:, :, 0]
         return found
 
     def stretch(self, code: Tensor) -> Tensor:
-        """What `encode` gives to (batch, 256, length)."""
+        """Return what `encode` gives to (batch, 256, length)."""
         x = code.transpose(1, 2)
         lengths = [self.length >> times for times in reversed(range(len(SIGHT_FILTERS)))]
         for layer, length in zip(self.decoder, lengths, strict=True):
@@ -89,17 +89,17 @@ class HVNet(nn.Module):
         return x.transpose(1, 2)
 
     def embed(self, code: Tensor) -> Tensor:
-        """What `encode` gives to (batch, 128)."""
+        """Return what `encode` gives to (batch, 128)."""
         return torch.relu(self.second(self.hidden(code)))
 
     def hidden(self, code: Tensor) -> Tensor:
-        """What `encode` gives to (batch, 512)."""
+        """Return what `encode` gives to (batch, 512)."""
         given = self.decode(code) if self.after_reconstruction else code.flatten(1)
         return torch.relu(self.first(given))
 
 
 def hv_net_shapes(network: HVNet, rows: Tensor) -> dict[str, tuple[int, ...]]:
-    """The shape of every stage for rows (batch, length), by name; channels before length."""
+    """Return the shape of every stage for rows (batch, length), by name; channels before length."""
     with torch.no_grad():
         code = network.encode(rows)
         hidden, seen = network.hidden(code), network(rows)
@@ -110,14 +110,14 @@ def hv_net_shapes(network: HVNet, rows: Tensor) -> dict[str, tuple[int, ...]]:
 
 
 def dense(inputs: int, outputs: int, gain: float = 2.0) -> nn.Linear:
-    """A dense layer that begins as `_begun` says."""
+    """Return a dense layer that begins as `_begun` says."""
     layer = nn.Linear(inputs, outputs)
     _begun(layer.weight, layer.bias, gain / inputs)
     return layer
 
 
 def _conv(inputs: int, filters: int, kernel: int) -> RowConv:
-    """A convolution of this width."""
+    """Return a convolution of this width."""
     layer = RowConv(inputs, filters, kernel)
     _begun(layer.weight, layer.bias, 2.0 / (inputs * kernel))
     return layer
@@ -138,7 +138,7 @@ def _begun(weight: Tensor, bias: Tensor | None, variance: float) -> None:
 
 
 def _stretched(x: Tensor, length: int) -> Tensor:
-    """Every place twice; the last one once more where an odd length was halved."""
+    """Return every place twice; the last one once more where an odd length was halved."""
     twice = x.repeat_interleave(2, dim=1)
     return twice if twice.shape[1] == length else torch.cat([twice, x[:, -1:]], dim=1)
 
@@ -166,7 +166,7 @@ class RowConv(nn.Module):
         return found if self.bias is None else found + self.bias
 
     def matrix(self) -> Tensor:
-        """The weights (filters, kernel x channels), as `neighbours` arranges a row."""
+        """Return the weights (filters, kernel x channels), as `neighbours` arranges a row."""
         return self.weight.transpose(1, 2).flatten(1)
 
 
@@ -268,7 +268,7 @@ class HTNet(nn.Module):
         return self.stages(x)[-1][:, -1].mean(dim=2)
 
     def stages(self, x: Tensor) -> list[Tensor]:
-        """What each layer gives, halved where it is: (batch, steps, filters, places)."""
+        """Return what each layer gives, halved where it is: (batch, steps, filters, places)."""
         if x.ndim != 4 or x.shape[2] != self.channels or 0 in x.shape[1:]:
             raise MaterialError(f"HT-Net came to {tuple(x.shape)}: (batch, steps, {self.channels}, places) is needed.")
         found: list[Tensor] = []
@@ -286,7 +286,7 @@ def halved(x: Tensor) -> Tensor:
 
 
 def ht_net_shapes(network: HTNet, x: Tensor) -> dict[str, tuple[int, ...]]:
-    """The shape after every layer for segments (batch, steps, channels, places), and of the answer, by name."""
+    """Return the shape after every layer for segments (batch, steps, channels, places), and of the answer, by name."""
     with torch.no_grad():
         stages = network.stages(x)
         found = {f"layer {place}": tuple(stage.shape[1:]) for place, stage in enumerate(stages, 1)}
@@ -367,7 +367,7 @@ class VisuoTactile(nn.Module):
         return Answer(answered, wrong, tuple(head(part) for head, part in zip(self.own, parts, strict=False)))
 
     def head(self, parts: list[Tensor]) -> Tensor:
-        """What the branches say, (batch, 1 or segments, 128) each, to (batch, segments, attributes)."""
+        """Return what the branches say, (batch, 1 or segments, 128) each, to (batch, segments, attributes)."""
         count = max(part.shape[1] for part in parts)
         x = torch.cat([part.expand(-1, count, -1) for part in parts], dim=2)
         for layer in self.joined:
@@ -377,7 +377,7 @@ class VisuoTactile(nn.Module):
         return found
 
     def _told(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
-        """The pictures and the segments among what was given."""
+        """Return the pictures and the segments among what was given."""
         wanted = [dims for dims, branch in ((2, self.sight), (5, self.touch)) if branch is not None]
         if [each.ndim for each in given] != wanted or len({len(each) for each in given}) != 1:
             found = ", ".join(str(tuple(each.shape)) for each in given)
@@ -390,7 +390,7 @@ class VisuoTactile(nn.Module):
 
 
 def rmse(answer: Answer, target: Tensor) -> Tensor:
-    """The root mean square error of scaled attributes, target (batch, attributes), with the terms of the
+    """Return the root mean square error of scaled attributes, target (batch, attributes), with the terms of the
     reconstruction and of what each branch says by itself."""
     own = sum(_off(each, target) for each in answer.own)
     return _off(answer.attributes, target) + OWN * own + REBUILDING * answer.wrong.mean()

@@ -72,15 +72,15 @@ class Whole:
         return self.scaled(_row(self.parts, texture)[None])
 
     def scaled(self, rows: Array) -> Array:
-        """Rows as they are, (n, columns), to standardised ones."""
+        """Return rows as they are, (n, columns), to standardised ones."""
         return np.clip(np.nan_to_num(self.standard(rows), nan=0.0), -LIMIT, LIMIT)
 
     def metadata(self) -> dict[str, Any]:
-        """What `of` makes the same from, with the arrays `gain` and `offset`."""
+        """Return what `of` makes the same from, with the arrays `gain` and `offset`."""
         return {"parts": [[part.modality, list(part.kinds), list(part.widths)] for part in self.parts]}
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """The standardisation."""
+        """Return the standardisation."""
         return {"gain": self.standard.gain, "offset": self.standard.offset}
 
     @classmethod
@@ -127,13 +127,13 @@ class Mean:
 
 
 def fit_mean(learning: Learning) -> Mean:
-    """The mean rating of each attribute, each texture counted once."""
+    """Return the mean rating of each attribute, each texture counted once."""
     _, ratings = textures_of(learning, least=1)
     return Mean(ratings.mean(axis=0))
 
 
 def restore_mean(arrays: Mapping[str, NDArray[Any]], _metadata: Mapping[str, Any]) -> Mean:
-    """What `saved` gave, fitted again."""
+    """Return what `saved` gave, fitted again."""
     return Mean(arrays["mean"])
 
 
@@ -184,7 +184,7 @@ class Ridge:
 
 
 def restore_ridge(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> Ridge:
-    """What `saved` gave, fitted again."""
+    """Return what `saved` gave, fitted again."""
     front = Whole.of(arrays, metadata)
     return Ridge(front, *(arrays[name] for name in ("weight", "bias", "share", "penalty")))
 
@@ -216,7 +216,7 @@ def _best(
     errors: Array,
     shares: Sequence[float],
 ) -> tuple[Array, Array]:
-    """The errors (shares, penalties, attributes) choose; then each attribute is fitted to all textures.
+    """Choose by the errors (shares, penalties, attributes), then fit each attribute to all textures.
 
     Gives the weights (attributes, columns), and share and penalty of each (attributes, 2).
     """
@@ -249,7 +249,7 @@ def _columns(parts: Sequence[Part]) -> list[slice]:
 
 
 def _rotated(z: Array) -> tuple[Array, Array]:
-    """Places (n, axes) along the axes (axes, columns) of least number that hold all of z."""
+    """Return places (n, axes) along the axes (axes, columns) of least number that hold all of z."""
     left, singular, axes = np.linalg.svd(z, full_matrices=False)
     return left * singular, axes
 
@@ -304,7 +304,7 @@ class Boosted:
 
 
 def restore_boosting(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> Boosted:
-    """What `saved` gave, fitted again."""
+    """Return what `saved` gave, fitted again."""
     trees = Trees(*(arrays[f"trees.{name}"] for name in Trees.__dataclass_fields__))
     return Boosted(Whole.of(arrays, metadata), trees, arrays["first"], arrays["bias"])
 

@@ -44,7 +44,7 @@ class Ceiling:
 def noise_ceiling(
     rated: Rated, scaling: Scaling | None = None, *, of: Of = "other_people", splits: int = SPLITS, seed: int = 0
 ) -> Ceiling:
-    """What a perfect predictor would reach, from random halves of the people within each group of raters.
+    """Return what a perfect predictor would reach, from random halves of the people within each group of raters.
 
     The predictor of `other_people` knows the mean of everybody who could have been asked: the people's own bias and
     taste are noise to it. That of the `same_people` also knows how far each of these people's answers lie above those
@@ -92,7 +92,7 @@ def noise_ceiling(
 
 
 def _levelled(value: Array) -> Array:
-    """The answers without each person's own level: how far theirs lie above those of all to the same stimuli.
+    """Return the answers without each person's own level: how far theirs lie above those of all to the same stimuli.
 
     A level that is estimated from n answers takes 1/n of their scatter with it; it is given back. Of one answer nothing
     would be left: it is left out.
@@ -123,14 +123,14 @@ def _random_halves(individual: Individual, splits: int, seed: int) -> NDArray[np
 
 
 def _halves(value: Array, first: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-    """The means of both halves and the error that a perfect predictor of the whole mean would make."""
+    """Return the means of both halves and the error that a perfect predictor of the whole mean would make."""
     a, b = ((~np.isnan(value[half])).sum(axis=0) for half in (first, ~first))
     one, two = (_mean(value[half], count) for half, count in ((first, a), (~first, b)))
     return one, two, (one - two) * np.sqrt(a * b) / np.maximum(a + b, 1)
 
 
 def _mean(value: Array, count: Indices) -> Array:
-    """The mean over the first axis of `count` values, NaN where there are none."""
+    """Return the mean over the first axis of `count` values, NaN where there are none."""
     mean: Array = np.divide(np.nansum(value, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
     return mean
 

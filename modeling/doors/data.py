@@ -47,7 +47,7 @@ class DoorData:
         return len(self.ids)
 
     def rows(self, which: Indices) -> Self:
-        """The same data with these rows only, in this order."""
+        """Return the same data with these rows only, in this order."""
         picked: dict[str, Any] = {name: tuple(getattr(self, name)[i] for i in which) for name in _NAMES}
         picked |= {name: getattr(self, name)[which] for name in _ARRAYS}
         return replace(self, **picked)
@@ -84,7 +84,7 @@ class Scaling:
         return _down(scaled, self.force_N)
 
     def rating_up(self, rating: Array) -> Array:
-        """The study's scale to 0..100."""
+        """Return the study's scale to 0..100."""
         return _up(rating, self.rating)
 
     def rating_down(self, scaled: Array) -> Array:
@@ -93,7 +93,7 @@ class Scaling:
 
 
 def scaling_of(data: DoorData) -> Scaling:
-    """The scaling of a whole data set. Raises ModelDataError where all forces or all ratings are equal."""
+    """Return the scaling of a whole data set. Raises ModelDataError where all forces or all ratings are equal."""
     return Scaling(_range(data.force_N, "forces"), _range(data.rating, "ratings"))
 
 
@@ -160,7 +160,7 @@ class _Links:
         self.parent = list(range(rows))
 
     def first(self, row: int) -> int:
-        """The least row of the set that this one is in."""
+        """Return the least row of the set that this one is in."""
         while self.parent[row] != row:
             self.parent[row] = self.parent[self.parent[row]]
             row = self.parent[row]

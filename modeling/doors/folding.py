@@ -35,7 +35,7 @@ class Fold:
 
 
 def folds(data: DoorData, k: int = 5, kind: Kinds = "grouped", seed: int = 0) -> tuple[Fold, ...]:
-    """The splits of the data.
+    """Return the splits of the data.
 
     `grouped`: k folds; no source, and no (nearly) identical profile, lies on both sides; every row is tested once;
     each door and each variant is spread over the folds as evenly as whole sources can be. `leave_one_door_out`: a fold
@@ -57,7 +57,7 @@ def folds(data: DoorData, k: int = 5, kind: Kinds = "grouped", seed: int = 0) ->
 
 
 def held_share(train: DoorData, share: float = 0.15, seed: int = 0) -> tuple[Indices, Indices]:
-    """The rows to learn from and those held back to stop early, in the data's order: no source on both sides.
+    """Return the rows to learn from and those held back to stop early, in the data's order: no source on both sides.
 
     About `share` of the rows is held, balanced over doors and variants, at least one source.
     Raises ModelDataError on a share that is none, and on fewer than three sources.
@@ -98,12 +98,12 @@ def _dealt(data: DoorData, groups: Indices, shares: Sequence[float], seed: int) 
 
 
 def _labels(data: DoorData) -> tuple[tuple[str, Sequence[str]], ...]:
-    """What is spread evenly: doors, variants, and the rows themselves."""
+    """Return what is spread evenly: doors, variants, and the rows themselves."""
     return ("door", data.doors), ("variant", data.variants), ("row", [""] * len(data))
 
 
 def _members(data: DoorData, groups: Indices) -> dict[str, list[int]]:
-    """The rows of each group, by a name that does not depend on their order."""
+    """Return the rows of each group, by a name that does not depend on their order."""
     rows: dict[int, list[int]] = {}
     for row, group in enumerate(groups.tolist()):
         rows.setdefault(group, []).append(row)
@@ -142,7 +142,7 @@ Counts = NDArray[np.int64]
 
 
 def balanced(counts: Counts, weight: Sequence[float], shares: Sequence[float]) -> Indices:
-    """The part (0, 1, ...) of each group; `shares` are how much of everything each part should get, 1 in all.
+    """Return the part (0, 1, ...) of each group; `shares` are how much of everything each part should get, 1 in all.
 
     `counts` is (labels, groups): how many rows with each label a group holds. A label's rows are well spread where
     every part gets its share of them, rounded down or up; minimised is the sum of what falls outside that, each label

@@ -49,7 +49,7 @@ class FeltThrough:
         return answers(self.network, checked_forces(given))
 
     def exported(self) -> Exported:
-        """The network as steps and float32 tensors."""
+        """Return the network as steps and float32 tensors."""
         return exported_network(self.network)
 
 

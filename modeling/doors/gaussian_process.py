@@ -124,7 +124,7 @@ def _best_noise(values: Array, turned: Array) -> tuple[float, float, float]:
 
 
 def _least(badness: Callable[[float], float], grid: Array) -> float:
-    """Where `badness` is least: the best of a grid, then between its neighbours."""
+    """Return where `badness` is least: the best of a grid, then between its neighbours."""
     found = [badness(float(one)) for one in grid]
     best = int(np.argmin(found))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]

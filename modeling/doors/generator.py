@@ -74,7 +74,7 @@ def plausible(doors: Array, count: int, chance: Chance) -> Array:
 
 
 def code_of(profiles: Array, components: int) -> Code:
-    """The principal components of profiles (n, 621), scaled so that their codes have SD 1.
+    """Return the principal components of profiles (n, 621), scaled so that their codes have SD 1.
 
     Raises ModelDataError where all profiles are equal.
     """
@@ -137,7 +137,7 @@ class Foreign:
 
 
 def foreign_to(measured_N: Array) -> Foreign:
-    """The measure for these measured profiles (n, 621)."""
+    """Return the measure for these measured profiles (n, 621)."""
     raw = features(measured_N)
     standard = standard_of(raw)
     z = standard(raw)

@@ -54,7 +54,7 @@ class How:
     report: Callable[[str], None] = lambda _line: None
 
     def settings(self, stage: str, number: int, epochs: int, size: Size) -> Settings:
-        """The settings of one stage of a round; each has chance and a checkpoint of its own."""
+        """Return the settings of one stage of a round; each has chance and a checkpoint of its own."""
         folder = None if self.checkpoint is None else self.checkpoint / f"{stage}-{number}"
         return Settings(
             epochs=epochs, batch=size.batch, learning_rate=size.learning_rate, plateau_patience=3, plateau_factor=0.5,
@@ -62,7 +62,7 @@ class How:
         )  # fmt: skip
 
     def drawn(self, stage: str, number: int) -> int:
-        """A seed that belongs to one stage of a round."""
+        """Return a seed that belongs to one stage of a round."""
         return int(np.random.SeedSequence([self.seed, number, *stage.encode()]).generate_state(1)[0])
 
 
@@ -98,7 +98,7 @@ class Generator(nn.Module):
         return self.span * x
 
     def numbers(self) -> Layers:
-        """The generator without torch."""
+        """Return the generator without torch."""
         weights = [array.detach().double().numpy().copy() for array in self.parameters()]
         return Layers(tuple(zip(weights[::2], weights[1::2], strict=True)), self.span)
 
@@ -119,14 +119,14 @@ class InLoop(nn.Module):
 
 
 def student_network(components: int, attributes: int, width: int) -> nn.Sequential:
-    """A code to ratings and how foreign it is: it stands in for a teacher that has no gradient."""
+    """Return a code to ratings and how foreign it is: it stands in for a teacher that has no gradient."""
     sizes = (components, width, width)
     hidden = [part for a, b in pairwise(sizes) for part in (nn.Linear(a, b), nn.SiLU())]
     return nn.Sequential(*hidden, nn.Linear(width, attributes + 1))
 
 
 def fresh(make: Callable[[], Net], seed: int) -> Net:
-    """A network with starting weights that the seed alone decides."""
+    """Return a network with starting weights that the seed alone decides."""
     return seeded(make, seed)
 
 

@@ -91,7 +91,7 @@ class Searching:
         )
 
     def _found(self, wish: Array) -> Array:
-        """The best codes (n, k) for these wishes."""
+        """Return the best codes (n, k) for these wishes."""
         with training_state(0, 1):
             self.network.eval()
             # starts (n, starts, k): nearest rated profiles, the mean profile, one that the seed drew for all wishes
@@ -106,7 +106,7 @@ class Searching:
             return self._descended(code, wish, self.steps[1])[0]
 
     def _descended(self, start: Array, wish: Array, steps: int) -> tuple[Array, Array]:
-        """The best codes on the way from these, and their costs, after so many steps of Adam."""
+        """Return the best codes on the way from these, and their costs, after so many steps of Adam."""
         code = torch.tensor(start, dtype=torch.float32, requires_grad=True)
         self._pull_back(code)
         adam = torch.optim.Adam([code], lr=RATE)

@@ -43,7 +43,7 @@ class Coverage:
 
 
 def needed(coverage: float) -> int:
-    """The least number of residuals that such an interval can be calibrated on: 9 for 90 %, 19 for 95 %."""
+    """Return the least number of residuals that such an interval can be calibrated on: 9 for 90 %, 19 for 95 %."""
     if not 0 < coverage < 1:
         raise ModelDataError(f"a coverage is a share between 0 and 1, such as 0.9; found {coverage:g}.")
     return max(1, math.ceil((coverage - ROUNDING) / (1 - coverage)))
@@ -119,7 +119,7 @@ def nested_coverage(
 
 
 def interval(residual: Array, coverage: float = COVERAGE, splitting: str = "grouped folds") -> Interval:
-    """The interval as a model's card holds it."""
+    """Return the interval as a model's card holds it."""
     method = f"conformal, from out-of-fold residuals of {len(residual)} stimuli ({splitting})"
     return Interval(method=method, coverage=coverage, half_width=tuple(half_widths(residual, coverage).tolist()))
 

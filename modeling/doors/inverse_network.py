@@ -53,7 +53,7 @@ class MadeThrough:
         return bounded_profiles(self.scaling.force_down(scaled))
 
     def exported(self) -> Exported:
-        """The network as steps and float32 tensors, then to newtons and within what may be played."""
+        """Return the network as steps and float32 tensors, then to newtons and within what may be played."""
         low, high = self.scaling.force_N
         newtons = Affine(gain=(high - low) / TOP, offset=low)
         return exported_network(self.network, newtons, PLAYABLE)

@@ -67,18 +67,18 @@ class Linear:
         return self.check(given) @ self.weight.T + self.bias
 
     def exported(self) -> Exported:
-        """One dense step."""
+        """Return one dense step."""
         return Exported((Dense(weight="weight", bias="bias"),), {"weight": self.weight, "bias": self.bias})
 
 
 def best_penalty(x: Array, y: Array, group: Indices) -> float:
-    """The penalty of least squared error, all outputs together, over inner folds that keep groups together."""
+    """Return the penalty of least squared error, all outputs together, over inner folds that keep groups together."""
     total = inner_errors(x, y, inner_folds(group)).sum(axis=1)
     return float(PENALTIES[np.argmin(total)])
 
 
 def fit_mean(learning: Learning) -> Linear:
-    """The mean rating of each attribute over the measured stimuli of the training side."""
+    """Return the mean rating of each attribute over the measured stimuli of the training side."""
     mean = rows_of(learning).rating.mean(axis=0)
     return Linear(np.zeros((len(mean), POINTS)), mean, checked_forces)
 
@@ -107,7 +107,7 @@ class Ridge:
 
 @on_one_thread
 def fit_ridge(learning: Learning) -> Ridge:
-    """The penalty is that of least squared error over inner folds grouped by source."""
+    """Fit ridge regression; the penalty is that of least squared error over inner folds grouped by source."""
     rows = rows_of(learning, least=2)
     front, z = featured(rows)
     penalty = best_penalty(z, rows.rating, rows.group)
@@ -180,7 +180,7 @@ class Regressed:
         return bounded_profiles(self.linear.predict(given))
 
     def exported(self) -> Exported:
-        """One dense step, then the limits."""
+        """Return one dense step, then the limits."""
         dense = self.linear.exported()
         return Exported((*dense.steps, PLAYABLE), dense.tensors)
 

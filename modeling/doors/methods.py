@@ -20,7 +20,7 @@ class Fitted(Protocol):
         """Forward: (n, 621) newtons to (n, attributes) on 0..100. Inverse: (n, attributes) on 0..100 to (n, 621) N."""
 
     def exported(self) -> Exported:
-        """The model as a file holds it. Its input and output are those of `predict`."""
+        """Return the model as a file holds it. Its input and output are those of `predict`."""
 
 
 @dataclass(frozen=True)

@@ -26,13 +26,13 @@ class Nearest:
         return self.force_N[[int(np.argmin(np.sum((self.rating - one) ** 2, axis=1))) for one in wish]]
 
     def exported(self) -> Exported:
-        """One step that holds all rated profiles."""
+        """Return one step that holds all rated profiles."""
         step = model_card.Nearest(points="rating", values="force_N")
         return Exported((step,), {"rating": self.rating, "force_N": self.force_N})
 
 
 def fit(learning: Learning) -> Nearest:
-    """The measured stimuli of the training side."""
+    """Return the measured stimuli of the training side."""
     rows = rows_of(learning)
     return Nearest(rows.rating, rows.force_N)
 

@@ -40,7 +40,7 @@ class ResidualBlock(nn.Module):
 
 
 def conv_relu(inputs: int, outputs: int, width: int = 3, pad: int = 1) -> nn.Sequential:
-    """A convolution and a ReLU (thesis equation 5.1)."""
+    """Return a convolution and a ReLU (thesis equation 5.1)."""
     return nn.Sequential(nn.Conv1d(inputs, outputs, width, padding=pad), nn.ReLU())
 
 
@@ -113,7 +113,7 @@ class PerceptionToForce(nn.Module):
 
 
 def shapes(force: Tensor, network: ForceToPerception) -> dict[str, tuple[int, ...]]:
-    """The shape of every stage for a batch of forces (batch, 621), by name; channels before length."""
+    """Return the shape of every stage for a batch of forces (batch, 621), by name; channels before length."""
     with torch.no_grad():
         latent = network.encoder(force.unsqueeze(1))
         restored = network.decoder(latent)
@@ -166,7 +166,7 @@ def _centre_and_spread(rows: Array) -> tuple[Array, float]:
 
 
 def training_rows(learning: Learning) -> tuple[Rows, Rows | None]:
-    """The rows to train on, and those to watch or None where none are held out.
+    """Return the rows to train on, and those to watch or None where none are held out.
 
     Trained on are the stimuli with their training variants; with the setting `quick` the stimuli as they were rated.
     The setting `learn_from` goes before either. Raises ModelDataError as `rows_of` does, and for less than two rows.
@@ -193,7 +193,7 @@ Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
 
 
 def exported_network(network: nn.Module, *after: Step) -> Exported:
-    """A network as it answers, not as it trains (dropout is left out), and these steps after it.
+    """Return a network as it answers, not as it trains (dropout is left out), and these steps after it.
 
     Tensors are float32, named after the network's own layers. A flattening has no step: a dense step reads its input in
     C order, as torch does. Raises ModelDataError for a layer that model cards have no step for, and for weights that

@@ -61,13 +61,13 @@ def judged_all(force_N: Array, measured_N: Array) -> tuple[Plausibility, ...]:
 
 
 def distances_N(profile: Array, others: Array) -> Array:
-    """Mean absolute differences (n,) in newtons of a profile (621,) to others (n, 621)."""
+    """Return mean absolute differences (n,) in newtons of a profile (621,) to others (n, 621)."""
     distances: Array = np.abs(others - profile).mean(axis=1)
     return distances
 
 
 def work_J_m(profile: Array) -> float:
-    """The work of opening, in joules per metre of handle radius: trapezia over the angle in radians."""
+    """Return the work of opening, in joules per metre of handle radius: trapezia over the angle in radians."""
     return float(np.trapezoid(profile, dx=np.radians(1 / POINTS_PER_DEG)))
 
 
@@ -126,12 +126,12 @@ class Extreme:
 
 
 def corners(attributes: int) -> Array:
-    """All 2^attributes wishes of 0 and 100, (2^attributes, attributes)."""
+    """Return all 2^attributes wishes of 0 and 100, (2^attributes, attributes)."""
     return np.array(list(product((0.0, TOP), repeat=attributes)))
 
 
 def singles(attributes: int, low: float = 0.0, high: float = TOP) -> Array:
-    """Every slider alone at `low` and at `high`, the others in the middle, (2 attributes, attributes)."""
+    """Return every slider alone at `low` and at `high`, the others in the middle, (2 attributes, attributes)."""
     wishes = np.full((2 * attributes, attributes), MIDDLE)
     for slider in range(attributes):
         wishes[2 * slider : 2 * slider + 2, slider] = low, high
@@ -139,7 +139,7 @@ def singles(attributes: int, low: float = 0.0, high: float = TOP) -> Array:
 
 
 def extremes(inverse: Fitted, wishes: Array, forward: Fitted, measured_N: Array) -> tuple[Extreme, ...]:
-    """What a model of the inverse makes of extreme wishes (n, attributes), judged beside measured profiles."""
+    """Return what a model of the inverse makes of extreme wishes (n, attributes), judged beside measured profiles."""
     made = inverse.predict(wishes)
     felt = np.clip(forward.predict(made), 0.0, TOP)
     judgements = judged_all(made, measured_N)
@@ -147,5 +147,5 @@ def extremes(inverse: Fitted, wishes: Array, forward: Fitted, measured_N: Array)
 
 
 def unplayable(found: Sequence[Extreme]) -> int:
-    """How many came to a profile that the door cannot play."""
+    """Return how many came to a profile that the door cannot play."""
     return sum(not each.plausibility.playable for each in found)

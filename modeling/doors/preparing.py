@@ -54,7 +54,7 @@ class Rows:
 
 
 def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> Rows:
-    """The rows to learn from, in an order that does not depend on the order they came in.
+    """Return the rows to learn from, in an order that does not depend on the order they came in.
 
     `default` is whether the stimuli as they were rated ("measured") or with their training variants ("train"); the
     setting `learn_from` goes before it. Raises ModelDataError for fewer than `least` rows, ratings or forces that are
@@ -133,7 +133,7 @@ class Featured:
 
 
 def featured(rows: Rows) -> tuple[Featured, Array]:
-    """The way to the features, fitted to these rows, and their standardised features (n, features)."""
+    """Return the way to the features, fitted to these rows, and their standardised features (n, features)."""
     raw = features(rows.force_N)
     standard = standard_of(raw)
     return Featured(standard), standard(raw)

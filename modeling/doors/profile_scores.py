@@ -31,7 +31,7 @@ LETTER = "J"
 
 
 def door_ratings() -> Study:
-    """The shipped rating study, whose simulated people these are (thesis 5.3.4.2)."""
+    """Return the shipped rating study, whose simulated people these are (thesis 5.3.4.2)."""
     return read_study(SHIPPED / "door_ratings" / "study.yaml").study
 
 
@@ -68,7 +68,7 @@ class Perceivers:
         return tuple(Perceiver(replace(plans[g], who=ParticipantRow(name, groups[g]))) for name, g in rows)
 
     def rate(self, force_N: Array) -> Array:
-        """Mean ratings (n, attributes) of all people on the study's scale, of profiles (n, 621) in newtons."""
+        """Return mean ratings (n, attributes) of all people on the study's scale, of profiles (n, 621) in newtons."""
         return np.array([self._rated(profile) for profile in as_rows(force_N, POINTS, "force profiles")])
 
     def felt(self, force_N: Array) -> Array:
@@ -110,7 +110,7 @@ def perceivers_for(data: DoorData) -> Perceivers | None:
 
 
 def profile_scores(scaling: Scaling, test: DoorData, made_N: Array, known_N: Array, judge: Fitted) -> Arrays:
-    """Of the profiles made for the test side's ratings: ratings by the judge and by fresh people, plausibility.
+    """Score the profiles made for the test side's ratings: ratings by the judge and by fresh people, plausibility.
 
     `known_N` are the profiles of the training side, `judge` the forward model that was fitted to it.
     """

@@ -167,7 +167,7 @@ def _whose(individual: Individual, rated: Mask) -> str:
 
 
 def _sd(value: Array, mean: Array, count: Indices) -> Array:
-    """The SD between raters (n - 1), NaN where one person rated: an SD that nobody knows is not 0."""
+    """Return the SD between raters (n - 1), NaN where one person rated: an SD that nobody knows is not 0."""
     squares = np.nansum((value - mean) ** 2, axis=0)
     variance: Array = np.divide(squares, count - 1, out=np.full(mean.shape, np.nan), where=count > 1)
     return np.sqrt(variance)

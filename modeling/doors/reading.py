@@ -34,7 +34,7 @@ PROFILE = profile_file.ProfileFormat(
 
 
 def read_profile(path: Path, sha256: str | None = None) -> Array:
-    """The 621 forces, in newtons over 0 to 62 degrees, of a file with the columns angle_deg and force_N.
+    """Return the 621 forces, in newtons over 0 to 62 degrees, of a file with the columns angle_deg and force_N.
 
     Raises ModelDataError, naming file and line, on a file that is missing or no text, on another header, angle or
     number of points, on a value that is no finite number, and where the file is not the one with this `sha256`.
@@ -51,7 +51,7 @@ def read_lab(
     lab: Path, study: str = "door_ratings", simulated: bool | None = None, *, digest: str | None = None,
     url: str | None = None, rated_only: bool = False,
 ) -> DoorData:  # fmt: skip
-    """The mean ratings of a lab's study, or imported data set, and the profiles that they are of.
+    """Return the mean ratings of a lab's study, or imported data set, and the profiles that they are of.
 
     Read are the sessions that `palpate regenerate` analyses: of one version of the study (`digest`), all real or all
     `simulated`, complete, of nobody who withdrew, without what the study's analysis plan excludes. They come from the
@@ -99,7 +99,7 @@ def rated_material(
 
 
 def _of_table(ratings: Ratings, folder: Path) -> list[StimulusProfile]:
-    """The stimuli of an imported data set: its rows name each one and its file."""
+    """Return the stimuli of an imported data set: its rows name each one and its file."""
     for column in ("stimulus", FILE):
         if column not in ratings.table.columns:
             raise ModelDataError(
@@ -126,7 +126,7 @@ def _shown(name: str, columns: Mapping[str, str], folder: Path, sha256: str | No
 
 
 def _inputs(material: Material) -> tuple[str, ...]:
-    """The study and the session files by their SHA-256, and what was left out."""
+    """Return the study and the session files by their SHA-256, and what was left out."""
     from palpate.modeling.lab_answers import left_out_lines
 
     left_out = (f"left out: {line}" for line in left_out_lines(material))

@@ -79,7 +79,7 @@ def read_table(
 
 
 def shipped_attributes() -> dict[str, str]:
-    """The low words and antonyms of the shipped study door_ratings, in its order (thesis Table 5.2)."""
+    """Return the low words and antonyms of the shipped study door_ratings, in its order (thesis Table 5.2)."""
     from palpate.studies.catalogue import SHIPPED, STUDY_FILE, read_study
 
     study = read_study(SHIPPED / "door_ratings" / STUDY_FILE).study

@@ -55,12 +55,12 @@ NO_FILE = frozenset({("inverse", "search")})
 
 
 def methods_of(direction: Direction) -> Mapping[str, Method]:
-    """All methods of one direction."""
+    """Return all methods of one direction."""
     return FORWARD if direction == "forward" else INVERSE
 
 
 def method_named(direction: Direction, name: str) -> Method:
-    """The method of this name. Raises ModelDataError with the nearest known name."""
+    """Return the method of this name. Raises ModelDataError with the nearest known name."""
     known = methods_of(direction)
     if name not in known:
         from palpate.protocols.did_you_mean import nearest

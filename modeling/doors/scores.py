@@ -54,7 +54,7 @@ class Share:
 
 
 def share_within(predicted: Array, rated: Array, jnd: float = JND) -> Share:
-    """The share of predictions (n, attributes) no more than `jnd` from the mean ratings, both on 0..100.
+    """Return the share of predictions (n, attributes) no more than `jnd` from the mean ratings, both on 0..100.
 
     Source: thesis 5.5.4.1. Raises ModelDataError for arrays that do not match, are empty or are not finite, or a JND
     that is not positive.
@@ -65,7 +65,7 @@ def share_within(predicted: Array, rated: Array, jnd: float = JND) -> Share:
 
 
 def share_within_sd(predicted: Array, rated: Array, sd: Array | float) -> Share:
-    """The share of predictions no more than one SD of the raters from their mean, all on 0..100.
+    """Return the share of predictions no more than one SD of the raters from their mean, all on 0..100.
 
     `sd` is (n, attributes): between the raters of each stimulus; or one number for all, as in the thesis' figures 5.12
     and 5.13. It lies on 0..100: `sd / (high - low) * 100` of the scaling. Raises ModelDataError as `share_within`, and

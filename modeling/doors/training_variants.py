@@ -53,7 +53,7 @@ def shift(force_N: Array, amount: float, _draw: np.random.Generator) -> Array:
 
 
 def smoothing(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
-    """A moving average of `amount` degrees along a stretch of 20 degrees that is drawn."""
+    """Return a moving average of `amount` degrees along a stretch of 20 degrees that is drawn."""
     end = motion_end(force_N)
     points = 2 * round(amount * POINTS_PER_DEG / 2) + 1
     moving = force_N[: end + 1]
@@ -69,12 +69,12 @@ def smoothing(force_N: Array, amount: float, draw: np.random.Generator) -> Array
 
 
 def amplitude(force_N: Array, amount: float, _draw: np.random.Generator) -> Array:
-    """Every force `amount` percent greater."""
+    """Return every force `amount` percent greater."""
     return force_N * (1 + amount / 100)
 
 
 def spike(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
-    """A bump of `amount` newtons and 1 degree (a raised cosine), at an angle that is drawn."""
+    """Return a bump of `amount` newtons and 1 degree (a raised cosine), at an angle that is drawn."""
     end = motion_end(force_N)
     reach = SPIKE_DEG / 2
     middle = draw.uniform(reach, max(reach, end / POINTS_PER_DEG - reach))
@@ -125,7 +125,7 @@ KINDS = (
 
 
 def with_variants(data: DoorData, seed: int = 0) -> DoorData:
-    """The data, and after it the five training variants of every stimulus: 90 rows become 540.
+    """Return the data, and after it the five training variants of every stimulus: 90 rows become 540.
 
     A variant has its stimulus' source, door, variant, raters and SD; its name is the stimulus', `~` and the change's.
     What is drawn depends on the seed, the stimulus' name and the change alone. Ratings stay on the study's scale.
@@ -146,13 +146,13 @@ def with_variants(data: DoorData, seed: int = 0) -> DoorData:
 
 
 def is_variant(name: str) -> bool:
-    """Whether this is the name of a training variant."""
+    """Return whether this is the name of a training variant."""
     stimulus, mark, kind = name.rpartition(MARK)
     return bool(stimulus and mark) and kind in {each.name for each in KINDS}
 
 
 def _variant(data: DoorData, row: int, kind: Kind, seed: int) -> tuple[Array, Array]:
-    """The changed profile, and the ratings that it is taken to get."""
+    """Return the changed profile, and the ratings that it is taken to get."""
     draw = np.random.Generator(np.random.PCG64(keyed_bits("training variant", seed, data.ids[row], kind.name)))
     amount = float(draw.uniform(kind.least, kind.most))
     force = kind.change(data.force_N[row], amount, draw)

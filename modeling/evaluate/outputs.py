@@ -107,7 +107,7 @@ def software_table() -> TableBlock:
 
 @cache
 def printed_numbers(file: Path) -> Mapping[str, Any]:
-    """The whole file, read once."""
+    """Return the whole file, read once."""
     import yaml
 
     told: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))

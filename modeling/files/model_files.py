@@ -81,7 +81,7 @@ def write_model(
 
 
 def _checked(name: str, exported: Exported, texture: Texture | None) -> dict[str, NDArray[Any]]:
-    """The arrays in C order, exactly those that the steps use."""
+    """Return the arrays in C order, exactly those that the steps use."""
     tensors = {key: np.asarray(value) for key, value in exported.tensors.items()}
     needed = set(tensors_named(exported.steps))
     if texture is not None and texture.start is not None:
@@ -98,7 +98,7 @@ def _checked(name: str, exported: Exported, texture: Texture | None) -> dict[str
 
 
 def _plain(name: str, training: Mapping[str, Any]) -> dict[str, Any]:
-    """The run card as JSON holds it: lists for tuples, and no NaN."""
+    """Return the run card as JSON holds it: lists for tuples, and no NaN."""
     try:
         canonical(training)
     except NotCanonical as error:

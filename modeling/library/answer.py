@@ -107,7 +107,7 @@ class Opened:
 
 
 def opened(asked: LibraryRequest) -> Opened:
-    """The library that was asked. Raises LibraryError."""
+    """Return the library that was asked. Raises LibraryError."""
     library = read_library(asked.lab)
     return Opened(asked, library, chosen(library, asked.classes, asked.kind))
 
@@ -129,5 +129,5 @@ def tell_index(found: Indexed) -> None:
 
 
 def name_of(entry: Entry) -> str:
-    """A texture's id and label."""
+    """Return a texture's id and label."""
     return entry.id if entry.label in ("", entry.id) else f"{entry.id} ({entry.label})"

@@ -43,7 +43,7 @@ class Pen:
     opened: dict[tuple[int, bool], FreeTypeFont] = field(default_factory=dict)
 
     def font(self, size: int, bold: bool = False) -> FreeTypeFont:
-        """A face in a size, opened once."""
+        """Return a face in a size, opened once."""
         from PIL import ImageFont
 
         if (size, bold) not in self.opened:
@@ -52,11 +52,11 @@ class Pen:
         return self.opened[size, bold]
 
     def width(self, text: str, size: int, bold: bool = False) -> float:
-        """How wide a text is."""
+        """Return how wide a text is."""
         return float(self.font(size, bold).getlength(text))
 
     def fitted(self, text: str, room: float, size: int, bold: bool = False) -> str:
-        """The text, cut off where there is no room for it."""
+        """Return the text, cut off where there is no room for it."""
         if self.width(text, size, bold) <= room:
             return text
         most = bisect_right(range(len(text)), room, key=lambda end: self.width(text[:end] + MORE, size, bold))
@@ -80,7 +80,7 @@ def tiles_of(
     entries: Sequence[Entry], library: Library, wishes: Sequence[Wish] = (), kind: Kind | None = None,
     beside: Mapping[str, tuple[str, float | None]] | None = None,
 ) -> list[Tile]:  # fmt: skip
-    """What is drawn of each texture; `beside` holds, by texture, what stands beside its name, and its fit."""
+    """Return what is drawn of each texture; `beside` holds, by texture, what stands beside its name, and its fit."""
     wished = {pair: soft.met for pair, soft in combined(wishes)}
     found = []
     for entry in entries:
@@ -94,7 +94,7 @@ def tiles_of(
 def sheet(
     tiles: Sequence[Tile], pictures: Sequence[bytes | None], title: str, below: Sequence[str] = (), foot: str = ""
 ) -> Image:
-    """The sheet as an image; a picture that is missing or damaged is a plain field with the texture's name.
+    """Return the sheet as an image; a picture that is missing or damaged is a plain field with the texture's name.
 
     `below` stands below the title, in as many lines as it takes; `foot` beside the legend.
 
@@ -151,7 +151,7 @@ def demand_writable(path: Path) -> str:
 
 
 def pictures_of(entries: Sequence[Entry], folder: Path) -> list[bytes | None]:
-    """The thumbnails that lie beside the index; None where there is none."""
+    """Return the thumbnails that lie beside the index; None where there is none."""
     found = []
     for entry in entries:
         path = None if entry.picture is None else folder / entry.picture
@@ -174,7 +174,7 @@ def _opened(content: bytes | None) -> Image | None:
 
 
 def _lines(pen: Pen, parts: Sequence[str], room: float) -> list[str]:
-    """The parts beside each other, on a further line where there is no room: none is lost."""
+    """Return the parts beside each other, on a further line where there is no room: none is lost."""
     lines: list[str] = []
     for part in parts:
         together = BESIDE.join((*lines[-1:], part))
@@ -201,7 +201,7 @@ def _legend(pen: Pen, tiles: Sequence[Tile], middle: float) -> None:
 
 
 def _said(pen: Pen, text: str, left: float, middle: float) -> float:
-    """A word of the legend; where the next one begins."""
+    """Return a word of the legend; where the next one begins."""
     pen.write((left * FINE, middle * FINE), text, 11 * FINE, SOFT, anchor="lm")
     return left + pen.width(text, 11 * FINE) / FINE + 26
 

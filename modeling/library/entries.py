@@ -104,7 +104,7 @@ class Library(Strict):
 
 
 def _lengths(entry: Entry) -> set[int]:
-    """How many attributes each part of a texture tells."""
+    """Return how many attributes each part of a texture tells."""
     rated, predicted = entry.rated, entry.predicted
     told = [len(each) for each in (rated.mean, rated.sd, rated.se)] if rated else []
     return {*told, *(map(len, (predicted.value, predicted.low, predicted.high)) if predicted else ())}
@@ -120,12 +120,12 @@ def value_of(entry: Entry, at: int, kind: Kind | None = None) -> AttributeValue 
 
 
 def known(entry: Entry, kind: Kind | None = None) -> bool:
-    """Whether anything is known of the texture in this way."""
+    """Return whether anything is known of the texture in this way."""
     return bool(entry.rated or entry.predicted) if kind is None else getattr(entry, kind) is not None
 
 
 def belief(found: AttributeValue | None) -> tuple[float, float]:
-    """Where an attribute is believed to lie: mean and SD. What is not known may lie anywhere."""
+    """Return where an attribute is believed to lie: mean and SD. What is not known may lie anywhere."""
     return NOTHING_KNOWN if found is None else (found.value, found.sd)
 
 

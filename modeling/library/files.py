@@ -23,12 +23,12 @@ class NewerLibrary(LibraryError):
 
 
 def place_of(lab: Path) -> Path:
-    """Where a lab's library lies; the file itself where one was given."""
+    """Return where a lab's library lies; the file itself where one was given."""
     return lab if lab.suffix == ".json" else lab / FOLDER / INDEX
 
 
 def read_library(lab: Path) -> Library:
-    """A lab's library, or the one in a file.
+    """Return a lab's library, or the one in a file.
 
     Raises LibraryError for a file that is missing, newer, foreign, cut short, or was changed since it was written.
     """

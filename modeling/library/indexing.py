@@ -47,7 +47,7 @@ class IndexedLibrary:
 
 
 def library_of(material: Material, model: Predictor | None = None, *, sources: Sequence[Source] = ()) -> IndexedLibrary:
-    """The library of these textures, in the order of their names.
+    """Return the library of these textures, in the order of their names.
 
     Raises LibraryError where nothing is known of any, and where the model tells of other attributes than people rated.
     """
@@ -84,7 +84,7 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
 
 
 def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
-    """The attributes of ratings and model, which are the same ones."""
+    """Return the attributes of ratings and model, which are the same ones."""
     rated = any(texture.rated is not None for texture in material.textures)
     if model is None or (rated and material.attributes == model.attributes):
         return material.attributes
@@ -129,7 +129,7 @@ def _all_predicted(textures: Sequence[Texture], model: Predictor | None) -> list
 
 
 def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) -> tuple[Predicted | None, str]:
-    """What the model says of a texture, and otherwise why it says nothing."""
+    """Return what the model says of a texture, and otherwise why it says nothing."""
     if isinstance(rows, MaterialError):
         return None, f"the model says nothing: {rows}"
     value = np.clip(np.asarray(rows, dtype=np.float64).reshape(-1, len(model.attributes)).mean(axis=0), 0.0, 100.0)
@@ -141,6 +141,6 @@ def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) 
 
 
 def gone(earlier: Library | None, now: Library) -> tuple[str, ...]:
-    """The textures that an earlier library had and this one has not."""
+    """Return the textures that an earlier library had and this one has not."""
     names = {texture.id for texture in now.textures}
     return tuple(each.id for each in (earlier.textures if earlier else ()) if each.id not in names)

@@ -108,7 +108,7 @@ class NoPicture(LibraryError):
 
 
 def thumbnail(content: bytes, where: str) -> bytes:
-    """The middle of a picture as a small square JPEG. Raises NoPicture for what is none."""
+    """Return the middle of a picture as a small square JPEG. Raises NoPicture for what is none."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
@@ -138,7 +138,7 @@ def _middle(seen: Image) -> Image:
 
 
 def name_of(texture: str) -> str:
-    """The file's name for a texture, whatever letters its own name has."""
+    """Return the file's name for a texture, whatever letters its own name has."""
     if PLAIN.fullmatch(texture):
         return f"{FOLDER}/{texture}.jpg"
     return f"{FOLDER}/{hashlib.sha256(texture.encode()).hexdigest()[:24]}.jpg"

@@ -16,22 +16,22 @@ SURE = "± holds 90 of 100: the mean of all people where they rated, what they w
 
 
 def names_of(library: Library) -> tuple[str, ...]:
-    """The attributes as tables name them."""
+    """Return the attributes as tables name them."""
     return tuple(f"{low}-{high}" for low, high in library.attributes)
 
 
 def percent(share: float) -> str:
-    """A share as people read it; 100 % only where nothing is missing."""
+    """Return a share as people read it; 100 % only where nothing is missing."""
     return f"{min(99, round(100 * share)) if share < 1 - 1e-9 else 100} %"
 
 
 def value_text(each: AttributeValue | None) -> str:
-    """An attribute's value and how sure it is."""
+    """Return an attribute's value and how sure it is."""
     return "-" if each is None else f"{each.value:.0f} ±{Z90 * each.sd:.0f}"
 
 
 def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
-    """Whether people or a model said so, and how many people."""
+    """Return whether people or a model said so, and how many people."""
     kinds = {found.kind for at in range(attributes) if (found := value_of(entry, at, kind))}
     people = entry.rated.raters if entry.rated else 0
     learned = ", learned" if entry.predicted and entry.predicted.learned else ""
@@ -41,14 +41,14 @@ def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
 
 
 def wish_words(wish: Wish, library: Library) -> str:
-    """What a wish was taken to mean: the values that fit it at least by half."""
+    """Return what a wish was taken to mean: the values that fit it at least by half."""
     low, high = library.attributes[wish.pair]
     met = wish.soft.met
     return f"{wish.said}: {low}-{high} {met[0]:.0f} to {met[1]:.0f}" if met else f"{wish.said}: nowhere"
 
 
 def plain_entry(entry: Entry, library: Library, kind: Kind | None = None) -> dict[str, Any]:
-    """A texture as JSON: its attributes by name, each with SD, 90 % interval and where it comes from."""
+    """Return a texture as JSON: its attributes by name, each with SD, 90 % interval and where it comes from."""
     attributes = {name: _plain(value_of(entry, at, kind)) for at, name in enumerate(names_of(library))}
     return {"id": entry.id, "label": entry.label, "class": entry.category, "attributes": attributes,
             "raters": entry.rated.raters if entry.rated else 0, "picture": entry.picture}  # fmt: skip
@@ -62,7 +62,7 @@ def _plain(found: AttributeValue | None) -> dict[str, Any] | None:
 
 
 def plain_found(found: Sequence[Match], wishes: Sequence[Wish], library: Library, kind: Kind | None) -> dict[str, Any]:
-    """The answer to `find` as JSON."""
+    """Return the answer to `find` as JSON."""
     asked = [{"said": wish.said, "attribute": names_of(library)[wish.pair],
               "membership": [list(knot) for knot in wish.soft.knots]} for wish in wishes]  # fmt: skip
     rows = [{**plain_entry(each.entry, library, kind), "fit": each.fit, "fits": list(each.each)} for each in found]
@@ -70,7 +70,7 @@ def plain_found(found: Sequence[Match], wishes: Sequence[Wish], library: Library
 
 
 def plain_near(found: Sequence[Near], entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any]:
-    """The answer to `nearest` as JSON; distances in JNDs."""
+    """Return the answer to `nearest` as JSON; distances in JNDs."""
     rows = [
         {**plain_entry(each.entry, library, kind), "distance": each.distance, "distance_sd": each.sd,
          "alike": each.alike, "apart": dict(zip(names_of(library), each.apart, strict=True))}
@@ -80,14 +80,14 @@ def plain_near(found: Sequence[Near], entry: Entry, library: Library, kind: Kind
 
 
 def far(each: Near) -> str:
-    """A distance in JNDs, and what holds it in 90 of 100 cases."""
+    """Return a distance in JNDs, and what holds it in 90 of 100 cases."""
     return f"{each.distance:.1f} ±{Z90 * each.sd:.1f}"
 
 
 def table(
     entries: Sequence[Entry], library: Library, kind: Kind | None, extra: Mapping[str, Sequence[str]] | None = None
 ) -> Any:
-    """Textures as a table: rank, name, class, what is asked of them, attributes, and who said so."""
+    """Return textures as a table: rank, name, class, what is asked of them, attributes, and who said so."""
     from rich.table import Table
 
     further = extra or {}
@@ -109,7 +109,7 @@ def table(
 
 
 def description(entry: Entry, library: Library, kind: Kind | None = None) -> str:
-    """A texture in the words that it is found by."""
+    """Return a texture in the words that it is found by."""
     known = vocabulary(library.attributes)
     words = []
     for at in range(len(library.attributes)):
@@ -131,7 +131,7 @@ LIKE = 3
 def whole_words(
     entry: Entry, library: Library, others: Sequence[Entry], folder: Path, kind: Kind | None = None
 ) -> Iterator[str]:
-    """The lines that are printed; of a `kind` only what it says. `others` are those that may be like it."""
+    """Yield the lines that are printed; of a `kind` only what it says. `others` are those that may be like it."""
     named = "" if entry.label in ("", entry.id) else f", {entry.label}"
     yield f"{entry.id}{named} ({entry.category}): {description(entry, library, kind)}"
     yield ""
@@ -162,7 +162,7 @@ def plain_whole(entry: Entry, library: Library, kind: Kind | None) -> dict[str, 
 
 
 def plain_library(entries: Sequence[Entry], library: Library, kind: Kind | None) -> dict[str, Any]:
-    """The library as JSON: its textures, and where they come from."""
+    """Return the library as JSON: its textures, and where they come from."""
     whole = library.model_dump(mode="json", include={"attributes", "simulated", "sources", "notes"})
     return {**whole, "textures": [plain_entry(entry, library, kind) for entry in entries]}
 
@@ -175,7 +175,7 @@ def _heading(entry: Entry, kind: Kind) -> str:
 
 
 def _told(entry: Entry, at: int, kind: Kind) -> str:
-    """The value and what holds it in 90 of 100 cases; of ratings also the SD between people."""
+    """Return the value and what holds it in 90 of 100 cases; of ratings also the SD between people."""
     found = value_of(entry, at, kind)
     if found is None:
         return "-"

@@ -44,7 +44,7 @@ def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
 
 
 def _role(at: int, pair: tuple[str, str], far: str) -> dict[str, Any]:
-    """A role as the bubble plot wants it: `name` is a column, turned where the far end is the first word."""
+    """Return a role as the bubble plot wants it: `name` is a column, turned where the far end is the first word."""
     turned = pair[0].lower() == far
     low, high = pair[::-1] if turned else pair
     return {"name": f"{at}{'-' if turned else '+'}", "low": low, "high": high, "ends": list(SPACE)}
@@ -62,7 +62,7 @@ def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | 
 
 
 def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
-    """The plane; what was found in full colour with a red edge, the rest faded (call it within `drawing`)."""
+    """Return the plane; what was found in full colour with a red edge, the rest faded (call it within `drawing`)."""
     from matplotlib.patheffects import withStroke
 
     drawn = draw(data)

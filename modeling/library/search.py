@@ -29,12 +29,12 @@ class Match:
 
 
 def wishes_of(library: Library, texts: Sequence[str]) -> tuple[Wish, ...]:
-    """What is wished for in these words of this library. Raises LibraryError for what is not understood."""
+    """Return what is wished for in these words of this library. Raises LibraryError for what is not understood."""
     return wishes_in(texts, vocabulary(library.attributes, (texture.category for texture in library.textures)))
 
 
 def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Match]:
-    """All of the textures, the best first; of those that fit alike the one that goes furthest, then by name.
+    """Return all of the textures, the best first; of those that fit alike the one that goes furthest, then by name.
 
     A texture's fit is the product, over the attributes that were spoken of, of the membership to expect of an attribute
     that is normal about its value. Of an attribute that is not known, any value may be so.
@@ -51,12 +51,12 @@ def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = N
 
 
 def fitting(found: Sequence[Match], count: int) -> list[Match]:
-    """The best few of those that fit at all."""
+    """Return the best few of those that fit at all."""
     return [each for each in found if each.fit >= FITS][:count]
 
 
 def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = None) -> tuple[Entry, ...]:
-    """The textures of these classes that something is known of.
+    """Return the textures of these classes that something is known of.
 
     Raises LibraryError for a class that there is not, and where none is left.
     """
@@ -75,7 +75,7 @@ def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = No
 
 
 def named(library: Library, name: str) -> Entry:
-    """The texture of this id, or else of this label, in capitals or not.
+    """Return the texture of this id, or else of this label, in capitals or not.
 
     Raises LibraryError where there is none, and for a label that several have.
     """
@@ -153,13 +153,13 @@ class Near:
 
 
 def near(entry: Entry, others: Sequence[Entry], attributes: int, kind: Kind | None = None) -> list[Near]:
-    """All other textures, the nearest first; equal ones by name."""
+    """Return all other textures, the nearest first; equal ones by name."""
     found = [measured(entry, other, attributes, kind) for other in others if other.id != entry.id]
     return sorted(found, key=lambda each: (each.distance, each.sd, each.entry.id))
 
 
 def measured(entry: Entry, other: Entry, attributes: int, kind: Kind | None = None) -> Near:
-    """How far two textures are apart: the root of the mean square of the differences, in JNDs of 10 on 0..100.
+    """Return how far two textures are apart: the root of the mean square of the differences, in JNDs of 10 on 0..100.
 
     Its SD is that of the mean square, through the delta method about what is to be expected of it: for a difference d
     that is known with an SD s, d^2 has the variance 2 s^4 + 4 d^2 s^2. `alike` is the probability that each attribute
@@ -176,7 +176,7 @@ def measured(entry: Entry, other: Entry, attributes: int, kind: Kind | None = No
 
 
 def _within(difference: float, sd: float) -> float:
-    """The probability that a normal difference lies within one of zero."""
+    """Return the probability that a normal difference lies within one of zero."""
     if sd == 0:
         return float(abs(difference) < 1)
     return normal((1 - difference) / sd) - normal((-1 - difference) / sd)

@@ -65,7 +65,7 @@ def pictures_taken(lab: Path, simulated: bool | None = None) -> Pictures:
 
 
 def pictures_in(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Path]]:
-    """The first picture of each name: NAME.png, NAME_1.jpg, NAME/anything.png. Raises LibraryError for no folder.
+    """Yield the first picture of each name: NAME.png, NAME_1.jpg, NAME/anything.png. Raises LibraryError for no folder.
 
     Where one name begins another (T1 and T1_2, oak and oak-dark), a file is the one's that its name is nearest to.
     """
@@ -126,7 +126,7 @@ class LibraryOptions:
 
 
 def model_of(options: LibraryOptions) -> AttributeModel | None:
-    """The model that was named, else the lab's own where it has one.
+    """Return the model that was named, else the lab's own where it has one.
 
     Raises LibraryError for one that is named and left out at once, ModelFileError for a damaged one.
     """
@@ -139,7 +139,7 @@ def model_of(options: LibraryOptions) -> AttributeModel | None:
 
 
 def material_of(options: LibraryOptions, model: AttributeModel | None, report: Report) -> Material:
-    """The lab's textures: with the features that a model looks at, else with their ratings alone.
+    """Return the lab's textures: with the features that a model looks at, else with their ratings alone.
 
     Raises LibraryError where ResNet-50 has other weights than the model learned from, and what reading a lab raises.
     """
@@ -176,7 +176,7 @@ def material_of(options: LibraryOptions, model: AttributeModel | None, report: R
 
 
 def _of_folder(options: LibraryOptions, folder: Path, model: AttributeModel | None, report: Report) -> Material:
-    """A folder's textures; the features of their pictures and recordings only for a model that looks at them."""
+    """Return a folder's textures; the features of their pictures and recordings only for a model that looks at them."""
     felt = options.recordings if model is not None and model.card.touch else None
     if model is None or not (model.card.sight or felt):
         report("reading ratings")
@@ -192,7 +192,7 @@ def _of_folder(options: LibraryOptions, folder: Path, model: AttributeModel | No
 
 
 def predictor_of(model: AttributeModel, lab: Path) -> Predictor:
-    """A trained model as this lab's library asks it; one without an interval leaves anything possible."""
+    """Return a trained model as this lab's library asks it; one without an interval leaves anything possible."""
     half, notes = model.half_width, model.card.notes
     if half is None:
         half = np.full(len(model.attributes), Z90 * NOTHING_KNOWN[1])
@@ -221,7 +221,7 @@ def rating_sources(options: LibraryOptions) -> Iterator[Source]:
 
 
 def first_pictures(options: LibraryOptions, names: Sequence[str]) -> Pictures:
-    """The first picture of each texture that has one."""
+    """Return the first picture of each texture that has one."""
     if folder := options.pictures or options.folder:
         return Pictures(dict(pictures_in(folder, names)))
     return pictures_taken(options.lab, options.simulated)
@@ -233,7 +233,7 @@ def _texture(name: str, ratings: RatedTextures) -> Texture:
 
 
 def read_rated(folder: Path, table: Path | None = None, scale: tuple[float, float] | None = None) -> Material:
-    """The textures of the table with their ratings, read and refused as by `reading_folder.read_folder`."""
+    """Return the textures of the table with their ratings, read and refused as by `reading_folder.read_folder`."""
     table, lines, columns = rated_lines(folder, table, attributes_of(None), scale)
     textures = tuple(Texture(line.id, line.label, line.category, rated=line.rated) for line in lines)
     return Material(textures, columns.pairs, notes=(*columns.notes, f"ratings: {table.name} {file_sha256(table)}"))

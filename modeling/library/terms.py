@@ -25,11 +25,11 @@ class Soft:
     knots: tuple[Knot, ...]
 
     def at(self, value: float) -> float:
-        """The membership of a value that is known for sure."""
+        """Return the membership of a value that is known for sure."""
         return self.expected(value, 0.0)
 
     def expected(self, mean: float, sd: float) -> float:
-        """The membership to expect of a value that is normal about `mean`; in closed form, 0 to 1."""
+        """Return the membership to expect of a value that is normal about `mean`; in closed form, 0 to 1."""
         found = self.knots[0][1] + sum(
             (above[1] - below[1]) * _risen(below[0], above[0], mean, sd) for below, above in pairwise(self.knots)
         )
@@ -65,12 +65,12 @@ def trapezoid(edges: Sequence[float | None]) -> Soft:
 
 
 def turned(soft: Soft) -> Soft:
-    """The same range seen from the scale's other end."""
+    """Return the same range seen from the scale's other end."""
     return Soft(tuple((ENDS[1] - value, member) for value, member in reversed(soft.knots)))
 
 
 def both(first: Soft, second: Soft) -> Soft:
-    """The lesser membership of the two everywhere: what lies in both ranges."""
+    """Return the lesser membership of the two everywhere: what lies in both ranges."""
     values = sorted({value for each in (first, second) for value, _ in each.knots})
     found = []
     for low, high in pairwise(values):
@@ -90,12 +90,12 @@ def _risen(low: float, high: float, mean: float, sd: float) -> float:
 
 
 def _integral(z: float) -> float:
-    """The integral of the normal distribution function up to z."""
+    """Return the integral of the normal distribution function up to z."""
     return z * normal(z) + math.exp(-z * z / 2) / math.sqrt(2 * math.pi)
 
 
 def normal(z: float) -> float:
-    """The normal distribution function."""
+    """Return the normal distribution function."""
     return math.erfc(-z / math.sqrt(2)) / 2
 
 
@@ -129,12 +129,12 @@ class Vocabulary:
     """Classes of textures: no words for a feeling, but people try them."""
 
     def soft(self, degree: str, word: Word) -> Soft:
-        """The range of the attribute's values that a degree of a word means."""
+        """Return the range of the attribute's values that a degree of a word means."""
         return self.ranges[degree] if word.high else turned(self.ranges[degree])
 
 
 def vocabulary(pairs: Sequence[tuple[str, str]], classes: Iterable[str] = ()) -> Vocabulary:
-    """The words for these attributes of textures of these classes."""
+    """Return the words for these attributes of textures of these classes."""
     known = _vocabulary()
     own = {_phrase(text): word for text, word in _ends(pairs)}
     others = {_phrase(other): _phrase(head) for head, every in known["synonyms"].items() for other in every}
@@ -150,7 +150,7 @@ def vocabulary(pairs: Sequence[tuple[str, str]], classes: Iterable[str] = ()) ->
 
 
 def in_words(known: Vocabulary, pair: int, value: float) -> str:
-    """How a value of an attribute would be called, as `very rough`."""
+    """Return how a value of an attribute would be called, as `very rough`."""
     low, high = known.pairs[pair]
     towards, word = (value, high) if value >= 50 else (100 - value, low)
     if known.ranges["medium"].at(towards) >= 1:
@@ -161,7 +161,7 @@ def in_words(known: Vocabulary, pair: int, value: float) -> str:
 
 
 def known_words(known: Vocabulary) -> str:
-    """All that is known, in three sentences."""
+    """Return all that is known, in three sentences."""
     texts = []
     for text, place in _ends(known.pairs):
         others = [" ".join(phrase) for phrase, word in known.words.items() if word == place]
@@ -187,7 +187,7 @@ def _vocabulary() -> Mapping[str, Any]:
 
 
 def _ends(pairs: Sequence[tuple[str, str]]) -> list[tuple[str, Word]]:
-    """Both words of each attribute."""
+    """Return both words of each attribute."""
     return [(pair[high], Word(at, bool(high))) for at, pair in enumerate(pairs) for high in (0, 1)]
 
 
@@ -196,6 +196,6 @@ def _phrase(text: str) -> Phrase:
 
 
 def _sayings(names: Iterable[str], others: Mapping[str, Sequence[str]]) -> dict[Phrase, str]:
-    """Each way to say it, with its name; the names say themselves."""
+    """Return each way to say it, with its name; the names say themselves."""
     found = {_phrase(name): name for name in names if name}
     return {**found, **{_phrase(each): name for name, every in others.items() for each in every}}

@@ -48,11 +48,11 @@ class _Reader:
     wishes: list[Wish] = field(default_factory=list)
 
     def peek(self, ahead: int = 0) -> str:
-        """A word further on; nothing at the end."""
+        """Return a word further on; nothing at the end."""
         return self.words[self.at + ahead] if self.at + ahead < len(self.words) else ""
 
     def match(self, phrases: Collection[Phrase]) -> Phrase | None:
-        """The longest of the phrases that stands here."""
+        """Return the longest of the phrases that stands here."""
         longest = max(map(len, phrases), default=0)
         for size in range(min(longest, len(self.words) - self.at), 0, -1):
             if (found := tuple(self.words[self.at : self.at + size])) in phrases:
@@ -60,7 +60,7 @@ class _Reader:
         return None
 
     def take(self, phrases: Mapping[Phrase, T]) -> T | None:
-        """What the longest phrase that stands here means; it is passed."""
+        """Return what the longest phrase that stands here means; it is passed."""
         found = self.match(phrases)
         self.at += len(found or ())
         return None if found is None else phrases[found]
@@ -71,7 +71,7 @@ class _Reader:
 
 
 def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
-    """What is wished for in all these texts.
+    """Return what is wished for in all these texts.
 
     Raises LibraryError for a word that is not known, a number outside 0..100, and wishes that contradict each other.
     """
@@ -91,7 +91,7 @@ def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
 
 
 def combined(wishes: Sequence[Wish]) -> list[tuple[int, Soft]]:
-    """What is wished for of each attribute: all that was said of it at once."""
+    """Return what is wished for of each attribute: all that was said of it at once."""
     ordered = sorted(wishes, key=lambda wish: (wish.pair, wish.soft.knots))
     return [(pair, reduce(both, (each.soft for each in every))) for pair, every in groupby(ordered, lambda w: w.pair)]
 
@@ -123,7 +123,7 @@ def _read(text: str, known: Vocabulary) -> list[Wish]:
 
 
 def _denied(reader: _Reader) -> tuple[int, Soft]:
-    """A word after neither or nor, with how much of it is denied: neither very rough nor ..."""
+    """Return a word after neither or nor, with how much of it is denied: neither very rough nor ..."""
     degree = _degree(reader, "not") or "not"
     word = _end(reader, _word(reader))
     return word.pair, reader.known.soft(_degree_behind(reader, degree) or degree, word)
@@ -198,7 +198,7 @@ def _degree_behind(reader: _Reader, before: str | None) -> str | None:
 
 
 def _word(reader: _Reader) -> Word:
-    """The attribute's word that stands here. Raises LibraryError where there is none."""
+    """Return the attribute's word that stands here. Raises LibraryError where there is none."""
     found = reader.take(reader.known.words)
     if found is not None:
         return found
@@ -209,7 +209,7 @@ def _word(reader: _Reader) -> Word:
 
 
 def _end(reader: _Reader, word: Word) -> Word:
-    """A word that is one end of its attribute, not the attribute's name."""
+    """Return a word that is one end of its attribute, not the attribute's name."""
     if word.high is None:
         low, high = reader.known.pairs[word.pair]
         raise LibraryError(
@@ -220,7 +220,7 @@ def _end(reader: _Reader, word: Word) -> Word:
 
 
 def _number(reader: _Reader) -> Soft | None:
-    """A number, or a range of numbers, as values towards the word."""
+    """Return a number, or a range of numbers, as values towards the word."""
     start = reader.at
     joining = RANGE
     if reader.peek() == "between" and _begins_number(reader, 1):
@@ -256,7 +256,7 @@ def _is_number(word: str) -> bool:
 
 
 def _begins_number(reader: _Reader, ahead: int = 0) -> bool:
-    """Whether a number stands there. One with a minus is refused: between two numbers alone it makes a range."""
+    """Return whether a number stands there. One with a minus is refused: between two numbers alone it makes a range."""
     if reader.peek(ahead) in MINUS and _is_number(reader.peek(ahead + 1)):
         raise _off_scale(reader, -float(reader.peek(ahead + 1)))
     return _is_number(reader.peek(ahead))
@@ -282,12 +282,12 @@ ASK_NEAREST = "What feels like a texture that you know: palpate textures nearest
 
 
 def not_expected(text: str, words: Sequence[str], known: Vocabulary) -> LibraryError:
-    """The error for the first of `words`, the rest of what was said in `text`."""
+    """Return the error for the first of `words`, the rest of what was said in `text`."""
     return LibraryError(next(_reasons(text, words, known)))
 
 
 def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str]:
-    """What can be said of it, the most particular first."""
+    """Yield what can be said of it, the most particular first."""
     said = words[0]
     if said == "or":
         yield f"{text!r}: 'or' cannot be asked; ask once for each."
@@ -311,7 +311,7 @@ def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str
 
 
 def _compared(words: Sequence[str], known: Vocabulary) -> str | None:
-    """What to say instead, where words compare one texture with another: rougher, the roughest, more rough."""
+    """Return what to say instead, where words compare one texture with another: rougher, the roughest, more rough."""
     for way, instead in COMPARING.items():
         if words[0] == way:
             term = words[1] if (words[1:2] and tuple(words[1:2]) in known.words) else ""
@@ -326,13 +326,13 @@ def _compared(words: Sequence[str], known: Vocabulary) -> str | None:
 
 
 def _told(said: str, *instead: str) -> str:
-    """A comparison has no texture to begin from, so that each wish is of one texture by itself."""
+    """Refuse a comparison: it has no texture to begin from, so that each wish is of one texture by itself."""
     shown = " or ".join(repr(each) for each in instead)
     return f"{said!r} compares, and 'find' takes how a texture feels by itself: say {shown}."
 
 
 def _forms(phrase: Phrase) -> Iterator[tuple[str, str]]:
-    """An English word's comparative and superlative, with the word that compares the same way."""
+    """Yield an English word's comparative and superlative, with the word that compares the same way."""
     if len(phrase) != 1:
         return
     word = phrase[0]

@@ -77,7 +77,7 @@ class FittedAr:
     stretches: tuple[Stretch, ...]
 
     def predict(self, given: Array) -> Array:
-        """The mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units.
+        """Return the mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units.
 
         Raises TextureDataError for another shape and for numbers that are not finite.
         """
@@ -90,7 +90,7 @@ class FittedAr:
         return np.concatenate(parts) if parts else np.empty(0)
 
     def filters(self, speed_mm_s: Array, force_N: Array) -> Array:
-        """The error filters (n, order + 1) at speeds and forces (n,)."""
+        """Return the error filters (n, order + 1) at speeds and forces (n,)."""
         hand = np.stack([speed_mm_s, force_N], axis=1)
         return expanded(filters_of(self.mesh.shares(hand) @ self.frequencies), 1 / RADIUS)
 
@@ -100,7 +100,7 @@ class FittedAr:
         return np.asarray(-(found[:, 1:] * given[:, 0, : -order - 1 : -1]).sum(axis=1))
 
     def exported(self) -> Exported:
-        """The window, its past acceleration k samples back times RADIUS**k, and the predictors without that.
+        """Return the window, its past acceleration k samples back times RADIUS**k, and the predictors without that.
 
         Line spectral frequencies that rise make a filter whose poles lie within 1, and a mixture of rising ones rises;
         so whatever speed and force are, the poles of what runs lie within RADIUS.
@@ -147,7 +147,7 @@ def fit(learning: Learning) -> FittedAr:
 
 
 def _order(learning: Learning, window: int) -> int:
-    """How far the predictors look back. Raises TextureDataError."""
+    """Return how far the predictors look back. Raises TextureDataError."""
     name = learning.recording.texture
     parts = learning.parts.train
     total = sum(b - a for a, b in parts)
@@ -165,7 +165,7 @@ def _order(learning: Learning, window: int) -> int:
 
 
 def _pieces(stretch: Stretch) -> list[tuple[int, int]]:
-    """A stretch in equal pieces of at most `MOST` samples."""
+    """Return a stretch in equal pieces of at most `MOST` samples."""
     count = -(-(stretch.stop - stretch.start) // MOST)
     edges = np.linspace(stretch.start, stretch.stop, count + 1).round().astype(int).tolist()
     return list(pairwise(edges))
@@ -184,7 +184,7 @@ def _groups(learning: Learning, pieces: Sequence[tuple[int, int]]) -> list[list[
 
 
 def _predictor(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
-    """The filter whose poles are those of Burg's divided by RADIUS, and the error of Burg's."""
+    """Return the filter whose poles are those of Burg's divided by RADIUS, and the error of Burg's."""
     found, error = burg(stretches, order)
     inner = damped_within(found, OWN_RADIUS)
     while _gap(expanded(inner, RADIUS)) < GAP:
@@ -198,7 +198,7 @@ def _gap(found: Array) -> float:
 
 
 def levelled(log_sd: Array, shares: Array, squares: Array, gains: Array) -> Array:
-    """The log SD of the innovations at each point (k,), from what the stretches gave.
+    """Return the log SD of the innovations at each point (k,), from what the stretches gave.
 
     Where sample n, of the square `squares` (n,), has the shares (n, k) of the points and a predictor that makes white
     noise `gains` (n,) times as strong, its variance is gains exp(2 shares log_sd). The negative log likelihood of that,
@@ -219,7 +219,7 @@ def levelled(log_sd: Array, shares: Array, squares: Array, gains: Array) -> Arra
 
 
 def segmented(acceleration: Array, parts: Sequence[tuple[int, int]]) -> tuple[Stretch, ...]:
-    """The stretches of least description length within each part [start, stop); all of it where it is short.
+    """Return the stretches of least description length within each part [start, stop); all of it where it is short.
 
     The cost of a cut is that of AutoPARM (Davis et al. 2006): what it takes to tell the borders, each stretch's order,
     its coefficients, and the samples that they leave unexplained. AutoPARM searches with a genetic algorithm; here
@@ -236,7 +236,7 @@ def segmented(acceleration: Array, parts: Sequence[tuple[int, int]]) -> tuple[St
 
 
 def _borders(samples: Array, floor: float, total: int) -> list[int]:
-    """The inner borders of one part, in steps."""
+    """Return the inner borders of one part, in steps."""
     lags = _lags(samples)
     count = len(lags)
     if count < 2 * SHORTEST:

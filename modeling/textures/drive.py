@@ -119,7 +119,7 @@ def _cycle(recording: Recording, test: Stretches) -> tuple[float | None, int]:
 
 
 def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:
-    """Where a hand (n,) in mm/s and N moves and presses enough for the renderer to sound."""
+    """Return where a hand (n,) in mm/s and N moves and presses enough for the renderer to sound."""
     return (speed > SLOWEST_MM_S) & (force > FAINTEST_N)
 
 

@@ -50,7 +50,7 @@ class Dstn(nn.Module):
         self.decoder, self.last = nn.Linear(4 * HIDDEN, UNITS), nn.Linear(UNITS, 1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """What is local, what changes, and what of it matters now."""
+        """Return what is local, what changes, and what of it matters now."""
         seen = torch.relu(self.second(torch.relu(self.first(shaped(x, 3, self.window))))).transpose(1, 2)
         seen = self.norm(seen + self.local(seen))
         encoded = shaped(self.encoder(shaped(seen, self.window, CHANNELS))[0], self.window, 2 * HIDDEN)
@@ -85,7 +85,7 @@ def _(layer: Dstn, name: str) -> Pieces:
 
 @pieces.register
 def _(layer: nn.LSTM, name: str) -> Pieces:
-    """One layer in both directions, the forward one above the other."""
+    """Return one layer in both directions, the forward one above the other."""
     if not layer.bidirectional or layer.num_layers != 1 or layer.proj_size:
         raise TextureDataError(f"{name}: one layer in both directions is expected, found {layer}.")
     given, after = f"{name}given", f"{name}after"

@@ -249,7 +249,7 @@ class Line:
 
 
 def free_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Three figures of ours, the thesis' and the baseline, as far as they ran."""
+    """Yield three figures of ours, the thesis' and the baseline, as far as they ran."""
     shown = _free_running(evaluation)
     if not shown.made:
         return
@@ -318,7 +318,7 @@ def _waves(shown: Line) -> Figure:
 
 
 def _moving(drive: Drive) -> int:
-    """Where the hand has moved steadily for the longest before: the middle of its longest stretch of moving."""
+    """Return where the hand has moved steadily for the longest before: the middle of its longest stretch of moving."""
     moving = np.r_[False, (drive.speed > SLOWEST_MM_S) & (drive.force > FAINTEST_N), False]
     edges = np.flatnonzero(np.diff(moving.astype(int)))
     stretches = list(zip(edges[::2], edges[1::2], strict=True))

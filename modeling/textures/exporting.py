@@ -64,12 +64,12 @@ def exported_windows(network: nn.Module, scale: Scale, window: int) -> Exported:
 
 @singledispatch
 def pieces(layer: nn.Module, name: str) -> Pieces:
-    """The steps of a layer called `name` ("" or ending in a dot)."""
+    """Return the steps of a layer called `name` ("" or ending in a dot)."""
     raise TextureDataError(f"{name or 'network'}: model cards have no step for a layer of kind {type(layer).__name__}.")
 
 
 def each_place(layer: nn.Linear, name: str) -> Pieces:
-    """A dense layer of each place along the length: a convolution of width 1 over (channels, length)."""
+    """Return a dense layer of each place along the length: a convolution of width 1 over (channels, length)."""
     named = {f"{name}weight": layer.weight[..., None], f"{name}bias": layer.bias}
     yield Conv(weight=f"{name}weight", bias=f"{name}bias"), named
 
@@ -179,7 +179,7 @@ def _(layer: WaveletBlock, name: str) -> Pieces:
 
 
 def fixed(matrix: Tensor, offset: Tensor, name: str) -> Pieces:
-    """A product with a matrix that is never trained."""
+    """Return a product with a matrix that is never trained."""
     yield Dense(weight=f"{name}weight", bias=f"{name}bias"), {f"{name}weight": matrix, f"{name}bias": offset}
 
 
@@ -232,7 +232,7 @@ def _(layer: Matched, name: str) -> Pieces:
 
 
 def _head(layer: Foten, name: str) -> Pieces:
-    """The first dense layer reads place after place in torch, channel after channel in a step."""
+    """Return the first dense layer reads place after place in torch, channel after channel in a step."""
     for place, inner in layer.head.named_children():
         if place == "0" and isinstance(inner, nn.Linear):
             turned = inner.weight.view(len(inner.weight), layer.window, -1).transpose(1, 2).flatten(1)
@@ -296,7 +296,7 @@ def _(layer: Embedded, name: str) -> Pieces:
 
 @pieces.register
 def _(layer: Distilled, name: str) -> Pieces:
-    """The normalisation is in the convolution's weights."""
+    """Return a convolution, with the normalisation in its weights."""
     norm: Any = layer.norm
     gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
     bias = norm.bias - norm.running_mean * gain

@@ -82,7 +82,7 @@ class FittedWindows:
     missed: tuple[str, ...] = ()
 
     def predict(self, given: Array) -> Array:
-        """The mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units.
+        """Return the mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units.
 
         Raises TextureDataError for another shape and for numbers that are not finite, given or answered.
         """
@@ -91,7 +91,7 @@ class FittedWindows:
         return mean
 
     def exported(self) -> Exported:
-        """The network as steps from a texture window to one number (mean), or two (mean, log SD)."""
+        """Return the network as steps from a texture window to one number (mean), or two (mean, log SD)."""
         from palpate.modeling.textures.exporting import exported_windows
 
         return exported_windows(self.network, self.scale, self.window)
@@ -126,7 +126,7 @@ def fit_windows(
 
 
 def rows_of(learning: Learning, window: int) -> Rows:
-    """The rows of a recording's training and validation part.
+    """Return the rows of a recording's training and validation part.
 
     Raises TextureDataError where either has no window of that length, and where the acceleration of the training part
     does not vary.
@@ -209,7 +209,7 @@ def for_length(settings: Settings, learning: Learning) -> Settings:
 
 
 def with_rest(rows: Pairs, share: float, scale: Scale, seed: int) -> Pairs:
-    """The rows, and `share` times as many more that rest; decided by the seed.
+    """Return the rows, and `share` times as many more that rest; decided by the seed.
 
     Their past acceleration is that of rows made quieter, from as it is down to silence: a model that runs on its own
     output meets all of these while it dies away.

@@ -63,7 +63,7 @@ class Fnn(nn.Module):
         self.bands = nn.ModuleList(_band(window + 2) for _ in range(self.count))
 
     def forward(self, x: Tensor) -> Tensor:
-        """The sum of what the bands' networks answer."""
+        """Return the sum of what the bands' networks answer."""
         hand = shaped(x, 3, self.window)[:, 1:, -1]
         parts = shaped(x[:, 0] @ self.split.T, self.count * self.window).chunk(self.count, dim=1)
         answers = [band(torch.cat([part, hand], dim=1)) for band, part in zip(self.bands, parts, strict=True)]

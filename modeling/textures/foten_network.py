@@ -146,7 +146,7 @@ def transform(length: int) -> tuple[Tensor, Tensor]:
 
 
 def inverse(length: int) -> Tensor:
-    """The real part of equation 4.8: (length, 2 length), from real parts above and imaginary parts below."""
+    """Return the real part of equation 4.8: (length, 2 length), from real parts above and imaginary parts below."""
     turns = 2 * math.pi * torch.outer(torch.arange(length), torch.arange(length)).double() / length
     return torch.cat([turns.cos(), -turns.sin()], dim=1).div(length).float()
 
@@ -271,12 +271,12 @@ def _generative(inputs: int) -> list[nn.Module]:
 
 
 def mae(answer: Tensor, target: Tensor) -> Tensor:
-    """The mean absolute error."""
+    """Return the mean absolute error."""
     return functional.l1_loss(answer, target)
 
 
 def mse(answer: Tensor, target: Tensor) -> Tensor:
-    """The mean square error."""
+    """Return the mean square error."""
     return functional.mse_loss(answer, target)
 
 
@@ -306,7 +306,7 @@ LOSSES: Mapping[str, Callable[[], Loss]] = {
 
 
 def loss_named(name: str) -> Loss:
-    """One of `LOSSES`. Raises TextureDataError for another name."""
+    """Return one of `LOSSES`. Raises TextureDataError for another name."""
     if name not in LOSSES:
         raise TextureDataError(f"there is no loss {name!r}: expected {', '.join(LOSSES)}.")
     return LOSSES[name]()

@@ -122,7 +122,7 @@ def _blocks(learning: Learning, stretches: Stretches, frames: Frames, apart: int
 
 
 def least_magnitude(learning: Learning, frames: Frames) -> float:
-    """What fainter magnitudes count as: a share of those of white noise as strong as the training part."""
+    """Return what fainter magnitudes count as: a share of those of white noise as strong as the training part."""
     sd = float(samples_of(learning.recording, learning.parts.train)[0].std())
     return FAINTEST * sd * float(np.sqrt(0.375 * frames.size))
 
@@ -188,7 +188,7 @@ class SpectraScale:
         return (log_magnitude - self.mean) / self.sd
 
     def up(self, numbers: Array) -> Array:
-        """The way back."""
+        """Return the way back."""
         return numbers * self.sd + self.mean
 
     def hand_down(self, drive: Array) -> Array:
@@ -197,7 +197,7 @@ class SpectraScale:
 
 
 def spectra_scale(found: Spectra) -> SpectraScale:
-    """Of these blocks."""
+    """Return the standardisation of these blocks."""
     logs = found.log_magnitude.reshape(-1, found.log_magnitude.shape[-1])
     first = found.drive[:1]
     offsets = found.drive - first  # a hand that stays the same far from zero has an SD of exactly 0 so
@@ -290,7 +290,7 @@ class Generator(nn.Module):
         self.last = nn.Conv1d(CHANNELS, frames.count, 4 * self.length - frames.bins + 1)
 
     def forward(self, condition: Tensor, noise: Tensor) -> Tensor:
-        """A spectrogram for each row."""
+        """Return a spectrogram for each row."""
         given = torch.cat([shaped(condition, 2), shaped(noise, NOISE)], dim=1)
         x = leaky(self.second(leaky(self.first(given)))).view(-1, CHANNELS, self.length)
         x = leaky(self.middle(x.repeat_interleave(2, dim=2)))
@@ -310,7 +310,7 @@ class Critic(nn.Module):
         self.third, self.last = nn.Linear(2 * CHANNELS * places, WIDE), nn.Linear(WIDE, 1)
 
     def forward(self, condition: Tensor, spectrogram: Tensor) -> Tensor:
-        """How real it looks for that hand."""
+        """Return how real it looks for that hand."""
         shaped(spectrogram, self.frames.count, self.frames.bins)
         beside = condition[:, :, None].expand(-1, -1, self.frames.bins)
         x = leaky(self.second(leaky(self.first(torch.cat([spectrogram, beside], dim=1)))))

@@ -33,7 +33,7 @@ SETTINGS = Settings(epochs=40, batch=64, learning_rate=1e-3, plateau_patience=2,
 
 
 def asking(length: int) -> int:
-    """How many of so many places ask."""
+    """Return how many of so many places ask."""
     return min(length, math.ceil(FACTOR * math.log(max(2, length))))
 
 

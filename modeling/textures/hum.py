@@ -42,7 +42,7 @@ def turned(axes: Array, cycles: Array, multiple: float) -> Complex:
 
 
 def each_turned(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> Iterator[tuple[int, Complex]]:
-    """Each multiple of the mains, and (n, k) with it held still."""
+    """Yield each multiple of the mains, and (n, k) with it held still."""
     back = turned(np.ones((len(axes), 1)), cycles, 1)
     held = axes.astype(np.complex128)
     for multiple in multiples_of(mains_hz, rate_hz):
@@ -51,7 +51,7 @@ def each_turned(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> 
 
 
 def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
-    """What the phase (n,) of the mains in axes (n, k) may have been, in cycles.
+    """Yield what the phase (n,) of the mains in axes (n, k) may have been, in cycles.
 
     A steady frequency; and, followed as they wander where their multiples are clear enough, that one, and one told by
     parts of 2 s. A phase that wanders further than mains do is not given.
@@ -105,7 +105,7 @@ def _away(axes: Array, rate_hz: float, mains_hz: float, cycles: Array, wanders: 
 
 
 def _turning(multiple: int, held: Complex, beside: Complex, count: int, leaks: float) -> tuple[float, Array]:
-    """How much a multiple tells, and by how many cycles of the first it turns from step to step (count - 1,)."""
+    """Return how much a multiple tells, and by how many cycles of the first it turns from step to step (count - 1,)."""
     still = _steps(held, count)
     others = [_steps(held * way, count) for way in (beside, beside.conj())]
     noise = float(np.mean([(np.abs(other) ** 2).sum(axis=1).mean() for other in others])) + leaks
@@ -165,13 +165,13 @@ class Hum:
     cycles: Array
 
     def between_hz(self) -> tuple[float, float]:
-        """The least and the most that the mains' frequency was."""
+        """Return the least and the most that the mains' frequency was."""
         pace = np.diff(self.cycles) * self.lines[0].frequency_hz * (len(self.cycles) - 1)
         first = pace / (self.lines[0].multiple * (self.cycles[-1] - self.cycles[0]))
         return float(first.min()), float(first.max())
 
     def note(self) -> str:
-        """What was done, in a sentence."""
+        """Return what was done, in a sentence."""
         at = ", ".join(f"{line.frequency_hz:.2f}" for line in self.lines)
         low, high = self.between_hz()
         wanders = f" (the mains wander from {low:.2f} to {high:.2f} Hz)" if high - low > TOLD_HZ else ""
@@ -183,7 +183,7 @@ class Hum:
 
 
 def without_hum(vibration: Array, rate_hz: float) -> tuple[Array, Hum | None]:
-    """An acceleration (n,) or axes (n, k) without mains hum, and what was removed; None where there is none.
+    """Return an acceleration (n,) or axes (n, k) without mains hum, and what was removed; None where there is none.
 
     Hum is lines at whole multiples of one frequency near 50 or 60 Hz, followed as it wanders, that stand out at least
     12 dB from what lies within 8 Hz and keep amplitude and phase from one quarter of the recording to the next. A
@@ -243,7 +243,7 @@ def notched(axes: Array, rate_hz: float, cycles: Array, multiples: Sequence[int]
 
 
 def _steady_part(axes: Array, cycles: Array, multiples: Sequence[int]) -> Array:
-    """The least-squares sum of the multiples, each with one amplitude and phase throughout."""
+    """Return the least-squares sum of the multiples, each with one amplitude and phase throughout."""
     angle = 2 * math.pi * np.outer(cycles, multiples)
     waves = np.hstack([np.cos(angle), np.sin(angle), np.ones((len(axes), 1))])
     weights = np.linalg.lstsq(waves, axes, rcond=None)[0]
@@ -251,7 +251,7 @@ def _steady_part(axes: Array, cycles: Array, multiples: Sequence[int]) -> Array:
 
 
 def _lines(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> tuple[Line, ...]:
-    """The multiples of the mains at which a line stands; beside a clear one, fainter ones too."""
+    """Return the multiples of the mains at which a line stands; beside a clear one, fainter ones too."""
     own_hz = float(cycles[-1] - cycles[0]) * rate_hz / (len(cycles) - 1)
     lines = []
     for multiple, still in each_turned(axes, rate_hz, mains_hz, cycles):
@@ -280,7 +280,7 @@ def _standing(still: Complex, rate_hz: float) -> tuple[float, float]:
 
 
 def _steadiness(still: Complex, rate_hz: float) -> float:
-    """How far amplitude and phase of one stretch go on in the next, 0 to 1."""
+    """Return how far amplitude and phase of one stretch go on in the next, 0 to 1."""
     count = min(SEGMENTS, max(2, int(len(still) / (SEGMENT_S * rate_hz))))
     each = np.stack([part.mean(axis=0) for part in np.array_split(still, count)])
     agreed = (each[1:] * each[:-1].conj()).sum()

@@ -132,7 +132,7 @@ def free_run(
     seed: int,
     draws: int = 1,
 ) -> Array:
-    """What the network makes of each stretch after its first window, one after another: (draws, n) in m/s^2."""
+    """Return what the network makes of each stretch after its first window, one after another: (draws, n) in m/s^2."""
     window = len(network.weight)
     longest = max(stop - start for start, stop in stretches)
     hand = torch.zeros(len(stretches), 3, longest)
@@ -174,7 +174,7 @@ _DB = 10 / np.log(10)
 
 
 def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Array, float]:
-    """What to add to a predictor's weights (order,), oldest sample first, and to the log of its noise's SD.
+    """Return what to add to a predictor's weights (order,), oldest sample first, and to the log of its noise's SD.
 
     `truth` and `made` (n,) in m/s^2 are what was recorded and what the model made on its own output; `own` is the
     linear predictor of what was made; `stiff` is how many dB a change of a weight by 1 counts: the model is no

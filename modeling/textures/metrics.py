@@ -26,20 +26,20 @@ def demand_alike(one: Array, other: Array) -> None:
 
 
 def mae(actual: Array, answered: Array) -> float:
-    """The mean absolute difference of two signals (n,), in their unit."""
+    """Return the mean absolute difference of two signals (n,), in their unit."""
     demand_alike(actual, answered)
     return float(np.mean(np.abs(actual - answered)))
 
 
 def explained(actual: Array, answered: Array) -> float | None:
-    """The share of the variance that an answer explains, at most 1; None where nothing varies."""
+    """Return the share of the variance that an answer explains, at most 1; None where nothing varies."""
     demand_alike(actual, answered)
     whole = float(np.sum((actual - actual.mean()) ** 2))
     return None if whole <= 0 else 1 - float(np.sum((actual - answered) ** 2)) / whole
 
 
 def level(signal: Array) -> float:
-    """The RMS of a signal (n,), in its unit."""
+    """Return the RMS of a signal (n,), in its unit."""
     return float(np.sqrt(np.mean(np.square(signal))))
 
 
@@ -67,7 +67,7 @@ def gfc(actual: Array, answered: Array) -> float | None:
 
 
 def raw_gfc(truth: Array, made: Array) -> float | None:
-    """The mean of equation 4.11 over blocks of 1 s, raw DFT amplitudes; None where no block sounds in both."""
+    """Return the mean of equation 4.11 over blocks of 1 s, raw DFT amplitudes; None where no block sounds in both."""
     demand_alike(truth, made)
     pairs = zip(blocks(truth, BLOCK), blocks(made, BLOCK), strict=True)
     found = [each for a, b in pairs if (each := gfc(a, b)) is not None]
@@ -81,7 +81,7 @@ def smoothed_gfc(truth: Array, made: Array) -> float | None:
 
 
 def density(signal: Array) -> tuple[Array, Array]:
-    """Frequencies (Hz) and power spectral density (unit^2/Hz) by Welch's method, both (129,).
+    """Return frequencies (Hz) and power spectral density (unit^2/Hz) by Welch's method, both (129,).
 
     Hann windows of 256 samples, half overlapped, nothing subtracted. Raises TextureDataError for fewer samples.
     """
@@ -102,7 +102,7 @@ def blocks(signal: Array, size: int) -> Iterator[Array]:
 
 
 def mean_of(values: Iterable[float | None]) -> float | None:
-    """The mean of the numbers among them; None where there are none."""
+    """Return the mean of the numbers among them; None where there are none."""
     known = [value for value in values if value is not None]
     return float(np.mean(known)) if known else None
 
@@ -132,7 +132,7 @@ def third_octaves(hertz: Array) -> Array:
 
 
 def felt_distance(truth: Array, made: Array) -> float:
-    """The RMS difference in dB between the two signals' levels above the threshold, over all third octaves.
+    """Return the RMS difference in dB between the two signals' levels above the threshold, over all third octaves.
 
     0 where no third octave differs in level; what is not felt counts as at the threshold.
     """
@@ -160,7 +160,7 @@ def envelope(signal: Array) -> Array:
 
 
 def slow(signal: Array) -> Array:
-    """The means of a signal (n,) in the windows of `envelope`."""
+    """Return the means of a signal (n,) in the windows of `envelope`."""
     found: Array = _windows(signal, round(ENVELOPE_MS * RATE_HZ / 1000)).mean(axis=1)
     return found
 
@@ -183,7 +183,7 @@ SAME = 1e-9
 
 
 def cycle(signal: Array, window: int = CYCLE) -> float | None:
-    """How far a signal (n,) repeats itself: the greatest autocorrelation at lags of 0.3 to 1 s, 0 to 1.
+    """Return how far a signal (n,) repeats itself: the greatest autocorrelation at lags of 0.3 to 1 s, 0 to 1.
 
     Within windows of 2 s (half overlapped, shorter for a shorter signal): at each lag, up to half the window, the
     products of samples so far apart over the root of both stretches' energies. The median over the windows that sound.
@@ -201,7 +201,7 @@ def cycle(signal: Array, window: int = CYCLE) -> float | None:
 
 
 def _greatest(part: Array) -> float:
-    """The greatest normalised autocorrelation of one window."""
+    """Return the greatest normalised autocorrelation of one window."""
     size = len(part)
     low, high = (round(each * RATE_HZ / 1000) for each in LAGS_MS)
     lags = np.arange(low, min(high, size // 2) + 1)

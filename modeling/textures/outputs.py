@@ -87,7 +87,7 @@ def model_name(texture: str, method: str) -> str:
 
 
 def texture_of(recording: Recording, parts: Parts, fitted: Fitted, method: Method) -> Texture:
-    """What the card says of the texture: levels, speeds and forces are those of the training part.
+    """Return what the card says of the texture: levels, speeds and forces are those of the training part.
 
     Raises TextureDataError for a training part without samples.
     """
@@ -108,7 +108,7 @@ def texture_of(recording: Recording, parts: Parts, fitted: Fitted, method: Metho
 
 
 def ports(fitted: Fitted, method: Method) -> tuple[Port, Port]:
-    """What the model takes and gives."""
+    """Return what the model takes and gives."""
     if method.kind == "block":
         block = cast(BlockFitted, fitted)
         bins = block.window // 2 + 1
@@ -123,7 +123,7 @@ def ports(fitted: Fitted, method: Method) -> tuple[Port, Port]:
 
 
 def started(card: Path, window: int, seed: int = 0) -> Array:
-    """The last `window` samples in m/s^2 of a second that the card's model makes at 45 mm/s and 0.8 N."""
+    """Return the last `window` samples in m/s^2 of a second that the card's model makes at 45 mm/s and 0.8 N."""
     steps = round(START_S * RATE_HZ) + window
     made = play(card, np.full(steps, START_SPEED_MM_S), np.full(steps, START_FORCE_N), seed)
     found: Array = np.asarray(made, dtype=np.float64)[-window:]

@@ -61,7 +61,7 @@ def demand_plausible(signal: Sampled) -> None:
 
 
 def clipped_share(values: Array) -> float:
-    """The share of samples (n, axes) that crowd at an end of an axis' range, as a sensor's do beyond its limit.
+    """Return the share of samples (n, axes) that crowd at an end of an axis' range, as a sensor's do beyond its limit.
 
     They lie within 0.3 % of the range at its end, and are denser there by 8 times than in the next 1.2 % (a sine's
     peaks: 3.2 times), so that noise on a clipped signal hides nothing. The worst axis counts.
@@ -95,7 +95,7 @@ def demand_level(texture: str, level_m_s2: float) -> None:
 
 
 def oddities(recording: Recording) -> tuple[str, ...]:
-    """Notes on speed or force that never vary: no model learns from them what they do."""
+    """Return notes on speed or force that never vary: no model learns from them what they do."""
     return steady(recording.speed_mm_s, recording.force_N)
 
 

@@ -65,7 +65,7 @@ WHOLE = Filtering()
 
 
 def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: bool = True) -> Recording:
-    """One texture's explorations, taken one at a time, as one recording at 1 kHz.
+    """Return one texture's explorations, taken one at a time, as one recording at 1 kHz.
 
     Speed and force are low-passed at 25 Hz, each axis of acceleration is high-passed at 20 Hz (the upper edge of 1000
     Hz is left out, as 1 kHz holds nothing there), mains hum is taken out, and DFT321 makes one axis of them. Long holes
@@ -90,7 +90,7 @@ def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: b
 
 
 def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], list[str]]:
-    """The stretches of one exploration of which everything is known, at 1 kHz, filtered, axes apart; and notes.
+    """Return the stretches of one exploration of which everything is known, at 1 kHz, filtered, axes apart; and notes.
 
     What is trimmed goes last, and the ends of the filters with it. Raises TextureDataError on signals that are
     constant, clipped, implausible or too short.
@@ -161,7 +161,7 @@ def _speed(touched: Touched) -> Sampled:
 
 
 def _filtered(vibration: Array, speed: Array, force: Array, way: Filtering) -> tuple[Stretch, list[str]]:
-    """One stretch at 1 kHz, and what its hum was."""
+    """Return one stretch at 1 kHz, and what its hum was."""
 
     def banded(axes: Array) -> Array:
         return band_pass(axes, RATE_HZ, way.band_hz)
@@ -174,7 +174,7 @@ def _filtered(vibration: Array, speed: Array, force: Array, way: Filtering) -> t
 
 
 def _filters(acceleration: Sampled, way: Filtering) -> list[str]:
-    """What is done to every recording, and what is odd about this acceleration."""
+    """Return what is done to every recording, and what is odd about this acceleration."""
     notes = [f"speed and force low-passed at {HAND_HZ:g} Hz, without delay"]
     low_hz, high_hz = way.band_hz
     if not has_upper_edge(RATE_HZ, high_hz):

@@ -56,14 +56,14 @@ class Sampled:
 
 
 def evenly(what: str, values: Array, rate_hz: float, where: str) -> Sampled:
-    """A signal (n,) or (n, channels) that a clock of exactly that rate sampled from second 0 on."""
+    """Return a signal (n,) or (n, channels) that a clock of exactly that rate sampled from second 0 on."""
     table = np.asarray(values, dtype=np.float64)
     table = table[:, None] if table.ndim == 1 else table
     return Sampled(what, np.arange(len(table)) / rate_hz, table, float(rate_hz), where)
 
 
 def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_], tuple[str, ...]]:
-    """The signals at 1 kHz over the time that all cover, as (m, channels); where all are known (m,); and notes.
+    """Return the signals at 1 kHz over the time that all cover, as (m, channels); where all are known (m,); and notes.
 
     Band-limited: what 1 kHz cannot hold is filtered off before the rate is lowered; holes that are short are bridged,
     long ones stay unknown. Raises TextureDataError on rates that are too low, times that no clock has, no shared time.
@@ -112,7 +112,7 @@ def projected(vectors: Array, normal: Sequence[float]) -> Array:
 
 
 def along(vectors: Array, normal: Sequence[float]) -> Array:
-    """The part (n,) of vectors (n, 3) along a normal; (n, 1) is that part already."""
+    """Return the part (n,) of vectors (n, 3) along a normal; (n, 1) is that part already."""
     return vectors[:, 0] if vectors.shape[1] == 1 else vectors @ _unit(normal)
 
 
@@ -125,7 +125,7 @@ def _unit(normal: Sequence[float]) -> Array:
 
 
 def _even(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
-    """The signal at times of an even clock: as they are, of the clock they were written by, or interpolated."""
+    """Return the signal at times of an even clock: as they are, of the clock they were written by, or interpolated."""
     _demand_rate(signal)
     steps = np.maximum(np.rint(np.diff(signal.times_s) * signal.rate_hz), 1.0)
     for places in (np.arange(len(signal.times_s), dtype=np.float64), np.r_[0.0, np.cumsum(steps)]):

@@ -50,7 +50,7 @@ class Slide:
 def read_cluster(
     folder: Path, textures: Sequence[str] = (), *, remove_hum: bool = True
 ) -> tuple[Recording, ...]:  # fmt: skip
-    """The textures of the data set in a folder, by number; each slide is a piece of its texture's recording.
+    """Return the textures of the data set in a folder, by number; each slide is a piece of its texture's recording.
 
     `folder` holds sensor_data/accel, force and position (or these three). `textures` are names as cluster_0, all where
     there is none.
@@ -64,7 +64,7 @@ def read_cluster(
 
 
 def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]:
-    """The slides of each texture (cluster_0), in the order of textures, directions, speeds; nothing is read yet.
+    """Return the slides of each texture (cluster_0), in the order of textures, directions, speeds; nothing is read yet.
 
     Raises TextureDataError where there is none, or of a texture that was asked for, or a file of one lacks.
     """
@@ -82,7 +82,7 @@ def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]
 
 
 def names_in(folder: Path) -> list[str]:
-    """The textures of which there is a slide, whole or not. Raises TextureDataError where there is none."""
+    """Return the textures of which there is a slide, whole or not. Raises TextureDataError where there is none."""
     accel = _accel(folder)
     found = list(dict.fromkeys(name for name, _, _ in _named(accel)))
     if not found:
@@ -138,7 +138,7 @@ def _nothing(accel: Path) -> TextureDataError:
 
 
 def _named(accel: Path) -> list[tuple[str, re.Match[str], Path]]:
-    """Each slide's texture, what its name says, and its file, in the order of textures, directions, speeds."""
+    """Return each slide's texture, what its name says, and its file, in the order of textures, directions, speeds."""
     found = [(match, file) for file in accel.rglob("*.csv") if (match := NAME.fullmatch(file.stem))]
     found.sort(key=lambda each: [int(number) for number in each[0].groups()])
     return [(f"cluster_{match['texture']}", match, file) for match, file in found]
@@ -154,7 +154,7 @@ def _slide(root: Path, match: re.Match[str], place: Path) -> Slide:
 
 
 def _sampled(slide: Slide, what: str) -> Sampled:
-    """A signal as its table says it, at its own times."""
+    """Return a signal as its table says it, at its own times."""
     file = slide.files[what]
     table = read_columns(file)
     lacks = [name for name in ("time", *COLUMNS[what]) if name not in table.columns]

@@ -77,12 +77,12 @@ def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
 
 
 def names_in(path: Path) -> list[str]:
-    """The textures of which there is a recording, whole or not. Raises TextureDataError where there is none."""
+    """Return the textures of which there is a recording, whole or not. Raises TextureDataError where there is none."""
     return [each.name for each in _found(path)]
 
 
 def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
-    """What the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
+    """Return what the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
     documents = {what: read_document(file) for what, file in source.files.items()}
     where = " and ".join(dict.fromkeys(document.where for document in documents.values()))
     notes: list[str] = []
@@ -107,7 +107,7 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
 
 
 def _found(path: Path) -> list[Source]:
-    """What there is, by name; a file beside may lack."""
+    """Return what there is, by name; a file beside may lack."""
     found = list(_there(path))
     names = [each.name for each in found]
     if not found:
@@ -214,7 +214,7 @@ class Document:
     elements: dict[str, ElementTree.Element]
 
     def text(self, *names: str) -> str:
-        """What stands in the first of these elements that is there; "" where none is."""
+        """Return what stands in the first of these elements that is there; "" where none is."""
         found = next((self.elements[name] for name in names if name in self.elements), None)
         return "" if found is None else (found.text or "").strip()
 
@@ -236,7 +236,7 @@ class Document:
         return None
 
     def alone(self) -> Array | None:
-        """The numbers of a file that holds one signal, whatever its elements are called."""
+        """Return the numbers of a file that holds one signal, whatever its elements are called."""
         holding = [each for each in self.root.iter() if any(_name(child) == VALUE for child in each)]
         axes = {tag: each for each in holding if (tag := _name(each)) in AXES}
         if axes:

@@ -67,7 +67,7 @@ def read_lab(
     lab: Path, study: str = STUDY, textures: Collection[str] | None = None, *,
     normal: tuple[float, float, float] = UP, remove_hum: bool = True, simulated: bool | None = None,
 ) -> tuple[Recording, ...]:  # fmt: skip
-    """The textures that a lab's sessions captured, in the order in which they were first met.
+    """Return the textures that a lab's sessions captured, in the order in which they were first met.
 
     `lab` is the folder of a lab, or one session's file. Of each trial the attempt that counts is read: neither one that
     was repeated, nor one that faulted. Several captures of a texture make one recording with borders (`Joined`). Read
@@ -133,7 +133,7 @@ def _touched(
 
 
 def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: str) -> Iterator[Touched]:
-    """Each recording of a capture, its samples read from the ledger. Raises TextureDataError."""
+    """Yield each recording of a capture, its samples read from the ledger. Raises TextureDataError."""
     where = capture.where
     try:
         streams = streams_in(capture.attempt)
@@ -149,7 +149,7 @@ def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: 
 
 
 def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
-    """A stream's samples in m/s^2, N or mm at the times of its clock."""
+    """Return a stream's samples in m/s^2, N or mm at the times of its clock."""
     name = f"tool_{what}"
     if name not in streams:
         raise TextureDataError(f"{where}: no stream {name!r} was recorded; there are {some(streams) or 'none'}")
@@ -168,7 +168,7 @@ def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
 
 
 def _columns(what: str, stream: Stream, where: str) -> list[int]:
-    """Where the axes stand; an accelerometer, or a force sensor along the normal, may have one."""
+    """Return where the axes stand; an accelerometer, or a force sensor along the normal, may have one."""
     for names in CHANNELS[what]:
         if set(names) <= set(stream.channels):
             return [stream.channels.index(name) for name in names]

@@ -44,7 +44,7 @@ def read_tables(
     paths: Path | Sequence[Path], *, held: Held | None = None, normal: tuple[float, float, float] = UP,
     remove_hum: bool = True,
 ) -> tuple[Recording, ...]:  # fmt: skip
-    """The textures in tables, or in all of a folder, named as the files are; by name.
+    """Return the textures in tables, or in all of a folder, named as the files are; by name.
 
     Columns: `time` (or t, t_s); `acceleration`, or of ax, ay, az those that there are; `speed`, or positions x, y (,
     z); `force`, or fz, or fx, fy, fz; others are left alone. A unit stands in the header, as in `force (mN)`, `ax [g]`
@@ -87,7 +87,7 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
 
 
 def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> Touched:
-    """What the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
+    """Return what the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
     table = read_columns(file)
     times_s, written_s = _times(table, held)
     signals = {what: _signal(what, sets, table, times_s, written_s) for what, sets in CHANNELS.items()}
@@ -133,7 +133,7 @@ def _times(table: Table, held: Held) -> tuple[Array, float]:
 
 
 def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Array, written_s: float) -> Sampled | None:
-    """The samples of a signal at the rows in which they stand."""
+    """Return the samples of a signal at the rows in which they stand."""
     names = next((each for each in sets if all(name in table.columns for name in each)), None)
     if names is None:
         return None

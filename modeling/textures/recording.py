@@ -114,7 +114,7 @@ class Joined(Recording):
 
 
 def pieces_of(recording: Recording) -> tuple[tuple[int, int], ...]:
-    """The stretches [start, stop) within which samples follow one another."""
+    """Return the stretches [start, stop) within which samples follow one another."""
     inner = recording.borders if isinstance(recording, Joined) else ()
     edges = (0, *inner, recording.signals.shape[1])
     return tuple(pairwise(edges))

@@ -36,7 +36,7 @@ BASELINE = "ar"
 
 
 def method_named(name: str) -> Method:
-    """The method of this name. Raises TextureDataError with the nearest known name."""
+    """Return the method of this name. Raises TextureDataError with the nearest known name."""
     demand_known((name,))
     return METHODS[name]
 

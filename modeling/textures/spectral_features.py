@@ -25,7 +25,7 @@ DB2 = (1 + math.sqrt(3), 3 + math.sqrt(3), 3 - math.sqrt(3), 1 - math.sqrt(3))
 
 
 def mel(hz: Tensor) -> Tensor:
-    """The mel scale as HTK and most libraries have it: 2595 log10(1 + hz / 700)."""
+    """Return the mel scale as HTK and most libraries have it: 2595 log10(1 + hz / 700)."""
     return 2595 * torch.log10(1 + hz / 700)
 
 
@@ -39,7 +39,7 @@ def mel_bands(bins: int) -> Tensor:
 
 
 def cosines(rows: int, columns: int) -> Tensor:
-    """The orthonormal discrete cosine transform of type II: its first rows."""
+    """Return the orthonormal discrete cosine transform of type II: its first rows."""
     turns = torch.outer(torch.arange(rows).double(), torch.arange(columns).double() + 0.5) * math.pi / columns
     found = math.sqrt(2 / columns) * turns.cos()
     found[0] /= math.sqrt(2)

@@ -43,7 +43,7 @@ class Fit:
 def split(
     recording: Recording, frames: int = FRAMES, shares: Sequence[float] = SHARES, seed: int = 0, window: int = WINDOW
 ) -> Parts:
-    """The recording's frames in training, validation and test parts that share speed-force regions.
+    """Return the recording's frames in training, validation and test parts that share speed-force regions.
 
     `frames` of equal length, none across a border of a joined recording; fewer where one would be shorter than five
     windows (`frames_of`, `told`). Each part is so many frames as its share, at least one. The same recording, shares
@@ -78,7 +78,7 @@ def frames_of(recording: Recording, frames: int = FRAMES, window: int = WINDOW) 
 
 
 def split_notes(recording: Recording, parts: Parts, frames: int = FRAMES) -> tuple[str, ...]:
-    """What a reader should know of parts: fewer frames than wanted, shares that whole frames do not reach."""
+    """Return what a reader should know of parts: fewer frames than wanted, shares that whole frames do not reach."""
     fit = fit_of(recording, parts)
     notes = [f"{fit.frames} frames instead of {frames}: the recording is short"] if fit.frames < frames else []
     if any(abs(found - wanted) > TOLERATED for found, wanted in zip(fit.shares, SHARES, strict=True)):
@@ -91,7 +91,7 @@ TOLERATED = 0.015
 
 
 def fit_of(recording: Recording, parts: Parts) -> Fit:
-    """How large parts are, and how alike their speeds and forces."""
+    """Return how large parts are, and how alike their speeds and forces."""
     each = (parts.train, parts.validation, parts.test)
     cut = tuple(sorted(stretch for part in each for stretch in part))
     where = {stretch: number for number, part in enumerate(each) for stretch in part}
@@ -140,14 +140,14 @@ def _apart(recording: Recording, cut: Sequence[tuple[int, int]]) -> Array:
 
 
 def _distances(apart: Array, labels: Labels) -> list[float]:
-    """The energy distance of each part to the whole: 2 E|X-Y| - E|X-X'| - E|Y-Y'|, the square of a metric."""
+    """Return the energy distance of each part to the whole: 2 E|X-Y| - E|X-X'| - E|Y-Y'|, the square of a metric."""
     whole = np.full(len(labels), 1 / len(labels))
     off = [(labels == part) / max(1, (labels == part).sum()) - whole for part in range(len(NAMES))]
     return [float(max(0.0, -each @ apart @ each)) for each in off]
 
 
 def _spread(counts: Sequence[int]) -> Labels:
-    """Each part spread evenly over time."""
+    """Return each part spread evenly over time."""
     places = [((number + 0.5) / count, part) for part, count in enumerate(counts) for number in range(count)]
     return np.array([part for _, part in sorted(places)], dtype=np.int64)
 

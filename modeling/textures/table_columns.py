@@ -88,7 +88,7 @@ class _Lines:
 
 
 def read_columns(file: Path) -> Table:
-    """The columns of a table: UTF-8, separated by commas, semicolons, tabs or spaces, one header.
+    """Return the columns of a table: UTF-8, separated by commas, semicolons, tabs or spaces, one header.
 
     Lines that begin with # or % are left alone, as are empty ones; but a header may stand behind a #. Where commas do
     not separate they may be decimal. A cell that is empty is not a sample; "nan" is one that a sensor failed at, and is
@@ -155,7 +155,7 @@ def _lines(file: Path) -> _Lines:
 
 
 def _numbers(line: str) -> bool:
-    """Whether a line holds nothing but numbers."""
+    """Return whether a line holds nothing but numbers."""
     try:
         return [float(cell) for cell in re.split(r"[,;\s]+", line.strip(" ,;\t"))] != []
     except ValueError:
@@ -163,7 +163,7 @@ def _numbers(line: str) -> bool:
 
 
 def _cells(file: Path, lines: _Lines, count: int, most: int | None = None) -> list[tuple[str, ...]]:
-    """The cells of each column, of so many rows; empty ones beyond the header's last column are nothing."""
+    """Return the cells of each column, of so many rows; empty ones beyond the header's last column are nothing."""
     rows = _split(file, lines.rows[:most], lines.separator, str.split)
     for place, row in enumerate(rows):
         while len(row) > count and not row[-1].strip():
@@ -176,7 +176,7 @@ def _cells(file: Path, lines: _Lines, count: int, most: int | None = None) -> li
 
 
 def _split(file: Path, lines: list[str], separator: str, spaced: Callable[[str], list[str]]) -> list[list[str]]:
-    """The cells of lines; `spaced` splits those in which spaces separate."""
+    """Return the cells of lines; `spaced` splits those in which spaces separate."""
     if not separator:
         return [spaced(line) for line in lines]
     try:
@@ -211,7 +211,7 @@ def _no_number(file: Path, name: str, cells: Sequence[str], numbers: Sequence[in
 
 
 def _written(cells: Sequence[str]) -> float:
-    """The last place that numbers are written to; 0 where an exponent hides it."""
+    """Return the last place that numbers are written to; 0 where an exponent hides it."""
     if any("e" in cell.lower() for cell in cells):
         return 0.0
     places: Iterator[int] = (len(cell.strip().partition(".")[2]) for cell in cells)
@@ -272,7 +272,7 @@ ALSO = {"m/s/s": "m/s2", "m/s/2": "m/s2", "sec": "s", "seconds": "s"}
 
 
 def scale_of_unit(what: str, unit: str, where: str) -> float:
-    """What a number in that unit is multiplied by. Raises TextureDataError on a unit that is not known."""
+    """Return what a number in that unit is multiplied by. Raises TextureDataError on a unit that is not known."""
     found = known_scale(what, unit)
     if found is None:
         raise TextureDataError(f"{where}: {what} in {unit!r}; known are {', '.join(UNITS[what])}")

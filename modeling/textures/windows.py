@@ -17,7 +17,7 @@ Stretches = Sequence[tuple[int, int]]
 
 
 def windows(recording: Recording, stretches: Stretches, m: int) -> Windows:
-    """Every window of m samples within a stretch [start, stop), with the acceleration that follows it there.
+    """Return every window of m samples within a stretch [start, stop), with the acceleration that follows it there.
 
     given (n, 3, m) in units, oldest first; wanted (n,); at (n,), where the wanted sample stands in the recording. A
     stretch of s samples gives s - m windows. Raises TextureDataError on m below 1, stretches that leave the recording,
@@ -39,7 +39,7 @@ def windows(recording: Recording, stretches: Stretches, m: int) -> Windows:
 
 
 def samples_of(recording: Recording, stretches: Stretches) -> Array:
-    """The signals (3, n) of the stretches, one after another."""
+    """Return the signals (3, n) of the stretches, one after another."""
     found = [recording.signals[:, start:stop] for start, stop in stretches]
     return np.concatenate(found, axis=1) if found else np.empty((CHANNELS, 0))
 

@@ -33,13 +33,13 @@ class Adversaries(nn.Module):
         self.generator, self.critic = generator, critic
 
     def forward(self, condition: Tensor, noise: Tensor) -> Tensor:
-        """What the generator makes."""
+        """Return what the generator makes."""
         made: Tensor = self.generator(condition, noise)
         return made
 
 
 def two_adams(parameters: list[nn.Parameter], rate: float) -> Optimizer:
-    """An Adam for each network: it remembers each weight by itself and passes over those without a gradient.
+    """Return an Adam for each network: it remembers each weight by itself and passes over those without a gradient.
 
     Betas of 0.5 and 0.99: with more momentum the two run in circles (Radford et al. 2016).
     """
@@ -59,7 +59,7 @@ class Adversarial:
     def __call__(
         self, network: nn.Module, optimiser: Optimizer, data: Source, loss: Loss, settings: Settings, epoch: int
     ) -> float:
-        """The mean of `loss` between what was made and what is real over the epoch's rows; it is only looked at.
+        """Return the mean of `loss` between what was made and what is real over the epoch's rows; it is only looked at.
 
         Raises TrainingError, before the step that it would spoil, for a loss or gradient that is not finite.
         """
@@ -82,7 +82,7 @@ class Adversarial:
         return total / len(data)
 
     def _criticise(self, critic: nn.Module, condition: Tensor, real: Tensor, made: Tensor) -> Tensor:
-        """The critic's loss."""
+        """Return the critic's loss."""
         real = real.detach().requires_grad_()
         said = critic(condition, real)
         (slope,) = torch.autograd.grad(said.sum(), real, create_graph=True)
@@ -103,7 +103,7 @@ def _step(part: nn.Module, optimiser: Optimizer, loss: Tensor, epoch: int, batch
 
 
 def energy_distance(made: Tensor, real: Tensor) -> Tensor:
-    """How far two samples lie apart, (n, ...) each, row for row of the same condition (Szekely and Rizzo 2013).
+    """Return how far two samples lie apart, (n, ...) each, row for row of the same condition (Szekely and Rizzo 2013).
 
     2 E|made - real| - E|made - made'| - E|real - real'| over different rows, so that two samples of one distribution
     are 0 apart on average; a single row is 0 apart.

@@ -61,7 +61,7 @@ def write_checkpoint(folder: Path, kept: Checkpoint) -> None:
 
 
 def read_latest(folder: Path, report: Report) -> Checkpoint | None:
-    """The newest whole checkpoint, or None; a damaged one is reported, and the one before it is taken."""
+    """Return the newest whole checkpoint, or None; a damaged one is reported, and the one before it is taken."""
     for path in _newest_first(folder):
         try:
             return read_checkpoint(path)

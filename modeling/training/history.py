@@ -58,7 +58,7 @@ def write_history(history: Iterable[Epoch], path: Path) -> Path:
 
 
 def read_history(path: Path) -> tuple[Epoch, ...]:
-    """The epochs of such a file. Raises TrainingError with the line where it is not one."""
+    """Return the epochs of such a file. Raises TrainingError with the line where it is not one."""
     table = read_table(path, (), HISTORY)
     if tuple(table.header) != COLUMNS:
         raise TrainingError(f"{path}: the first line has to be {','.join(COLUMNS)}.")
@@ -90,7 +90,7 @@ def curve_of(model: object) -> dict[str, NDArray[np.float64]]:
 
 
 def history_in(arrays: Mapping[str, NDArray[Any]]) -> tuple[Epoch, ...]:
-    """The epochs that `curve_of` put among these arrays; none for a method that has none."""
+    """Return the epochs that `curve_of` put among these arrays; none for a method that has none."""
     columns = {name.removeprefix(PREFIX): each for name, each in arrays.items() if name.startswith(PREFIX)}
     epochs = []
     for i in range(len(columns.get("epoch", ()))):

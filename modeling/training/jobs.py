@@ -106,7 +106,7 @@ def on_cores(workers: int, jobs: list[Job], took: Callable[[Job, Any], None], re
 
 
 def _all_came(workers: int, jobs: list[Job], came: Callable[[Job, Any], None]) -> bool:
-    """Whether all jobs came back, each handed on as it comes; False where a worker died on the way."""
+    """Return whether all jobs came back, each handed on as it comes; False where a worker died on the way."""
     from joblib import Parallel, delayed, parallel_config
 
     threads = max(job.threads for job in jobs)
@@ -155,7 +155,7 @@ class Failed:
 
 
 def attempted(job: Job) -> Any:
-    """The job's result or `Failed`; runs in the worker."""
+    """Return the job's result or `Failed`; runs in the worker."""
     try:
         with limited(job.threads):
             return job.call(job.given)
@@ -166,7 +166,7 @@ def attempted(job: Job) -> Any:
 
 
 def opened(job: Job, outcome: Any) -> Any:
-    """The result. Raises JobError or JobBroken, with the job's name, for a failure."""
+    """Return the result. Raises JobError or JobBroken, with the job's name, for a failure."""
     if not isinstance(outcome, Failed):
         return outcome
     if outcome.refused:
@@ -175,12 +175,12 @@ def opened(job: Job, outcome: Any) -> Any:
 
 
 def done(job: Job) -> Any:
-    """The job done in this process."""
+    """Return the job done in this process."""
     return opened(job, attempted(job))
 
 
 def named(index: int, given: Any) -> str:
-    """What the job is called: its own `name`, or its beginning as text."""
+    """Return what the job is called: its own `name`, or its beginning as text."""
     name = getattr(given, "name", None)
     text = name if isinstance(name, str) else repr(given)
     return f"job {index + 1} ({text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'})"

@@ -115,13 +115,13 @@ class _Run:
     clock: Clock
 
     def identity(self) -> dict[str, Any]:
-        """What a checkpoint is told by; it takes reading all of the data."""
+        """Return what a checkpoint is told by; it takes reading all of the data."""
         state = self.state
         found = identity_of(state.network, self.data, self.held, self.loss, state.optimiser, self.settings)
         return found if self.train_one is train_epoch else {**found, "steps": repr(self.train_one)}
 
     def to_the_end(self, identity: Mapping[str, Any]) -> Trained:
-        """All epochs from where the last checkpoint ends."""
+        """Return all epochs from where the last checkpoint ends."""
         history = self.state.history
         continued = self._continue(identity)
         course = course_of((epoch.watched for epoch in history), self.settings)

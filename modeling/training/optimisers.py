@@ -28,7 +28,7 @@ class ClippedAdam(Adam):
             group["clip"] = clip  # here, so that a checkpoint of a training with another limit is refused
 
     def step(self, closure: Any = None) -> Any:
-        """One step."""
+        """Return one step."""
         for group in self.param_groups:
             clip_grad_norm_(group["params"], group["clip"])
         return super().step(closure)
@@ -59,7 +59,7 @@ class Cosine(Adam):
             group["cosine_steps"] = steps  # an option of the optimiser: a checkpoint of another course is refused
 
     def step(self, closure: Any = None) -> Any:
-        """One step at its own rate."""
+        """Return one step at its own rate."""
         highest = [group["lr"] for group in self.param_groups]
         share = share_of(self._done(), self.steps)
         try:
@@ -76,7 +76,7 @@ class Cosine(Adam):
 
 
 def share_of(done: int, steps: int) -> float:
-    """The share of the highest rate after so many of all steps."""
+    """Return the share of the highest rate after so many of all steps."""
     warm = max(1.0, WARM * steps)
     if done < warm:
         return (done + 1) / (warm + 1)
@@ -84,7 +84,7 @@ def share_of(done: int, steps: int) -> float:
 
 
 def cosine(steps: int) -> Optimise:
-    """What makes such an optimiser for a training of so many steps."""
+    """Return what makes such an optimiser for a training of so many steps."""
 
     def make(parameters: list[nn.Parameter], rate: float) -> Optimizer:
         return Cosine(parameters, rate, steps)

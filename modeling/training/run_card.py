@@ -19,7 +19,7 @@ BESIDE = ("librosa", "scikit-image", "pywavelets", "pillow")
 def run_card(
     data_digests: Mapping[str, str], settings: object, metrics: Mapping[str, float], seconds: float
 ) -> dict[str, Any]:
-    """A run as plain values that JSON holds: it stands in a model's card.
+    """Return a run as plain values that JSON holds: it stands in a model's card.
 
     `data_digests` are SHA-256 by what they are of; `settings` a dataclass or a mapping. Raises NotCanonical where a
     metric is not finite: a card never holds NaN.
@@ -36,7 +36,7 @@ def run_card(
 
 
 def versions() -> dict[str, str | None]:
-    """Of Python and of the packages that decide a result, none of which is imported.
+    """Return the versions of Python and of the packages that decide a result, none of which is imported.
 
     None for one of `PACKAGES` that is not installed; one of `BESIDE` is not named then.
     """

@@ -17,12 +17,12 @@ _ORDER, _BATCHES, _DROPOUT, _WEIGHTS, _HELD = range(5)
 
 
 def order(seed: int, epoch: int, rows: int) -> Tensor:
-    """The order of the rows in an epoch: decided by the seed and the epoch alone."""
+    """Return the order of the rows in an epoch: decided by the seed and the epoch alone."""
     return torch.from_numpy(Generator(PCG64(SeedSequence([seed, _ORDER, epoch]))).permutation(rows).astype(np.int64))
 
 
 def batch_chance(seed: int, epoch: int) -> torch.Generator:
-    """What a source draws its augmentation from in an epoch; epoch 0 is for rows that are only looked at."""
+    """Return what a source draws its augmentation from in an epoch; epoch 0 is for rows that are only looked at."""
     return torch.Generator().manual_seed(_number(seed, _HELD if epoch == 0 else _BATCHES, epoch))
 
 
@@ -53,5 +53,5 @@ def training_state(seed: int, threads: int) -> Iterator[None]:
 
 
 def _number(*key: int) -> int:
-    """A seed for torch (63 bits) that belongs to this key."""
+    """Return a seed for torch (63 bits) that belongs to this key."""
     return int(SeedSequence(list(key)).generate_state(1, np.uint64)[0] >> np.uint64(1))

@@ -78,7 +78,7 @@ class Course:
     waited: int = 0
 
     def after(self, loss: float, settings: Settings) -> Course:
-        """The course after one more epoch with this watched loss."""
+        """Return the course after one more epoch with this watched loss."""
         epochs = self.epochs + 1
         course = replace(self, epochs=epochs)
         if settings.keep_last or loss < self.best_loss:
@@ -93,16 +93,16 @@ class Course:
         return replace(self, rate=max(self.rate * settings.plateau_factor, settings.least_rate), waited=0)
 
     def over(self, settings: Settings) -> bool:
-        """Whether early stopping ends the training here."""
+        """Return whether early stopping ends the training here."""
         return settings.stop_patience is not None and self.epochs - self.best_epoch > settings.stop_patience
 
     def ended(self, settings: Settings) -> bool:
-        """Whether no further epoch follows."""
+        """Return whether no further epoch follows."""
         return self.epochs >= settings.epochs or self.over(settings)
 
 
 def course_of(losses: Iterable[float], settings: Settings) -> Course:
-    """The course after these watched losses, one an epoch (Keras and torch call this ReduceLROnPlateau)."""
+    """Return the course after these watched losses, one an epoch (Keras and torch call this ReduceLROnPlateau)."""
     course = Course(settings.learning_rate)
     for loss in losses:
         course = course.after(loss, settings)

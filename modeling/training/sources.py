@@ -50,7 +50,7 @@ class Pairs:
         return len(next(_tensors(self.inputs)))
 
     def batch(self, rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:
-        """The rows as they are."""
+        """Return the rows as they are."""
         return _rows(self.inputs, rows), _rows(self.targets, rows)
 
     @property
@@ -74,7 +74,7 @@ class GeneratedRows:
         return self.rows
 
     def batch(self, rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
-        """What `make` gives."""
+        """Return what `make` gives."""
         return self.make(rows, chance)
 
 
@@ -123,5 +123,5 @@ def _rows(given: Given, rows: Tensor) -> Given:
 
 
 def answer_of(network: Callable[..., Any], inputs: Given) -> Any:
-    """What the network answers: a tuple of inputs is given as so many arguments."""
+    """Return what the network answers: a tuple of inputs is given as so many arguments."""
     return network(*inputs) if isinstance(inputs, tuple) else network(inputs)

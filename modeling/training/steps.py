@@ -26,7 +26,7 @@ Loss: TypeAlias = Callable[[Any, Any], Tensor]
 def train_epoch(
     network: nn.Module, optimiser: Optimizer, data: Source, loss: Loss, settings: Settings, epoch: int
 ) -> float:
-    """One step for each batch, in the epoch's own order; the mean loss over the rows.
+    """Return one step for each batch, in the epoch's own order; the mean loss over the rows.
 
     Raises TrainingError, before the step that it would spoil, for a loss or gradient that is not finite.
     """
@@ -47,7 +47,7 @@ def train_epoch(
 
 
 def mean_loss(network: nn.Module, held: Source, loss: Loss, settings: Settings, epoch: int) -> float:
-    """The mean loss over all rows, in evaluation mode. Raises TrainingError where it is not finite."""
+    """Return the mean loss over all rows, in evaluation mode. Raises TrainingError where it is not finite."""
     network.eval()
     chance = batch_chance(settings.seed, 0)
     total = 0.0
@@ -64,7 +64,7 @@ def batches(rows: Tensor, size: int) -> Iterator[Tensor]:
 
 
 def number(loss: Tensor, epoch: int, batch: int, which: str = "") -> float:
-    """A loss as a number. Raises TrainingError where it is none, or not finite."""
+    """Return a loss as a number. Raises TrainingError where it is none, or not finite."""
     if loss.numel() != 1:
         raise TrainingError(f"the loss has shape {tuple(loss.shape)}: expected one number, the mean over the rows.")
     value = float(loss.detach())
@@ -85,7 +85,7 @@ def refuse_gradient(parameters: list[nn.Parameter], epoch: int, batch: int) -> N
 
 
 def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray[np.float64]:
-    """What a network answers to rows, as float64, dropout off and on one thread: sums in one order.
+    """Return what a network answers to rows, as float64, dropout off and on one thread: sums in one order.
 
     `at_once` rows go through it together. Values that 32 bits cannot hold lead to answers that are not finite.
     """
@@ -112,7 +112,7 @@ def restore(network: nn.Module, weights: Weights) -> None:
 
 
 def finite(tensors: Iterable[Tensor]) -> bool:
-    """Whether every number is finite; a tensor of whole numbers always is.
+    """Return whether every number is finite; a tensor of whole numbers always is.
 
     A finite norm says so at a thirtieth of the time of looking at each number; one that overflowed does not deny it.
     """
