@@ -48,16 +48,12 @@ def simulate(get_simulator: GetSimulator, /, lab: Path, textures: tuple[str, ...
     with going_on("what is left"), progress_lines() as report:
         made = get_simulator().make_set(lab, report, textures=named, **asked)
     if as_json:
-        echo_json([_plain(each) for each in made])
+        names = ("study", "participant", "done", "complete", "events", "ended")
+        echo_json([{"ledger": str(each.ledger), **{name: getattr(each, name) for name in names}} for each in made])
     else:
         _show(made, lab)
     if not all(each.complete for each in made):
         raise click.exceptions.Exit(130 if "SIGINT" in made[-1].ended else 1)
-
-
-def _plain(session: SetSession) -> dict[str, Any]:
-    told = ("study", "participant", "done", "complete", "events", "ended")
-    return {"ledger": str(session.ledger), **{name: getattr(session, name) for name in told}}
 
 
 def _show(made: Sequence[SetSession], lab: Path) -> None:

@@ -67,7 +67,10 @@ def read_material(
     unseen = (f"no session of {study_photos}: {NOTHING['picture']}",) if sight and not photos else ()
     few = () if names is None else (FEW_READ,)
     notes = (*rated.notes, *unfelt, *unseen, *few, *((HURRIED,) if quick and photos else ()))
-    return Material(textures, rated.attributes, told, _simulated(parts), notes)
+    # whether twins rated, recorded or photographed any of it
+    recorded = any(texture.simulated for texture in parts.felt.values())
+    simulated = rated.simulated or recorded or any(photo.simulated for photo in photos)
+    return Material(textures, rated.attributes, told, simulated, notes)
 
 
 @dataclass(frozen=True)
@@ -144,9 +147,3 @@ def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], 
         f"{lab}: no recording and no picture of a texture in {where} that can be used{why}; record them, or make a"
         " simulated lab (palpate textures simulate)"
     )
-
-
-def _simulated(parts: Parts) -> bool:
-    """Return whether twins recorded, photographed or rated any of it."""
-    felt = any(each.simulated for each in parts.felt.values())
-    return parts.rated.simulated or felt or any(photo.simulated for photo in parts.photos.values())

@@ -6,13 +6,13 @@ import hashlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.analysis.features.augmenting import NOISE_SD, chance_of, varied
 from palpate.analysis.features.glcm import glcm
-from palpate.analysis.features.pictures import Gray, Looking, PictureError, Square, patches, square
+from palpate.analysis.features.pictures import Looking, PictureError, patches, square
 from palpate.modeling.attributes.feature_cache import Entry, feature_key, load_features, save_features
 from palpate.modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, MaterialError, Rows
 from palpate.modeling.attributes.resnet_weights import Weights
@@ -175,13 +175,20 @@ def _looked(job: _Look) -> dict[str, Entry]:
 def _versions(
     picture: Picture, versions: Sequence[int], how: Sight, network: ResNet50
 ) -> Iterator[tuple[int, Entry]]:  # fmt: skip
+    from palpate.modeling.attributes.resnet import pool_of_patches
+
     try:
         found = square(_bytes(picture), picture.name, how.looking.side)
     except PictureError as error:
         yield from ((version, ({}, {"notes": [f"{PICTURE_LEFT_OUT}: {error}"]})) for version in versions)
         return
     for version in versions:
-        yield version, (_rows(_version(found, picture, version, how), how.at(version), network), _told(found, version))
+        values = found.values
+        if version > 0:
+            values = varied(values, chance_of(picture.sha256, version, how.seed), how.noise_sd)
+        pooled = pool_of_patches(network, patches(values, how.at(version)))
+        notes = [] if version else list(found.notes)
+        yield version, ({"resnet": pooled, "glcm": glcm(values)}, {"notes": notes, "blank": found.blank})
 
 
 def _bytes(picture: Picture) -> bytes:
@@ -195,22 +202,6 @@ def _bytes(picture: Picture) -> bytes:
             f"{picture.name}: {picture.path} is not the picture that is on record (its SHA-256 differs); restore it"
         )
     return data
-
-
-def _version(found: Square, picture: Picture, version: int, how: Sight) -> Gray:
-    if version == 0:
-        return found.values
-    return varied(found.values, chance_of(picture.sha256, version, how.seed), how.noise_sd)
-
-
-def _rows(values: Gray, looking: Looking, network: ResNet50) -> dict[str, Rows]:
-    from palpate.modeling.attributes.resnet import pool_of_patches
-
-    return {"resnet": pool_of_patches(network, patches(values, looking)), "glcm": glcm(values)}
-
-
-def _told(found: Square, version: int) -> dict[str, Any]:
-    return {"notes": [] if version else list(found.notes), "blank": found.blank}
 
 
 def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:

@@ -85,7 +85,9 @@ class HVNet(nn.Module):
         x = code.transpose(1, 2)
         lengths = [self.length >> times for times in reversed(range(len(SIGHT_FILTERS)))]
         for layer, length in zip(self.decoder, lengths, strict=True):
-            x = _stretched(torch.relu(layer(x)), length)
+            # every place twice; the last one once more where an odd length was halved
+            x = torch.relu(layer(x)).repeat_interleave(2, dim=1)
+            x = x if x.shape[1] == length else torch.cat([x, x[:, -1:]], dim=1)
         return x.transpose(1, 2)
 
     def embed(self, code: Tensor) -> Tensor:
@@ -135,12 +137,6 @@ def _begun(weight: Tensor, bias: Tensor | None, variance: float) -> None:
             weight -= weight.flatten(1).mean(dim=1).view(-1, *[1] * (weight.ndim - 1))
         if bias is not None:
             bias.zero_()
-
-
-def _stretched(x: Tensor, length: int) -> Tensor:
-    """Return every place twice; the last one once more where an odd length was halved."""
-    twice = x.repeat_interleave(2, dim=1)
-    return twice if twice.shape[1] == length else torch.cat([twice, x[:, -1:]], dim=1)
 
 
 class RowConv(nn.Module):

@@ -199,7 +199,10 @@ def fit_ridge(learning: Learning) -> Ridge:
         textures, ratings = textures_of(learning)
         front, z = whole_of(textures, learning.touch, learning.sight)
         weighed = z * _evened(front)
-        codes = [_rotated(weighed[:, columns]) for columns in _columns(front.parts)]
+        codes = []
+        for columns in _columns(front.parts):
+            left, singular, axes = np.linalg.svd(weighed[:, columns], full_matrices=False)
+            codes.append((left * singular, axes))
         shares = SHARES if len(codes) == 2 else (1.0,)
         places = [code for code, _ in codes]
         folds = list(inner_folds(textures))
@@ -246,12 +249,6 @@ def _evened(front: Whole) -> Array:
 def _columns(parts: Sequence[Part]) -> list[slice]:
     ends = np.cumsum([0, *(2 * part.size for part in parts)]).tolist()
     return [slice(start, end) for start, end in pairwise(ends)]
-
-
-def _rotated(z: Array) -> tuple[Array, Array]:
-    """Return places (n, axes) along the axes (axes, columns) of least number that hold all of z."""
-    left, singular, axes = np.linalg.svd(z, full_matrices=False)
-    return left * singular, axes
 
 
 def _joined(places: Sequence[Array], share: float) -> Array:

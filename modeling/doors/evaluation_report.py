@@ -89,17 +89,23 @@ def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
     if "forward" in evaluation.choices:
         row = _row(evaluation.forward, evaluation.choices["forward"].method)
         met = row["mae"] <= TARGETS["mae"] and row["rmse"] <= TARGETS["rmse"] and (row["r2"] or 0) >= TARGETS["r2"]
+        ceiling = ""
+        if evaluation.ceilings:
+            least = evaluation.ceilings[0].mae[-1]
+            ceiling = f" A perfect predictor's MAE would be {least:.2f}, as the ratings are noisy means."
         ratings = (
             f"Of unseen stimuli: MAE {row['mae']:.2f} (wanted: at most {TARGETS['mae']:g}), RMSE "
             f"{row['rmse']:.2f} ({TARGETS['rmse']:g}), R² {written(row['r2'], '3')} (at least {TARGETS['r2']:g}): "
-            f"{_reached_or_not(met)}.{_beside_ceiling(evaluation)}"
+            f"{_reached_or_not(met)}.{ceiling}"
         )
         points.append(("Ratings", ratings))
     if "inverse" in evaluation.choices:
         row = _row(evaluation.inverse, evaluation.choices["inverse"].method)
         points += [("The loop", text) for text in _loop_reached(row)]
         points += [("Waveform", _waveform_reached(evaluation, row))]
-        points += [("Corners", text) for text in _corners_reached(row)]
+        if row["corners"] is not None:
+            of = f"Of the {row['corners']:.0f} wishes with every slider at an end"
+            points.append(("Corners", f"{of}, {row['corners_unplayable']:.0f} come to a profile beyond the limits."))
     return points
 
 
@@ -131,19 +137,6 @@ def _waveform_reached(evaluation: DoorEvaluation, row: Row) -> str:
     )  # fmt: skip
     met = _reached_or_not(row["waveform_mae"] <= TARGETS["waveform"])
     return f"Error {row['waveform_mae']:.2f} % (wanted: at most {TARGETS['waveform']:g} %): {met}.{floor}"
-
-
-def _corners_reached(row: Row) -> list[str]:
-    if row["corners"] is None:
-        return []
-    of = f"Of the {row['corners']:.0f} wishes with every slider at an end"
-    return [f"{of}, {row['corners_unplayable']:.0f} come to a profile beyond the limits."]
-
-
-def _beside_ceiling(evaluation: DoorEvaluation) -> str:
-    if not evaluation.ceilings:
-        return ""
-    return f" A perfect predictor's MAE would be {evaluation.ceilings[0].mae[-1]:.2f}, as the ratings are noisy means."
 
 
 def _row(rows: Sequence[Row], method: str) -> Row:

@@ -139,6 +139,9 @@ def _means(
     met = _answered(individual)
     count: Indices = met.sum(axis=0)
     mean = np.nansum(individual.value, axis=0) / count
+    # the SD between raters (n - 1), NaN where one person rated: an SD that nobody knows is not 0
+    squares = np.nansum((individual.value - mean) ** 2, axis=0)
+    variance: Array = np.divide(squares, count - 1, out=np.full(mean.shape, np.nan), where=count > 1)
     return DoorData(
         attributes=questions.attributes,
         antonyms=questions.antonyms,
@@ -150,7 +153,7 @@ def _means(
         groups=tuple(_whose(individual, met[:, i].any(axis=1)) for i in range(len(ids))),
         force_N=force,
         rating=mean,
-        sd=_sd(individual.value, mean, count),
+        sd=np.sqrt(variance),
         raters=count.min(axis=1).astype(np.int64),
         simulated=simulated,
         made_from=made_from,
@@ -164,10 +167,3 @@ def _answered(individual: Individual) -> Any:
 
 def _whose(individual: Individual, rated: Mask) -> str:
     return "+".join(sorted({group for group, here in zip(individual.groups, rated, strict=True) if here}))
-
-
-def _sd(value: Array, mean: Array, count: Indices) -> Array:
-    """Return the SD between raters (n - 1), NaN where one person rated: an SD that nobody knows is not 0."""
-    squares = np.nansum((value - mean) ** 2, axis=0)
-    variance: Array = np.divide(squares, count - 1, out=np.full(mean.shape, np.nan), where=count > 1)
-    return np.sqrt(variance)

@@ -112,10 +112,12 @@ def _lengths(entry: Entry) -> set[int]:
 
 def value_of(entry: Entry, at: int, kind: Kind | None = None) -> AttributeValue | None:
     """An attribute of a texture; without a kind as people rated it, else as it was predicted. None: not known."""
-    for each in KINDS if kind is None else (kind,):
-        found = _rated(entry, at) if each == "rated" else _predicted(entry, at)
-        if found is not None:
-            return found
+    rated, predicted = entry.rated, entry.predicted
+    if kind != "predicted" and rated is not None and (value := rated.mean[at]) is not None:
+        return AttributeValue(value=value, sd=rated.se[at], kind="rated")
+    if kind != "rated" and predicted is not None:
+        sd = (predicted.high[at] - predicted.low[at]) / (2 * Z90)
+        return AttributeValue(value=predicted.value[at], sd=sd, kind="predicted")
     return None
 
 
@@ -127,16 +129,3 @@ def known(entry: Entry, kind: Kind | None = None) -> bool:
 def belief(found: AttributeValue | None) -> tuple[float, float]:
     """Return where an attribute is believed to lie: mean and SD. What is not known may lie anywhere."""
     return NOTHING_KNOWN if found is None else (found.value, found.sd)
-
-
-def _rated(entry: Entry, at: int) -> AttributeValue | None:
-    told = entry.rated
-    value = None if told is None else told.mean[at]
-    return None if told is None or value is None else AttributeValue(value=value, sd=told.se[at], kind="rated")
-
-
-def _predicted(entry: Entry, at: int) -> AttributeValue | None:
-    told = entry.predicted
-    if told is None:
-        return None
-    return AttributeValue(value=told.value[at], sd=(told.high[at] - told.low[at]) / (2 * Z90), kind="predicted")

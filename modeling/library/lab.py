@@ -113,19 +113,15 @@ def thumbnail(content: bytes, where: str) -> bytes:
 
     try:
         with Image.open(BytesIO(content)) as opened:
-            seen = _colours(ImageOps.exif_transpose(opened))
+            seen = ImageOps.exif_transpose(opened)
+            if seen.mode.startswith("I"):  # of 16 bits the upper ones
+                seen = seen.convert("I").point(lambda value: value * (1 / 257)).convert("L")
+            seen = seen.convert("RGB")
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
         raise NoPicture(f"{where}: this is no picture that can be read ({error}).") from None
     written = BytesIO()
     _middle(seen).save(written, "JPEG", quality=QUALITY, optimize=True)
     return written.getvalue()
-
-
-def _colours(seen: Image) -> Image:
-    """As red, green and blue of 8 bits; of 16 bits the upper ones."""
-    if seen.mode.startswith("I"):
-        seen = seen.convert("I").point(lambda value: value * (1 / 257)).convert("L")
-    return seen.convert("RGB")
 
 
 def _middle(seen: Image) -> Image:

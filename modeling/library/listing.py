@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +88,7 @@ def table(
     entries: Sequence[Entry], library: Library, kind: Kind | None, extra: Mapping[str, Sequence[str]] | None = None
 ) -> Any:
     """Return textures as a table: rank, name, class, what is asked of them, attributes, and who said so."""
+    from rich.markup import escape
     from rich.table import Table
 
     further = extra or {}
@@ -104,7 +105,8 @@ def table(
         own = (column[place] for column in further.values())
         label = "" if entry.label == entry.id else entry.label
         said = came_from(entry, count, kind)
-        found.add_row(str(place + 1), *_escaped(entry.id, label, entry.category), *own, *values, said)
+        names = map(escape, (entry.id, label, entry.category))
+        found.add_row(str(place + 1), *names, *own, *values, said)
     return found
 
 
@@ -117,12 +119,6 @@ def description(entry: Entry, library: Library, kind: Kind | None = None) -> str
             unsure = Z90 * found.sd > abs(found.value - 50) and not 45 <= found.value <= 55
             words.append(f"{'perhaps ' if unsure else ''}{in_words(known, at, found.value)}")
     return ", ".join(words)
-
-
-def _escaped(*texts: str) -> Iterable[str]:
-    from rich.markup import escape
-
-    return map(escape, texts)
 
 
 LIKE = 3

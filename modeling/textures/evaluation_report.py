@@ -141,7 +141,11 @@ def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
     blocks += [figure_block(figure) for figure in pictures(pictured, "free_waves", "free_spectra", "free_envelopes")]
     free = free_rows(evaluation)
     for texture in evaluation.drives:
-        own = [{**row, "limits": _short(row["beyond"])} for row in free if row["texture"] == texture]
+        own = [
+            {**row, "limits": ", ".join(SHORT[name] for name in row["beyond"].split()) or None}
+            for row in free
+            if row["texture"] == texture
+        ]
         blocks.append(table(evaluation.domain.recordings[texture].label, own, FREE, folded=True, ours=chosen.method))
     refused = [row for row in texture_rows(evaluation) if row["refused"]]
     if refused:
@@ -168,10 +172,6 @@ def _origin_row(row: Row) -> Row:
     low, high = row["level_low"], row["level_high"]
     spread = None if low is None else f"{low:.2f} to {high:.2f}"
     return {**row, "limits": f"{row['kept']} of {row['ran']}" if row["ran"] else None, "level_range": spread}
-
-
-def _short(beyond: str) -> str | None:
-    return ", ".join(SHORT[name] for name in beyond.split()) or None
 
 
 def step_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:

@@ -59,28 +59,18 @@ def run_jobs(
         report(f"{pace.done} of {len(jobs)} done: {job.name}{left}")
 
     tasks = [Job(index, named(index, job), call, job, threads) for index, job in enumerate(jobs)]
-    _way(min(workers or _cores(), len(tasks)), cluster)(tasks, took, report)
-    return [results[index] for index in range(len(tasks))]
+    if not workers:
+        from joblib import cpu_count
 
-
-def _cores() -> int:
-    """Those that this process may use: a container or a batch system gives less than the machine has."""
-    from joblib import cpu_count
-
-    return int(cpu_count())
-
-
-def _way(workers: int, cluster: str | None) -> Callable[[list[Job], Callable[[Job, Result], None], Report], None]:
+        workers = int(cpu_count())  # those that this process may use: a container gives less than the machine has
     if cluster is not None:
-        return lambda tasks, took, report: on_cluster(cluster, tasks, took, report)
-    if workers > 1:
-        return lambda tasks, took, report: on_cores(workers, tasks, took, report)
-    return _here
-
-
-def _here(tasks: list[Job], took: Callable[[Job, Result], None], _report: Report) -> None:
-    for task in tasks:
-        took(task, done(task))
+        on_cluster(cluster, tasks, took, report)
+    elif min(workers, len(tasks)) > 1:
+        on_cores(min(workers, len(tasks)), tasks, took, report)
+    else:
+        for task in tasks:
+            took(task, done(task))
+    return [results[index] for index in range(len(tasks))]
 
 
 def on_cores(workers: int, jobs: list[Job], took: Callable[[Job, Any], None], report: Report) -> None:

@@ -131,8 +131,9 @@ class _Run:
             course = self._epoch(course, lambda: before + self.clock() - began)
             pace.step()
             self._tell(course, pace)
-            if course.epochs % self.settings.every_epochs == 0 or course.ended(self.settings):
-                self._keep(identity)
+            due = course.epochs % self.settings.every_epochs == 0 or course.ended(self.settings)
+            if due and self.settings.checkpoint is not None:
+                write_checkpoint(self.settings.checkpoint, checkpoint_of(self.state, identity))
         restore(self.state.network, self.state.best)
         seconds = before + self.clock() - began
         return Trained(tuple(history), course.best_epoch, seconds, course.over(self.settings), continued)
@@ -162,10 +163,6 @@ class _Run:
         put_back(self.state, found)
         self.report(f"continuing after epoch {found.epoch}, from {folder}")
         return found.epoch
-
-    def _keep(self, identity: Mapping[str, Any]) -> None:
-        if self.settings.checkpoint is not None:
-            write_checkpoint(self.settings.checkpoint, checkpoint_of(self.state, identity))
 
     def _tell(self, course: Course, pace: Pace) -> None:
         last = self.state.history[-1]

@@ -59,9 +59,10 @@ class Cosine(Adam):
             group["cosine_steps"] = steps  # an option of the optimiser: a checkpoint of another course is refused
 
     def step(self, closure: Any = None) -> Any:
-        """Return one step at its own rate."""
+        """Take one step at its own rate."""
         highest = [group["lr"] for group in self.param_groups]
-        share = share_of(self._done(), self.steps)
+        state = next(iter(self.state.values()), None)
+        share = share_of(int(state["step"]) if state else 0, self.steps)
         try:
             for group, rate in zip(self.param_groups, highest, strict=True):
                 group["lr"] = rate * share
@@ -69,10 +70,6 @@ class Cosine(Adam):
         finally:
             for group, rate in zip(self.param_groups, highest, strict=True):
                 group["lr"] = rate
-
-    def _done(self) -> int:
-        state = next(iter(self.state.values()), None)
-        return int(state["step"]) if state else 0
 
 
 def share_of(done: int, steps: int) -> float:

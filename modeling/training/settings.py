@@ -85,12 +85,10 @@ class Course:
             course = replace(course, best_epoch=epochs, best_loss=loss)
         if loss < self.low * (1 - THRESHOLD) if self.low > 0 else loss < self.low:
             return replace(course, low=loss, waited=0)
-        return replace(course, waited=self.waited + 1)._lowered(settings)
-
-    def _lowered(self, settings: Settings) -> Course:
-        if settings.plateau_patience is None or self.waited <= settings.plateau_patience:
-            return self
-        return replace(self, rate=max(self.rate * settings.plateau_factor, settings.least_rate), waited=0)
+        course = replace(course, waited=self.waited + 1)
+        if settings.plateau_patience is None or course.waited <= settings.plateau_patience:
+            return course
+        return replace(course, rate=max(course.rate * settings.plateau_factor, settings.least_rate), waited=0)
 
     def over(self, settings: Settings) -> bool:
         """Return whether early stopping ends the training here."""

@@ -4,8 +4,9 @@ The curve is drawn against seconds, since the length of an epoch differs from me
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +39,7 @@ def learning_curve(histories: Mapping[str, Sequence[Epoch]], last: bool = False)
 
     figure = Figure(figsize=(6.4, 3.8), layout="constrained")
     axes = figure.subplots()
-    for (name, history), colour in zip(histories.items(), _colours(), strict=False):
+    for (name, history), colour in zip(histories.items(), cycle(COLOURS), strict=False):
         _draw(axes, name, history, colour, last)
     epochs = [epoch for history in histories.values() for epoch in history]
     from matplotlib.ticker import LogLocator, StrMethodFormatter
@@ -58,11 +59,6 @@ def learning_curve(histories: Mapping[str, Sequence[Epoch]], last: bool = False)
     axes.set_title("Loss on held-out rows (dotted: while training)" if held else "Loss while training")
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.16), frameon=False, fontsize=8)
     return figure
-
-
-def _colours() -> Iterable[str]:
-    while True:
-        yield from COLOURS
 
 
 def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str, last: bool) -> None:
