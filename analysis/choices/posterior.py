@@ -105,7 +105,13 @@ def posterior_of(
     axes = [_even(low, high, count) for (low, high), count in zip(bounds, COARSE, strict=True)]
     mass = _mass(axes, problem, spec, of)
     fine = FINE if len(axes[2][0]) == 1 else FINE_WITH_GUESS
-    ranges = [_span(axis[0], mass, i) for i, axis in enumerate(axes)]
+    ranges = []
+    for i, (points, _) in enumerate(axes):
+        # The ends of where an axis' marginal is not negligible, one coarse step to either side.
+        marginal = mass.sum(axis=tuple(j for j in range(mass.ndim) if j != i))
+        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
+        last = min(int(inside[-1]) + 1, len(points) - 1)
+        ranges.append((float(points[max(int(inside[0]) - 1, 0)]), float(points[last])))
     axes = [(_even if i < 2 else _gauss)(*ranges[i], fine[i]) for i in range(len(axes))]
     mass = _mass(axes, problem, spec, of)
     plane = mass.sum(axis=(2, 3, 4))
@@ -148,13 +154,6 @@ def _gauss(low: float, high: float, count: int) -> Axis:
         return np.array([low]), np.ones(1)
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return low + (high - low) * (nodes + 1) / 2, weights
-
-
-def _span(points: Floats, mass: Floats, place: int) -> Bounds:
-    """Return the ends of where an axis' marginal is not negligible, one coarse step to either side."""
-    marginal = mass.sum(axis=tuple(i for i in range(mass.ndim) if i != place))
-    inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
-    return float(points[max(int(inside[0]) - 1, 0)]), float(points[min(int(inside[-1]) + 1, len(points) - 1)])
 
 
 def _mass(axes: list[Axis], problem: Problem, spec: FunctionSpec, of: Tested) -> Floats:

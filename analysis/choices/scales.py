@@ -205,19 +205,15 @@ def refuse_unconnected(counted: Counted) -> None:
         )
     strong, group = connected_components(csr_array(beats), connection="strong")
     if strong > 1:
-        raise NoEstimate(_one_sided(counted.items, beats, group, strong))
-
-
-def _one_sided(items: tuple[Hashable, ...], beats: Any, group: Any, strong: int) -> str:
-    for i in sorted(range(strong), key=lambda i: (int((group == i).sum()), int(np.argmax(group == i)))):
-        inside = group == i
-        for won, lost, what in ((inside, ~inside, "lost to"), (~inside, inside, "beat")):
-            if beats[np.ix_(won, lost)].any() and not beats[np.ix_(lost, won)].any():
-                return (
-                    f"{_names(items, inside)} never {what} any of the other items, so how far apart they are has no "
-                    "estimate; leave them out, or add comparisons that could go the other way"
-                )
-    return "the items cannot be brought into one scale: no chain of wins leads back"
+        for i in sorted(range(strong), key=lambda i: (int((group == i).sum()), int(np.argmax(group == i)))):
+            inside = group == i
+            for won, lost, what in ((inside, ~inside, "lost to"), (~inside, inside, "beat")):
+                if beats[np.ix_(won, lost)].any() and not beats[np.ix_(lost, won)].any():
+                    raise NoEstimate(
+                        f"{_names(counted.items, inside)} never {what} any of the other items, so how far apart they "
+                        "are has no estimate; leave them out, or add comparisons that could go the other way"
+                    )
+        raise NoEstimate("the items cannot be brought into one scale: no chain of wins leads back")
 
 
 def _names(items: tuple[Hashable, ...], chosen: Any) -> str:

@@ -90,10 +90,16 @@ def without_small_groups(people: ParticipantTable, least: int) -> tuple[Particip
     rows, columns, measures = [dict(row) for row in people.rows], list(people.columns), []
     for question, (name, kind) in people.kinds.items():
         answered = [row for row in rows if row.get(name) is not None]
-        if kind == "choice" and (withheld := _withheld_levels(Counter(str(row[name]) for row in answered), least)):
+        if kind == "choice":
+            counts = Counter(str(row[name]) for row in answered)
+            withheld = {level for level, number in counts.items() if number < least}
+            left = sorted(counts.keys() - withheld, key=lambda level: (counts[level], level))
+            while withheld and left and sum(counts[level] for level in withheld) < least:
+                withheld.add(left.pop(0))
             for row in answered:
                 row[name] = None if str(row[name]) in withheld else row[name]
-            measures.append(f"{question}: answers of fewer than {least} participants are withheld (empty).")
+            if withheld:
+                measures.append(f"{question}: answers of fewer than {least} participants are withheld (empty).")
         elif kind == "number" and _average_small_groups(answered, name, least):
             measures.append(f"{question}: each number is the mean of at least {least} participants of like {question}.")
     measure_of = {line.partition(":")[0]: line.partition(": ")[2] for line in measures}
@@ -102,15 +108,6 @@ def without_small_groups(people: ParticipantTable, least: int) -> tuple[Particip
         if question in measure_of:
             columns[place] = replace(column, description=f"{column.description} {measure_of[question].capitalize()}")
     return replace(people, columns=tuple(columns), rows=tuple(rows)), tuple(measures)
-
-
-def _withheld_levels(counts: Counter[str], least: int) -> set[str]:
-    """Return the levels to be withheld: those of fewer than `least`, and further ones until as many have none."""
-    withheld = {level for level, count in counts.items() if count < least}
-    left = sorted(counts.keys() - withheld, key=lambda level: (counts[level], level))
-    while withheld and left and sum(counts[level] for level in withheld) < least:
-        withheld.add(left.pop(0))
-    return withheld
 
 
 def _average_small_groups(answered: list[dict[str, Any]], name: str, least: int) -> bool:

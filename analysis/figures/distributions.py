@@ -20,11 +20,17 @@ def swarm(values: Sequence[float], diameter: float, reach: float, *, one_sided: 
     they are given. Where the swarm is wider than `reach` it is pressed together. One-sided places are 0 or more.
     More than 250 points are scattered within their density instead, by a sequence that is the same each time.
     """
+    order, aside = sorted(range(len(values)), key=lambda i: (values[i], i)), [0.0] * len(values)
     if len(values) > MOST_PLACED:
-        return _scattered(values, reach, one_sided)
+        # Places from van der Corput's sequence in base 2, as wide as the density of the values there.
+        at, heights = density(values)
+        for rank, i in enumerate(order):
+            wide = float(np.interp(values[i], at, heights)) if len(at) else 1.0
+            share = int(f"{rank + 1:020b}"[::-1], 2) / 2**20
+            aside[i] = reach * wide * (share if one_sided else 2 * share - 1)
+        return aside
     placed: list[tuple[float, float]] = []
-    aside = [0.0] * len(values)
-    for i in sorted(range(len(values)), key=lambda i: (values[i], i)):
+    for i in order:
         near = [(v, a) for v, a in placed if values[i] - v < diameter]
         # The free place nearest to the middle, at which the point touches none of those near it.
         taken = [(a, float(np.sqrt(max(diameter**2 - (values[i] - v) ** 2, 0.0)))) for v, a in near]
@@ -35,20 +41,6 @@ def swarm(values: Sequence[float], diameter: float, reach: float, *, one_sided: 
         placed = [*near, (values[i], aside[i])]
     widest = max((abs(a) for a in aside), default=0.0)
     return [a * reach / widest for a in aside] if widest > reach else aside
-
-
-def _scattered(values: Sequence[float], reach: float, one_sided: bool) -> list[float]:
-    """Return places from van der Corput's sequence in base 2, in the order of the values, as wide as their density
-    there.
-    """
-    order = sorted(range(len(values)), key=lambda i: (values[i], i))
-    at, heights = density(values)
-    aside = [0.0] * len(values)
-    for rank, i in enumerate(order):
-        wide = float(np.interp(values[i], at, heights)) if len(at) else 1.0
-        share = int(f"{rank + 1:020b}"[::-1], 2) / 2**20
-        aside[i] = reach * wide * (share if one_sided else 2 * share - 1)
-    return aside
 
 
 def density(values: Sequence[float], least: float | None = None, most: float | None = None) -> tuple[Floats, Floats]:

@@ -120,7 +120,19 @@ def draw(data: FigureData) -> DrawnFigure:
     """Draw a panel for each attribute, the same rows and columns in all."""
     words, marks = data.words, Marks()
     attributes, scale = words["attributes"], (words["scale"][0], words["scale"][1])
-    room = _sheet(words)
+    people, levels = words["participants"], words["levels"]
+    widest, height_of_row, title = 5.5, 0.088, 0.0
+    if len(attributes) <= 3:
+        widest, height_of_row = 10.0, 0.105
+        title = max((count_letters(attribute_title(attribute)) for attribute in attributes), default=0.0)
+    across = max(2.4, 0.135 * len(levels), min(0.0875 * title, 4.2))
+    sides = min(widest, across), min(6.4, max(0.9, height_of_row * len(people)))
+    columns = min(len(attributes), max(1, int(12.0 / (sides[0] + GAP))))
+    tall = math.ceil(len(attributes) / columns) * (sides[1] + TOP)
+    beside = widest_pt([elide(name, 16) for name in people], 7.0) / 72 + 0.2
+    below_all = widest_pt([elide(level, 16) for level in levels], 7.0) / 72 + 0.2
+    width = beside + columns * (sides[0] + GAP) + BAR
+    room = _Sheet(width, tall + max(below_all, 0.45), beside, columns, sides)
     figure = Figure(figsize=(room.width, room.height))
     shade = ScalarMappable(Normalize(*scale), shade_scale())
     for place, attribute in enumerate(attributes):
@@ -155,24 +167,6 @@ class _Sheet(NamedTuple):
     left: float
     columns: int
     panel: tuple[float, float]
-
-
-def _sheet(words: Mapping[str, Any]) -> _Sheet:
-    people, levels, attributes = words["participants"], words["levels"], words["attributes"]
-    widest, line = (10.0, 0.105) if len(attributes) <= 3 else (5.5, 0.088)
-    title = (
-        max((count_letters(attribute_title(attribute)) for attribute in attributes), default=0.0)
-        if len(attributes) <= 3
-        else 0.0
-    )
-    across = max(2.4, 0.135 * len(levels), min(0.0875 * title, 4.2))
-    panel = min(widest, across), min(6.4, max(0.9, line * len(people)))
-    columns = min(len(attributes), max(1, int(12.0 / (panel[0] + GAP))))
-    lines = math.ceil(len(attributes) / columns)
-    left = widest_pt([elide(name, 16) for name in people], 7.0) / 72 + 0.2
-    names = widest_pt([elide(level, 16) for level in levels], 7.0) / 72 + 0.2
-    width = left + columns * (panel[0] + GAP) + BAR
-    return _Sheet(width, lines * (panel[1] + TOP) + max(names, 0.45), left, columns, panel)
 
 
 def _share(room: _Sheet, left: float, bottom: float, width: float, height: float) -> tuple[float, float, float, float]:

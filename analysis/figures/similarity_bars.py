@@ -84,7 +84,19 @@ def data(inputs: FigureInput, settings: SimilarityBarsSettings) -> FigureData:
     bars = [*known, *(level for level in occurring if level not in known)]
     clusters = list(dict.fromkeys(cells.level(settings.clusters))) if settings.clusters else []
     rows = _bar_rows(settings, selected, selected.table, by) if clusters else []
-    overall = _over_clusters(cells, settings.bars) if clusters else selected.table
+    overall = selected.table
+    if clusters:
+        # Each complete participant's mean over the clusters, for each bar; no row where nobody is complete.
+        complete: Any = ~np.isnan(cells.values).any(axis=1)
+        of_bar = np.array(cells.level(settings.bars))
+        full = len(cells.cells) == len(clusters) * len(occurring)
+        means = [
+            {"participant": person, settings.bars: level, "value": float(np.mean(cells.values[i, of_bar == level]))}
+            for i, person in enumerate(cells.participants)
+            if complete[i] and full
+            for level in occurring
+        ]
+        overall = pd.DataFrame(means, columns=["participant", settings.bars, "value"])
     rows += [] if overall.empty else _bar_rows(settings, selected, overall, [settings.bars])
     rows += _pairs(inputs, settings, selected, bars, clusters)
     words: dict[str, Any] = {"clusters": clusters, "bars": bars, "scale": selected.scale, "dots": settings.dots}
@@ -136,20 +148,6 @@ def _bar_rows(
             if not np.isnan(cells.values[i, j]):
                 rows.append({"shows": "value", **place, "participant": person, "value": float(cells.values[i, j])})
     return rows
-
-
-def _over_clusters(cells: PersonCells, bars: str) -> pd.DataFrame:
-    """Return each complete participant's mean over the clusters, for each bar; no row where nobody is complete."""
-    complete: Any = ~np.isnan(cells.values).any(axis=1)
-    levels = np.array(cells.level(bars))
-    full = len(cells.cells) == len(set(cells.level(cells.by[0]))) * len(set(cells.level(bars)))
-    rows = [
-        {"participant": person, bars: level, "value": float(np.mean(cells.values[i, levels == level]))}
-        for i, person in enumerate(cells.participants)
-        if complete[i] and full
-        for level in dict.fromkeys(cells.level(bars))
-    ]
-    return pd.DataFrame(rows, columns=["participant", bars, "value"])
 
 
 def _pairs(

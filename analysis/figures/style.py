@@ -66,24 +66,20 @@ def drawing(salt: str) -> Iterator[None]:
     looks the same where the font is missing.
     """
     import matplotlib as mpl
+    from matplotlib import font_manager
 
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update({**_SETTINGS, "font.family": _fonts(), "svg.hashsalt": salt})
+        # DejaVu comes with matplotlib; of the further fonts, those that this machine has.
+        here = set(font_manager.get_font_names())
+        fonts = ["DejaVu Sans", *(name for name in FURTHER_FONTS if name in here)]
+        mpl.rcParams.update({**_SETTINGS, "font.family": fonts, "svg.hashsalt": salt})
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
             yield
 
 
 @lru_cache(maxsize=1)
-def _fonts() -> list[str]:
-    """Return DejaVu, which comes with matplotlib, and those of the further fonts that this machine has."""
-    from matplotlib import font_manager
-
-    here = set(font_manager.get_font_names())
-    return ["DejaVu Sans", *(name for name in FURTHER_FONTS if name in here)]
-
-
 def svg_text(figure: Figure) -> str:
     """Return the figure as SVG, equal bytes for equal content (call it within `drawing`)."""
     buffer = io.StringIO()

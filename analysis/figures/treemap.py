@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from pydantic import Field
@@ -122,7 +121,18 @@ def draw(data: FigureData) -> DrawnFigure:
             sides = (sides[0] - edge, sides[1] - edge)
             axes.add_patch(Rectangle(inset, *sides, fill=False, edgecolor=OKABE_ITO[1], linewidth=edge))
         ink = readable_ink(fill) if row["kept"] else INK
-        _write_word(axes, str(row["word"]), format_percent(_size(row)), box, ink)
+        # The word as large as its box lets it be, with its per cent where there is room.
+        word, share = str(row["word"]), format_percent(_size(row))
+        fitted = max((_fit_lines(lines, share, box) for lines in line_breaks(word, 3)), default=(0.0, "", False))
+        size, text, with_share = fitted
+        if size < SMALLEST:
+            continue
+        x, y = box.left + box.width / 2, box.top + box.height / 2
+        up = 0.36 * size * LEADING if with_share else 0.0
+        axes.text(x, y - up, text, fontsize=size, color=ink, ha="center", va="center", linespacing=LEADING)
+        if with_share:
+            down = ((text.count("\n") + 1) / 2) * size * LEADING
+            axes.text(x, y + down, share, fontsize=0.72 * size, color=ink, ha="center", va="center")
     axes.text(6, height - FOOT / 2 + 1, str(words["foot"]), fontsize=8, color=SOFT, va="center")
     return DrawnFigure(figure, marks.all())
 
@@ -138,21 +148,6 @@ def details(row: Row) -> tuple[tuple[str, str], ...]:
         )
     parts += [(name, str(row[name])) for name in ("ticks", "n") if row.get(name) is not None]
     return (*parts, ("kept", "yes" if row["kept"] else "no"))
-
-
-def _write_word(axes: Axes, word: str, share: str, box: Box, ink: str) -> None:
-    """Write the word as large as its box lets it be, with its per cent where there is room."""
-    fitted = max((_fit_lines(lines, share, box) for lines in line_breaks(word, 3)), default=(0.0, "", False))
-    size, text, with_share = fitted
-    if size < SMALLEST:
-        return
-    x, y = box.left + box.width / 2, box.top + box.height / 2
-    lines = text.count("\n") + 1
-    up = 0.36 * size * LEADING if with_share else 0.0
-    axes.text(x, y - up, text, fontsize=size, color=ink, ha="center", va="center", linespacing=LEADING)
-    if with_share:
-        down = (lines / 2) * size * LEADING
-        axes.text(x, y + down, share, fontsize=0.72 * size, color=ink, ha="center", va="center")
 
 
 def _fit_lines(lines: tuple[str, ...], share: str, box: Box) -> tuple[float, str, bool]:

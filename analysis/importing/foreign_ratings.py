@@ -62,7 +62,17 @@ def ratings_of(column_map: ColumnMap, sheets: Sequence[Sheet]) -> tuple[list[For
 
 
 def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
-    marks = _decimal_marks(column_map, lines)
+    # Each file has its own decimal mark: a folder may have been written on several computers.
+    texts: dict[str, list[str]] = {}
+    delimiters = {line.sheet.name: line.sheet.delimiter for line in lines}
+    for line in lines:
+        texts.setdefault(line.sheet.name, []).append(line[column_map.columns.value])
+    marks: dict[str, Decimal] = {}
+    for name, own in texts.items():
+        try:
+            marks[name] = column_map.decimal or decimal_mark(own, delimiters[name])
+        except NoNumber as error:
+            raise TableRefused(f"{name}: {column_map.columns.value!r}: {error}") from None
     values: list[float] = []
     wrong: list[str] = []
     for line in lines:
@@ -84,23 +94,6 @@ def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
                 f"{step}: {some(off, MOST_SHOWN)}; correct the table or the scale in the map"
             )
     return values
-
-
-def _decimal_marks(column_map: ColumnMap, lines: Sequence[Line]) -> dict[str, Decimal]:
-    """Return the decimal mark of each file: a folder may have been written on several computers."""
-    texts: dict[str, list[str]] = {}
-    delimiters = {line.sheet.name: line.sheet.delimiter for line in lines}
-    for line in lines:
-        texts.setdefault(line.sheet.name, []).append(line[column_map.columns.value])
-    if column_map.decimal is not None:
-        return dict.fromkeys(texts, column_map.decimal)
-    marks: dict[str, Decimal] = {}
-    for name, values in texts.items():
-        try:
-            marks[name] = decimal_mark(values, delimiters[name])
-        except NoNumber as error:
-            raise TableRefused(f"{name}: {column_map.columns.value!r}: {error}") from None
-    return marks
 
 
 def _rating(column_map: ColumnMap, line: Line, value: float, groups: _Groups) -> ForeignRating:

@@ -83,8 +83,12 @@ def _layout(random: Sequence[Random], outer: int, nested: bool) -> Layout:
     inside = [Block(outer, np.zeros(blocks, dtype=np.intp), 1, 0)]
     width = random[outer].size
     for i, term in enumerate(random):
-        if i == outer or not nested or (home := _home(term, codes)) is None:
+        if i == outer or not nested:
             continue
+        home = np.zeros(len(term.levels), dtype=np.intp)  # each level's block
+        home[term.codes] = codes
+        if not bool((home[term.codes] == codes).all()):
+            continue  # a level has rows in several blocks
         order = np.argsort(home, kind="stable")
         counts = np.bincount(home, minlength=blocks)
         starts = np.cumsum(counts) - counts
@@ -94,13 +98,6 @@ def _layout(random: Sequence[Random], outer: int, nested: bool) -> Layout:
         width += int(counts.max()) * term.size
     placed = {block.term for block in inside}
     return Layout(codes, blocks, tuple(inside), tuple(i for i in range(len(random)) if i not in placed), width)
-
-
-def _home(term: Random, blocks: Codes) -> Codes | None:
-    """Return each level's block, or None where a level has rows in several blocks."""
-    home = np.zeros(len(term.levels), dtype=np.intp)
-    home[term.codes] = blocks
-    return home if bool((home[term.codes] == blocks).all()) else None
 
 
 def _cost(layout: Layout, random: Sequence[Random], fixed: int) -> tuple[float, float]:
@@ -150,8 +147,13 @@ def reduce_problem(problem: Problem) -> Reduced:
         through, seen, rest = _rotated(z.reshape(*rows.shape, -1), _others(problem, rows), problem.y_low[rows])
         batches.setdefault(through.shape[1], []).append((through, seen, members))
         corner = triangle_of(np.concatenate([corner, rest]))
-    whole = tuple(_batch(*map(np.concatenate, zip(*batches[rank], strict=True))) for rank in sorted(batches))
-    return Reduced(whole, tuple(map(_compressed, whole)), corner)
+    whole = []
+    for rank in sorted(batches):
+        through, seen, members = map(np.concatenate, zip(*batches[rank], strict=True))
+        as_rows = through.reshape(len(through), -1)
+        _, one, which, shared = np.unique(as_rows, axis=0, return_index=True, return_inverse=True, return_counts=True)
+        whole.append(Batch(through[one], shared, seen, which.reshape(-1), members))
+    return Reduced(tuple(whole), tuple(map(_compressed, whole)), corner)
 
 
 def outside(problem: Problem) -> Iterator[tuple[Random, int]]:
@@ -219,12 +221,6 @@ def _rotated(z: Floats, a: Floats, y_low: Floats) -> tuple[Floats, Floats, Float
     rest = a - u @ seen
     rest -= u @ (turned @ rest)
     return through, seen + turned.sum(axis=2)[:, :, None] * pivot, rest.reshape(-1, a.shape[2])
-
-
-def _batch(through: Floats, seen: Floats, members: Codes) -> Batch:
-    flat = through.reshape(len(through), -1)
-    _, first, which, shared = np.unique(flat, axis=0, return_index=True, return_inverse=True, return_counts=True)
-    return Batch(through[first], shared, seen, which.reshape(-1), members)
 
 
 def _compressed(batch: Batch) -> Batch:

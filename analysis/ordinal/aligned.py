@@ -8,7 +8,7 @@ Gergle & Higgins 2011). The analysis of variance is the one of `palpate.analysis
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, TypeAlias
@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ordinal.ranks import WHOLE_END, doubled_ranks, refuse_huge
-from palpate.analysis.statistics.cells import Aggregate, Counts, Missing, cell_means
+from palpate.analysis.statistics.cells import Aggregate, Missing, cell_means
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
 from palpate.analysis.statistics.hypotheses import SumOfSquares
 from palpate.analysis.statistics.mixed_anova import Design, Names, gather_design, mixed_effects, refuse_unknown_type
@@ -113,7 +113,12 @@ def alignments(design: Design) -> Iterator[Aligned]:
         term = (*between, *(count + axis - 1 for axis in axes))
         for part in _parts(tuple(range(len(sizes)))):
             if part not in means:
-                means[part] = _means(y, codes, sizes, part)
+                # Of each combination of these factors' levels, for every value; of all values for no factor.
+                flat = np.zeros(len(y), dtype=np.intp)
+                for place in part:
+                    flat = flat * sizes[place] + codes[place]
+                counts = np.bincount(flat, minlength=math.prod(sizes[place] for place in part))
+                means[part] = cell_means(y, flat, counts)[flat]
         # An effect is a signed sum of means: AB = mean(AB) - mean(A) - mean(B) + mean.
         signed = ((-1) ** (len(term) - len(part)) * means[part] for part in _parts(term))
         effect = sum(signed, np.zeros_like(y))
@@ -126,16 +131,6 @@ def alignments(design: Design) -> Iterator[Aligned]:
         room = np.full((1, aligned.size), (2 + 2 ** len(term)) * unsure)
         ranks = doubled_ranks(aligned.reshape(1, -1), room, computed=True) / 2
         yield Aligned(design.source(between, axes), aligned, ranks.reshape(aligned.shape))
-
-
-def _means(y: Floats, codes: Sequence[Counts], sizes: Sequence[int], part: Term) -> Floats:
-    """Return the mean of each combination of these factors' levels, for every value; of all values for no factor."""
-    flat = np.zeros(len(y), dtype=np.intp)
-    for place in part:
-        flat = flat * sizes[place] + codes[place]
-    count = np.bincount(flat, minlength=math.prod(sizes[place] for place in part))
-    means: Floats = cell_means(y, flat, count)[flat]
-    return means
 
 
 def _parts(term: Term) -> Iterator[Term]:

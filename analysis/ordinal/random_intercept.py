@@ -60,8 +60,11 @@ def _maximum(model: Marginal, start: Floats) -> Fit:
         gain = float(gradient @ step)
         if gain <= SETTLED * model.rows.answers:
             return Fit(at, information, value, steps)
-        tried, reached = _uphill(model, at, step, value)
-        if reached <= value:
+        for halving in range(HALVINGS):
+            tried = at + step / 2**halving
+            if marginal_likelihood(model, tried) > value:
+                break
+        else:
             if gain > STOPPED:
                 raise NotConverged("the ordinal model's likelihood ends where it is not flat; leave predictors out")
             return Fit(at, information, value, steps)
@@ -70,15 +73,6 @@ def _maximum(model: Marginal, start: Floats) -> Fit:
             raise NotConverged("the participants' standard deviation grows without end: nearly each gives one answer")
         value, gradient, information = marginal_derivatives(model, at)
     raise NotConverged(f"no maximum of the ordinal model's likelihood in {MOST_STEPS} steps; leave predictors out")
-
-
-def _uphill(model: Marginal, at: Floats, step: Floats, value: float) -> tuple[Floats, float]:
-    for halving in range(HALVINGS):
-        tried = at + step / 2**halving
-        reached = marginal_likelihood(model, tried)
-        if reached > value:
-            return tried, reached
-    return at, value
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,25 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
         log = _Events()
         run(plan, Simulated(simulated_participant(plan), _presented, VirtualClock()), log, {})
         answered.append((plan, answers_of(plan, _session(plan), log.events)))
-    choice = Choice(digest(study.conditions()), tuple(_row(plan, answers) for plan, answers in answered), ())
+    sessions_run = [
+        SessionRow(
+            session=_session(plan),
+            study_digest=digest(plan.study.conditions()),
+            participant=plan.who.participant,
+            group_name=plan.who.group,
+            seed=plan.seed,
+            simulated=True,
+            status="complete",
+            trials_planned=len(plan.trials),
+            trials_answered=sum(row["status"] in ("answered", "captured") for row in answers.trials),
+            head_hash="",
+            file=IN_MEMORY,
+            file_sha256="",
+            number=plan.session,
+        )
+        for plan, answers in answered
+    ]
+    choice = Choice(digest(study.conditions()), tuple(sessions_run), ())
     rows = Rows(
         trials=[_with_person(plan, row) for plan, answers in answered for row in answers.trials],
         words=[_with_person(plan, row) for plan, answers in answered for row in answers.words],
@@ -92,26 +110,6 @@ class NoAnswers(ValueError):
 
 def _with_person(plan: Plan, row: dict[str, object]) -> dict[str, object]:
     return {"participant": plan.who.participant, "group": plan.who.group or "", **row}
-
-
-def _row(plan: Plan, answers: Answers) -> SessionRow:
-    answered = sum(row["status"] in ("answered", "captured") for row in answers.trials)
-    who = plan.who
-    return SessionRow(
-        session=_session(plan),
-        study_digest=digest(plan.study.conditions()),
-        participant=who.participant,
-        group_name=who.group,
-        seed=plan.seed,
-        simulated=True,
-        status="complete",
-        trials_planned=len(plan.trials),
-        trials_answered=answered,
-        head_hash="",
-        file=IN_MEMORY,
-        file_sha256="",
-        number=plan.session,
-    )
 
 
 def _ratings(plan: Plan, answers: Answers) -> list[Rating]:

@@ -165,38 +165,28 @@ class Searched:
 def search_maps(between: Floats, dimensions: int, order: Order, starts: int, hops: int, rng: Generator) -> Searched:
     """Return the lowest of the classical start, `starts` random ones and `hops` displacements from the best."""
     starting = [classical_start(between, dimensions)]
-    starting += [_from_above(len(between), dimensions, order, rng) for _ in range(starts)]
+    for _ in range(starts):
+        # A random map of one dimension more, led downhill and seen along its smallest axis: objects can pass each
+        # other there (Borg & Groenen 2005, 13.3, on local minima in few dimensions).
+        higher, _stress = minimise_stress(rng.standard_normal((len(between), dimensions + 1)), order, 15, 20)
+        starting.append(principal(higher)[:, :dimensions])
     tried = [minimise_stress(start, order, 40 if i == 0 else 10, 50) for i, start in enumerate(starting)]
     stresses = [stress for _, stress in tried]
     points, stress = tried[int(np.argmin(stresses))]
     for _ in range(hops):
-        moved, reached = minimise_stress(_displaced(points, rng), order, 5, 40)
+        # Two objects exchanged, or one put anywhere.
+        displaced: Floats = unit_size(points - points.mean(axis=0)).copy()
+        if rng.random() < 0.5:
+            pair = rng.choice(len(displaced), 2, replace=False)
+            displaced[pair] = displaced[pair[::-1]]
+        else:
+            displaced[rng.integers(len(displaced))] = rng.standard_normal(displaced.shape[1])
+        moved, reached = minimise_stress(displaced, order, 5, 40)
         if reached < stress - LOWER:
             points, stress = moved, reached
     hopped = stress < min(stresses)
     points, stress = minimise_stress(points, order, 0, REFINED)
     return Searched(refine_map(points, order, SETTLING), stress, tuple(stresses), hopped)
-
-
-def _from_above(objects: int, dimensions: int, order: Order, rng: Generator) -> Floats:
-    """Return a random map of one dimension more, led downhill and seen along its smallest axis.
-
-    Objects can pass each other there.
-    Borg & Groenen 2005, 13.3, on local minima in few dimensions.
-    """
-    higher, _ = minimise_stress(rng.standard_normal((objects, dimensions + 1)), order, 15, 20)
-    return principal(higher)[:, :dimensions]
-
-
-def _displaced(points: Floats, rng: Generator) -> Floats:
-    """Return the map with two objects exchanged, or with one put anywhere."""
-    moved: Floats = unit_size(points - points.mean(axis=0)).copy()
-    if rng.random() < 0.5:
-        pair = rng.choice(len(moved), 2, replace=False)
-        moved[pair] = moved[pair[::-1]]
-    else:
-        moved[rng.integers(len(moved))] = rng.standard_normal(moved.shape[1])
-    return moved
 
 
 @dataclass(frozen=True)

@@ -105,9 +105,17 @@ def speed_of(
     Raises:
         StreamError: no lengths x, y, z in it, a window that cannot be, no stretch that is as long as the window.
     """
-    axes, scale = _axes(stream)
+    units = dict(zip(stream.channels, stream.units, strict=True))
+    axes = tuple(axis for axis in AXES if axis in units)
+    units_text = ", ".join(f"{channel} in {unit}" for channel, unit in units.items())
+    if len(axes) < 2 or len({units[axis] for axis in axes}) > 1 or units[axes[0]] not in MM:
+        raise StreamError(
+            f"{stream.where}: a speed needs two or three of x, y, z in one unit of mm, cm, m; it has {units_text}"
+        )
+    if "speed" in units:
+        raise StreamError(f"{stream.where}: it has a channel `speed` already, as its device measured it")
     values = stream.values()
-    positions = scale * values[:, [stream.channels.index(axis) for axis in axes]]
+    positions = MM[units[axes[0]]] * values[:, [stream.channels.index(axis) for axis in axes]]
     used = METHODS["hold"] if options.causal else method
     rate_hz = stream.timing.rate_hz
     try:
@@ -118,20 +126,6 @@ def speed_of(
     except AlignError as error:
         raise StreamError(f"{stream.where}: speed over {options.window} samples: {error}") from error
     return StreamSpeed(stream, axes, aligned.values, estimate, used, grid_hz, _noise_mm(stretches))
-
-
-def _axes(stream: Stream) -> tuple[tuple[str, ...], float]:
-    """Return which channels are places, and how many mm their unit is."""
-    units = dict(zip(stream.channels, stream.units, strict=True))
-    axes = tuple(axis for axis in AXES if axis in units)
-    units_text = ", ".join(f"{channel} in {unit}" for channel, unit in units.items())
-    if len(axes) < 2 or len({units[axis] for axis in axes}) > 1 or units[axes[0]] not in MM:
-        raise StreamError(
-            f"{stream.where}: a speed needs two or three of x, y, z in one unit of mm, cm, m; it has {units_text}"
-        )
-    if "speed" in units:
-        raise StreamError(f"{stream.where}: it has a channel `speed` already, as its device measured it")
-    return axes, MM[units[axes[0]]]
 
 
 def _noise_mm(stretches: list[Array]) -> float | None:

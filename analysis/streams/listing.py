@@ -7,7 +7,6 @@ from typing import Any
 
 from palpate.analysis.streams.alignment import describe_stream
 from palpate.analysis.streams.recorded_streams import (
-    RecordedAttempt,
     StreamError,
     attempts_of,
     counting_attempts,
@@ -30,6 +29,18 @@ def list_streams(record: Record, trial: int | None = None) -> Row:
     if trial is not None and not attempts:
         raise StreamError(f"{record.path}: trial {trial} was not met in this session")
     used = counting_attempts(attempts)
+    streams: list[Row] = []
+    for attempt in used.values():
+        try:
+            streams += [
+                {
+                    "trial": stream.trial, "attempt": stream.attempt, "act": stream.act,
+                    "stimulus": attempt.stimulus_of(stream.act), "stream": stream.name, **describe_stream(stream),
+                }
+                for stream in streams_in(attempt)
+            ]  # fmt: skip
+        except StreamError as error:
+            raise StreamError(f"{record.path}: {error}") from error
     not_used = []
     for attempt in attempts:
         if attempt.acts and attempt not in used.values():
@@ -38,22 +49,9 @@ def list_streams(record: Record, trial: int | None = None) -> Row:
     return {
         "ledger": str(record.path),
         "session": session_name_of(record.header),
-        "streams": [row for attempt in used.values() for row in _rows(record, attempt)],
+        "streams": streams,
         "not_used": not_used,
     }
-
-
-def _rows(record: Record, attempt: RecordedAttempt) -> list[Row]:
-    try:
-        return [
-            {
-                "trial": stream.trial, "attempt": stream.attempt, "act": stream.act,
-                "stimulus": attempt.stimulus_of(stream.act), "stream": stream.name, **describe_stream(stream),
-            }
-            for stream in streams_in(attempt)
-        ]  # fmt: skip
-    except StreamError as error:
-        raise StreamError(f"{record.path}: {error}") from error
 
 
 def format_lines(rows: Sequence[Row]) -> list[str]:
