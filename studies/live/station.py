@@ -134,7 +134,10 @@ def profiles_of(study_files: StudyFiles) -> Callable[[Present], Sequence[float]]
 def _capture(rig: OpenRig, need: str, study_files: StudyFiles, plan: Plan) -> Capture:
     """Return the sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
     sensors, names, may_hide = _sensors(rig, [need])
-    return Capture(sensors, names, _scenes(rig, need, study_files, plan), may_hide=may_hide)
+    scenes: Callable[[Sense], Scene | None] | None = None
+    if any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
+        scenes = scenes_for(need, plan, Profiles(study_files.folder))
+    return Capture(sensors, names, scenes or (lambda _request: None), may_hide=may_hide)
 
 
 def _sensors(rig: OpenRig, needs: Sequence[str]) -> tuple[dict[str, Sensor], dict[tuple[str, str], str], list[str]]:
@@ -159,12 +162,6 @@ def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[
         for kind, device in devices.items()
         for place, signal in enumerate(device.signals)
     ]
-
-
-def _scenes(rig: OpenRig, need: str, study_files: StudyFiles, plan: Plan) -> Callable[[Sense], Scene | None]:
-    if not any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
-        return lambda _request: None
-    return scenes_for(need, plan, Profiles(study_files.folder))
 
 
 def _stage(rig: OpenRig, plan: Plan) -> Presents:

@@ -9,7 +9,7 @@ from sqlalchemy import Connection
 
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.participants.allocations import allocation_of, keep
+from palpate.studies.participants.allocations import allocation_of, save_allocation
 from palpate.studies.participants.lab import ParticipantError, demand_lab
 from palpate.studies.participants.people import demand_known, status_of, unknown
 from palpate.studies.participants.registry import Registry, find_registry, note, reading, write
@@ -97,7 +97,7 @@ def finish(lab: Path, study: Study, participant: str) -> None:
     def act(connection: Connection) -> None:
         own = allocation_of(connection, study.study, participant)
         if own is not None and own.status == "active":
-            keep(connection, replace(own, status="finished"))
+            save_allocation(connection, replace(own, status="finished"))
             note(connection, "finished", {"study": own.study, "participant": participant})
 
     write(registry, act)

@@ -64,7 +64,7 @@ def every_allocation(registry: Registry, study: str | None = None) -> list[Alloc
         return _read(connection, query)
 
 
-def keep(connection: Connection, one: Allocation) -> None:
+def save_allocation(connection: Connection, one: Allocation) -> None:
     """Write an allocation, new or changed. Raises IntegrityError where another participant holds its row."""
     values = {
         "group_name": one.group or "",

@@ -14,7 +14,13 @@ from palpate.protocols.plan import LARGEST_ROW
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.participants.allocations import Allocation, allocation_of, allocations_of, describe_place, keep
+from palpate.studies.participants.allocations import (
+    Allocation,
+    allocation_of,
+    allocations_of,
+    describe_place,
+    save_allocation,
+)
 from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import demand_active
 from palpate.studies.participants.registry import Registry, gone, note, write
@@ -88,7 +94,7 @@ def release(registry: Registry, study: Study, participant: str, why: str) -> All
 def give_up(connection: Connection, own: Allocation, why: str) -> Allocation:
     """Put on record that an allocation is released."""
     released = replace(own, status="released")
-    keep(connection, released)
+    save_allocation(connection, released)
     note(connection, "released", {**_fields(own), "why": why})
     return released
 
@@ -172,7 +178,7 @@ def _demand_same(own: Allocation, wish: Wish, place: Place | None) -> None:
 
 
 def _given(connection: Connection, got: Allocation) -> Allocation:
-    keep(connection, got)
+    save_allocation(connection, got)
     note(connection, "allocated", {**_fields(got), "replaces": got.replaces})
     return got
 

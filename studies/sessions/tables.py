@@ -13,7 +13,7 @@ from palpate.protocols.files import file_sha256
 from palpate.protocols.forms import FORMS, OwnTable, own_tables, table_of
 from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Answer, SessionState, fold
-from palpate.protocols.study import Study, conditions_of
+from palpate.protocols.study import conditions_of
 from palpate.protocols.trial import Trial
 from palpate.studies.sessions.model_versions import models_in
 from palpate.studies.sessions.record import LedgerError, Record
@@ -65,7 +65,12 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
     who = {"study": plan.study.study, "participant": plan.who.participant}
     return SessionTables(
         **vars(answers),
-        study=_study_row(plan.study),
+        study={
+            "study_digest": digest(plan.study.conditions()),
+            "study": plan.study.study,
+            "title": plan.study.title,
+            "definition": canonical(plan.study.definition()).decode(),
+        },
         participant={**who, "group_name": record.header["group"], "row": record.header["row"]},
         session=_session_row(record) | ({"status": "withdrawn"} if withdrawn else {}),
         events=[
@@ -219,11 +224,6 @@ def session_name_of(header: Mapping[str, Any]) -> str:
 def session_number(name: str) -> str:
     """Return the number in a session's name: which of the participant's sessions it is."""
     return name.rpartition("/")[2]
-
-
-def _study_row(study: Study) -> Row:
-    text = canonical(study.definition()).decode()
-    return {"study_digest": digest(study.conditions()), "study": study.study, "title": study.title, "definition": text}
 
 
 def _session_row(record: Record) -> Row:

@@ -47,7 +47,7 @@ GLASS = 0.2
 DECIMALS = 3
 
 
-def rendered(voice: Voice, card: Path, felt: Array, friction: float | None) -> Rendered:
+def render(voice: Voice, card: Path, felt: Array, friction: float | None) -> Rendered:
     """Play a voice for the hand of `felt` (3, n), and compare; `friction` None: there is nothing to compare with."""
     from palpate.devices.render.hands import Scripted
     from palpate.devices.render.loop import AtOnce, Loop

@@ -38,5 +38,5 @@ def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int
         recorder = VirtualRecorder.of(needs, world.now, plan)
         return Rig(RecordedBeside(world, lambda: None, recorder.take), recorder.close)
 
-    kept = {} if pictures is None else {"pictures": pictures}
-    return RigPlan({"kind": "simulated", "twins": list(study.needs), **kept}, check, opened)
+    saved = {} if pictures is None else {"pictures": pictures}
+    return RigPlan({"kind": "simulated", "twins": list(study.needs), **saved}, check, opened)

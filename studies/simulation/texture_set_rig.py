@@ -67,11 +67,13 @@ def rig_for(study_files: StudyFiles, lab: Path, pictures: int, workers: int, wat
 
     `watch` is called with every event once it is written.
     """
-    kept = pictures if "camera" in study_files.study.needs else None
-    plain = simulated(study_files.study, study_files.folder, lab, kept)
+    saved_pictures = pictures if "camera" in study_files.study.needs else None
+    plain = simulated(study_files.study, study_files.folder, lab, saved_pictures)
 
     def opened(plan: Plan, t_ns: int) -> Rig:
-        device = twin_for(study_files.study, plan, study_files.folder, Profiles(study_files.folder), lab, pictures=kept)
+        device = twin_for(
+            study_files.study, plan, study_files.folder, Profiles(study_files.folder), lab, pictures=saved_pictures
+        )
         records, close = _ahead(plan, lab, pictures, workers, device.records)
         world = Simulated(simulated_participant(plan), replace(device, records=records), VirtualClock(t_ns))
         return Rig(world, close, watch)

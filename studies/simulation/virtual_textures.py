@@ -17,7 +17,14 @@ from palpate.protocols.canonical import digest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.study import Stimulus
 from palpate.studies.sessions.rig import RigError
-from palpate.studies.stimuli.renderings import SEED, Rendered, demand_whole, keep, read_kept, restored
+from palpate.studies.stimuli.renderings import (
+    SEED,
+    Rendered,
+    demand_whole,
+    load_rendering,
+    rendering_of,
+    save_rendering,
+)
 
 if TYPE_CHECKING:
     from palpate.signals.arrays import Array
@@ -55,7 +62,7 @@ class VirtualTextures:
         card = self.card(stimulus)
         _friction(stimulus)
         demand_whole(card)
-        if (key := self._key(stimulus, card)) not in self.known and self._kept(key, card) is None:
+        if (key := self._key(stimulus, card)) not in self.known and self._saved(key, card) is None:
             self._voice(card)
             self._felt(stimulus)
 
@@ -64,7 +71,13 @@ class VirtualTextures:
         card = self.card(stimulus)
         key = self._key(stimulus, card)
         if key not in self.known:
-            self.known[key] = self._kept(key, card) or self._fresh(key, stimulus, card)
+            if (rendered := self._saved(key, card)) is None:
+                from palpate.studies.simulation.played_textures import render
+
+                rendered = render(self._voice(card), card, self._felt(stimulus), _friction(stimulus))
+                if self.lab is not None:
+                    save_rendering(_saved_file(self.lab, key), rendered)
+            self.known[key] = rendered
         return self.known[key]
 
     def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
@@ -78,23 +91,15 @@ class VirtualTextures:
         parts = [*made, stimulus.sha256, stimulus.columns.get("friction")]
         return digest({"rendering": VERSION, "seed": SEED, "of": parts})
 
-    def _kept(self, key: str, card: Path) -> Rendered | None:
+    def _saved(self, key: str, card: Path) -> Rendered | None:
         """Return this rendering as it was saved, None if it was not. Raises RigError on a file that is damaged."""
         file = self.folder / SHIPPED
-        shipped = read_kept(file) if self.shipped and file.is_file() else {}
+        shipped = load_rendering(file) if self.shipped and file.is_file() else {}
         if (entry := shipped.get(key)) is not None:
-            return restored(entry, card, file)
-        if self.lab is not None and (file := _kept_file(self.lab, key)).is_file():
-            return restored(read_kept(file), card, file)
+            return rendering_of(entry, card, file)
+        if self.lab is not None and (file := _saved_file(self.lab, key)).is_file():
+            return rendering_of(load_rendering(file), card, file)
         return None
-
-    def _fresh(self, key: str, stimulus: Stimulus, card: Path) -> Rendered:
-        from palpate.studies.simulation.played_textures import rendered
-
-        made = rendered(self._voice(card), card, self._felt(stimulus), _friction(stimulus))
-        if self.lab is not None:
-            keep(_kept_file(self.lab, key), made)
-        return made
 
     def _voice(self, card: Path) -> Voice:
         from palpate.signals.models.errors import ModelFileError
@@ -119,7 +124,7 @@ class VirtualTextures:
         return read_felt(file)
 
 
-def _kept_file(lab: Path, key: str) -> Path:
+def _saved_file(lab: Path, key: str) -> Path:
     from palpate.devices.render.found import FOLDER
 
     return lab / FOLDER / KEPT / f"{key[:32]}.json"

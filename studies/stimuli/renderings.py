@@ -70,7 +70,7 @@ def model_metadata(card: Path, read: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def read_kept(file: Path) -> Mapping[str, Any]:
+def load_rendering(file: Path) -> Mapping[str, Any]:
     """What a file of renderings holds. Raises RigError."""
     try:
         content = json.loads(file.read_bytes())
@@ -81,7 +81,7 @@ def read_kept(file: Path) -> Mapping[str, Any]:
     return content
 
 
-def restored(metadata: Mapping[str, Any], card: Path, file: Path) -> Rendered:
+def rendering_of(metadata: Mapping[str, Any], card: Path, file: Path) -> Rendered:
     """The inverse of `Rendered.record`, as `file` holds it of this card. Raises RigError."""
     try:
         rest = {name: value for name, value in metadata.items() if name != "compared"}
@@ -99,6 +99,6 @@ def _damaged(file: Path, error: object) -> RigError:
     return RigError(f"{file}: not what was kept of a rendering ({error}). Remove it: the models are then rendered anew")
 
 
-def keep(file: Path, made: Rendered) -> None:
+def save_rendering(file: Path, made: Rendered) -> None:
     """Write what came out; of two sessions that do so at once, either one's file is whole."""
     write_bytes(file, canonical(made.record()))
