@@ -9,7 +9,6 @@ from pathlib import Path
 from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.studies.sessions.session_files import fresh_path, ledgers_in, session_starts
 
 _PSEUDONYM = re.compile(r"^[A-Za-z][A-Za-z0-9]{0,15}$")
 _COUNTED = re.compile(r"^[A-Za-z]+0*([1-9][0-9]{0,6})$")
@@ -45,6 +44,8 @@ def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> 
 
     `shared` is set where the experimenter gave the row: a replacement inherits it. Raises LedgerError, AllocationError.
     """
+    from palpate.studies.sessions.session_files import fresh_path  # `plan` needs no database
+
     for plan in plans:
         fresh_path(lab, plan.study.study, plan.who.participant, number)
     taken = {} if shared else rows_taken(lab, plans[0].study.study)
@@ -63,6 +64,8 @@ def rows_taken(lab: Path, study: str, simulated: bool = True) -> dict[tuple[str 
 
     An unreadable ledger takes no row.
     """
+    from palpate.studies.sessions.session_files import ledgers_in, session_starts  # `plan` needs no database
+
     taken: dict[tuple[str | None, int], set[str]] = {}
     for start in session_starts(ledgers_in(lab, study)):
         if simulated or start.in_person:
