@@ -1,4 +1,4 @@
-"""What a model is asked (profiles from files, wishes as NAME=VALUE), and its answer as a person reads it.
+"""The inputs of a model (profiles from files, wishes as NAME=VALUE), and its answer as a person reads it.
 
 Every attribute stands between its two words, with its interval.
 """
@@ -52,7 +52,13 @@ def rated(model: Model, force_N: Array) -> tuple[Rated, ...]:
     halves = interval.half_width if interval is not None else (None,) * port.size
     names = port.names or tuple(f"rating {number}" for number in range(1, port.size + 1))
     antonyms = port.antonyms or ("",) * port.size
-    return tuple(_rated(*row, port.scale) for row in zip(names, antonyms, raw.tolist(), halves, strict=True))
+    ratings = []
+    for name, antonym, value, half in zip(names, antonyms, raw.tolist(), halves, strict=True):
+        predicted = _within(value)
+        low, high = (None, None) if half is None else (_within(predicted - half), _within(predicted + half))
+        on_scale = None if port.scale is None else port.scale[0] + predicted / HIGH * (port.scale[1] - port.scale[0])
+        ratings.append(Rated(name, antonym, predicted, low, high, on_scale, value))
+    return tuple(ratings)
 
 
 def as_told(file: str, answer: tuple[Rated, ...]) -> dict[str, Any]:
@@ -68,7 +74,12 @@ def in_words(file: str, answer: tuple[Rated, ...]) -> str:
     for rated in answer:
         range_words = "" if rated.low is None else f"  {rated.low:5.1f} to {rated.high:5.1f}"
         scale = "" if rated.on_scale is None else f"  {rated.on_scale:+6.2f}"
-        bar = f"{rated.attribute:>{left}} {_bar(rated)} {rated.antonym:<{right}}"
+        # |----==O==----|: the interval and where the prediction lies.
+        ends = (rated.low, rated.high) if rated.low is not None and rated.high is not None else (rated.predicted,) * 2
+        low, high = (_place(end) for end in ends)
+        marks = ["=" if low <= place <= high else "-" for place in range(BAR)]
+        marks[_place(rated.predicted)] = "O"
+        bar = f"{rated.attribute:>{left}} |{''.join(marks)}| {rated.antonym:<{right}}"
         lines.append(f"  {bar} {rated.predicted:6.1f}{range_words}{scale}")
     if far := [rated.attribute for rated in answer if not LOW - FAR <= rated.raw <= HIGH + FAR]:
         lines.append(
@@ -87,28 +98,12 @@ def heading(model: Model) -> str:
         else f"{100 * interval.coverage:g} % interval: {interval.method}"
     )
     scale = [] if card.gives.scale is None else ["the last column is on the scale that people answered on"]
-    told = ["mean ratings, from 0 for the word on the left to 100 for the one on the right", sure, *scale, *card.notes]
-    return "\n".join([f"{card.name}: {card.title}", *(f"  {line}" for line in told)])
-
-
-def _rated(attribute: str, antonym: str, raw: float, half: float | None, scale: tuple[float, float] | None) -> Rated:
-    predicted = _within(raw)
-    low, high = (None, None) if half is None else (_within(predicted - half), _within(predicted + half))
-    on_scale = None if scale is None else scale[0] + predicted / HIGH * (scale[1] - scale[0])
-    return Rated(attribute, antonym, predicted, low, high, on_scale, raw)
+    facts = ["mean ratings, from 0 for the word on the left to 100 for the one on the right", sure, *scale, *card.notes]
+    return "\n".join([f"{card.name}: {card.title}", *(f"  {line}" for line in facts)])
 
 
 def _within(value: float) -> float:
     return min(max(value, LOW), HIGH)
-
-
-def _bar(rated: Rated) -> str:
-    """|----==O==----|: the interval and where the prediction lies."""
-    ends = (rated.low, rated.high) if rated.low is not None and rated.high is not None else (rated.predicted,) * 2
-    low, high = (_place(end) for end in ends)
-    marks = ["=" if low <= place <= high else "-" for place in range(BAR)]
-    marks[_place(rated.predicted)] = "O"
-    return f"|{''.join(marks)}|"
 
 
 def _place(value: float) -> int:
@@ -143,13 +138,20 @@ def wish_of(given: Sequence[str], port: Port) -> Array:
     Raises ModelInputError: no NAME=VALUE, an unknown name, one that stands twice, or a value that is not 0 to 100.
     """
     wished: dict[str, float] = {}
+    pairs = zip(port.antonyms, port.names, strict=True) if port.antonyms else ()
+    others = {antonym: name for antonym, name in pairs if antonym not in port.names}
     for text in given:
         name, sign, value = text.partition("=")
         name = name.strip()
         if not sign:
-            raise ModelInputError(f"{text!r}: NAME=VALUE is expected, as {_example(port)}.")
+            example = f"{port.names[0]}=20" if port.names else "Damped=20"
+            raise ModelInputError(f"{text!r}: NAME=VALUE is expected, as {example}.")
+        if name in others:
+            raise ModelInputError(
+                f"{text!r}: {name} is the other end of {others[name]}: 0 is {others[name]}, 100 is {name}."
+            )
         if name not in port.names:
-            raise ModelInputError(f"{text!r}: {_unknown(name, port)}")
+            raise ModelInputError(f"{text!r}: no attribute {name!r}; {nearest(name, port.names)}")
         if name in wished:
             raise ModelInputError(f"{name} is wished twice.")
         try:
@@ -162,14 +164,3 @@ def wish_of(given: Sequence[str], port: Port) -> Array:
             )
         wished[name] = number
     return np.array([wished.get(name, NEUTRAL) for name in port.names])
-
-
-def _unknown(name: str, port: Port) -> str:
-    pairs = dict(zip(port.antonyms, port.names, strict=True)) if port.antonyms else {}
-    if name in pairs:
-        return f"{name} is the other end of {pairs[name]}: 0 is {pairs[name]}, 100 is {name}."
-    return f"no attribute {name!r}; {nearest(name, port.names)}"
-
-
-def _example(port: Port) -> str:
-    return f"{port.names[0]}=20" if port.names else "Damped=20"

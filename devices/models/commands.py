@@ -148,7 +148,7 @@ def predict(
     if asked.card.takes.kind == "ratings":
         if recording or zero:
             raise click.UsageError(f"{asked.card.name} makes profiles: it is given --wish, not a recording")
-        _made(asked, (*wishes, *given), to, as_json)
+        _print_profile(asked, (*wishes, *given), to, as_json)
         return
     if wishes or to is not None:
         raise click.UsageError(f"{asked.card.name} tells how profiles feel: it is given FILEs; --wish and --to are for "
@@ -157,10 +157,10 @@ def predict(
         raise click.UsageError("--zero counts a recording's angle anew: it goes with --recording")
     if not given:
         raise click.UsageError("which profile? Give a profile FILE, as studies/door_ratings/profiles/K8_g0.csv")
-    _felt(asked, [Path(path) for path in given], recording, zero, as_json)
+    _print_ratings(asked, [Path(path) for path in given], recording, zero, as_json)
 
 
-def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_json: bool) -> None:
+def _print_ratings(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_json: bool) -> None:
     from palpate.devices.models.answers import as_told, heading, in_words, profile_of, rated
     from palpate.signals.models.errors import in_file
 
@@ -172,15 +172,14 @@ def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_j
         with in_file(path):
             answers.append((str(path), rated(asked, force_N)))
     if as_json:
-        told = [as_told(*answer) for answer in answers]
         interval = asked.card.interval
         _echo({"model": asked.card.name, "coverage": interval and interval.coverage, "notes": asked.card.notes,
-               "profiles": told})  # fmt: skip
+               "profiles": [as_told(*answer) for answer in answers]})  # fmt: skip
         return
     click.echo("\n\n".join([heading(asked), *(in_words(*answer) for answer in answers)]))
 
 
-def _made(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:
+def _print_profile(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:
     from palpate.devices.door.stimuli import profile_text
     from palpate.devices.models.answers import wish_of
     from palpate.protocols.files import write_text

@@ -42,7 +42,7 @@ class Apart:
 
 @dataclass(frozen=True)
 class Inputs:
-    """What is asked of all models: (n, in), and a name for each. Of windows, a model is asked its own last samples."""
+    """The inputs of all models: (n, in), and a name for each row. Of windows, a model is given its own last samples."""
 
     rows: Array
     names: tuple[str, ...]
@@ -69,20 +69,27 @@ def require_alike(models: Sequence[Model]) -> None:
 def wishes(model: Model) -> Inputs:
     """All attributes at 50, and each one aside."""
     names = model.card.takes.names or tuple(map(str, range(1, model.card.takes.size + 1)))
-    rows, told = [np.full(len(names), NEUTRAL)], ["all at 50"]
+    rows, titles = [np.full(len(names), NEUTRAL)], ["all at 50"]
     for place, name in enumerate(names):
         for value in ASIDE:
             row = np.full(len(names), NEUTRAL)
             row[place] = value
             rows.append(row)
-            told.append(f"{name}={value:g}")
-    return Inputs(np.array(rows), tuple(told))
+            titles.append(f"{name}={value:g}")
+    return Inputs(np.array(rows), tuple(titles))
 
 
 def apart(models: Sequence[Model], labels: Sequence[str], inputs: Inputs) -> list[Apart]:
     """Every pair of models, all ratings counted as the first model counts its 0..100, shown within them."""
     answers = [_answers(model, models[0], inputs.rows) for model in models]
-    return [_apart(labels, models, answers, pair, inputs) for pair in combinations(range(len(models)), 2)]
+    pairs = []
+    for first, second in combinations(range(len(models)), 2):
+        difference = np.abs(answers[first] - answers[second])
+        at = inputs.names[int(np.argmax(difference.max(axis=1)))]
+        by_name = dict(zip(models[first].card.gives.names, difference.mean(axis=0).tolist(), strict=False))
+        mean, greatest = float(difference.mean()), float(difference.max())
+        pairs.append(Apart(labels[first], labels[second], mean, greatest, at, by_name))
+    return pairs
 
 
 def milliseconds(model: Model, inputs: Inputs, clock: Callable[[], float]) -> float:
@@ -99,18 +106,6 @@ def milliseconds(model: Model, inputs: Inputs, clock: Callable[[], float]) -> fl
         run(row)
         times.append(clock() - start)
     return 1e3 * float(np.median(times))
-
-
-def _apart(
-    labels: Sequence[str], models: Sequence[Model], answers: Sequence[Array], pair: tuple[int, int], inputs: Inputs
-) -> Apart:
-    first, second = pair
-    difference = np.abs(answers[first] - answers[second])
-    row = int(np.argmax(difference.max(axis=1)))
-    by_name = dict(zip(models[first].card.gives.names, difference.mean(axis=0).tolist(), strict=False))
-    return Apart(
-        labels[first], labels[second], float(difference.mean()), float(difference.max()), inputs.names[row], by_name
-    )
 
 
 def _answers(model: Model, first: Model, rows: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,18 +48,13 @@ def listed(lab: Path) -> Iterator[Listed]:
                 card = read_card(path)
                 require_size(weights_file(path, card.weights), path, card.weights)
             except ModelFileError as error:
-                other = _other(path)
+                other = ""
+                with suppress(OSError, ValueError, RecursionError):
+                    document = json.loads(path.read_text(encoding="utf-8"))
+                    other = OTHERS.get(str(document.get("format")), "") if isinstance(document, dict) else ""
                 yield Listed(path, owner, None, "" if other else str(error), other)
                 continue
             yield Listed(path, owner, card)
-
-
-def _other(path: Path) -> str:
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return ""
-    return OTHERS.get(str(told.get("format")), "") if isinstance(told, dict) else ""
 
 
 def find_model(name: str, lab: Path) -> Path:

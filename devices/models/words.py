@@ -1,4 +1,4 @@
-"""A model's card in words."""
+"""A model's card in words, and tables of models as plain text."""
 
 from __future__ import annotations
 
@@ -41,6 +41,13 @@ PLAIN = {
 def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
     """What a person wants to know of a model: what it takes and gives, how good it is, where it comes from."""
     count = sum(tensor.size for tensor in tensors.values())
+    interval = ["none"]
+    if card.interval is not None:
+        widths = ", ".join(f"{half:.3g}" for half in card.interval.half_width)
+        interval = [
+            f"{100 * card.interval.coverage:g} % of new answers within +- {widths}",
+            f"  {card.interval.method}",
+        ]
     training = {name: value for name, value in card.training.items() if name != "metrics" or value != card.metrics}
     parts: dict[str, Sequence[str]] = {
         "file": (file, f"{card.weights.file}, {size_words(card.weights.bytes)}, intact: {card.weights.sha256[:16]}..."),
@@ -48,7 +55,7 @@ def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
         "takes": _port(card.takes),
         "gives": _port(card.gives),
         "texture": _texture(card.texture, tensors),
-        "interval": _interval(card),
+        "interval": interval,
         "metrics": [f"{name:<24} {value:.4g}" for name, value in card.metrics.items()] or ("none were written down",),
         "measured on": [f"{group}: {data}" for group, data in card.measured_on.items()],
         "MISSED": card.missed,
@@ -58,8 +65,8 @@ def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
         "notes": card.notes or ("none",),
     }
     lines = [f"{card.name}: {card.title}"]
-    for name, told in parts.items():
-        for place, line in enumerate(told):
+    for name, texts in parts.items():
+        for place, line in enumerate(texts):
             indent = " " * (NAME_WIDTH + 2 + len(line) - len(line.lstrip()) + 3)
             start = f"  {name if not place else '':<{NAME_WIDTH}}"
             lines += wrap(start + line, LINE, subsequent_indent=indent, break_long_words=False)
@@ -152,62 +159,48 @@ def _texture(texture: Texture | None, tensors: Mapping[str, Values]) -> list[str
     return lines
 
 
-def _interval(card: Card) -> list[str]:
-    if card.interval is None:
-        return ["none"]
-    widths = ", ".join(f"{half:.3g}" for half in card.interval.half_width)
-    return [f"{100 * card.interval.coverage:g} % of new answers within +- {widths}", f"  {card.interval.method}"]
-
-
-def _flat(told: Mapping[str, Any], before: str = "") -> Iterator[str]:
-    """Nested facts, one a line."""
-    for name, value in told.items():
+def _flat(facts: Mapping[str, Any], before: str = "") -> Iterator[str]:
+    """Yield nested facts, one a line."""
+    for name, value in facts.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{before}{name}.")
         else:
-            yield f"{before}{name}: {_listed(value) if isinstance(value, list) else value}"
-
-
-def _listed(values: Sequence[Any]) -> str:
-    """All of a few; of many, the first: the card itself holds them all."""
-    told = ", ".join(map(str, values[:MOST_LISTED]))
-    return told if len(values) <= MOST_LISTED else f"{told}, and {len(values) - MOST_LISTED} more (--json shows all)"
+            text = str(value)
+            if isinstance(value, list):  # of many, the first: the card itself holds them all
+                more = len(value) - MOST_LISTED
+                text = ", ".join(map(str, value[:MOST_LISTED]))
+                text += f", and {more} more (--json shows all)" if more > 0 else ""
+            yield f"{before}{name}: {text}"
 
 
 def signal_step(step: Step, tensors: Mapping[str, Values]) -> str:
-    """A line on one of these steps; nothing on another."""
-    if isinstance(step, Keep | Recall | Add | Join | Part | Turn | Polar | Cartesian):
-        return _of_values(step)
-    if isinstance(step, Norm):
-        return f"layer normalisation of {tensors[step.weight].size} numbers"
-    if isinstance(step, Attention):
-        return _attention(step, tensors)
-    if isinstance(step, Lstm):
-        gates, channels = tensors[step.weight].shape
-        way = "from the last place to the first" if step.reverse else "from the first place on"
-        return f"long short-term memory: {channels} to {gates // 4}, {way}"
-    if isinstance(step, Autoregression):
-        points, order = tensors[step.frequencies].shape
-        triangles = len(tensors[step.triangles])
-        return f"autoregression of order {order} between {points} points over speed and force, {triangles} triangles"
-    return ""
-
-
-def _of_values(step: Keep | Recall | Add | Join | Part | Turn | Polar | Cartesian) -> str:
-    if isinstance(step, Join):
-        return f"join {', '.join(step.kept)} below it"
-    if isinstance(step, Part):
-        return f"{'places' if step.along == 'length' else 'channels'} {step.start + 1} to {step.stop}"
-    if isinstance(step, Keep | Recall | Add):
-        return f"{KEPT[step.do]} {step.kept}"
-    return PLAIN[step.do]
-
-
-def _attention(step: Attention, tensors: Mapping[str, Values]) -> str:
-    told = f"attention: {step.heads} heads over {len(tensors[step.out])} channels"
-    told += "" if step.memory is None else f" to {step.memory}"
-    told += ", none after itself" if step.causal else ""
-    return told if step.sparse is None else f"{told}, {step.sparse} places ask"
+    """Return a line on one of these steps; "" on another."""
+    line = ""
+    match step:
+        case Join():
+            line = f"join {', '.join(step.kept)} below it"
+        case Part():
+            line = f"{'places' if step.along == 'length' else 'channels'} {step.start + 1} to {step.stop}"
+        case Keep() | Recall() | Add():
+            line = f"{KEPT[step.do]} {step.kept}"
+        case Turn() | Polar() | Cartesian():
+            line = PLAIN[step.do]
+        case Norm():
+            line = f"layer normalisation of {tensors[step.weight].size} numbers"
+        case Attention():
+            line = f"attention: {step.heads} heads over {len(tensors[step.out])} channels"
+            line += "" if step.memory is None else f" to {step.memory}"
+            line += ", none after itself" if step.causal else ""
+            line += "" if step.sparse is None else f", {step.sparse} places ask"
+        case Lstm():
+            gates, channels = tensors[step.weight].shape
+            way = "from the last place to the first" if step.reverse else "from the first place on"
+            line = f"long short-term memory: {channels} to {gates // 4}, {way}"
+        case Autoregression():
+            points, order = tensors[step.frequencies].shape
+            line = f"autoregression of order {order} between {points} points over speed and force"
+            line += f", {len(tensors[step.triangles])} triangles"
+    return line
 
 
 ERRORS = ("mae", "loop_fresh", "loop_judge", "waveform_mae")
@@ -232,48 +225,39 @@ def list_row(model: Listed) -> dict[str, Any]:
     if card is None:
         empty = dict.fromkeys(("method", "direction", "error", "made", "size"), "-")
         return {**row, **empty, "title": model.other or f"BROKEN: {model.wrong}"}
+    metric = next((name for name in ERRORS if name in card.metrics), None)
+    error = "-" if metric is None else f"{card.metrics[metric]:.2f}" + ("" if metric == "mae" else f" ({metric})")
+    # The day that the training wrote down, else the file's; a shipped file's day is that of the installation.
+    made = card.training.get("made")
+    day = made[:10] if isinstance(made, str) else "-"
+    if not isinstance(made, str) and model.owner == "lab":
+        day = datetime.fromtimestamp(model.path.stat().st_mtime, UTC).date().isoformat()
     return {
-        **row, "method": card.method, "direction": direction(card), "error": _error(card), "made": _made(model, card),
+        **row, "method": card.method, "direction": direction(card), "error": error, "made": day,
         "size": size_words(card.weights.bytes), "title": card.title,
     }  # fmt: skip
 
 
 def metrics_words(names: Sequence[str], models: Sequence[Model], milliseconds: Sequence[float]) -> str:
     """Every metric that a card has, a column for each model, and the time of one answer on this machine."""
-    metrics = dict.fromkeys(metric for model in models for metric in model.card.metrics)
-    rows = [["method", *(model.card.method for model in models)]]
-    rows += [[metric, *(_number(model.card.metrics.get(metric)) for model in models)] for metric in metrics]
+    cards = [model.card for model in models]
+    rows = [["method", *(card.method for card in cards)]]
+    rows += [
+        [metric, *(f"{card.metrics[metric]:.4g}" if metric in card.metrics else "-" for card in cards)]
+        for metric in dict.fromkeys(metric for card in cards for metric in card.metrics)
+    ]
     rows += [["one answer here, ms", *(f"{ms:.3g}" for ms in milliseconds)]]
-    rows += [["size", *(size_words(model.card.weights.bytes) for model in models)]]
+    rows += [["size", *(size_words(card.weights.bytes) for card in cards)]]
     return aligned(("", *names), rows)
 
 
-def apart_words(told: Sequence[Apart], port: Port, count: int) -> str:
+def apart_words(pairs: Sequence[Apart], port: Port, count: int) -> str:
     """How far each pair of models is apart."""
     what = f"{count} {ASKED.get(port.kind, 'wishes')}"
     heads = ("", "", "mean", "greatest", "at")
-    rows = [[pair.first, pair.second, f"{pair.mean:.3g}", f"{pair.greatest:.3g}", pair.at] for pair in told]
+    rows = [[pair.first, pair.second, f"{pair.mean:.3g}", f"{pair.greatest:.3g}", pair.at] for pair in pairs]
     lines = [f"\nanswers to the same {what} are apart by ({port.unit}):", aligned(heads, rows)]
     if port.names:
-        named = [[f"{pair.first} - {pair.second}", *(f"{far:.2f}" for far in pair.by_name.values())] for pair in told]
+        named = [[f"{pair.first} - {pair.second}", *(f"{far:.2f}" for far in pair.by_name.values())] for pair in pairs]
         lines += ["\nmean by attribute:", aligned(("", *port.names), named)]
     return "\n".join(lines)
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
-
-
-def _error(card: Card) -> str:
-    name = next((name for name in ERRORS if name in card.metrics), None)
-    if name is None:
-        return "-"
-    return f"{card.metrics[name]:.2f}" if name == "mae" else f"{card.metrics[name]:.2f} ({name})"
-
-
-def _made(model: Listed, card: Card) -> str:
-    """The day that the training wrote down, else the file's; a shipped file's day is that of the installation."""
-    told = card.training.get("made")
-    if isinstance(told, str) or model.owner != "lab":
-        return told[:10] if isinstance(told, str) else "-"
-    return datetime.fromtimestamp(model.path.stat().st_mtime, UTC).date().isoformat()

@@ -68,7 +68,9 @@ def write_settings(path: Path, device: str, settings: Mapping[str, Any]) -> None
     try:
         old = load(before, str(path)).data
         after = edit_entry(before.decode("utf-8"), device, settings).encode("utf-8")
-        if load(after, str(path)).data != _with_settings(old, device, settings):
+        new = load(settings_text(settings).encode("utf-8"), "settings").data
+        devices = {**old["devices"], device: {**old["devices"][device], **new}}
+        if load(after, str(path)).data != {**old, "devices": devices}:
             raise ValueError("the new text does not hold what it should")
         write_bytes(path, after, check=read_rig)
     except ValueError as error:
@@ -90,7 +92,13 @@ def edit_entry(text: str, device: str, settings: Mapping[str, Any]) -> str:
     """The text with these settings in the device's entry. Raises ValueError where its layout is beyond this."""
     entry = _entry(text, device)
     there = {key.value: value for key, value in entry.value}
-    spans = [_replace_value(text, there[key], yaml_value(value)) for key, value in settings.items() if key in there]
+    spans: list[Span] = []
+    for key, value in settings.items():
+        if key in there:
+            if _is_in_block(there[key]):
+                raise ValueError(f"line {there[key].start_mark.line + 1}: a value over lines of its own")
+            begin, end = there[key].start_mark.index, there[key].end_mark.index
+            spans.append((begin, end, ("" if text[begin - 1 : begin].isspace() else " ") + yaml_value(value)))
     new = {key: yaml_value(value) for key, value in settings.items() if key not in there}
     if new:
         spans.append(_insert_values(text, entry, new))
@@ -107,13 +115,6 @@ def _entry(text: str, device: str) -> yaml.MappingNode:
     if not isinstance(node, yaml.MappingNode):
         raise RigFileError("it is not there any more")
     return node
-
-
-def _replace_value(text: str, value: yaml.Node, instead: str) -> Span:
-    if _is_in_block(value):
-        raise ValueError(f"line {value.start_mark.line + 1}: a value over lines of its own")
-    begin, end = value.start_mark.index, value.end_mark.index
-    return begin, end, instead if text[begin - 1 : begin].isspace() else f" {instead}"
 
 
 def _insert_values(text: str, entry: yaml.MappingNode, new: Mapping[str, str]) -> Span:
@@ -135,9 +136,3 @@ def _is_in_block(value: yaml.Node) -> bool:
     if isinstance(value, yaml.ScalarNode):
         return value.style in ("|", ">")
     return not getattr(value, "flow_style", False)
-
-
-def _with_settings(data: Any, device: str, settings: Mapping[str, Any]) -> Any:
-    new = load(settings_text(settings).encode("utf-8"), "settings").data
-    devices = {**data["devices"], device: {**data["devices"][device], **new}}
-    return {**data, "devices": devices}

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from palpate.devices.device import DeviceError
 from palpate.devices.picture import COLOURS, INK, SOFT, drawing, write_picture
 from palpate.devices.rig.calibrating import CalibrationJob, CalibrationResult
-from palpate.devices.tablet.force import Fit, Force, fit_force, read_pairs
+from palpate.devices.tablet.force import Force, fit_force, read_pairs
 
 DIGITS = 5
 STEPS = 200
@@ -33,7 +33,12 @@ def calibrate_tablet(job: CalibrationJob, pairs: Path, figure: Path | None = Non
         "pairs": fit.pairs, "a_error_N": fit.a_error_N, "b_error": fit.b_error, "rms_N": fit.rms_N,
         "worst_N": fit.worst_N, "r_squared": fit.r_squared,
     }  # fmt: skip
-    lines = list(_tablet_lines(fit))
+    left = f"{fit.rms_N:.3g} N (RMS), {fit.worst_N:.3g} N at most"
+    errors = f"standard errors {fit.a_error_N:.2g} N and {fit.b_error:.2g}"
+    lines = [
+        f"F = {fit.force.a_N:.4g} exp({fit.force.b:.4g} y) N; {errors}",
+        f"residual of {fit.pairs} pairs: {left}; r squared {fit.r_squared:.4f}",
+    ]
     if figure is not None:
         lines += [f"drawn: {path}" for path in draw_force(pressures, forces_N, fit.force, figure)]
     return CalibrationResult({"force": curve, "calibrated": job.date}, tuple(lines), figures)
@@ -41,13 +46,6 @@ def calibrate_tablet(job: CalibrationJob, pairs: Path, figure: Path | None = Non
 
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
-
-
-def _tablet_lines(fit: Fit) -> Iterator[str]:
-    a, b = fit.force.a_N, fit.force.b
-    yield f"F = {a:.4g} exp({b:.4g} y) N; standard errors {fit.a_error_N:.2g} N and {fit.b_error:.2g}"
-    left = f"{fit.rms_N:.3g} N (RMS), {fit.worst_N:.3g} N at most"
-    yield f"residual of {fit.pairs} pairs: {left}; r squared {fit.r_squared:.4f}"
 
 
 def draw_force(pressures: Sequence[float], forces_N: Sequence[float], fitted: Force, out: Path) -> list[Path]:

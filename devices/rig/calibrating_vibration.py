@@ -76,9 +76,11 @@ def calibrate_accelerometer(job: CalibrationJob, seconds: float | None = None) -
             "calibrated": job.date,
         }
         residuals = {position: round(residual_g, 5) for position, residual_g in fit.residual_g.items()}
-        return CalibrationResult(
-            settings, tuple(_accelerometer_lines(fit)), {"residual_g": residuals, "worst_g": round(fit.worst_g, 5)}
-        )
+        rows = zip(AXES, scaling.sensitivity_V, scaling.zero_V, strict=True)
+        lines = [f"{axis}: {volts:.4f} V per g, {zero:.4f} V at 0 g" for axis, volts, zero in rows]
+        listed = ", ".join(f"{position} {residual_g:.4f}" for position, residual_g in fit.residual_g.items())
+        lines.append(f"residual (RMS over the axes): {listed} g")
+        return CalibrationResult(settings, tuple(lines), {"residual_g": residuals, "worst_g": round(fit.worst_g, 5)})
 
 
 @dataclass
@@ -193,13 +195,6 @@ def _worst_position(readings: Mapping[str, Array]) -> str | None:
 
 def _format_g(g: Array) -> str:
     return ", ".join(f"{axis} {value:+.3f} g" for axis, value in zip(AXES, g, strict=True))
-
-
-def _accelerometer_lines(fit: SixPositions) -> Iterator[str]:
-    for axis, volts, zero in zip(AXES, fit.scaling.sensitivity_V, fit.scaling.zero_V, strict=True):
-        yield f"{axis}: {volts:.4f} V per g, {zero:.4f} V at 0 g"
-    residuals = ", ".join(f"{position} {residual_g:.4f}" for position, residual_g in fit.residual_g.items())
-    yield f"residual (RMS over the axes): {residuals} g"
 
 
 def calibrate_coil(

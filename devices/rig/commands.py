@@ -51,7 +51,7 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
       palpate rig check force --seconds 5 --lab LAB
     """
     from palpate.devices.rig.file import read_rig, rig_path
-    from palpate.devices.rig.opened import check_device
+    from palpate.devices.rig.opened import check_device, describe_health
     from palpate.protocols.did_you_mean import nearest
 
     file = read_rig(rig_file or rig_path(lab))
@@ -62,7 +62,13 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
     if as_json:
         _echo_json({name: _as_data(file, name, health) for name, health in found.items()})
     else:
-        _table(file, found)
+        click.echo(f"{file.path}: {file.name}")
+        for name, health in found.items():
+            mark = click.style("ok    ", fg="green") if health.ok else click.style("NOT OK", fg="red")
+            twin = ", twin" if file.is_twin(name) else ""
+            click.echo(f"{mark} {name} ({file.kind(name).replace('_', ' ')}{twin}): {health.summary}")
+            for line in describe_health(health):
+                click.echo(f"         {line}")
     if not all(health.ok for health in found.values()):
         raise click.exceptions.Exit(1)
 
@@ -94,18 +100,6 @@ def _echo_json(data: Any) -> None:
         return None if isinstance(value, float) and not abs(value) < float("inf") else value
 
     click.echo(json_text(plain(data), indent=2), nl=False)
-
-
-def _table(file: RigFile, found: dict[str, Health]) -> None:
-    from palpate.devices.rig.opened import describe_health
-
-    click.echo(f"{file.path}: {file.name}")
-    for name, health in found.items():
-        mark = click.style("ok    ", fg="green") if health.ok else click.style("NOT OK", fg="red")
-        twin = ", twin" if file.is_twin(name) else ""
-        click.echo(f"{mark} {name} ({file.kind(name).replace('_', ' ')}{twin}): {health.summary}")
-        for line in describe_health(health):
-            click.echo(f"         {line}")
 
 
 @rig.command()

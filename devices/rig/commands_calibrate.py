@@ -56,7 +56,7 @@ def calibrate(
       palpate rig calibrate actuator --with vibration --lab LAB
       palpate rig calibrate stylus --pairs pairs.csv --figure force --write --lab LAB
     """
-    from palpate.devices.rig.calibrating import CalibrationJob
+    from palpate.devices.rig.calibrating import CalibrationJob, is_in_braces, settings_text, write_settings
     from palpate.devices.rig.file import read_rig, rig_path
 
     file = read_rig(rig_file or rig_path(lab))
@@ -64,13 +64,22 @@ def calibrate(
     day = (on.date() if on else date.today()).isoformat()
     result = _measure(CalibrationJob(file, device, day, _make_ask(given["yes"], _may_skip(file, device)), _say), given)
     if not as_json:
-        _print_result(file, device, result, write)
+        twin = ", twin" if file.is_twin(device) else ""
+        click.echo(f"{device} ({file.kind(device).replace('_', ' ')}{twin}):")
+        for line in result.lines:
+            click.echo(f"  {line}")
+        where = "" if write else f" of {file.path}; --write puts it there"
+        click.echo(f"for its entry{where}:")
+        click.echo(settings_text(result.settings, is_in_braces(file.path, device)))
     if write:
-        from palpate.devices.rig.calibrating import write_settings
-
         write_settings(file.path, device, result.settings)
     if as_json:
-        click.echo(json_text(_as_data(file, device, result, write), indent=2), nl=False)
+        answer = {
+            "device": device, "kind": file.kind(device), "twin": file.is_twin(device),
+            "settings": dict(result.settings), "figures": dict(result.figures), "rig": str(file.path),
+            "written": write,
+        }  # fmt: skip
+        click.echo(json_text(answer, indent=2), nl=False)
     elif write:
         click.echo(f"written into {file.path}; see: {shell_command('rig', 'check', device, '--rig', file.path)}")
 
@@ -144,22 +153,3 @@ def _make_ask(yes: bool, may_skip: bool) -> Callable[[str], None]:
             raise click.UsageError(f"nobody answered: call this at a terminal{other}")
 
     return ask
-
-
-def _print_result(file: RigFile, device: str, result: CalibrationResult, write: bool) -> None:
-    from palpate.devices.rig.calibrating import is_in_braces, settings_text
-
-    twin = ", twin" if file.is_twin(device) else ""
-    click.echo(f"{device} ({file.kind(device).replace('_', ' ')}{twin}):")
-    for line in result.lines:
-        click.echo(f"  {line}")
-    where = "" if write else f" of {file.path}; --write puts it there"
-    click.echo(f"for its entry{where}:")
-    click.echo(settings_text(result.settings, is_in_braces(file.path, device)))
-
-
-def _as_data(file: RigFile, device: str, result: CalibrationResult, write: bool) -> dict[str, Any]:
-    return {
-        "device": device, "kind": file.kind(device), "twin": file.is_twin(device), "settings": dict(result.settings),
-        "figures": dict(result.figures), "rig": str(file.path), "written": write,
-    }  # fmt: skip

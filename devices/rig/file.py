@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -138,21 +138,22 @@ class _Reading:
             elif not isinstance(names, list):
                 self.problems.append(Problem(("needs", need), "a list of devices is expected, as [door]"))
             else:
-                self.problems += self._wrong(need, names)
+                # One device of each kind that the need takes, and nothing else.
                 self.needs[need] = tuple(map(str, names))
-
-    def _wrong(self, need: str, names: list[Any]) -> Iterator[Problem]:
-        """One device of each kind that the need takes, and nothing else."""
-        unknown = [
-            (place, name) for place, name in enumerate(names) if not isinstance(name, str) or name not in self.devices
-        ]
-        for place, name in unknown:
-            yield Problem(("needs", need, place), f"no device {name!r:.40}; {nearest(str(name), list(self.devices))}")
-        if unknown:
-            return
-        kinds = sorted(str(getattr(self.devices[name], "kind", "")) for name in names)
-        if kinds != sorted(NEEDS[need].takes):
-            yield Problem(("needs", need), f"takes {_of(NEEDS[need].takes)}; found {_of(kinds)}")
+                unknown = {
+                    place: name
+                    for place, name in enumerate(names)
+                    if not isinstance(name, str) or name not in self.devices
+                }
+                self.problems += [
+                    Problem(("needs", need, place), f"no device {name!r:.40}; {nearest(str(name), list(self.devices))}")
+                    for place, name in unknown.items()
+                ]
+                kinds = [] if unknown else sorted(str(getattr(self.devices[name], "kind", "")) for name in names)
+                if not unknown and kinds != sorted(NEEDS[need].takes):
+                    self.problems.append(
+                        Problem(("needs", need), f"takes {_of(NEEDS[need].takes)}; found {_of(kinds)}")
+                    )
 
 
 def _of(kinds: Iterable[str]) -> str:

@@ -77,7 +77,11 @@ class Capture:
         if going.over is not None and not going.paused:
             self._going = None
             return going.over
-        if (aside := self._wait_before(going, window, desk)) is not None:
+        # Wait for the end of a pause, and for a device to be put right.
+        aside = window.wait_for(WAITING, desk, lambda: False) if going.paused else None
+        if aside is None and going.recording is None:
+            aside = self._mending.asked(WAITING, window, desk)
+        if aside is not None:
             return self._obey(going, aside, desk)
         try:
             return self._record(going, window, desk, now_ns)
@@ -85,12 +89,6 @@ class Capture:
             message = "; ".join([str(fault.named()), *self._make_safe(desk)])
             going.over = self._mending.fault(DeviceFault(fault.device, fault.what, message))
         return self._continue(going, window, desk, now_ns)
-
-    def _wait_before(self, going: _Going, window: Pages, desk: Desk) -> Aside | None:
-        """Wait for the end of a pause and for a device to be put right; return what the experimenter did instead."""
-        if going.paused and (aside := window.wait_for(WAITING, desk, lambda: False)) is not None:
-            return aside
-        return self._mending.asked(WAITING, window, desk) if going.recording is None else None
 
     def _record(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """Wait for the next chunk, or for the end. Raises DeviceFault."""
@@ -105,7 +103,12 @@ class Capture:
         if (fault := recording.fault()) is not None:
             raise fault
         if now_ns() >= until_ns:
-            going.over = self._finish(recording, desk)
+            summary = recording.stop()
+            if (fault := recording.fault()) is not None:  # A sensor may have failed at the very end.
+                raise fault
+            desk.tell(clear_streams(recording.streams))
+            seconds = round(((recording.ended_ns or recording.begun_ns) - recording.begun_ns) / NS, 3)
+            going.over = Reply({"recorded": True, "seconds": seconds, "by": self.by, "streams": summary})
             return self._continue(going, window, desk, now_ns)
         chunk = recording.take()
         desk.tell(describe_streams(recording.streams))
@@ -123,15 +126,6 @@ class Capture:
         )  # fmt: skip
         self._last.start()
         return self._last
-
-    def _finish(self, recording: Recording, desk: Desk) -> Reply:
-        """Stop the recording and return its reply. Raises DeviceFault, also where a sensor failed at the very end."""
-        summary = recording.stop()
-        if (fault := recording.fault()) is not None:
-            raise fault
-        desk.tell(clear_streams(recording.streams))
-        seconds = round(((recording.ended_ns or recording.begun_ns) - recording.begun_ns) / NS, 3)
-        return Reply({"recorded": True, "seconds": seconds, "by": self.by, "streams": summary})
 
     def _obey(self, going: _Going, aside: Aside, desk: Desk) -> Aside:
         """Follow the experimenter: a pause breaks the recording off, to repeat or to abort gives the request up."""
@@ -168,27 +162,22 @@ class Capture:
 
 def describe_streams(streams: Mapping[str, Stream]) -> dict[str, str]:
     """Return a line for each stream: its level over the last chunk (RMS about the mean), samples and lost samples."""
-    return {name: _line(stream) for name, stream in streams.items()}
+    lines = {}
+    for name, stream in streams.items():
+        parts: list[str] = []
+        if stream.level is not None:
+            # Channels that share a unit (the axes of a vector) are taken together.
+            by_unit: dict[str, list[float]] = {}
+            for unit, rms in zip(stream.signal.units, stream.level.rms, strict=True):
+                by_unit.setdefault(unit, []).append(rms)
+            parts = [f"RMS {hypot(*values):.3g} {unit}" for unit, values in by_unit.items()]
+        parts += [f"{stream.samples:,} samples", f"{stream.lost:,} LOST" if stream.lost else "0 lost"]
+        if stream.bad:
+            parts.append(f"{stream.bad:,} not a number")
+        lines[name] = ", ".join(parts)
+    return lines
 
 
 def clear_streams(streams: Mapping[str, Stream]) -> dict[str, None]:
     """Return what takes those lines away."""
     return dict.fromkeys(streams)
-
-
-def _line(stream: Stream) -> str:
-    lost = f"{stream.lost:,} LOST" if stream.lost else "0 lost"
-    parts = [f"{stream.samples:,} samples", lost]
-    if stream.bad:
-        parts.append(f"{stream.bad:,} not a number")
-    return ", ".join([*_levels(stream), *parts])
-
-
-def _levels(stream: Stream) -> list[str]:
-    """Return the level per unit: channels that share one (the axes of a vector) are taken together."""
-    if stream.level is None:
-        return []
-    by_unit: dict[str, list[float]] = {}
-    for unit, rms in zip(stream.signal.units, stream.level.rms, strict=True):
-        by_unit.setdefault(unit, []).append(rms)
-    return [f"RMS {hypot(*values):.3g} {unit}" for unit, values in by_unit.items()]

@@ -127,15 +127,15 @@ class Stream:
             self.standstill.judge()
         if not blocks and not gaps:
             return (), None
-        made = tuple(piece for run in runs for piece in self._pieces(run))
+        pieces = tuple(piece for run in runs for piece in self._pieces(run))
         # Look at the samples: the level of the last piece, and how many rows are not numbers.
         bad = 0
-        for piece in made:
+        for piece in pieces:
             seen = level(piece.data, self.width)
             self.bad_run = seen.bad_at_end + (self.bad_run if seen.bad_at_end == piece.count else 0)
             self.level, bad = seen, bad + seen.bad
         self.bad += bad
-        return made, self._told(blocks, gaps, bad)
+        return pieces, self._metadata(blocks, gaps, bad)
 
     def summary(self) -> dict[str, Any]:
         """What is kept of the stream as a whole, as JSON data; null where the arrivals do not tell."""
@@ -163,10 +163,12 @@ class Stream:
         for place, block in enumerate(blocks):
             rows, rest = divmod(len(block.data), 4 * self.width)
             if rest or block.first < expected + block.lost or self._too_many(block.first - expected, block, before_ns):
-                said = f"sample {block.first} came, {block.lost} lost before it, where {expected} was the next"
+                message = f"sample {block.first} came, {block.lost} lost before it, where {expected} was the next"
                 if rest:
-                    said = f"a block of {len(block.data)} bytes came, which is no whole number of {self.width} channels"
-                self.broken = DeviceFault(self.device, "firmware", f"{self.name}: {said}")
+                    message = (
+                        f"a block of {len(block.data)} bytes came, which is no whole number of {self.width} channels"
+                    )
+                self.broken = DeviceFault(self.device, "firmware", f"{self.name}: {message}")
                 return blocks[:place]
             expected, before_ns = block.first + rows, block.at_ns
         return blocks
@@ -206,25 +208,20 @@ class Stream:
 
     def _pieces(self, run: Sequence[Block]) -> list[Samples]:
         """A run of blocks as samples, none of them larger than a piece unless a single block is."""
-        start_ns, start = self._start_ns(run), run[0].first
-        found: list[Samples] = []
+        # The run's first sample was taken at the earliest time that the arrivals allow at the nominal rate.
+        start_ns, start, rate_hz = run[0].at_ns, run[0].first, self.signal.rate_hz
+        if rate_hz:
+            start_ns = min(block.at_ns - round((self._last(block) - start) * NS / rate_hz) for block in run)
+        pieces: list[Samples] = []
         data: list[bytes] = []
         size, first = 0, start
         for block in run:
             if data and size + len(block.data) > PIECE_BYTES:
-                found.append(self._samples(first, start, start_ns, b"".join(data)))
+                pieces.append(self._samples(first, start, start_ns, b"".join(data)))
                 data, size, first = [], 0, block.first
             data.append(block.data)
             size += len(block.data)
-        return [*found, self._samples(first, start, start_ns, b"".join(data))]
-
-    def _start_ns(self, run: Sequence[Block]) -> int:
-        """When the run's first sample was taken: the earliest that the arrivals allow at the nominal rate."""
-        rate_hz, start = self.signal.rate_hz, run[0].first
-        if not rate_hz:
-            return run[0].at_ns
-        ends = ((block.first + len(block.data) // (4 * self.width) - 1, block.at_ns) for block in run)
-        return min(at_ns - round((last - start) * NS / rate_hz) for last, at_ns in ends)
+        return [*pieces, self._samples(first, start, start_ns, b"".join(data))]
 
     def _samples(self, first: int, start: int, start_ns: int, data: bytes) -> Samples:
         signal = self.signal
@@ -233,7 +230,7 @@ class Stream:
             self.name, signal.channels, signal.units, signal.rate_hz, start_ns + later_ns, data, first, signal.clock
         )
 
-    def _told(self, blocks: Sequence[Block], gaps: Sequence[Gap], bad: int) -> dict[str, Any]:
+    def _metadata(self, blocks: Sequence[Block], gaps: Sequence[Gap], bad: int) -> dict[str, Any]:
         count = sum(len(block.data) for block in blocks) // (4 * self.width)
         lost = sum(gap.lost for gap in gaps)
         return {

@@ -1,4 +1,4 @@
-"""One act computed: hand, contact and tool in batches at the internal rate, any of them again when it is asked for."""
+"""One act computed: hand, contact and tool in batches at the internal rate, any of them again on request."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from palpate.devices.surfaces.contact import INTERNAL_HZ, THETA, Drive, Law, Ride, at_rest, ride
 from palpate.devices.surfaces.hand import Hand, Motion, Wave
-from palpate.devices.surfaces.tool import LEAN, MODES, Ground, Mode, mode_filter, to_tool
+from palpate.devices.surfaces.tool import LEAN, MODES, Ground, mode_filter, to_tool
 from palpate.signals import GRAVITY_M_S2
 from palpate.signals.arrays import Array
 
@@ -45,7 +45,7 @@ class Start:
 
 @dataclass
 class Act:
-    """The whole act, computed as far as it was asked for. Any thread may ask."""
+    """The whole act, computed as far as it was requested. Any thread may call it."""
 
     ground: Ground
     law: Law
@@ -71,55 +71,41 @@ class Act:
         left = (self.seconds + LETS_GO_S) * INTERNAL_HZ - number * BATCH
         steps = min(BATCH, BLOCKS * max(1, math.ceil(left / BLOCKS)))
         times = (number * BATCH + np.arange(steps, dtype=np.float64) + THETA) / INTERNAL_HZ
-        motion, drive = self._drive(times)
+        motion = self.hand.at(times)
+        height, right, up = self.ground.at(*motion.place)
+        slope, velocity = np.stack([right, up]), motion.velocity / 1000
+        drive = Drive(height, (slope * velocity).sum(axis=0), motion.force, slope, velocity, motion.turn / 1000)
         if not self.starts:
             self.starts.append(Start(at_rest(drive, self.law), np.zeros((len(MODES), 2))))
         start = self.starts[number]
         ridden = ride(drive, start.state, self.law, BLOCKS)
-        batch, memory = self._felt(times, motion, drive, ridden, start)
-        self.made[number] = Batch(*(_filled(column) for column in vars(batch).values()))
+        batch, memory = self._sensed(times, motion, drive, ridden, start)
+        # A whole batch: where the act is over, its last row goes on.
+        missing = BATCH - len(times)
+        columns = [
+            rows if missing == 0 else np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)])
+            for rows in vars(batch).values()
+        ]
+        self.made[number] = Batch(*columns)
         if len(self.made) > self.kept:
             self.made.popitem(last=False)
         if len(self.starts) == number + 1:
             self.starts.append(Start(ridden.states[:, -1].copy(), memory))
 
-    def _drive(self, times: Array) -> tuple[Motion, Drive]:
-        motion = self.hand.at(times)
-        height, right, up = self.ground.at(*motion.place)
-        slope, velocity = np.stack([right, up]), motion.velocity / 1000
-        rate = (slope * velocity).sum(axis=0)
-        return motion, Drive(height, rate, motion.force, slope, velocity, motion.turn / 1000)
-
-    def _felt(self, times: Array, motion: Motion, drive: Drive, ridden: Ride, start: Start) -> tuple[Batch, Array]:
-        """What the sensors' places feel, and the memory of the modes."""
+    def _sensed(self, times: Array, motion: Motion, drive: Drive, ridden: Ride, start: Start) -> tuple[Batch, Array]:
+        """Return what acts at the sensors' places, and the memory of the modes."""
         states = ridden.states
         force = np.vstack([ridden.friction - ridden.normal * drive.slope, ridden.normal])
         shaken = np.diff(np.column_stack([start.state[[4, 5, 1]], states[[4, 5, 1]]])) * INTERNAL_HZ
         shaken[:2] += drive.turn
-        memory = _ring(force, start.modes, shaken)
+        # The modes ring with the force; what they make of it adds to the acceleration.
+        memory = np.empty_like(start.modes)
+        for n, mode in enumerate(MODES):
+            way = np.array(mode.way)
+            answer, memory[n] = lfilter(*mode_filter(mode, INTERNAL_HZ), way @ force, zi=start.modes[n])
+            shaken += way[:, np.newaxis] * answer
         felt = to_tool() @ shaken + GRAVITY_M_S2 * np.array(LEAN)[:, np.newaxis]
         for axis, wave in enumerate(self.sway):
             felt[axis] += GRAVITY_M_S2 * wave.at(np.minimum(times, self.seconds))[0]
         place = np.vstack([motion.place + 1000 * states[2:4], 1000 * states[:1]])
         return Batch(*(np.ascontiguousarray(part.T) for part in (felt, force, place))), memory
-
-
-def _filled(rows: Array) -> Array:
-    """A whole batch: where the act is over, its last row goes on."""
-    missing = BATCH - len(rows)
-    return rows if missing == 0 else np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)])
-
-
-def _ring(force: Array, before: Array, shaken: Array) -> Array:
-    """Add what the modes make of the force to the acceleration (3, n); returns their memory."""
-    after = np.empty_like(before)
-    for n, mode in enumerate(MODES):
-        way = np.array(mode.way)
-        answer, after[n] = _answer(mode, way @ force, before[n])
-        shaken += way[:, np.newaxis] * answer
-    return after
-
-
-def _answer(mode: Mode, force: Array, memory: Array) -> tuple[Array, Array]:
-    answer, after = lfilter(*mode_filter(mode, INTERNAL_HZ), force, zi=memory)
-    return answer, after

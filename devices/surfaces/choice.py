@@ -25,26 +25,26 @@ def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
     table = read_surfaces()
     if stimulus in table:
         return table[stimulus]
-    wanted = estimate_of(columns, stimulus)
+    estimate = estimate_of(columns, stimulus)
     kin = [surface for surface in table.values() if surface.category == columns.get("class")]
-    near = min(kin or table.values(), key=lambda surface: _apart(surface, wanted))
-    kinetic = wanted.friction
+
+    def distance(surface: Surface) -> float:
+        """How far a surface is from the estimate, in bumps and in stiffness."""
+        stiffer = math.log10(surface.stiffness_N_mm / stiffness_N_mm(estimate)) / 3.4
+        return abs(surface.bumps_um / BUMPS_UM - estimate.bumpiness) / 100 + abs(stiffer)
+
+    near = min(kin or table.values(), key=distance)
+    kinetic = estimate.friction
     return replace(
         near, id=stimulus, label=columns.get("label", stimulus), kinetic_friction=kinetic,
         static_friction=kinetic * near.static_friction / near.kinetic_friction,
-        stiffness_N_mm=stiffness_N_mm(wanted), bumps_um=min(BUMPS_UM * wanted.bumpiness, SPANS["bumps_um"].high),
+        stiffness_N_mm=stiffness_N_mm(estimate), bumps_um=min(BUMPS_UM * estimate.bumpiness, SPANS["bumps_um"].high),
     )  # fmt: skip
 
 
 def stiffness_N_mm(sample: Estimate) -> float:
     """1000 N/mm where it is hard, 0.4 N/mm where it is soft (sim_softness 0 to 100): the law of the shipped table."""
     return float(10 ** (3.0 - 0.034 * sample.softness))
-
-
-def _apart(surface: Surface, wanted: Estimate) -> float:
-    """How far a surface is from what is wanted, in bumps and in stiffness."""
-    stiffer = math.log10(surface.stiffness_N_mm / stiffness_N_mm(wanted)) / 3.4
-    return abs(surface.bumps_um / BUMPS_UM - wanted.bumpiness) / 100 + abs(stiffer)
 
 
 @dataclass(frozen=True)
@@ -71,17 +71,16 @@ def estimate_of(columns: Mapping[str, str], where: str) -> Estimate:
     A column that is not there counts as 50. Raises SurfaceDataError naming the stimulus `where` and the column that
     holds anything but a number from 0 to 100.
     """
-    return Estimate(*(_number(columns, PREFIX + field.name, where) for field in fields(Estimate)))
-
-
-def _number(columns: Mapping[str, str], name: str, where: str) -> float:
-    text = columns.get(name, AVERAGE)
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 <= value <= 100:
-        raise SurfaceDataError(
-            f"stimulus {where!r}: {text!r} in the column {name!r}; a simulated surface needs a number from 0 to 100"
-        )
-    return value
+    values = []
+    for name in (PREFIX + field.name for field in fields(Estimate)):
+        text = columns.get(name, AVERAGE)
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not 0 <= value <= 100:
+            raise SurfaceDataError(
+                f"stimulus {where!r}: {text!r} in the column {name!r}; a simulated surface needs a number from 0 to 100"
+            )
+        values.append(value)
+    return Estimate(*values)

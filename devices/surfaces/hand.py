@@ -107,10 +107,10 @@ class FreeHand:
         """The motion at some times."""
         run, rate, bend = self.pauses.run(t_s)
         ways = np.stack([self.x_mm.at(run), self.y_mm.at(run)])
-        down = _smooth(np.minimum(t_s, self.seconds - t_s) / LANDS_S)
+        share = np.clip(np.minimum(t_s, self.seconds - t_s) / LANDS_S, 0, 1)
+        down = share * share * (3 - 2 * share)
         low, high = FORCE_N
-        share = 0.5 + 0.5 * self.effort.at(t_s)[0]
-        force = low * (high / low) ** share * down
+        force = low * (high / low) ** (0.5 + 0.5 * self.effort.at(t_s)[0]) * down
         return Motion(ways[:, 0], ways[:, 1] * rate, ways[:, 2] * rate**2 + ways[:, 1] * bend, force)
 
 
@@ -152,8 +152,3 @@ def _flank(t_s: Array) -> Array:
     share = np.clip(t_s / RAMP_S + 0.5, 0, 1)
     integral = RAMP_S * (share**3 - share**4 / 2) + np.maximum(t_s - RAMP_S / 2, 0)
     return np.stack([integral, share * share * (3 - 2 * share), 6 * share * (1 - share) / RAMP_S])
-
-
-def _smooth(share: Array) -> Array:
-    share = np.clip(share, 0, 1)
-    return share * share * (3 - 2 * share)

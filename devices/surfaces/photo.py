@@ -82,7 +82,10 @@ def photograph(surface: Surface, field: Relief, lamp: Light, *key: Key) -> Image
 
 def photographs(surface: Surface, field: Relief, lamps: Iterable[Light], *key: Key) -> Iterator[Image]:
     """The photos under one light after the other; what no light changes is computed once (0.8 of a photo's time)."""
-    still = _still(surface, field, *key)
+    right, up = slopes(field.height_um)
+    open_sky = 1 - np.float32(0.75) * hollowness(field.height_um)
+    painted = albedo(surface, field, *key)
+    still = _Still(field.height_um, right, up, np.sqrt(1 + right * right + up * up), open_sky, painted)
     for lamp in lamps:
         # Light that falls on each point, as a share of what a white sheet under full light sends back.
         x, y, z = (np.float32(part) for part in lamp.toward)
@@ -111,13 +114,6 @@ class _Still:
     steep: Field
     open_sky: Field
     painted: Field
-
-
-def _still(surface: Surface, field: Relief, *key: Key) -> _Still:
-    right, up = slopes(field.height_um)
-    open_sky = 1 - np.float32(0.75) * hollowness(field.height_um)
-    painted = albedo(surface, field, *key)
-    return _Still(field.height_um, right, up, np.sqrt(1 + right * right + up * up), open_sky, painted)
 
 
 def save_photo(image: Image, path: Path) -> None:

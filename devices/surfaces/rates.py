@@ -62,22 +62,17 @@ def _between(pieces: Iterator[Array], have_hz: float, want_hz: float) -> Iterato
         last = math.floor((start + len(kept) - POINTS + before) / step)
         if last < row:
             continue
+        # Lagrange's polynomial through the points around each place.
         places = np.arange(row, last + 1, dtype=np.float64) * step - start
-        yield _read(kept, places)
+        whole = np.floor(places).astype(np.int64)
+        first = whole - (POINTS // 2 - 1)
+        values = np.zeros((len(places), kept.shape[1]))
+        for point, weight in enumerate(weights(places - whole)):
+            values += weight[:, np.newaxis] * kept[first + point]
+        yield values
         row = last + 1
         drop = min(max(0, math.floor(row * step) - before - start), len(kept))
         kept, start = kept[drop:], start + drop
-
-
-def _read(values: Array, places: Array) -> Array:
-    """Lagrange's polynomial through the points around each place."""
-    whole = np.floor(places).astype(np.int64)
-    share = places - whole
-    first = whole - (POINTS // 2 - 1)
-    found = np.zeros((len(places), values.shape[1]))
-    for point, weight in enumerate(weights(share)):
-        found += weight[:, np.newaxis] * values[first + point]
-    return found
 
 
 def weights(share: Array) -> list[Array]:

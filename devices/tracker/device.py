@@ -84,25 +84,24 @@ MEANINGS: Mapping[str, str] = {
 
 def make(name: str, settings: Settings, folder: Path) -> Tracker:
     """The tracker of these settings; nothing is opened. Raises DeviceError where a recording is not named."""
-    return Tracker(name, settings, _source(name, settings, folder))
-
-
-def _source(name: str, settings: Settings, folder: Path) -> TrackerSource:
     one = settings
+    source: TrackerSource
     if one.driver == "lsl":
-        return LslStream(
+        source = LslStream(
             name, one.by, one.stream, one.wait_s, one.channels, one.seen, one.seen_above, one.unit, one.recover
         )
-    if one.driver == "twin":
+    elif one.driver == "twin":
         from palpate.devices.tracker.twin import Twin
 
-        return Twin(
+        source = Twin(
             name, one.rate_hz, one.noise_mm, one.occlusions_per_s, one.occlusion_s, one.hides, one.drift_ppm,
             one.seed, one.silent_after_s,
         )  # fmt: skip
-    if one.recording is None:
+    elif one.recording is None:
         raise DeviceError(f"{name}: the driver `recording` needs the file to play: set `recording: FILE.csv`.")
-    return Played(name, folder / one.recording, one.unit, one.marker, one.silent_s)
+    else:
+        source = Played(name, folder / one.recording, one.unit, one.marker, one.silent_s)
+    return Tracker(name, settings, source)
 
 
 @dataclass
@@ -178,22 +177,22 @@ class Tracker:
         if batch.rows:
             self.heard_ns = now
         elif self.running and now - self.heard_ns > self.settings.silent_s * NS:
-            told = f"no sample for {self.settings.silent_s:g} s; see the tracker's software and its cable."
-            raise DeviceFault(self.name, "silent", f"{self.name}: {told}")
+            message = f"no sample for {self.settings.silent_s:g} s; see the tracker's software and its cable."
+            raise DeviceFault(self.name, "silent", f"{self.name}: {message}")
         # Consecutive samples in one block; a new one begins after every gap.
         if batch.reset:
             self.numbering.anew(batch.away)
-        expected, blocks, begun = self.numbering.next - batch.away * batch.reset, [], 0
+        expected, blocks, start = self.numbering.next - batch.away * batch.reset, [], 0
         numbers = self.numbering.number(batch.times_s)
         count = len(numbers)
         ends = [end for end in range(1, count + 1) if end == count or numbers[end] != numbers[end - 1] + 1]
         for end in ends:
-            lost = numbers[begun] - expected
-            why = "clock_reset" if batch.reset and not begun else "gap" if lost else ""
-            seen = [self.watch.see(self._within(row)) for row in batch.rows[begun:end]]
+            lost = numbers[start] - expected
+            why = "clock_reset" if batch.reset and not start else "gap" if lost else ""
+            seen = [self.watch.see(self._within(row)) for row in batch.rows[start:end]]
             data = interleaved(*zip(*seen, strict=True))
-            blocks.append(Block(numbers[begun], data, now, batch.times_s[end - 1] - self.zero_s, lost, why))
-            expected, begun = numbers[end - 1] + 1, end
+            blocks.append(Block(numbers[start], data, now, batch.times_s[end - 1] - self.zero_s, lost, why))
+            expected, start = numbers[end - 1] + 1, end
             self.tally.add(len(seen), sum(row[3] > 0 for row in seen), lost)
         self.tally.took(batch)
         return {"position": blocks}
@@ -215,8 +214,8 @@ class Tracker:
             readings = sensed(self, seconds, self.now_ns)
         except DeviceFault as fault:
             return Health(False, str(fault), calibrated=calibrated, facts=facts)
-        ok, told = self.tally.told(self.settings.rate_hz, readings[0].noise[:3], self.watch.counts)
-        return Health(ok, told, readings, calibrated, facts)
+        ok, summary = self.tally.summary(self.settings.rate_hz, readings[0].noise[:3], self.watch.counts)
+        return Health(ok, summary, readings, calibrated, facts)
 
     def _misdeclared(self, opened: Opened) -> str | None:
         declared, wanted = opened.declared_hz, self.settings.rate_hz
@@ -227,10 +226,10 @@ class Tracker:
     def _within(self, row: tuple[float, float, float, bool]) -> tuple[float, float, float, bool]:
         reach = self.settings.reach_mm
         if row[3] and any(abs(part) > reach for part in row[:3]):
-            told = (
+            message = (
                 f"a position {max(map(abs, row[:3])):.3g} mm away, beyond its reach of {reach:g} mm: is `unit` right?"
             )
-            raise DeviceFault(self.name, "over_range", f"{self.name}: {told}")
+            raise DeviceFault(self.name, "over_range", f"{self.name}: {message}")
         return row
 
 

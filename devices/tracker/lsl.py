@@ -165,8 +165,14 @@ class LslStream:
     def _batch(self, samples: list[list[float]], sent_s: list[float]) -> Batch:
         if self.map is None:
             return Batch()
-        now_s = self.library.local_clock()
-        anew = self._corrected(now_s)
+        now_s, anew = self.library.local_clock(), False
+        if now_s - self.asked_s >= CORRECT_S:
+            # Ask for the offset once a second, and whether the library takes the sender's clock for set anew. Where
+            # the answer does not come in time, the last offset is nearer the truth than none.
+            self.asked_s = now_s
+            with suppress(self.library.util.TimeoutError):
+                self.offset_s = self.inlet.time_correction(ANSWER_S)
+            anew = bool(self.inlet.was_clock_reset())
         behind_s = now_s - (sent_s[-1] + self.offset_s)
         anew |= self.behind_s is not None and abs(behind_s - self.behind_s) > LEAP_S
         away_s, self.behind_s, self.came_s = now_s - self.came_s, behind_s, now_s
@@ -174,18 +180,6 @@ class LslStream:
         # Where the sender's clock says nothing, our own tells how many samples are missing.
         missing = max(0, round(away_s * self.declared_hz) - len(rows)) if anew else 0
         return Batch([t_s + self.offset_s for t_s in sent_s], rows, anew, missing)
-
-    def _corrected(self, now_s: float) -> bool:
-        """Ask for the offset once a second; whether the library takes the sender's clock for set anew.
-
-        Where the answer does not come in time, the last offset is nearer the truth than none.
-        """
-        if now_s - self.asked_s < CORRECT_S:
-            return False
-        self.asked_s = now_s
-        with suppress(self.library.util.TimeoutError):
-            self.offset_s = self.inlet.time_correction(ANSWER_S)
-        return bool(self.inlet.was_clock_reset())
 
 
 def _library() -> Any:
@@ -219,54 +213,53 @@ class Map:
 
 
 def mapped(
-    stream: str, labels: Labels, units: Labels, wanted: Sequence[str | int] | None, seen: str | int | None,
+    stream: str, labels: Labels, units: Labels, channels: Sequence[str | int] | None, seen: str | int | None,
     unit: str | None, seen_above: float,
 ) -> Map:  # fmt: skip
     """The map of a stream whose channels have these labels and units ("" where it says nothing).
 
-    `wanted` are labels or places (from 0) of x, y, z; without them they are the only labels that end in x, y and z
+    `channels` are labels or places (from 0) of x, y, z; without them they are the only labels that end in x, y and z
     (X, PositionX, marker_x), or the three channels of a stream that has no more.
 
     Raises:
         DeviceError: naming the channels that there are.
     """
     there = ", ".join(f"{place} {label or '(no label)'}" for place, label in enumerate(labels))
-    told = f"the stream {stream} has the channels {there}"
-    found = [_place(told, labels, one) for one in wanted] if wanted is not None else _guessed(told, labels)
-    if len(set(found)) != 3:
-        raise DeviceError(f"{told}; three different ones are expected for x, y and z: set `channels` in the rig file.")
-    scale = _scale(told, unit, {units[place] for place in found})
-    quality = _place(told, labels, seen) if seen is not None else _quality(labels)
-    return Map((found[0], found[1], found[2]), scale, quality, seen_above)
+    known = f"the stream {stream} has the channels {there}"
+    places = _guess_places(known, labels) if channels is None else [_place(known, labels, one) for one in channels]
+    if len(set(places)) != 3:
+        raise DeviceError(f"{known}; three different ones are expected for x, y and z: set `channels` in the rig file.")
+    scale = _scale(known, unit, {units[place] for place in places})
+    if seen is not None:
+        quality: int | None = _place(known, labels, seen)
+    else:
+        quality = next((place for place, label in enumerate(labels) if label.lower() in SEEN), None)
+    return Map((places[0], places[1], places[2]), scale, quality, seen_above)
 
 
-def _place(told: str, labels: Labels, one: str | int) -> int:
+def _place(known: str, labels: Labels, one: str | int) -> int:
     if isinstance(one, int) and 0 <= one < len(labels):
         return one
     if isinstance(one, str) and list(labels).count(one) == 1:
         return list(labels).index(one)
-    raise DeviceError(f"{told}; {one!r} in the rig file is not one of them.")
+    raise DeviceError(f"{known}; {one!r} in the rig file is not one of them.")
 
 
-def _guessed(told: str, labels: Labels) -> list[int]:
+def _guess_places(known: str, labels: Labels) -> list[int]:
     ending = [[place for place, label in enumerate(labels) if AXIS[axis].search(label)] for axis in "xyz"]
     if all(len(places) == 1 for places in ending):
         return [places[0] for places in ending]
     if len(labels) == 3 and not any(ending):
         return [0, 1, 2]
-    raise DeviceError(f"{told}; which are x, y and z? Set `channels` in the rig file.")
+    raise DeviceError(f"{known}; which are x, y and z? Set `channels` in the rig file.")
 
 
-def _scale(told: str, unit: str | None, said: set[str]) -> float:
+def _scale(known: str, unit: str | None, declared: set[str]) -> float:
     if unit is not None:
         return MM_PER[unit]
-    units = {word.strip().lower() for word in said}
+    units = {word.strip().lower() for word in declared}
     if len(units) == 1 and (scale := MM_PER.get(next(iter(units)))) is not None:
         return scale
     raise DeviceError(
-        f"{told} in the unit {' / '.join(sorted(said)) or '(none)'!r}; set `unit: mm` or `m` in the rig file."
+        f"{known} in the unit {' / '.join(sorted(declared)) or '(none)'!r}; set `unit: mm` or `m` in the rig file."
     )
-
-
-def _quality(labels: Labels) -> int | None:
-    return next((place for place, label in enumerate(labels) if label.lower() in SEEN), None)

@@ -149,8 +149,8 @@ class Played(TimedSource):
 def _plain(table: Table) -> tuple[Sequence[float], Iterable[Row]]:
     table.demand(COLUMNS)
     table.places |= {name: table.header.index(name) for name in table.header}  # the first of two of one name
-    told = ("seen",) if "seen" in table.header else ()
-    times_s, x, y, z, *others = table.numbers([*COLUMNS, *told], gaps=True, finite=False).values()
+    seen_column = ("seen",) if "seen" in table.header else ()
+    times_s, x, y, z, *others = table.numbers([*COLUMNS, *seen_column], gaps=True, finite=False).values()
     for t_s, line in zip(times_s, table.lines, strict=True):
         if not math.isfinite(t_s):
             raise DeviceError(f"{table.path}, line {line}: a time is expected in the column t_s, found none.")
@@ -163,6 +163,10 @@ def usual_hz(times_s: Sequence[float]) -> float:
     steps = [after - before for before, after in pairwise(times_s)]
     usual = [step for step in steps if step <= 1.5 * median(steps)]
     return len(usual) / sum(usual)
+
+
+FACTS = {"Take Name": "take", "Export Frame Rate": "exported at", "Length Units": "length units"}
+"""Fields of Motive's header that are shown, and their names."""
 
 
 @dataclass(frozen=True)
@@ -192,12 +196,11 @@ def read_motive(opened: Table, marker: str | None) -> Export:
         raise DeviceError(f"{path}: Length Units is {facts.get('Length Units')!r}; expected one of {', '.join(UNITS)}.")
     columns = _columns(table[1 : head + 1])
     names = sorted({name for kind, name in columns if kind in KINDS})
-    wanted = marker if marker is not None else (names[0] if len(names) == 1 else None)
-    found = [columns[kind, wanted] for kind in KINDS if wanted is not None and (kind, wanted) in columns]
-    if not found:
-        asked = "several markers" if marker is None and names else f"no marker {marker!r}"
-        raise DeviceError(f"{path}: {asked}; name one as `marker`: {some(names) or 'there is none'}.")
-    places = found[0]
+    name = marker if marker is not None else (names[0] if len(names) == 1 else None)
+    places = next((columns[kind, name] for kind in KINDS if name is not None and (kind, name) in columns), None)
+    if places is None:
+        problem = "several markers" if marker is None and names else f"no marker {marker!r}"
+        raise DeviceError(f"{path}: {problem}; name one as `marker`: {some(names) or 'there is none'}.")
     times_s, rows = [], []
     for frame in table[head + 1 :]:
         try:
@@ -210,7 +213,7 @@ def read_motive(opened: Table, marker: str | None) -> Export:
                 f"{path}: frame {frame[0]}: numbers are expected, found {some(frame, 8, ',')!r}."
             ) from None
         rows.append((x, y, z, True))
-    return Export(times_s, rows, unit, _told(facts))
+    return Export(times_s, rows, unit, {name: facts[key] for key, name in FACTS.items() if facts.get(key)})
 
 
 def _columns(head: Sequence[Sequence[str]]) -> dict[tuple[str, str], list[int]]:
@@ -222,8 +225,3 @@ def _columns(head: Sequence[Sequence[str]]) -> dict[tuple[str, str], list[int]]:
         if what[place] == "Position" and axes[place] in AXES:
             found.setdefault((kinds[place], names[place]), []).append(place)
     return {key: places for key, places in found.items() if len(places) == 3}
-
-
-def _told(facts: Mapping[str, str]) -> dict[str, str]:
-    wanted = {"Take Name": "take", "Export Frame Rate": "exported at", "Length Units": "length units"}
-    return {name: facts[key] for key, name in wanted.items() if facts.get(key)}

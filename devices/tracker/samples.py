@@ -1,4 +1,4 @@
-"""What a tracker's source gives, and what is made of it.
+"""What a tracker's source gives, and what becomes of it.
 
 Samples get numbers, so that missing ones are counted; those of a hidden marker become NaN; counts tell of its health.
 """
@@ -33,7 +33,7 @@ sample's jitter counts for a tenth of what it is, and a rate that is a little of
 FARTHEST = 0.03
 """How far the period may be from the nominal one, relatively; a rate that is farther off shows as missing samples."""
 TOGETHER = 8
-"""Samples that are judged together; few enough that a rate 2 % off is not taken for loss among them."""
+"""Samples that are numbered together; few enough that a rate 2 % off is not taken for loss among them."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Opened:
-    """What opening a source found out: the rate that it declares (0: none) and facts to show."""
+    """Facts from opening a source: the rate that it declares (0: none) and facts to show."""
 
     declared_hz: float = 0.0
     facts: Mapping[str, str] = field(default_factory=dict)
@@ -66,10 +66,10 @@ class TrackerSource(Source[Opened, Batch], Protocol):
         """Where the source's clock stood when now_ns's was at 0; 0 for a clock that is not this computer's."""
 
 
-def awaited(found: Callable[[], Batch], stopped: Event, timeout_s: float, step_s: float) -> Batch:
-    """The first batch that holds something, looked for every `step_s`; an empty one after the timeout, or stopped."""
+def awaited(take: Callable[[], Batch], stopped: Event, timeout_s: float, step_s: float) -> Batch:
+    """Return the first batch that holds something, taken every `step_s`; an empty one after the timeout or a stop."""
     end_s = time.monotonic() + timeout_s
-    while not (batch := found()).rows:
+    while not (batch := take()).rows:
         left_s = end_s - time.monotonic()
         if left_s <= 0 or stopped.wait(min(left_s, step_s)):
             break
@@ -89,21 +89,19 @@ class OcclusionDetector:
     before: tuple[float, float, float] | None = None
 
     def see(self, row: Row) -> tuple[float, float, float, float]:
-        """x, y, z in mm and 1, or NaN three times and 0."""
-        why = self._hidden(row)
-        self.before = row[:3]
-        self.counts[why or "seen"] += 1
-        return (NAN, NAN, NAN, 0.0) if why else (*row[:3], 1.0)
-
-    def _hidden(self, row: Row) -> str | None:
-        place = row[:3]
+        """Return x, y, z in mm and 1, or NaN three times and 0."""
+        why, place = "", row[:3]
         if not row[3]:
-            return "not_seen"
-        if not all(map(math.isfinite, place)):
-            return "not_a_number"
-        if not any(place):
-            return "zeros"
-        return "frozen" if place == self.before and not self.repeats else None
+            why = "not_seen"
+        elif not all(map(math.isfinite, place)):
+            why = "not_a_number"
+        elif not any(place):
+            why = "zeros"
+        elif place == self.before and not self.repeats:
+            why = "frozen"
+        self.before = place
+        self.counts[why or "seen"] += 1
+        return (NAN, NAN, NAN, 0.0) if why else (*place, 1.0)
 
 
 @dataclass
@@ -120,28 +118,27 @@ class Numbering:
     slower: float = 0.0
 
     def number(self, times_s: Sequence[float]) -> list[int]:
-        """The numbers of samples that came together, in that order."""
-        parts = (times_s[first : first + TOGETHER] for first in range(0, len(times_s), TOGETHER))
-        return [number for part in parts for number in self._few(part)]
+        """Return the numbers of samples that came together, in that order."""
+        numbers: list[int] = []
+        for first in range(0, len(times_s), TOGETHER):
+            part_s = times_s[first : first + TOGETHER]
+            if math.isnan(self.expected_s):
+                self.expected_s = part_s[0]
+            period_s = (1 + self.slower) / self.rate_hz
+            late = [(t_s - self.expected_s) / period_s - place for place, t_s in enumerate(part_s)]
+            least = list(accumulate(reversed(late), min))[::-1]
+            missing = list(accumulate((max(0, round(periods)) for periods in least), max))
+            numbers += [self.next + place + lost for place, lost in enumerate(missing)]
+            off = sum(max(-1.0, min(1.0, periods - lost)) for periods, lost in zip(late, missing, strict=True))
+            self.expected_s += (len(part_s) + missing[-1] + PULL * off) * period_s
+            self.slower = max(-FARTHEST, min(FARTHEST, self.slower + DRIFT * off))
+            self.next = numbers[-1] + 1
+        return numbers
 
     def anew(self, away: int) -> None:
         """The clock was set anew and so many samples are missing; the next time stamp is taken as it is."""
         self.next += away
         self.expected_s = math.nan
-
-    def _few(self, times_s: Sequence[float]) -> list[int]:
-        if math.isnan(self.expected_s):
-            self.expected_s = times_s[0]
-        period_s = (1 + self.slower) / self.rate_hz
-        late = [(t_s - self.expected_s) / period_s - place for place, t_s in enumerate(times_s)]
-        least = list(accumulate(reversed(late), min))[::-1]
-        missing = list(accumulate((max(0, round(periods)) for periods in least), max))
-        numbers = [self.next + place + lost for place, lost in enumerate(missing)]
-        off = sum(max(-1.0, min(1.0, periods - lost)) for periods, lost in zip(late, missing, strict=True))
-        self.expected_s += (len(times_s) + missing[-1] + PULL * off) * period_s
-        self.slower = max(-FARTHEST, min(FARTHEST, self.slower + DRIFT * off))
-        self.next = numbers[-1] + 1
-        return numbers
 
 
 @dataclass
@@ -174,11 +171,11 @@ class Tally:
         """Samples that came per second of their own clock; 0 for fewer than two."""
         return self.spans / self.spanned_s if self.spanned_s > 0 else 0.0
 
-    def told(self, wanted_hz: float, noise_mm: Sequence[float], counts: Mapping[str, int]) -> tuple[bool, str]:
-        """Whether all is well, and one line."""
-        right = abs(self.rate_hz / wanted_hz - 1) <= self.TOLERANCE
-        rate = f"{self.rate_hz:.2f} Hz" + ("" if right else f", not the {wanted_hz:g} Hz of the rig file")
-        hidden = ", ".join(f"{counts[why]} x {told}" for why, told in HIDDEN.items() if counts.get(why))
+    def summary(self, nominal_hz: float, noise_mm: Sequence[float], counts: Mapping[str, int]) -> tuple[bool, str]:
+        """Return whether all is well, and one line."""
+        right = abs(self.rate_hz / nominal_hz - 1) <= self.TOLERANCE
+        rate = f"{self.rate_hz:.2f} Hz" + ("" if right else f", not the {nominal_hz:g} Hz of the rig file")
+        hidden = ", ".join(f"{counts[why]} x {words}" for why, words in HIDDEN.items() if counts.get(why))
         share = f"seen {100 * self.seen / max(1, self.came):.1f} % of {self.came} samples"
         noise = f"noise {max(noise_mm):.3f} mm" if self.seen > 1 else "no marker is seen: put it in view"
         missing = f"{self.lost} missing" if self.lost else ""

@@ -1,4 +1,4 @@
-"""A tracker that is none: it sees the marker of a scene, with noise, and loses it now and then."""
+"""A simulated tracker: it sees the marker of a scene, with noise, and loses it now and then."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Twin(TimedSource):
     given: int = 0
 
     def open(self) -> Opened:
-        """There is nothing to get hold of."""
+        """Return the declared rate; there is nothing to connect to."""
         return Opened(self.rate_hz, {"twin": f"noise {self.noise_mm:g} mm, seed {self.seed}"})
 
     def expect(self, scene: Scene | None) -> None:
@@ -67,22 +67,19 @@ class Twin(TimedSource):
 
         Raises DeviceFault (`silent`) past `silent_after_s`, as a drill.
         """
-        return awaited(self._come, self.stopped, timeout_s, 0.25 / self.rate_hz)
+        return awaited(self._take, self.stopped, timeout_s, 0.25 / self.rate_hz)
 
-    def _come(self) -> Batch:
+    def _take(self) -> Batch:
         elapsed_s = self.elapsed_s
         if elapsed_s is None:
             return Batch()
-        due, first = self._due(elapsed_s()), self.given
+        now_s, silent, first = elapsed_s(), self.silent_after_s, self.given
+        if silent is not None and now_s > silent:
+            raise DeviceFault(self.name, "silent", f"{self.name}: silent after {silent:g} s, as its drill asks.")
+        due = math.floor(now_s * self._true_hz + 1) - first
         rows = [next(self.rows) for _ in range(min(due, MOST))]
         self.given += len(rows)
         return Batch([number / self.rate_hz for number in range(first, self.given)], rows)
-
-    def _due(self, elapsed_s: float) -> int:
-        silent = self.silent_after_s
-        if silent is not None and elapsed_s > silent:
-            raise DeviceFault(self.name, "silent", f"{self.name}: silent after {silent:g} s, as its drill asks.")
-        return math.floor(elapsed_s * self._true_hz + 1) - self.given
 
     @property
     def _true_hz(self) -> float:
@@ -90,33 +87,26 @@ class Twin(TimedSource):
         return self.rate_hz * (1 + 1e-6 * self.drift_ppm)
 
     def _rows(self) -> Iterator[Row]:
-        """Rows without end. The noise is keyed by the first piece that is seen, not by how often it was started."""
-        key, truth = self._truth()
+        """Yield rows without end. The noise is keyed by the first piece that is seen, not by the number of starts."""
+        key = "rest"
+        truth: Iterator[tuple[float, float, float]] = iter(lambda: REST_MM, None)
+        if self.scene is not None:
+            pieces = self.scene.position_mm(self._true_hz)
+            first = next(pieces)
+            key = hashlib.sha256(first.astype("<f8").tobytes()).hexdigest()
+            truth = ((x, y, z) for piece in chain([first], pieces) for x, y, z in piece.tolist())
         hidden = self._hidden(random.Random(f"{self.seed}/{self.name}/{key}"))
         before = REST_MM
         for place, noise in zip(truth, self._noise(key), strict=False):
             seen = (place[0] + noise[0], place[1] + noise[1], place[2] + noise[2])
             if next(hidden):
-                yield self._as_lost(before)
+                if self.hides == "frozen":
+                    yield (*before, True)
+                else:
+                    yield (0.0, 0.0, 0.0, True) if self.hides == "zeros" else (math.nan, math.nan, math.nan, False)
             else:
                 before = seen
                 yield (*seen, True)
-
-    def _as_lost(self, before: tuple[float, float, float]) -> Row:
-        if self.hides == "frozen":
-            return (*before, True)
-        if self.hides == "zeros":
-            return (0.0, 0.0, 0.0, True)
-        return (math.nan, math.nan, math.nan, False)
-
-    def _truth(self) -> tuple[str, Iterator[tuple[float, float, float]]]:
-        if self.scene is None:
-            return "rest", iter(lambda: REST_MM, None)
-        pieces = self.scene.position_mm(self._true_hz)
-        first = next(pieces)
-        key = hashlib.sha256(first.astype("<f8").tobytes()).hexdigest()
-
-        return key, ((x, y, z) for piece in chain([first], pieces) for x, y, z in piece.tolist())
 
     def _noise(self, key: str) -> Iterator[tuple[float, float, float]]:
         number = 0
@@ -127,7 +117,7 @@ class Twin(TimedSource):
             number += 1
 
     def _hidden(self, chance: random.Random) -> Iterator[bool]:
-        """Seen and hidden in turns, each for an exponentially distributed time."""
+        """Yield whether the marker is hidden, in turns of exponentially distributed lengths."""
         while True:
             for hidden, per_s in ((False, self.occlusions_per_s), (True, 1 / self.occlusion_s)):
                 for_s = chance.expovariate(per_s) if per_s > 0 else math.inf
