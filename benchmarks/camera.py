@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.camera.look import JUDGED, Limits, Look, look
+from palpate.devices.camera.look import SQUARE, Limits, Look, look
 from palpate.protocols.bench import Case
 
 AREA = "camera"
@@ -18,14 +18,14 @@ Pixels = NDArray[np.uint8]
 LIMITS = Limits(1568, 0.05, 0.05)
 """As a rig file has them where it says nothing else."""
 WHITE_SHARE = 0.0125
-GRATING_PX = JUDGED / 215
+GRATING_PX = SQUARE / 215
 """A period: a whole number of them in the judged square, and none of whole pixels."""
 KINDS = ("png", "jpeg")
 
 
 def cases(quick: bool) -> Iterator[Case]:
     """Pictures of 1568 x 1568 pixels, and of a camera of 24 megapixels; `quick`: the small ones."""
-    sizes = [(JUDGED, JUDGED)] if quick else [(JUDGED, JUDGED), (6000, 4000)]
+    sizes = [(SQUARE, SQUARE)] if quick else [(SQUARE, SQUARE), (6000, 4000)]
     for width, height in sizes:
         for kind in KINDS:
             told, n = f"{width}x{height}, {kind}", width * height
@@ -52,15 +52,15 @@ def encoded(pixels: Pixels, kind: str) -> bytes:
 def with_white(width: int, height: int) -> Pixels:
     """Even gray with one white patch, whose share of the judged square in the middle is `WHITE_SHARE`."""
     pixels = np.full((height, width), 120, np.uint8)
-    rows, columns = round(JUDGED * WHITE_SHARE * 8), JUDGED // 8
-    top, left = (height - JUDGED) // 2, (width - JUDGED) // 2
+    rows, columns = round(SQUARE * WHITE_SHARE * 8), SQUARE // 8
+    top, left = (height - SQUARE) // 2, (width - SQUARE) // 2
     pixels[top : top + rows, left : left + columns] = 255
     return pixels
 
 
 def white_error(found: Look) -> float | None:
     """How far the share of white lies off the patch's own."""
-    true = round(JUDGED * WHITE_SHARE * 8) * (JUDGED // 8) / JUDGED**2
+    true = round(SQUARE * WHITE_SHARE * 8) * (SQUARE // 8) / SQUARE**2
     return None if found.white is None else abs(found.white - true)
 
 
@@ -78,13 +78,13 @@ def sharpness_error(found: Look) -> float | None:
 
 def judged_pictures() -> Iterator[Pixels]:
     """A rough surface in focus, out of focus by more and more, and over-exposed; `TRUTH` says which is which."""
-    surface = np.fft.rfft2(np.random.Generator(np.random.PCG64(11)).normal(0.0, 1.0, (JUDGED, JUDGED)))
+    surface = np.fft.rfft2(np.random.Generator(np.random.PCG64(11)).normal(0.0, 1.0, (SQUARE, SQUARE)))
     blurred = {blur_px: _blurred(surface, blur_px) for blur_px in {blur_px for blur_px, _ in TRUTH}}
     for blur_px, white in TRUTH:
         seen = blurred[blur_px]
         pixels = 120 + 30 * seen / float(seen.std())
         if white:
-            pixels[: round(JUDGED * white)] = 255
+            pixels[: round(SQUARE * white)] = 255
         yield np.clip(np.round(pixels), 0, 249 if not white else 255).astype(np.uint8)
 
 
@@ -95,8 +95,8 @@ limit."""
 
 
 def _blurred(spectrum: NDArray[np.complex128], px: float) -> NDArray[np.float64]:
-    down, across = (np.exp(-2 * (math.pi * px * hz) ** 2) for hz in (np.fft.fftfreq(JUDGED), np.fft.rfftfreq(JUDGED)))
-    return np.asarray(np.fft.irfft2(spectrum * np.outer(down, across), (JUDGED, JUDGED)))
+    down, across = (np.exp(-2 * (math.pi * px * hz) ** 2) for hz in (np.fft.fftfreq(SQUARE), np.fft.rfftfreq(SQUARE)))
+    return np.asarray(np.fft.irfft2(spectrum * np.outer(down, across), (SQUARE, SQUARE)))
 
 
 def looks(pictures: Sequence[bytes]) -> list[Look]:

@@ -48,7 +48,11 @@ def reading(device: str, signal: Signal, blocks: Sequence[Block]) -> Reading:
     rows = samples(signal, blocks)
     if not len(rows):
         raise DeviceFault(device, "silent", f"{device}: no sample of {signal.name} came; see its cable and power.")
-    means, noises = zip(*(_moments(column) for column in rows.T), strict=True)
+    finite = [column[np.isfinite(column)] for column in rows.T]
+    means = tuple(float(values.mean()) if values.size else math.nan for values in finite)
+    noises = tuple(
+        float(values.std(ddof=1)) if values.size > 1 else 0.0 if values.size else math.nan for values in finite
+    )
     return Reading(signal, measured_hz(signal, blocks), means, noises, sum(block.lost for block in blocks))
 
 
@@ -75,10 +79,3 @@ def _enough(signals: Sequence[Signal], blocks: Blocks, seconds: float) -> bool:
         return sum(len(block.data) for block in blocks[signal.name]) // (4 * len(signal.channels))
 
     return all(rows(signal) >= signal.rate_hz * seconds for signal in signals)
-
-
-def _moments(column: NDArray[np.float64]) -> tuple[float, float]:
-    finite = column[np.isfinite(column)]
-    if not finite.size:
-        return math.nan, math.nan
-    return float(finite.mean()), float(finite.std(ddof=1)) if finite.size > 1 else 0.0

@@ -96,8 +96,8 @@ class DesignerApp(WindowApp):
         while self._aside is None and self.main.requests:
             self._act(self.main.requests.pop(0))
 
-    def door_is(self, state: str, asked: str = "") -> None:
-        """The door's state, beside the work; `asked` is what it wants to be put right."""
+    def door_is(self, state: str, problem: str = "") -> None:
+        """Show the door's state beside the work; `problem` is to be put right at the door."""
         texts, main = self.page.texts, self.main
         play = {"playing": "stop", "asking": "confirm"}.get(state, "play")
         shown, door = "rest" if state == "asking" else state, texts("state_off")
@@ -105,7 +105,7 @@ class DesignerApp(WindowApp):
             door = texts(f"state_{shown}", name=texts("twin" if self.player.simulated else "real"))
         status = replace(main.status, door=door, play=play)
         if state == "asking":
-            status = replace(status, notice=texts("door_failed", why=asked), wrong=True)
+            status = replace(status, notice=texts("door_failed", why=problem), wrong=True)
         elif state == "playing":
             status = replace(status, notice="", wrong=False)
         main.show_status(status)
@@ -115,23 +115,31 @@ class DesignerApp(WindowApp):
         self.main.show_status(replace(self.main.status, hand=place))
 
     def _act(self, act: str) -> None:
-        playing = self.player is not None and self.player.busy
-        if act == "play":
-            self._play()
-        elif act == "close":
-            self.over = True
-            if self.player is not None:
-                self.player.leave()
-            if self.main.work.untouched:
-                designs.forget(self.lab)
-        elif act == "export" and self.main.work.name and self.main.work.saved == self.main.work.setting:
-            self._export(self.main.work.name)
-        elif playing:
-            self.main.tell("not_yet")
-        else:
-            {"save": self._ask_name, "export": self._ask_name_to_export, "open": self._ask_design, "help": self._help}[
-                act
-            ]()
+        work = self.main.work
+        match act:
+            case "play":
+                self._play()
+            case "close":
+                self.over = True
+                if self.player is not None:
+                    self.player.leave()
+                if work.untouched:
+                    designs.forget(self.lab)
+            case "export" if work.name and work.saved == work.setting:
+                self._export(work.name)
+            case _ if self.player is not None and self.player.busy:
+                self.main.tell("not_yet")
+            case "save":
+                self._beside(self._name_screen("name_prompt"), lambda page: self._named(page, self._save))
+            case "export":
+                screen = self._name_screen("name_export_prompt")
+                self._beside(screen, lambda page: self._named(page, self._save_and_export))
+            case "open" if names := designs.names(self.lab):
+                self._beside(OpenScreen(self.page, names), lambda page: self._named(page, self._open))
+            case "open":
+                self.main.tell("no_designs")
+            case "help":
+                self._beside(HelpScreen(self.page), lambda _page: None)
 
     def _play(self) -> None:
         if self.player is None:
@@ -152,24 +160,9 @@ class DesignerApp(WindowApp):
         """The door of a setting, as the view draws it."""
         return tuple(self.main.view.made(setting).force_N.tolist())
 
-    def _ask_name(self) -> None:
-        self._beside(self._name_screen("name_prompt"), lambda page: self._named(page, self._save))
-
-    def _ask_name_to_export(self) -> None:
-        self._beside(self._name_screen("name_export_prompt"), lambda page: self._named(page, self._save_and_export))
-
     def _name_screen(self, prompt: str) -> NameScreen:
         name = self.main.work.name
         return NameScreen(self.page, prompt, name, lambda chosen: chosen != name and chosen in designs.names(self.lab))
-
-    def _ask_design(self) -> None:
-        if names := designs.names(self.lab):
-            self._beside(OpenScreen(self.page, names), lambda page: self._named(page, self._open))
-        else:
-            self.main.tell("no_designs")
-
-    def _help(self) -> None:
-        self._beside(HelpScreen(self.page), lambda _page: None)
 
     def _named(self, page: Aside, then: Then) -> None:
         """Go on with the name that was given; nothing where the page was left."""

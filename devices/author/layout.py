@@ -114,9 +114,9 @@ def buttons(page: Page, foot: Box, words: dict[str, str], play: str) -> dict[str
     """Places and words of the foot's buttons: the main one to the right, as wide as whatever it may say, and the others
     from the left. `play` is the key of what it says now."""
     unit = page.metrics.unit
-    said = {key: fitted(page, page.texts(key), unit(80), foot.height, LABEL_STEPS, bold=True) for key in PLAYS}
-    main = max(unit(46), *(text.width + unit(8) for text in said.values()))
-    placed = {"play": (Box(foot.right - main, foot.top, main, foot.height), said[play])}
+    answers = {key: fitted(page, page.texts(key), unit(80), foot.height, LABEL_STEPS, bold=True) for key in PLAYS}
+    main = max(unit(46), *(text.width + unit(8) for text in answers.values()))
+    placed = {"play": (Box(foot.right - main, foot.top, main, foot.height), answers[play])}
     room, gap = foot.width - main - unit(6), unit(2.4)
     for step in LABEL_STEPS:
         for pad in (7.0, 5.0, 3.6):
@@ -125,12 +125,11 @@ def buttons(page: Page, foot: Box, words: dict[str, str], play: str) -> dict[str
             if sum(widths.values()) + gap * (len(widths) - 1) <= room:
                 return placed | _in_a_row(foot, laid, widths, gap)
     narrow = (room - gap * (len(words) - 1)) // len(words)
-    laid = {name: _label(page, text, narrow, foot, False) for name, text in words.items()}
+    laid = {
+        name: fitted(page, text, narrow - page.metrics.unit(2), foot.height, LABEL_STEPS, even=True)
+        for name, text in words.items()
+    }
     return placed | _in_a_row(foot, laid, dict.fromkeys(words, narrow), gap)
-
-
-def _label(page: Page, text: str, width: int, foot: Box, bold: bool) -> Laid:
-    return fitted(page, text, width - page.metrics.unit(2), foot.height, LABEL_STEPS, bold=bold, even=True)
 
 
 def _in_a_row(foot: Box, laid: dict[str, Laid], widths: dict[str, int], gap: int) -> dict[str, tuple[Box, Laid]]:

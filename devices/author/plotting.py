@@ -48,7 +48,9 @@ class Plotter:
         axes = axes_for(self.layout.panel.plot, *(profile for profile in (force_N, beside_N) if profile is not None))
         force_axis = self.setter.page.texts("force_axis")
         yield self.setter.label("force axis", force_axis, self.layout.panel.force_axis, QUIET, within="door")
-        yield from self._chips(work)
+        for letter, box in zip(LETTERS, self.layout.panel.chips, strict=True) if work.b is not None else ():
+            laid = self.setter.text(letter, box.width, box.height, bold=True)
+            yield Chip(f"side {letter}", box, "door", laid=laid, chosen=work.on == letter, colour=SIDES[letter])
         low, high = self.rated
         yield Ground("grid", axes.box, "door", low, high, axes.low_N, axes.high_N, self.masks)
         unit, line = self.setter.page.metrics.unit, line_px(self.setter.page, 3.8)
@@ -69,13 +71,6 @@ class Plotter:
             y = min(max(axes.y(hand[1]), axes.box.top), axes.box.bottom - 1)
             yield Dot("hand", Box(x - side // 2, y - side // 2, side, side), "grid", INK)
         yield from self._legend(work, hand is not None)
-
-    def _chips(self, work: Work) -> Iterator[Element]:
-        if work.b is None:
-            return
-        for letter, box in zip(LETTERS, self.layout.panel.chips, strict=True):
-            laid = self.setter.text(letter, box.width, box.height, bold=True)
-            yield Chip(f"side {letter}", box, "door", laid=laid, chosen=work.on == letter, colour=SIDES[letter])
 
     def _curve(self, name: str, force_N: Array, axes: Axes, thick_px: float, colour: Colour) -> Iterator[Element]:
         for number, piece in enumerate(self.masks.line(force_N, axes, thick_px)):

@@ -73,7 +73,9 @@ class DesignerScreen(AppScreen):
         if not self._is_slider(name):
             return
         self._gestures += 1
-        self._grip = self._offset(name, event)
+        self._grip = 0.0
+        if name != "smoothing" and (thumb := self._slider(name).thumb).grown(2).holds(event.x, event.y):
+            self._grip = event.y - thumb.middle[1]  # a marker that is taken beside its middle does not jump there
         self._move_to(name, event)
 
     def dragged(self, name: str, event: Moved | Released) -> None:
@@ -107,13 +109,6 @@ class DesignerScreen(AppScreen):
 
     def _is_slider(self, name: str | None) -> bool:
         return name is not None and (name.startswith("wish ") or name == "smoothing")
-
-    def _offset(self, name: str, event: Pressed) -> float:
-        """A marker that is taken hold of beside its middle does not jump there."""
-        if name == "smoothing":
-            return 0.0
-        slider = self._slider(name)
-        return event.y - slider.thumb.middle[1] if slider.thumb.grown(2).holds(event.x, event.y) else 0.0
 
     def _move_to(self, name: str, event: Pressed | Moved | Released) -> None:
         if name == "smoothing":

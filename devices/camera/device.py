@@ -184,7 +184,13 @@ class Camera:
 
     def _shot(self, act: Act, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Aside | None:
         def ready() -> bool:
-            self._heed(desk)
+            wanted = self._wanted()
+            if wanted is not None and desk.answer() is not None:
+                # A confirmation keeps the picture that is complained of, or says that no more are coming.
+                if wanted in self.taken:
+                    self.kept_as_it_is.add(wanted)
+                else:
+                    self.stopped = True
             for arrived in self.source.new(now_ns() / NS):
                 self._take(request, arrived)
             desk.demand(self._prompt(request))
@@ -192,16 +198,6 @@ class Camera:
 
         desk.demand(self._prompt(request))
         return act.wait("recording", window, desk, now_ns, ready)
-
-    def _heed(self, desk: Desk) -> None:
-        """A confirmation keeps the picture that is complained of, or says that no more are coming."""
-        wanted = self._wanted()
-        if wanted is None or desk.answer() is None:
-            return
-        if wanted in self.taken:
-            self.kept_as_it_is.add(wanted)
-        else:
-            self.stopped = True
 
     def _wanted(self) -> int | None:
         """The light that a picture is wanted for: the first without one, then the first with a bad one.
@@ -216,11 +212,11 @@ class Camera:
         wanted = self._wanted()
         if wanted is None:
             return None
-        said = f"{request.trial.stimulus.id}, {self.settings.light(wanted)}"
+        light = f"{request.trial.stimulus.id}, {self.settings.light(wanted)}"
         if wanted in self.taken:
             flags = " and ".join(self.taken[wanted]["flags"]).replace("_", " ")
-            return Prompt(f"{said}: the picture is {flags}. Take it again, or confirm to keep it.")
-        return Prompt(f"{said}: take the picture. Confirm only where no more come.")
+            return Prompt(f"{light}: the picture is {flags}. Take it again, or confirm to keep it.")
+        return Prompt(f"{light}: take the picture. Confirm only where no more come.")
 
     def _take(self, request: Sense, arrived: Arrived) -> None:
         from palpate.devices.camera.look import Incomplete, Limits, keep, look
@@ -232,22 +228,18 @@ class Camera:
         except Incomplete as error:
             self.source.refuse(arrived.name, str(error))
             return
-        if light is None or self._known(request.trial.stimulus.id, found.sha256):
+        # A picture whose bytes were given for this sample now, or for another one ever, is left out.
+        stimulus = request.trial.stimulus.id
+        now = any(picture["sha256"] == found.sha256 for picture in self.taken.values())
+        if light is None or now or self.seen.get(found.sha256, stimulus) != stimulus:
             self.left_out.append(arrived.name)
             return
-        file = keep(
-            self.name, self.pictures, request.trial.stimulus.id, light, found.sha256, arrived.name, arrived.data
-        )
-        self.seen[found.sha256] = request.trial.stimulus.id
+        file = keep(self.name, self.pictures, stimulus, light, found.sha256, arrived.name, arrived.data)
+        self.seen[found.sha256] = stimulus
         self.taken[light] = {
             "file": file, "from": arrived.name, "sha256": found.sha256, "width": found.width, "height": found.height,
             "light": light, "sharpness": found.sharpness, "white": found.white, "flags": list(found.flags),
         }  # fmt: skip
-
-    def _known(self, stimulus: str, sha256: str) -> bool:
-        """Whether these bytes were given for this sample now, or for another one ever."""
-        now = any(picture["sha256"] == sha256 for picture in self.taken.values())
-        return now or self.seen.get(sha256, stimulus) != stimulus
 
 
 def make(name: str, settings: Settings, folder: Path) -> Camera:

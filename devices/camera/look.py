@@ -19,10 +19,10 @@ from palpate.protocols.canonical import digest
 from palpate.protocols.files import reason, write_bytes
 
 if TYPE_CHECKING:
-    from PIL.Image import Image
+    pass
 
-JUDGED = 1568
-"""Side of the square in the middle that is judged: what the thesis cuts out of a picture (3.4.2)."""
+SQUARE = 1568
+"""Side of the square in the middle that is looked at, in pixels: what the thesis cuts out of a picture (3.4.2)."""
 WHITE = 249.5 / 255
 X3F = b"FOVb"
 
@@ -44,7 +44,7 @@ class Limits:
 class Look:
     """What a picture is; `flags` are reasons to take it again: too_small, blurred, over_exposed.
 
-    Sharpness is the variance of the Laplacian over the variance of the brightness, in the judged square: contrast does
+    Sharpness is the variance of the Laplacian over the variance of the brightness, in that square: contrast does
     not enter. White is the share of that square above 250 of 255. Both are None where the format is not decoded here.
     """
 
@@ -57,25 +57,28 @@ class Look:
 
 
 def look(data: bytes, limits: Limits) -> Look:
-    """Read a picture whole and judge it. Raises Incomplete where it ends too soon or is no picture."""
+    """Read a picture whole and return what it is like. Raises Incomplete where it ends too soon or is no picture."""
     sha256 = hashlib.sha256(data).hexdigest()
     if data.startswith(X3F):
         width, height = _x3f_size(data)
         small = ("too_small",) if min(width, height) < limits.least_pixels else ()
         return Look(sha256, width, height, None, None, small)
     width, height, middle = _decoded(data)
-    sharpness, white = _sharpness(middle), float((middle >= WHITE).mean())
+    sharpness, white = 0.0, float((middle >= WHITE).mean())
+    if min(middle.shape) >= 3 and float(np.ptp(middle)) != 0.0:
+        sides = middle[1:-1, :-2] + middle[1:-1, 2:] + middle[:-2, 1:-1] + middle[2:, 1:-1]
+        sharpness = float((sides - 4 * middle[1:-1, 1:-1]).var() / middle.var())
     flags = {
         "too_small": min(width, height) < limits.least_pixels,
         "blurred": sharpness < limits.least_sharpness,
         "over_exposed": white > limits.most_white,
     }
-    told = tuple(name for name, so in flags.items() if so)
-    return Look(sha256, width, height, float(f"{sharpness:.4g}"), float(f"{white:.4g}"), told)
+    raised = tuple(name for name, so in flags.items() if so)
+    return Look(sha256, width, height, float(f"{sharpness:.4g}"), float(f"{white:.4g}"), raised)
 
 
 def _decoded(data: bytes) -> tuple[int, int, NDArray[np.float32]]:
-    """Size and the judged square's brightness, 0 to 1; every pixel is read, so a file that is cut off is found."""
+    """Return the size and the square's brightness, 0 to 1; every pixel is read, so a file that is cut off is found."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -83,27 +86,16 @@ def _decoded(data: bytes) -> tuple[int, int, NDArray[np.float32]]:
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(io.BytesIO(data)) as picture:
                 picture.load()
-                return picture.width, picture.height, _middle(picture)
+                side = min(SQUARE, picture.width, picture.height)
+                left, top = (picture.width - side) // 2, (picture.height - side) // 2
+                cut = picture.crop((left, top, left + side, top + side))
+                gray, white = (cut, 65535) if cut.mode.startswith("I") else (cut.convert("L"), 255)
+                middle = np.asarray(gray, dtype=np.float32) * np.float32(1 / white)
+                return picture.width, picture.height, middle
     except UnidentifiedImageError:
         raise Incomplete("no picture in a format that is known here") from None
     except (OSError, SyntaxError, ValueError, struct.error, Image.DecompressionBombError) as error:
         raise Incomplete(str(error) or type(error).__name__) from None
-
-
-def _middle(picture: Image) -> NDArray[np.float32]:
-    side = min(JUDGED, picture.width, picture.height)
-    left, top = (picture.width - side) // 2, (picture.height - side) // 2
-    cut = picture.crop((left, top, left + side, top + side))
-    if cut.mode.startswith("I"):
-        return np.asarray(cut, dtype=np.float32) * np.float32(1 / 65535)
-    return np.asarray(cut.convert("L"), dtype=np.float32) * np.float32(1 / 255)
-
-
-def _sharpness(middle: NDArray[np.float32]) -> float:
-    if min(middle.shape) < 3 or float(np.ptp(middle)) == 0.0:
-        return 0.0
-    across = middle[1:-1, :-2] + middle[1:-1, 2:] + middle[:-2, 1:-1] + middle[2:, 1:-1] - 4 * middle[1:-1, 1:-1]
-    return float(across.var() / middle.var())
 
 
 def _x3f_size(data: bytes) -> tuple[int, int]:

@@ -61,18 +61,16 @@ class Folder:
         self.looked_s = now_s
         there = self._there()
         self.waiting = {name: stamp for name, stamp in self.waiting.items() if name in there}
-        still = [name for name, stamp in there.items() if self._stands(name, stamp, now_s)]
+        still = []
+        for name, stamp in there.items():
+            if self.known.get(name) != stamp and stamp[0] > 0:
+                before = self.waiting.get(name)
+                if before is None or before[0] != stamp:
+                    self.waiting[name] = (stamp, now_s)
+                elif now_s - before[1] >= self.settle_s:
+                    still.append(name)
         still.sort(key=lambda name: (there[name][1], name) if self.order == "time" else (0, name))
         return [self._read(name, there[name]) for name in still]
-
-    def _stands(self, name: str, stamp: Stamp, now_s: float) -> bool:
-        if self.known.get(name) == stamp or stamp[0] == 0:
-            return False
-        before = self.waiting.get(name)
-        if before is None or before[0] != stamp:
-            self.waiting[name] = (stamp, now_s)
-            return False
-        return now_s - before[1] >= self.settle_s
 
     def _read(self, name: str, stamp: Stamp) -> Arrived:
         self.known[name] = stamp
@@ -96,8 +94,8 @@ class Folder:
             found = [entry for entry in entries if entry.name.lower().endswith(self.suffixes)]
             return {entry.name: stamp for entry in found if (stamp := _stamp(entry)) is not None}
 
-    def _lost(self, told: str) -> DeviceFault:
-        return DeviceFault(self.device, "link_lost", f"{self.device}: {told}")
+    def _lost(self, message: str) -> DeviceFault:
+        return DeviceFault(self.device, "link_lost", f"{self.device}: {message}")
 
     def refuse(self, name: str, why: str) -> None:
         """Remember why."""

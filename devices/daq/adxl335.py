@@ -80,14 +80,23 @@ def calibrate(readings: Mapping[str, ArrayLike], supply_V: float) -> SixPosition
         DeviceError: a position missing, no number among its volts, a sensitivity that no such sensor has, or a position
             that fits by worse than 0.05 g.
     """
-    means = np.array([_mean(readings, position) for position in POSITIONS])
+    means = np.empty((len(POSITIONS), 3))
+    for row, position in enumerate(POSITIONS):
+        if position not in readings:
+            raise DeviceError(f"six positions: {position} is missing; measure with each axis up and down")
+        volts = np.atleast_2d(np.asarray(readings[position], np.float64))
+        if volts.ndim != 2 or volts.shape[1] != 3 or not volts.size:
+            raise DeviceError(f"six positions: {position} has volts of shape {volts.shape}; (n, 3) is expected")
+        if not np.isfinite(volts).all():
+            raise DeviceError(f"six positions: {position} holds what is no number; measure it again")
+        means[row] = volts.mean(axis=0)
     felt = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, np.newaxis]
     zero, sensitivity = means.mean(axis=0), (means * felt).sum(axis=0) / 2
     low, high = (share * supply_V for share in SHARE_OF_SUPPLY)
-    for axis, found in zip(AXES, sensitivity, strict=True):
-        if not low <= found <= high:
+    for axis, per_g in zip(AXES, sensitivity, strict=True):
+        if not low <= per_g <= high:
             raise DeviceError(
-                f"six positions: {axis} gives {found:.3f} V per g at a supply of {supply_V:g} V;"
+                f"six positions: {axis} gives {per_g:.3f} V per g at a supply of {supply_V:g} V;"
                 f" {low:.2g} to {high:.2g} are expected: see that each axis was up and down, the wires, and the supply"
             )
     off = (means - zero) / sensitivity - felt
@@ -99,17 +108,6 @@ def calibrate(readings: Mapping[str, ArrayLike], supply_V: float) -> SixPosition
             f" or is it tilted? At most {MISPLACED_G:g} g are let pass; measure again"
         )
     return SixPositions(Scaling(sensitivity, zero, supply_V), residual)
-
-
-def _mean(readings: Mapping[str, ArrayLike], position: str) -> Array:
-    if position not in readings:
-        raise DeviceError(f"six positions: {position} is missing; measure with each axis up and down")
-    volts = np.atleast_2d(np.asarray(readings[position], np.float64))
-    if volts.ndim != 2 or volts.shape[1] != 3 or not volts.size:
-        raise DeviceError(f"six positions: {position} has volts of shape {volts.shape}; (n, 3) is expected")
-    if not np.isfinite(volts).all():
-        raise DeviceError(f"six positions: {position} holds what is no number; measure it again")
-    return np.asarray(volts.mean(axis=0), np.float64)
 
 
 @dataclass

@@ -85,9 +85,13 @@ class _Reader:
             raise self._wrong("<FTSensor>", "a <Calibration> is expected inside")
         if self._number(found, "GainMultiplier", 1.0) != 1.0:
             raise self._wrong("<Calibration GainMultiplier>", "only 1 is supported: no amplifier added")
-        user = {name: self._row(child, 1.0) for name, child in self._axes(found, "UserAxis").items()}
-        axes = self._axes(found, "Axis")
-        basic = {name: self._row(child, self._scale(child)) for name, child in axes.items()}
+        user = {name: self._values(child, "values") for name, child in self._axes(found, "UserAxis").items()}
+        axes, basic = self._axes(found, "Axis"), dict[str, Row]()
+        for name, child in axes.items():
+            scale = self._number(child, "scale", 1.0)
+            if scale == 0:
+                raise self._wrong(_called(child, "scale"), "0 divides nothing")
+            basic[name] = tuple(value / scale for value in self._values(child, "values"))
         if not user and not basic:
             raise self._wrong("<Calibration>", "rows named UserAxis or Axis are expected inside")
         # The gauges' volts: OutputRange wide, on both sides of zero where OutputBipolar says so.
@@ -96,13 +100,15 @@ class _Reader:
             raise self._wrong("<Calibration OutputRange>", f"{width:g} V is no range of a gauge")
         bipolar = found.get("OutputBipolar", "True").strip().lower() == "true"
         low, high = (-width / 2, width / 2) if bipolar else (0.0, width)
+        transform = found.find("BasicTransform")
+        shift = tuple(0.0 if transform is None else self._number(transform, name, 0.0) for name in SHIFTS)
         return CalFile(
             root.get("Serial") or self._text(root, "SerialNumber"), root.get("BodyStyle", ""),
             found.get("PartNumber", ""), _iso(found.get("CalDate", "")),
             self._text(found, "ForceUnits"), self._text(found, "TorqueUnits"),
             found.get("DistUnits", "m"), found.get("AngleUnits", "degrees"), low, high, user, basic,
             {name: self._rated(child) for name, child in (self._axes(found, "UserAxis") or axes).items()},
-            self._shift(found), self._slopes(found), hashlib.sha256(data).hexdigest(),
+            shift, self._slopes(found), hashlib.sha256(data).hexdigest(),
         )  # fmt: skip
 
     def _tree(self, data: bytes) -> Element:
@@ -130,24 +136,11 @@ class _Reader:
             raise self._wrong(f"<{tag}>", f"one each of {', '.join(AXES)} is expected, found {some(names)}")
         return dict(axes)
 
-    def _row(self, axis: Element, scale: float) -> Row:
-        return tuple(value / scale for value in self._values(axis, "values"))
-
-    def _scale(self, axis: Element) -> float:
-        scale = self._number(axis, "scale", 1.0)
-        if scale == 0:
-            raise self._wrong(_called(axis, "scale"), "0 divides nothing")
-        return scale
-
     def _rated(self, axis: Element) -> float:
         rated = self._number(axis, "max", None)
         if rated <= 0:
             raise self._wrong(_called(axis, "max"), f"{rated:g} is no rated load; more than 0 is expected")
         return rated
-
-    def _shift(self, found: Element) -> Row:
-        shift = found.find("BasicTransform")
-        return (0.0,) * 6 if shift is None else tuple(self._number(shift, name, 0.0) for name in SHIFTS)
 
     def _slopes(self, found: Element) -> tuple[Row, Row, float] | None:
         bias, gain, thermistor = (found.find(name) for name in ("BiasSlope", "GainSlope", "Thermistor"))
@@ -186,8 +179,8 @@ class _Reader:
             raise self._wrong(_called(element, name), "it is missing")
         return text
 
-    def _wrong(self, element: str, told: str) -> DeviceError:
-        return DeviceError(f"{self.where}: {element}: {told}; ask the maker for the sensor's .cal file")
+    def _wrong(self, element: str, problem: str) -> DeviceError:
+        return DeviceError(f"{self.where}: {element}: {problem}; ask the maker for the sensor's .cal file")
 
 
 def _called(element: Element, attribute: str) -> str:

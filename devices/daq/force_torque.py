@@ -104,7 +104,11 @@ def make(name: str, settings: Settings, folder: Path) -> DaqSensor:
     from palpate.devices.daq.sensor import DaqSensor
     from palpate.devices.daq.voltage_check import VoltageCheck
 
-    path = _calibration_path(name, settings, folder)
+    path = SAMPLE
+    if settings.calibration is not None:
+        path = folder / settings.calibration
+    elif settings.driver != "twin":
+        raise DeviceError(f"{name}: `calibration` is missing; name the .cal file that came with the sensor")
     file = read_cal_file(path)
     channels = demand_channels(settings.channels, 6, name, "one for each gauge")
     if settings.thermistor is not None:
@@ -119,21 +123,13 @@ def make(name: str, settings: Settings, folder: Path) -> DaqSensor:
         _framed(settings.frame, found.matrix),
         VoltageCheck(name, wiring.channels, wiring.low_V, wiring.high_V, wiring.rate_hz, settings.stuck_s),
         _slopes(name, settings.thermistor, file, path),
-        _told(settings, file, path),
+        _description(settings, file, path),
         settings.calibrated or file.date,
         settings.still,
         settings.overload,
     )
     daq = _daq(name, settings, wiring, gauges)
     return DaqSensor(name, settings.kind, settings.driver, daq, gauges, settings.zero_s)
-
-
-def _calibration_path(name: str, settings: Settings, folder: Path) -> Path:
-    if settings.calibration is not None:
-        return folder / settings.calibration
-    if settings.driver != "twin":
-        raise DeviceError(f"{name}: `calibration` is missing; name the .cal file that came with the sensor")
-    return SAMPLE
 
 
 def _framed(frame: Frame, matrix: Array) -> Array:
@@ -165,7 +161,7 @@ def _slopes(name: str, thermistor: Thermistor | None, file: CalFile, path: Path)
     return Slopes(np.array(file.slopes[0]), np.array(file.slopes[1]), file.slopes[2])
 
 
-def _told(settings: Settings, file: CalFile, path: Path) -> dict[str, Any]:
+def _description(settings: Settings, file: CalFile, path: Path) -> dict[str, Any]:
     return {
         "calibration": {
             "file": path.name,

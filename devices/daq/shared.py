@@ -99,7 +99,13 @@ class Share:
                 self.card.pump(0.0 if self.parts else timeout_s)
             except DeviceFault as fault:
                 raise DeviceFault(self.name, fault.what, f"{self.name}: {fault}") from fault
-            return self._take(most) if self.parts else Taken(self._nothing())
+            if not self.parts:
+                return Taken(self._nothing())
+            number, volts = self.parts.popleft()
+            if len(volts) > most:
+                self.parts.appendleft((number + most, volts[most:]))
+            lost, self.number = number - self.number, number + len(volts[:most])
+            return Taken(volts[:most], lost)
 
     def stop(self) -> None:
         """Take no more; the last one to do so stops the task."""
@@ -129,13 +135,6 @@ class Share:
             if len(oldest) > excess:
                 self.parts.appendleft((number + excess, oldest[excess:]))
             excess -= len(oldest)
-
-    def _take(self, most: int) -> Taken:
-        number, volts = self.parts.popleft()
-        if len(volts) > most:
-            self.parts.appendleft((number + most, volts[most:]))
-        lost, self.number = number - self.number, number + len(volts[:most])
-        return Taken(volts[:most], lost)
 
     def _nothing(self) -> Volts:
         return np.empty((0, len(self.wiring.channels)))

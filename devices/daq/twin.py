@@ -80,7 +80,9 @@ class TwinDaq:
             return Taken(np.empty((0, len(self.wiring.channels))))
         due = self._due(self.pace, timeout_s)
         lost = max(0, due - self.wiring.buffer)
-        self._pass_over(lost)
+        passed = 0
+        while passed < lost:
+            passed += len(self._take(min(lost - passed, self.wiring.buffer)))
         return Taken(self._take(min(due - lost, most)), lost)
 
     def stop(self) -> None:
@@ -105,10 +107,6 @@ class TwinDaq:
             pace.wait(min(TOLD_S, timeout_s))
             if pace.elapsed_s() == elapsed:
                 return max(0, due)
-
-    def _pass_over(self, count: int) -> None:
-        while count > 0:
-            count -= len(self._take(min(count, self.wiring.buffer)))
 
     def _take(self, count: int) -> Volts:
         parts, missing = [self.rest[:count]], count - len(self.rest)

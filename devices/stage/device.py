@@ -180,23 +180,19 @@ class Stage:
         if scanning is not None and self.request is request:
             scanning.desk = desk
             return scanning
-        if self.scanner is not None:
-            self._there(self.scanner)
+        if self.scanner is not None and self.scanner.is_open:
+            self.scanner.forget()
+        elif self.scanner is not None:
+            try:
+                self.scanner.open()
+            except DeviceError as error:
+                raise DeviceFault(self.name, "link_lost", str(error)) from None
         self.request = request
         scanned: Callable[[], Sequence[str]] = (lambda: ()) if self.scanner is None else self.scanner.codes
         codes = self.settings.driver == "barcode"
         found = Scanning(desk, request.trial.stimulus, scanned, self.known, self.settings.key_confirms, codes)
         self.scanning = found
         return found
-
-    def _there(self, scanner: Scanner) -> None:
-        if scanner.is_open:
-            scanner.forget()
-            return
-        try:
-            scanner.open()
-        except DeviceError as error:
-            raise DeviceFault(self.name, "link_lost", str(error)) from None
 
     def _simulated(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         self.act = act = going_on(self.act, request, now_ns)
