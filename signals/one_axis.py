@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from palpate.signals.arrays import Array
 from palpate.signals.filters import SignalError, demand_finite
@@ -73,19 +72,16 @@ def _overlapped(axes: Array, frame: int) -> Array:
 
 
 def _mapped(axes: Array) -> Array:
-    """(..., n, k) to (..., n)."""
+    """Map axes (..., n, k) to one (..., n)."""
     largest = float(np.abs(axes).max())
     scale = 2.0 ** math.frexp(largest)[1] if largest else 1.0
     spectra = np.fft.rfft(axes / scale, axis=-2)
     size = np.sqrt((spectra.real**2 + spectra.imag**2).sum(axis=-1))
-    return np.asarray(np.fft.irfft(size * _direction(spectra.sum(axis=-1)), axes.shape[-2], axis=-1) * scale)
-
-
-def _direction(numbers: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Return each number over its size; 1 for 0."""
-    size = np.abs(numbers)
-    still = size == 0
-    return np.where(still, 1.0, numbers / np.where(still, 1.0, size))
+    total = spectra.sum(axis=-1)
+    length = np.abs(total)
+    none = length == 0
+    direction = np.where(none, 1.0, total / np.where(none, 1.0, length))
+    return np.asarray(np.fft.irfft(size * direction, axes.shape[-2], axis=-1) * scale)
 
 
 def _nearby(power: Array, frame: int) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,38 +68,31 @@ def align(
     if sound.sum() < 2:
         raise AlignError(f"{int(sound.sum())} of {len(values)} samples are finite numbers: two or more are needed")
     times_s, values = times_s[sound], values[sound]
-    holes = tuple(_holes(times_s, 1 / rate_hz, longest_gap_s))
+    holes: list[Hole] = []
+    for place in np.flatnonzero(np.diff(times_s) > (1 + LACKS) * (1 / rate_hz)):
+        after_s, before_s = float(times_s[place]), float(times_s[place + 1])
+        seconds = before_s - after_s - 1 / rate_hz
+        holes.append(Hole(after_s, before_s, seconds, seconds <= longest_gap_s + SAME_S))
     aligned = np.full((len(grid_s), values.shape[1]), np.nan)
     for first, last in _stretches(times_s, holes):
         inside = slice(*np.searchsorted(grid_s, [times_s[first] - SAME_S, times_s[last] + SAME_S]))
         if last > first and inside.stop > inside.start:
             part = slice(first, last + 1)
             aligned[inside] = method.run(times_s[part], values[part], grid_s[inside], rate_hz, grid_hz)
-    return Aligned(aligned, _bridged(grid_s, holes), holes, int((~sound).sum()))
+    bridged = np.zeros(len(grid_s), dtype=bool)
+    for hole in holes:
+        if hole.bridged:
+            first, last = np.searchsorted(grid_s, [hole.after_s + SAME_S, hole.before_s - SAME_S])
+            bridged[first:last] = True
+    return Aligned(aligned, bridged, tuple(holes), int((~sound).sum()))
 
 
-def _holes(times_s: Array, step_s: float, longest_gap_s: float) -> Iterator[Hole]:
-    for place in np.flatnonzero(np.diff(times_s) > (1 + LACKS) * step_s):
-        after, before = float(times_s[place]), float(times_s[place + 1])
-        seconds = before - after - step_s
-        yield Hole(after, before, seconds, seconds <= longest_gap_s + SAME_S)
-
-
-def _stretches(times_s: Array, holes: tuple[Hole, ...]) -> Iterator[tuple[int, int]]:
+def _stretches(times_s: Array, holes: Sequence[Hole]) -> Iterator[tuple[int, int]]:
     """Yield the first and last sample of each stretch between long holes."""
     cuts = np.searchsorted(times_s, [hole.before_s for hole in holes if not hole.bridged])
     firsts, lasts = [0, *cuts], [*(cuts - 1), len(times_s) - 1]
     for first, last in zip(firsts, lasts, strict=True):
         yield int(first), int(last)
-
-
-def _bridged(grid_s: Array, holes: tuple[Hole, ...]) -> Mask:
-    marked = np.zeros(len(grid_s), dtype=bool)
-    for hole in holes:
-        if hole.bridged:
-            first, last = np.searchsorted(grid_s, [hole.after_s + SAME_S, hole.before_s - SAME_S])
-            marked[first:last] = True
-    return marked
 
 
 def grid_points(start_s: float, end_s: float, grid_hz: float) -> Array:

@@ -124,7 +124,8 @@ def bandlimited(times_s: Array, values: Array, wanted_s: Array, rate_hz: float, 
             f"sample {worst + 1} lies {off[worst]:.3g} steps off an even grid of {1 / step_s:g} Hz: band-limited "
             "resampling needs even times; use pchip or cubic, or times from a fitted clock"
         )
-    full = _filled(places, values)
+    whole = places[-1] == len(places) - 1
+    full = values if whole else pchip(places, values, np.arange(places[-1] + 1))
     passband = band(1 / step_s, grid_hz)
     weights = _kernel(passband, step_s)
     padded = np.pad(full, ((passband.reach, passband.reach), (0, 0)), mode="reflect", reflect_type="odd")
@@ -133,12 +134,6 @@ def bandlimited(times_s: Array, values: Array, wanted_s: Array, rate_hz: float, 
     for start in range(0, len(at), PIECE):
         resampled[start : start + PIECE] = _convolved(padded, weights, at[start : start + PIECE], passband.reach)
     return resampled
-
-
-def _filled(places: Array, values: Array) -> Array:
-    if places[-1] == len(places) - 1:
-        return values
-    return pchip(places, values, np.arange(places[-1] + 1))
 
 
 def _kernel(passband: Band, step_s: float) -> Array:
@@ -205,8 +200,8 @@ def _band_reach(rate_hz: float, grid_hz: float) -> float:
 
 
 METHODS: dict[str, Method] = {
-    each.name: each
-    for each in (
+    method.name: method
+    for method in (
         Method("hold", "the last sample", "max|x'| T", _plain(hold), _steps(0.5), _steps(0)),
         Method("nearest", "the sample closest in time", "max|x'| T / 2", _plain(nearest), _steps(0), _steps(0.5)),
         Method("linear", "straight lines", "max|x''| T^2 / 8", _plain(linear), _steps(0), _steps(1)),

@@ -1,4 +1,4 @@
-"""What cannot be put on a grid, said by name."""
+"""Checks of samples, times and grids before they are aligned."""
 
 from __future__ import annotations
 
@@ -24,15 +24,13 @@ def demand_times(times_s: Array) -> None:
         raise AlignError("there is one sample: two or more are needed to align by")
     wrong = np.flatnonzero(np.diff(times_s) <= 0)
     if wrong.size:
-        raise AlignError(_not_rising(times_s, int(wrong[0])))
-
-
-def _not_rising(times_s: Array, place: int) -> str:
-    one, other = times_s[place], times_s[place + 1]
-    if times_s.min() == times_s.max():
-        return f"all {times_s.size} samples are timed {one:g} s: a clock that stands tells nothing"
-    how = "the same time twice" if one == other else "out of order"
-    return f"samples {place + 1} and {place + 2} are timed {one:.9g} s and {other:.9g} s: {how}; times must rise"
+        place = int(wrong[0])
+        one, other = times_s[place], times_s[place + 1]
+        if times_s.min() == times_s.max():
+            raise AlignError(f"all {times_s.size} samples are timed {one:g} s: a clock that stands tells nothing")
+        how = "the same time twice" if one == other else "out of order"
+        pair = f"samples {place + 1} and {place + 2} are timed {one:.9g} s and {other:.9g} s"
+        raise AlignError(f"{pair}: {how}; times must rise")
 
 
 def demand_samples(times_s: Array, values: Array) -> None:

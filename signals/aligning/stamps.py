@@ -71,7 +71,11 @@ def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock
     if line is None:
         return Stamps(clock, count, problem="its stamps do not lie on a line: their clock stood, or was set meanwhile")
     if clock not in OF_THE_HOST:
-        return Stamps(clock, count, line, scatter_s, problem=_own(clock))
+        own = (
+            f"its stamps are by a clock of its own ({clock}): only their differences mean something, and they do not "
+            "say when in session time a sample was taken. Where its delay is known, --latency takes it"
+        )
+        return Stamps(clock, count, line, scatter_s, problem=own)
     late = came_s - (line.t0_s + n / line.rate_hz)
     ends = stamped[0][0], stamped[-1][0]
     apart = [arrived.time_s(at) - line.time_s(at) for at in ends]
@@ -86,13 +90,6 @@ def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock
     error_s = math.hypot(line.offset_error_s or 0.0, arrived.offset_error_s or 0.0)
     return Stamps(
         clock, count, line, scatter_s, sum(apart) / 2, error_s, float(np.median(late)), float(np.quantile(late, 0.95))
-    )
-
-
-def _own(clock: str) -> str:
-    return (
-        f"its stamps are by a clock of its own ({clock}): only their differences mean something, and they do not say "
-        "when in session time a sample was taken. Where its delay is known, --latency takes it"
     )
 
 

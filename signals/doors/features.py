@@ -109,6 +109,11 @@ def columns(force_N: Array, marks: Landmarks, felt_peaks: list[int]) -> dict[str
     """Return the same, of a profile whose landmarks and counted peaks are known."""
     moving = force_N[: marks.end + 1]
     first = marks.peaks[0] if marks.peaks else int(np.argmax(moving))
+    # The largest fall from a counted peak to the lowest point before the next one (0 without a peak).
+    stretches = zip(felt_peaks, [*felt_peaks[1:], len(moving)], strict=False)
+    drop_N = max((float(moving[a] - moving[a:b].min()) for a, b in stretches), default=0.0)
+    # Roughness is what a two-degree moving average leaves, without the first and last degree.
+    detail = (moving - _smooth(moving, SMOOTH_POINTS))[POINTS_PER_DEG:-POINTS_PER_DEG]
     return {
         "first_peak_N": float(moving[first]),
         "first_peak_deg": first / POINTS_PER_DEG,
@@ -117,9 +122,9 @@ def columns(force_N: Array, marks: Landmarks, felt_peaks: list[int]) -> dict[str
         "mean_force_N": float(moving.mean()),
         "max_force_N": float(moving.max()),
         "min_force_N": float(moving.min()),
-        "drop_N": _largest_drop(moving, felt_peaks),
+        "drop_N": drop_N,
         "end_slope_N_deg": _slope(moving[-(END_DEG * POINTS_PER_DEG + 1) :]),
-        "roughness_N": _roughness(moving),
+        "roughness_N": float(np.sqrt(np.mean(detail**2))) if detail.size else 0.0,
         "opening_deg": marks.end / POINTS_PER_DEG,
     }
 
@@ -164,12 +169,6 @@ def _lowest_before(heights: list[float], lowest: list[float]) -> list[float]:
     return lowest_before
 
 
-def _largest_drop(moving: Array, felt: list[int]) -> float:
-    """Return the largest fall from a counted peak to the lowest point before the next one (0 without a peak)."""
-    ends = [*felt[1:], len(moving)]
-    return max((float(moving[a] - moving[a:b].min()) for a, b in zip(felt, ends, strict=False)), default=0.0)
-
-
 def _slope(force_N: Array) -> float:
     """Return the least-squares slope in newtons per degree (0 for a single point)."""
     if len(force_N) < 2:
@@ -177,12 +176,6 @@ def _slope(force_N: Array) -> float:
     angle = np.arange(len(force_N)) / POINTS_PER_DEG
     angle -= angle.mean()
     return float(angle @ force_N / (angle @ angle))
-
-
-def _roughness(moving: Array) -> float:
-    """Return the root mean square of what a two-degree moving average leaves, without the first and last degree."""
-    detail = (moving - _smooth(moving, SMOOTH_POINTS))[POINTS_PER_DEG:-POINTS_PER_DEG]
-    return float(np.sqrt(np.mean(detail**2))) if detail.size else 0.0
 
 
 def _smooth(values: Array, points: int) -> Array:

@@ -34,7 +34,7 @@ PEAKS, VALLEYS = 3, 2
 FLAT_N_DEG = 1.0
 """Along a flat stretch the force changes by at most so much a degree."""
 PARTS_DEG = ((0, 20), (20, 40), (40, 62))
-"""The parts of the opening whose work is told apart."""
+"""The parts of the opening whose work has features of its own."""
 
 
 def features(force_N: Array, names: Sequence[str] | None = None) -> Array:
@@ -60,13 +60,15 @@ def features(force_N: Array, names: Sequence[str] | None = None) -> Array:
 
 def all_features(force_N: Array) -> dict[str, float]:
     """Return the engineered features of one profile (621,), by name. Raises DoorDataError as `features` does."""
-    return _found(_checked(force_N, "profile"))
+    return _features_of(_checked(force_N, "profile"))
 
 
-def _found(profile: Array) -> dict[str, float]:
+def _features_of(profile: Array) -> dict[str, float]:
     marks, felt = landmarks_and_felt(profile)
     moving = profile[: marks.end + 1]
-    slope = _slope_over_a_degree(moving)
+    # N/deg between points a degree apart; of a shorter motion, over all of it.
+    span = min(POINTS_PER_DEG, len(moving) - 1)
+    slope = (moving[span:] - moving[:-span]) * (POINTS_PER_DEG / span) if span else np.zeros(1)
     return {
         **columns(profile, marks, felt),
         **_extremes(moving, marks),
@@ -141,14 +143,6 @@ def _work(profile: Array) -> dict[str, float]:
     return values
 
 
-def _slope_over_a_degree(moving: Array) -> Array:
-    """Return N/deg between points a degree apart; of a shorter motion, over all of it."""
-    span = min(POINTS_PER_DEG, len(moving) - 1)
-    if span == 0:
-        return np.zeros(1)
-    return (moving[span:] - moving[:-span]) * (POINTS_PER_DEG / span)
-
-
 def _longest(true: NDArray[np.bool_]) -> tuple[int, int]:
     """Return the start and length of the longest run, the first of equals; length 0 where there is none."""
     edges = np.diff(true.astype(np.int8), prepend=0, append=0)
@@ -160,8 +154,8 @@ def _longest(true: NDArray[np.bool_]) -> tuple[int, int]:
 
 
 def _row(profile: Array, where: str, names: Sequence[str]) -> Array:
-    marks = _found(_checked(profile, where))
-    return np.array([marks[name] for name in names])
+    values = _features_of(_checked(profile, where))
+    return np.array([values[name] for name in names])
 
 
 def _checked(force_N: Array, where: str) -> Array:

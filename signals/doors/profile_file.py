@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.protocols.tables import Table, TableFormat, parse_table
+from palpate.protocols.tables import TableFormat, parse_table
 from palpate.protocols.wording import some
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
 
@@ -51,18 +50,15 @@ def read_profile(path: Path | str, layout: ProfileFormat = PROFILE, sha256: str 
         raise layout.error(
             f"{path}, line 1: found {some(table.header, 8, ',')!r}, expected {','.join(HEADER)!r}{layout.end}"
         )
-    forces = tuple(_forces(table, layout))
-    if len(forces) != POINTS:
-        raise layout.error(
-            f"{path}: {len(forces)} points found, {POINTS} expected (0 to {MAX_ANGLE_DEG} degrees){layout.advice}"
-        )
-    return forces
-
-
-def _forces(table: Table, layout: ProfileFormat) -> Iterator[float]:
+    forces = []
     for index, row in enumerate(table.rows()):
         angle, force = (row.number(name) for name in HEADER)
         if index >= POINTS or abs(angle - grid_angle_deg(index)) > 1e-6:
             expected = f"{grid_angle_deg(index):.1f}" if index < POINTS else "the end of the file"
             raise layout.error(f"{row.where}: angle {angle:g} found, {expected} expected{layout.end}")
-        yield force
+        forces.append(force)
+    if len(forces) != POINTS:
+        raise layout.error(
+            f"{path}: {len(forces)} points found, {POINTS} expected (0 to {MAX_ANGLE_DEG} degrees){layout.advice}"
+        )
+    return tuple(forces)

@@ -41,24 +41,28 @@ def _chain(steps: Sequence[Step], form: Form, at: At) -> Built:
             raise here.refuse(f"{form.size} numbers for one input; at most {LARGEST} are run")
         runs.append(run)
         place += together
-    return _one_after_another(tuple(runs)), form
+
+    def run_all(x: Values, kept: Kept) -> Values:
+        for run in runs:
+            x = run(x, kept)
+        return x
+
+    return run_all, form
 
 
 def _one_step(steps: Sequence[Step], at: At) -> bool:
-    """Leave out copies and scales of places where what follows can have them in its weights."""
+    """Return whether the second step can have the first one's copies or scales of places in its weights."""
     if len(steps) < 2:
         return False
-    if isinstance(steps[0], Upsample):
-        return isinstance(steps[1], Dense)
-    return isinstance(steps[0], Norm) and _by_place(steps[1], at)
-
-
-def _by_place(step: Step, at: At) -> bool:
-    """Return whether it multiplies each place by a matrix."""
-    if isinstance(step, Conv):
-        weight = at.tensors.get(step.weight)
-        return not step.pad and weight is not None and weight.shape[2:] == (1,)
-    return isinstance(step, Attention) and step.memory is None
+    first, second = steps
+    if isinstance(first, Upsample):
+        return isinstance(second, Dense)
+    if not isinstance(first, Norm):
+        return False
+    if isinstance(second, Conv):  # it multiplies each place by a matrix, as attention does
+        weight = at.tensors.get(second.weight)
+        return not second.pad and weight is not None and weight.shape[2:] == (1,)
+    return isinstance(second, Attention) and second.memory is None
 
 
 def _next(steps: Sequence[Step], form: Form, at: At) -> Built:
@@ -71,15 +75,6 @@ def _next(steps: Sequence[Step], form: Form, at: At) -> Built:
     if isinstance(first, Norm) and isinstance(last, Attention | Conv):
         return sequence_layers.norm_before(first, last, make, form, at)
     return make(first, form, at)
-
-
-def _one_after_another(runs: tuple[Run, ...]) -> Run:
-    def run(x: Values, kept: Kept) -> Values:
-        for step in runs:
-            x = step(x, kept)
-        return x
-
-    return run
 
 
 def _residual(step: Residual, form: Form, at: At) -> Built:

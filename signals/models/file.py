@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -71,18 +70,13 @@ def read_card(path: Path | str) -> Card:
         canonical(document)  # a number such as 1e999 is infinite only once it is read
     except (ValueError, RecursionError) as error:
         raise ModelFileError(f"{path}: not a model's card: {error}. A card is a JSON text file.") from None
-    _require_format(path, document)
+    stated = document.get("format") if isinstance(document, dict) else None
+    if stated != FORMAT and isinstance(stated, str) and stated.startswith(f"{FAMILY}/"):
+        raise ModelFileError(f"{path}: format {stated!r}; this version reads {FORMAT!r}. Update palpate to use it.")
+    if stated != FORMAT:
+        was = "no format is named" if stated is None else f"format {str(stated)[:40]!r}"
+        raise ModelFileError(f"{path}: not a model's card: {was}, {FORMAT!r} is expected.")
     try:
         return Card.model_validate_json(content, strict=True)
     except ValidationError as error:
         raise ModelFileError(f"{path}: {complaint(error)}. Export the model again, or repair the card.") from None
-
-
-def _require_format(path: Path, document: Any) -> None:
-    stated = document.get("format") if isinstance(document, dict) else None
-    if stated == FORMAT:
-        return
-    if isinstance(stated, str) and stated.startswith(f"{FAMILY}/"):
-        raise ModelFileError(f"{path}: format {stated!r}; this version reads {FORMAT!r}. Update palpate to use it.")
-    was = "no format is named" if stated is None else f"format {str(stated)[:40]!r}"
-    raise ModelFileError(f"{path}: not a model's card: {was}, {FORMAT!r} is expected.")

@@ -74,8 +74,14 @@ def read_hatt(path: Path | str) -> Model:
         points = _converted(hatt)
     except ModelFileError as error:
         raise ModelFileError(f"{path}: {error}") from None
-    tensors = _tensors(points)
     window = points.filters.shape[1] - 1
+    damping = np.ones((3, window))
+    damping[0] = RADIUS ** np.arange(window, 0, -1)
+    tensors: Numbers = {
+        "damping": damping, "points": points.points / PER,
+        "frequencies": np.array([_frequencies(filter_) for filter_ in points.filters]),
+        "variance": points.variance, "triangles": points.triangles,
+    }  # fmt: skip
     return Model(_card(path, hatt, points, content, window), {**tensors, "start": _start(tensors, window)})
 
 
@@ -178,19 +184,8 @@ def _frequencies(filter_: Array) -> Array:
     return np.sort(angles[angles > 0])
 
 
-def _tensors(points: _Points) -> Numbers:
-    window = points.filters.shape[1] - 1
-    damping = np.ones((3, window))
-    damping[0] = RADIUS ** np.arange(window, 0, -1)
-    frequencies = np.array([_frequencies(filter_) for filter_ in points.filters])
-    return {
-        "damping": damping, "points": points.points / PER, "frequencies": frequencies, "variance": points.variance,
-        "triangles": points.triangles,
-    }  # fmt: skip
-
-
 def _steps(window: int) -> tuple[Step, ...]:
-    """Return the variance is interpolated, and only then the log of the SD is taken."""
+    """Return the steps: the variance is interpolated, and only then the log of the SD is taken."""
     predictor = Autoregression(
         points="points", frequencies="frequencies", log_sd="variance", triangles="triangles", per=PER
     )
@@ -200,7 +195,9 @@ def _steps(window: int) -> tuple[Step, ...]:
 
 
 def _card(path: Path, hatt: Hatt, points: _Points, content: bytes, window: int) -> Card:
-    levels = np.sqrt(points.variance * _gains(points.filters))
+    # How much stronger than its innovations a predictor's signal is, by the energy of its response.
+    gains = np.fft.irfft(1 / np.abs(np.fft.rfft(points.filters, SPECTRUM)) ** 2)[:, 0]
+    levels = np.sqrt(points.variance * gains)
     name = "hatt-" + (re.sub(r"[^a-z0-9]+", "_", hatt.material.lower()).strip("_") or "texture")[:50]
     low, high = points.points.min(axis=0), points.points.max(axis=0)
     notes = ["read from the Penn Haptic Texture Toolkit; see its licence"]
@@ -217,11 +214,6 @@ def _card(path: Path, hatt: Hatt, points: _Points, content: bytes, window: int) 
             rms_m_s2=float(np.sqrt(np.mean(levels**2))), peak_m_s2=PEAK_SDS * max(float(levels.max()), 1e-3),
         ),
     )  # fmt: skip
-
-
-def _gains(filters: Array) -> Array:
-    """Return (k,): how much stronger than its innovations a predictor's signal is, by the energy of its response."""
-    return np.asarray(np.fft.irfft(1 / np.abs(np.fft.rfft(filters, SPECTRUM)) ** 2)[:, 0])
 
 
 def _start(tensors: Numbers, window: int) -> Array:
@@ -277,7 +269,7 @@ def read_hatt_file(path: Path) -> tuple[Hatt, bytes]:
             raise ModelFileError(f"{path}: {size} bytes; a texture of the toolkit has at most {LARGEST}.")
         content = path.read_bytes()
     try:
-        return _said(_tree(content)), content
+        return _parsed(_tree(content)), content
     except _Odd as odd:
         raise ModelFileError(f"{path}: {odd}. A texture of the Penn Haptic Texture Toolkit is expected.") from None
 
@@ -300,7 +292,7 @@ def _tree(content: bytes) -> ElementTree.Element:
     return root
 
 
-def _said(root: ElementTree.Element) -> Hatt:
+def _parsed(root: ElementTree.Element) -> Hatt:
     for name, unit in UNITS.items():
         if (found := root.findtext(name, unit).strip()) != unit:
             raise _Odd(f"{name} is {found!r}; {unit!r} is expected")
@@ -309,21 +301,21 @@ def _said(root: ElementTree.Element) -> Hatt:
         raise _Odd(f"{len(models)} models found; 1 to {MOST} are expected")
     if (stated := root.find("numMod")) is not None and _number(stated, "numMod") != len(models):
         raise _Odd(f"numMod is {stated.text}, and there are {len(models)} models")
-    each = _ordered(models)
-    averages = [model.find("MAlsf") is not None for model in each]
-    whole = Hatt(
+    models = _ordered(models)
+    averages = [model.find("MAlsf") is not None for model in models]
+    hatt = Hatt(
         material=root.findtext("material", "").strip() or "unnamed",
         rate_hz=_single(root, "SampleRate") if root.find("SampleRate") is not None else 1000.0,
         friction=_single(root, "mu") if root.find("mu") is not None else None,
-        points=np.array([[_single(model, "speedMod"), _single(model, "forceMod")] for model in each]),
-        ar=_rows(each, "ARlsf"),
-        ma=_rows(each, "MAlsf") if any(averages) else np.zeros((len(each), 0)),
-        variance=np.array([_single(model, "var") for model in each]),
-        gain=np.array([_single(model, "gain") if any(averages) else 1.0 for model in each]),
-        triangles=_triangles(root, len(each)),
+        points=np.array([[_single(model, "speedMod"), _single(model, "forceMod")] for model in models]),
+        ar=_rows(models, "ARlsf"),
+        ma=_rows(models, "MAlsf") if any(averages) else np.zeros((len(models), 0)),
+        variance=np.array([_single(model, "var") for model in models]),
+        gain=np.array([_single(model, "gain") if any(averages) else 1.0 for model in models]),
+        triangles=_triangles(root, len(models)),
     )
-    _demand(whole)
-    return whole
+    _demand(hatt)
+    return hatt
 
 
 def _ordered(models: Sequence[ElementTree.Element]) -> list[ElementTree.Element]:

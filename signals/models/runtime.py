@@ -64,7 +64,14 @@ class Model:
 
 def _rows(given: Any, takes: Port, name: str) -> Array:
     """Return (n, in) in float64, checked."""
-    rows = _reals(given, name)
+    try:
+        numbers = np.asarray(given)
+    except ValueError:
+        raise ModelInputError(f"{name}: rows of one length are expected.") from None
+    if numbers.dtype.kind not in "iuf":
+        raise ModelInputError(f"{name}: real numbers are expected, found {type(given).__name__} of {numbers.dtype}.")
+    with np.errstate(over="ignore"):  # what is too large for float64 becomes infinite, and is refused as such
+        rows = numbers.astype(np.float64)
     if rows.ndim not in (1, 2) or rows.shape[-1] != takes.size:
         raise ModelInputError(
             f"{name}: {takes.size} numbers ({takes.kind}, {takes.unit}) are expected for each input, "
@@ -74,30 +81,11 @@ def _rows(given: Any, takes: Port, name: str) -> Array:
     if not np.isfinite(rows).all():
         row, place = np.argwhere(~np.isfinite(rows))[0]
         raise ModelInputError(f"{name}: row {row + 1} holds {rows[row, place]} at place {place + 1}.")
-    _require_within(rows, takes, name)
-    return rows
-
-
-def _reals(given: Any, name: str) -> Array:
-    """Real numbers of any kind as float64; what is too large for that becomes infinite, and is refused as such."""
-    try:
-        numbers = np.asarray(given)
-    except ValueError:
-        raise ModelInputError(f"{name}: rows of one length are expected.") from None
-    if numbers.dtype.kind not in "iuf":
-        raise ModelInputError(f"{name}: real numbers are expected, found {type(given).__name__} of {numbers.dtype}.")
-    with np.errstate(over="ignore"):
-        return numbers.astype(np.float64)
-
-
-def _require_within(rows: Array, takes: Port, name: str) -> None:
-    """Refuse anything far from all that the model was made for."""
-    if takes.within is None:
-        return
-    low, high = takes.within
+    low, high = takes.within if takes.within is not None else (-np.inf, np.inf)
     if (bad := np.argwhere((rows < low) | (rows > high))).size:
         row, place = bad[0]
         raise ModelInputError(
             f"{name}: row {row + 1} holds {rows[row, place]:g} {takes.unit} at place {place + 1}; the model answers to "
             f"{low:g} to {high:g}. Mend the spike or leave this input out."
         )
+    return rows

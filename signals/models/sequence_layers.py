@@ -124,7 +124,10 @@ def attention(step: Attention, form: Form, at: At) -> Built:
         answers = np.empty((len(x), length, heads.heads, width // heads.heads), dtype=shares.dtype)
         np.matmul(shares.swapaxes(2, 3), values, out=answers.swapaxes(1, 2))
         if lazy is not None:
-            _answer_plainly(answers.swapaxes(1, 2), values, lazy, step.causal)
+            # Places that do not ask answer the mean of the values, or where causal their sum up to there.
+            by_head = answers.swapaxes(1, 2)
+            mean = np.broadcast_to(values.mean(axis=2, keepdims=True), by_head.shape)
+            by_head[lazy] = (np.cumsum(values, axis=2) if step.causal else mean)[lazy]
         y: Values = answers.reshape(-1, width) @ heads.out
         y += heads.out_bias
         return y.reshape(-1, length, width)
@@ -174,14 +177,8 @@ def _lazy(scores: Values, chosen: int) -> Values:
     return np.asarray(lazy & known)
 
 
-def _answer_plainly(answers: Values, values: Values, lazy: Values, causal: bool) -> None:
-    """Places that do not ask answer the mean of the values, or where causal their sum up to there."""
-    plain = np.cumsum(values, axis=2) if causal else np.broadcast_to(values.mean(axis=2, keepdims=True), answers.shape)
-    answers[lazy] = plain[lazy]
-
-
 def lstm(step: Lstm, form: Form, at: At) -> Built:
-    """Return all gates are one tanh: sigmoid(x) = (1 + tanh(x / 2)) / 2, its halves being in the weights."""
+    """Build the step. All gates are one tanh: sigmoid(x) = (1 + tanh(x / 2)) / 2, its halves being in the weights."""
     channels, length = sides(form, at)
     weight = at.reals(step.weight, None, channels)
     if len(weight) % 4:

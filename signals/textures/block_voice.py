@@ -58,16 +58,13 @@ class Blocks:
         return self._ready[self._at - 1]
 
     def _block(self, speed_mm_s: float, force_N: float) -> Array:
-        return np.concatenate([self._added(frame) for frame in self._asked(speed_mm_s, force_N)])
-
-    def _asked(self, speed_mm_s: float, force_N: float) -> Array:
-        """Return the log magnitudes (frames, bins). Raises ModelInputError."""
+        """Return the samples of the next frames. Raises ModelInputError."""
         drive = [speed_mm_s, force_N, *(self._noise.next() for _ in range(self._drawn))]
-        answer = self._runs.run(np.array(drive)).reshape(self._bins, self._frames)
-        return np.minimum(answer.T, LARGEST_LOG)
+        log_magnitudes = self._runs.run(np.array(drive)).reshape(self._bins, self._frames).T
+        return np.concatenate([self._added(frame) for frame in np.minimum(log_magnitudes, LARGEST_LOG)])
 
     def _added(self, log_magnitude: Array) -> Array:
-        """Add one frame to what is ahead; the samples that no later frame reaches."""
+        """Add one frame to what is ahead, and return the samples that no later frame reaches."""
         phases = np.array([self._phases.next() for _ in range(2 * self._bins)])
         turned = phases[: self._bins] + 1j * phases[self._bins :]
         turned /= np.maximum(np.abs(turned), 1e-12)

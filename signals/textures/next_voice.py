@@ -84,20 +84,16 @@ class Next:
             window[2 * size :] = force_N
             self._cold = False
         try:
-            sample = self._made(self._run(window))
+            answer = self._run(window)
         except ModelInputError:
             return math.nan
-        peak = self._peak
+        sample, peak = float(answer[0]), self._peak
+        if self._normals is not None:
+            log_sd = float(answer[1])
+            if not log_sd >= LEAST_LOG_SD:
+                log_sd = LEAST_LOG_SD if log_sd < LEAST_LOG_SD else math.nan
+            sample += math.exp(min(log_sd, self._most_log_sd)) * self._normals.next()
         sample = -peak if sample < -peak else min(sample, peak)
         window[:-1] = window[1:]
         window[size - 1], window[2 * size - 1], window[-1] = sample, speed_mm_s, force_N
         return sample
-
-    def _made(self, answer: Array) -> float:
-        mean = float(answer[0])
-        if self._normals is None:
-            return mean
-        log_sd = float(answer[1])
-        if not log_sd >= LEAST_LOG_SD:
-            log_sd = LEAST_LOG_SD if log_sd < LEAST_LOG_SD else math.nan
-        return mean + math.exp(min(log_sd, self._most_log_sd)) * self._normals.next()

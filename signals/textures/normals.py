@@ -26,12 +26,9 @@ class Normals:
         """Return the next number."""
         at = self._at
         if at == BLOCK:
-            self._draw()
+            seeds = np.random.SeedSequence((*self._key, self._block))
+            self._drawn = np.random.Generator(np.random.PCG64(seeds)).standard_normal(BLOCK).tolist()
+            self._block += 1
             at = 0
         self._at = at + 1
         return self._drawn[at]
-
-    def _draw(self) -> None:
-        seeds = np.random.SeedSequence((*self._key, self._block))
-        self._drawn = np.random.Generator(np.random.PCG64(seeds)).standard_normal(BLOCK).tolist()
-        self._block += 1

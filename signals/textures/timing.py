@@ -61,7 +61,12 @@ def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mappin
     spread = float(exact[:, 0].std()) or 1.0
     quick = fastest(model)
     runs: dict[str, Runs | Model] = {"NumPy": model, **({} if quick.runtime == "NumPy" else {quick.runtime: quick})}
-    return {name: (*_timed(run, given, now_ns), _error(run, given, exact) / spread) for name, run in runs.items()}
+    measured = {}
+    for name, run in runs.items():
+        pairs = zip(given, exact, strict=True)
+        error = float(max(np.abs(run.run(inputs) - answer).max() for inputs, answer in pairs))
+        measured[name] = (*_timed(run, given, now_ns), error / spread)
+    return measured
 
 
 def met(model: Model, steps: int) -> Array:
@@ -102,7 +107,3 @@ def _timed(runs: Runs | Model, given: Array, now_ns: Callable[[], int]) -> tuple
         runs.run(inputs)
         took[place] = now_ns() - start
     return float(np.median(took)) / 1e3, float(np.percentile(took, 99)) / 1e3
-
-
-def _error(runs: Runs | Model, given: Array, exact: Array) -> float:
-    return float(max(np.abs(runs.run(inputs) - wanted).max() for inputs, wanted in zip(given, exact, strict=True)))
