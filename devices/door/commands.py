@@ -15,7 +15,7 @@ from palpate.protocols.wording import count
 from palpate.signals.doors.grid import STUDY_SEED, DoorDataError
 
 if TYPE_CHECKING:
-    from palpate.signals.doors.profiles import NormalisedProfile
+    pass
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 OUT = click.Path(path_type=Path)
@@ -65,6 +65,8 @@ def normalise_command(
     Example:
       palpate doors normalise force.csv --angle-file tracker.csv --zero --out k8_g0.csv
     """
+    from dataclasses import asdict
+
     import numpy as np
 
     from palpate.devices.door.stimuli import profile_text
@@ -78,7 +80,15 @@ def normalise_command(
     except DoorDataError as error:
         raise DoorDataError(f"{recording}: {error}") from error
     write_text(out, profile_text(made.force_N))
-    _answer(as_json, _account(out, made), _account_text(out, made))
+    answer = {"file": str(out), **{name: value for name, value in asdict(made).items() if name != "force_N"}}
+    text = (
+        f"{out}: {len(made.force_N)} points from {count(made.rows, 'row')}\n"
+        f"  {count(made.backward_rows, 'row')} moved backwards and {made.rows_after_opening} came after the opening: "
+        "left out\n"
+        f"  angle counted from {made.zero_deg:.3f} degrees, widest gap {made.widest_gap_deg:.2f} degrees, "
+        f"{count(made.padded_points, 'point')} padded with zero"
+    )
+    _answer(as_json, answer, text)
 
 
 @doors.command("simulate")
@@ -126,7 +136,10 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
     from palpate.signals.doors.profile_file import read_profile
 
     texts: dict[str, str] = {}
-    for path in _profiles_in(source):
+    paths = [source] if source.is_file() else sorted(source.glob("*_g0.csv"))
+    if not paths:
+        raise DoorDataError(f"{source}: no file named *_g0.csv; give one profile file, or rename the originals.")
+    for path in paths:
         label = path.stem.removesuffix("_g0")
         base = np.array(read_profile(path))
         for variant in VARIANTS:
@@ -241,7 +254,12 @@ def draw_command(
 
     if features and openings:
         raise click.UsageError("--features and --opening are two pictures: give one of them")
-    recordings = dict(map(_opening, openings))
+    recordings: dict[str, Path] = {}
+    for text in openings:
+        name, _, file = text.partition("=")
+        if not name or not file:
+            raise click.UsageError(f"--opening {text!r}: DOOR=FILE.csv is expected, as K8=k8.csv")
+        recordings[name] = Path(file)
     if len(recordings) < len(openings):
         raise click.UsageError("--opening: a door stands twice; one recording a door is drawn")
     if recordings:
@@ -249,13 +267,6 @@ def draw_command(
     else:
         files = (draw_features if features else draw)(_stimulus_folder(folder), out)
     click.echo("\n".join(map(str, files)))
-
-
-def _opening(text: str) -> tuple[str, Path]:
-    name, _, file = text.partition("=")
-    if not name or not file:
-        raise click.UsageError(f"--opening {text!r}: DOOR=FILE.csv is expected, as K8=k8.csv")
-    return name, Path(file)
 
 
 def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time: str) -> tuple[Any, Any]:
@@ -271,31 +282,6 @@ def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time
         return upsample_angle(forces[time], forces[force], angles[time], angles[angle])
     except DoorDataError as error:
         raise DoorDataError(f"{recording} and {angle_file}: {error}") from error
-
-
-def _profiles_in(source: Path) -> list[Path]:
-    if source.is_file():
-        return [source]
-    found = sorted(source.glob("*_g0.csv"))
-    if not found:
-        raise DoorDataError(f"{source}: no file named *_g0.csv; give one profile file, or rename the originals.")
-    return found
-
-
-def _account(out: Path, made: NormalisedProfile) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    return {"file": str(out), **{name: value for name, value in asdict(made).items() if name != "force_N"}}
-
-
-def _account_text(out: Path, made: NormalisedProfile) -> str:
-    return (
-        f"{out}: {len(made.force_N)} points from {count(made.rows, 'row')}\n"
-        f"  {count(made.backward_rows, 'row')} moved backwards and {made.rows_after_opening} came after the opening: "
-        "left out\n"
-        f"  angle counted from {made.zero_deg:.3f} degrees, widest gap {made.widest_gap_deg:.2f} degrees, "
-        f"{count(made.padded_points, 'point')} padded with zero"
-    )
 
 
 def _answer(as_json: bool, answer: dict[str, Any], text: str) -> None:

@@ -103,8 +103,12 @@ class Designer:
         shown = bounded(made, LIMIT_N, STEEPEST_N_DEG)
         predicted = np.clip(self.perception.run(shown), LOWEST, HIGHEST)
         off = predicted - wished
-        within = bool(np.all(np.abs(off) <= self.tolerance))
-        return Designed(shown, predicted, off, within, "" if within else self._words(wished, predicted))
+        within, words = bool(np.all(np.abs(off) <= self.tolerance)), ""
+        if not within:
+            named = zip(self.attributes, wished, predicted, strict=True)
+            missed = [f"{name} {had:.0f} (wished {w:.0f})" for name, w, had in named if abs(had - w) > self.tolerance]
+            words = f"These wishes cannot be had together. The nearest door found: {', '.join(missed)}."
+        return Designed(shown, predicted, off, within, words)
 
     def checked(self, wish: Wish) -> Array:
         """The wishes in order. Raises DoorDataError as `design` does."""
@@ -124,11 +128,6 @@ class Designer:
             raise DoorDataError(f"no wish for {', '.join(missing)}: one for each attribute is expected.")
         return _numbers([wish[name] for name in self.attributes])
 
-    def _words(self, wished: Array, predicted: Array) -> str:
-        named = zip(self.attributes, wished, predicted, strict=True)
-        missed = [f"{name} {had:.0f} (wished {w:.0f})" for name, w, had in named if abs(had - w) > self.tolerance]
-        return f"These wishes cannot be had together. The nearest door found: {', '.join(missed)}."
-
 
 def designer_for(lab: Path | None, model: str | None = None) -> Designer:
     """The lab's own pair of models where it has trained door-force, else the shipped pair.
@@ -136,7 +135,13 @@ def designer_for(lab: Path | None, model: str | None = None) -> Designer:
     `model` names another force model of the lab or the shipped ones, or its card; the perception model is the one that
     lies beside it. Raises ModelFileError on a model that is missing, damaged or of another data set.
     """
-    card = _force_card(lab, model)
+    name = f"{FORCE}{CARD_SUFFIX}"
+    if model is not None:
+        card = find_model(model, lab if lab is not None else SHIPPED)
+    elif lab is not None and (lab / FOLDER / name).is_file():
+        card = lab / FOLDER / name
+    else:
+        card = SHIPPED / name
     force, beside = read_model(card), card.with_name(PERCEPTION + CARD_SUFFIX)
     if not beside.is_file():
         raise ModelFileError(
@@ -162,13 +167,6 @@ def smoothed(force_N: Array, smoothing_deg: float) -> Array:
     before = 2 * force_N[0] - force_N[reach:0:-1]
     after = 2 * force_N[-1] - force_N[-2 : -reach - 2 : -1]
     return np.convolve(np.r_[before, force_N, after], weights / weights.sum(), mode="valid")
-
-
-def _force_card(lab: Path | None, model: str | None) -> Path:
-    if model is not None:
-        return find_model(model, lab if lab is not None else SHIPPED)
-    own = None if lab is None else lab / FOLDER / f"{FORCE}{CARD_SUFFIX}"
-    return own if own is not None and own.is_file() else SHIPPED / f"{FORCE}{CARD_SUFFIX}"
 
 
 def _require(what: str, model: Model, takes: str, gives: str) -> None:

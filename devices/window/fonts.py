@@ -11,6 +11,7 @@ import sys
 import unicodedata
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from importlib.util import find_spec
@@ -200,7 +201,10 @@ class Fonts:
 
     def _draws(self, face: Face, character: str) -> bool:
         if face not in self._covered:
-            self._covered[face] = _coverage(face)
+            # None for a file that turns out to be broken: the next one is taken.
+            self._covered[face] = None
+            with suppress(NotAFont, OSError):
+                self._covered[face] = coverage(face.path, face.index)
         known = self._covered[face]
         return known is not None and known.holds(character)
 
@@ -218,14 +222,6 @@ def find_fonts(language: str = "en", folders: Sequence[Path] | None = None) -> F
 
 def _face(path: Path, language: str) -> Face:
     return Face(path, CJK_INDEX.get(language[:2], 1) if path.name.startswith("NotoSansCJK") else 0)
-
-
-def _coverage(face: Face) -> Coverage | None:
-    """What a font covers; None for a file that turns out to be broken: the next one is taken."""
-    try:
-        return coverage(face.path, face.index)
-    except (NotAFont, OSError):
-        return None
 
 
 def _invisible(character: str) -> bool:
@@ -368,14 +364,10 @@ def system_folders(platform: str = sys.platform) -> tuple[Path, ...]:
         shared = os.environ.get("XDG_DATA_DIRS") or "/usr/local/share:/usr/share"
         data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local/share")
         own = (data / "fonts", home / ".fonts", *(Path(part, "fonts") for part in shared.split(":") if part))
-    return (*own, *_of_matplotlib())
-
-
-def _of_matplotlib() -> tuple[Path, ...]:
     spec = find_spec("matplotlib")
     if spec is None or spec.origin is None:
-        return ()
-    return (Path(spec.origin).parent / "mpl-data/fonts/ttf",)
+        return own
+    return (*own, Path(spec.origin).parent / "mpl-data/fonts/ttf")
 
 
 def is_complex(character: str) -> bool:

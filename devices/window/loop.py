@@ -93,20 +93,15 @@ class Scene:
     def turn(self) -> None:
         """Hand over what the participant did and paint what it changed; return at once when there is a reply."""
         for event in self.shell.gather():
-            if not self.deaf:
-                self._hear(event)
+            if not self.deaf and self.watch is not None and self._belongs(event):
+                self.screen.handle(replace(event, t_s=self.watch.at(event.t_s)))
+                self._note_side()
             if self.screen.reply is not None:
                 return
         if changed := self.screen.paint(self.picture):
             self.shell.show(self.picture, changed)
         else:
             self.shell.rest(TURN_S)
-
-    def _hear(self, event: Input) -> None:
-        if self.watch is None or not self._belongs(event):
-            return
-        self.screen.handle(replace(event, t_s=self.watch.at(event.t_s)))
-        self._note_side()
 
     def _note_side(self) -> None:
         side = self.screen.side

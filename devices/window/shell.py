@@ -120,10 +120,10 @@ class PsychopyShell:
                 from psychopy import platform_specific
 
                 platform_specific.sendStayAwake()
-        if (socket := _socket(self.window.winHandle)) is None:
-            time.sleep(seconds)
+        if hasattr(self.window.winHandle, "_x_display"):
+            select.select([int(self.window.winHandle.display.fileno())], [], [], seconds)
         else:
-            select.select([socket], [], [], seconds)
+            time.sleep(seconds)
 
     def close(self) -> None:
         """Close the window and show the pointer again."""
@@ -236,11 +236,6 @@ def _screens(pyglet: Any) -> list[tuple[int, int]]:
     return [(screen.width, screen.height) for screen in pyglet.canvas.get_display().get_screens()]
 
 
-def _socket(handle: Any) -> int | None:
-    """What to wait on for X11's events, where X11 is the window system."""
-    return int(handle.display.fileno()) if hasattr(handle, "_x_display") else None
-
-
 def _true_size(handle: Any) -> tuple[int, int]:
     """The window's size as the window system has it: pyglet hears of no change while full-screen under X11."""
     if not hasattr(handle, "_x_display"):
@@ -286,7 +281,10 @@ class Texture:
 
     def __init__(self, gl: Any, size: tuple[int, int]) -> None:
         self._gl, self._size = gl, size
-        self._demand_room()
+        most = gl.GLint()
+        gl.glGetIntegerv(gl.GL_MAX_TEXTURE_SIZE, most)
+        if most.value < max(size):
+            raise WindowError(f"the graphics card draws pictures up to {most.value} px; {size} px are needed")
         self._name = gl.GLuint()
         gl.glGenTextures(1, self._name)
         gl.glBindTexture(gl.GL_TEXTURE_2D, self._name)
@@ -342,10 +340,3 @@ class Texture:
         gl.glEnable(gl.GL_TEXTURE_2D)
         gl.glBindTexture(gl.GL_TEXTURE_2D, self._name)
         gl.glTexEnvi(gl.GL_TEXTURE_ENV, gl.GL_TEXTURE_ENV_MODE, gl.GL_REPLACE)
-
-    def _demand_room(self) -> None:
-        gl = self._gl
-        most = gl.GLint()
-        gl.glGetIntegerv(gl.GL_MAX_TEXTURE_SIZE, most)
-        if most.value < max(self._size):
-            raise WindowError(f"the graphics card draws pictures up to {most.value} px; {self._size} px are needed")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,7 +73,9 @@ def align(
         seconds = before_s - after_s - 1 / rate_hz
         holes.append(Hole(after_s, before_s, seconds, seconds <= longest_gap_s + SAME_S))
     aligned = np.full((len(grid_s), values.shape[1]), np.nan)
-    for first, last in _stretches(times_s, holes):
+    # The first and last sample of each stretch between long holes.
+    cuts = np.searchsorted(times_s, [hole.before_s for hole in holes if not hole.bridged])
+    for first, last in zip([0, *cuts], [*(cuts - 1), len(times_s) - 1], strict=True):
         inside = slice(*np.searchsorted(grid_s, [times_s[first] - SAME_S, times_s[last] + SAME_S]))
         if last > first and inside.stop > inside.start:
             part = slice(first, last + 1)
@@ -85,14 +86,6 @@ def align(
             first, last = np.searchsorted(grid_s, [hole.after_s + SAME_S, hole.before_s - SAME_S])
             bridged[first:last] = True
     return Aligned(aligned, bridged, tuple(holes), int((~sound).sum()))
-
-
-def _stretches(times_s: Array, holes: Sequence[Hole]) -> Iterator[tuple[int, int]]:
-    """Yield the first and last sample of each stretch between long holes."""
-    cuts = np.searchsorted(times_s, [hole.before_s for hole in holes if not hole.bridged])
-    firsts, lasts = [0, *cuts], [*(cuts - 1), len(times_s) - 1]
-    for first, last in zip(firsts, lasts, strict=True):
-        yield int(first), int(last)
 
 
 def grid_points(start_s: float, end_s: float, grid_hz: float) -> Array:

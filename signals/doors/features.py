@@ -114,6 +114,10 @@ def columns(force_N: Array, marks: Landmarks, felt_peaks: list[int]) -> dict[str
     drop_N = max((float(moving[a] - moving[a:b].min()) for a, b in stretches), default=0.0)
     # Roughness is what a two-degree moving average leaves, without the first and last degree.
     detail = (moving - _smooth(moving, SMOOTH_POINTS))[POINTS_PER_DEG:-POINTS_PER_DEG]
+    # The end slope is the least-squares one in newtons per degree (0 for a single point).
+    ending = moving[-(END_DEG * POINTS_PER_DEG + 1) :]
+    angle = np.arange(len(ending)) / POINTS_PER_DEG
+    angle -= angle.mean()
     return {
         "first_peak_N": float(moving[first]),
         "first_peak_deg": first / POINTS_PER_DEG,
@@ -123,7 +127,7 @@ def columns(force_N: Array, marks: Landmarks, felt_peaks: list[int]) -> dict[str
         "max_force_N": float(moving.max()),
         "min_force_N": float(moving.min()),
         "drop_N": drop_N,
-        "end_slope_N_deg": _slope(moving[-(END_DEG * POINTS_PER_DEG + 1) :]),
+        "end_slope_N_deg": float(angle @ ending / (angle @ angle)) if len(ending) > 1 else 0.0,
         "roughness_N": float(np.sqrt(np.mean(detail**2))) if detail.size else 0.0,
         "opening_deg": marks.end / POINTS_PER_DEG,
     }
@@ -167,15 +171,6 @@ def _lowest_before(heights: list[float], lowest: list[float]) -> list[float]:
         open_tops.append((height, low))
         lowest_before.append(low)
     return lowest_before
-
-
-def _slope(force_N: Array) -> float:
-    """Return the least-squares slope in newtons per degree (0 for a single point)."""
-    if len(force_N) < 2:
-        return 0.0
-    angle = np.arange(len(force_N)) / POINTS_PER_DEG
-    angle -= angle.mean()
-    return float(angle @ force_N / (angle @ angle))
 
 
 def _smooth(values: Array, points: int) -> Array:

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.protocols.did_you_mean import nearest
 from palpate.signals.arrays import Array
@@ -111,8 +110,14 @@ def _plateaus(profile: Array, moving: Array, slope: Array, marks: Landmarks) -> 
 
     The level of a missing flat stretch is the mean force; of a missing plateau, midway between peak and valley.
     """
-    start, length = _longest(np.abs(slope) <= FLAT_N_DEG)
-    level = moving[start : start + length + POINTS_PER_DEG] if length else moving
+    # The longest run of flat points, the first of equals.
+    edges = np.diff((np.abs(slope) <= FLAT_N_DEG).astype(np.int8), prepend=0, append=0)
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    length, level = 0, moving
+    if starts.size:
+        best = int(np.argmax(ends - starts))
+        length = int(ends[best] - starts[best])
+        level = moving[int(starts[best]) : int(ends[best]) + POINTS_PER_DEG]
     values = {"flat_deg": length / POINTS_PER_DEG, "flat_N": float(level.mean())}
     plateau = plateau_of(profile, marks)
     if plateau is None:
@@ -141,16 +146,6 @@ def _work(profile: Array) -> dict[str, float]:
         part = pieces[low * POINTS_PER_DEG : high * POINTS_PER_DEG]
         values[f"work_{low}_{high}_J_m"] = float(part.sum())
     return values
-
-
-def _longest(true: NDArray[np.bool_]) -> tuple[int, int]:
-    """Return the start and length of the longest run, the first of equals; length 0 where there is none."""
-    edges = np.diff(true.astype(np.int8), prepend=0, append=0)
-    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    if not starts.size:
-        return 0, 0
-    best = int(np.argmax(ends - starts))
-    return int(starts[best]), int(ends[best] - starts[best])
 
 
 def _row(profile: Array, where: str, names: Sequence[str]) -> Array:

@@ -95,7 +95,11 @@ def _converted(hatt: Hatt) -> _Points:
             filters, error = _without_average(fine)
         if not (np.isfinite(filters).all() and (error >= 0).all()):
             raise ModelFileError("ARlsf and MAlsf of a model lie too near the edge of what is stable to be converted.")
-    return _Points(fine.points, _drawn_in(filters), error * fine.variance, fine.triangles)
+    # All poles are drawn inside RADIUS: where one is not, its filter is damped again and again.
+    damped = filters.copy()
+    while (out := ~_stable(damped / RADIUS ** np.arange(damped.shape[1]))).any():
+        damped[out] *= DAMP ** np.arange(damped.shape[1])
+    return _Points(fine.points, damped, error * fine.variance, fine.triangles)
 
 
 def _finer(hatt: Hatt) -> Hatt:
@@ -150,14 +154,6 @@ def _without_average(hatt: Hatt) -> tuple[Array, Array]:
         filters[:, : order + 1] += reflection[:, None] * filters[:, order::-1]
         error *= 1 - reflection**2
     return filters, error
-
-
-def _drawn_in(filters: Array) -> Array:
-    """Return filters (k, order + 1) with all poles inside RADIUS: where one is not, they are damped again and again."""
-    damped = filters.copy()
-    while (out := ~_stable(damped / RADIUS ** np.arange(damped.shape[1]))).any():
-        damped[out] *= DAMP ** np.arange(damped.shape[1])
-    return damped
 
 
 def _stable(filters: Array) -> NDArray[np.bool_]:
@@ -314,7 +310,15 @@ def _parsed(root: ElementTree.Element) -> Hatt:
         gain=np.array([_single(model, "gain") if any(averages) else 1.0 for model in models]),
         triangles=_triangles(root, len(models)),
     )
-    _demand(hatt)
+    if hatt.rate_hz <= 0:
+        raise _Odd(f"SampleRate is {hatt.rate_hz:g}")
+    if hatt.variance.min() < 0 or hatt.points.min() < 0:
+        raise _Odd("a variance, speed or force lies below 0")
+    if (most := max(values.max() for values in (hatt.points, hatt.variance, np.abs(hatt.gain)))) > FURTHEST:
+        raise _Odd(f"a speed, force, variance or gain is {most:g}; at most {FURTHEST:g} is expected")
+    for name, rows in (("ARlsf", hatt.ar), ("MAlsf", hatt.ma)):
+        if rows.size and not ((np.diff(rows, axis=1) > 0).all() and rows.min() > 0 and rows.max() < np.pi):
+            raise _Odd(f"{name} does not rise from above 0 to below pi in every model, so it is not stable")
     return hatt
 
 
@@ -353,18 +357,6 @@ def _triangles(root: ElementTree.Element, count: int) -> NDArray[np.int64]:
     if (triangles != np.round(triangles)).any() or triangles.min() < 1 or triangles.max() > count:
         raise _Odd(f"a triangle names a model that is not there; there are 1 to {count}")
     return triangles.astype(np.int64) - 1
-
-
-def _demand(hatt: Hatt) -> None:
-    if hatt.rate_hz <= 0:
-        raise _Odd(f"SampleRate is {hatt.rate_hz:g}")
-    if hatt.variance.min() < 0 or hatt.points.min() < 0:
-        raise _Odd("a variance, speed or force lies below 0")
-    if (most := max(each.max() for each in (hatt.points, hatt.variance, np.abs(hatt.gain)))) > FURTHEST:
-        raise _Odd(f"a speed, force, variance or gain is {most:g}; at most {FURTHEST:g} is expected")
-    for name, rows in (("ARlsf", hatt.ar), ("MAlsf", hatt.ma)):
-        if rows.size and not ((np.diff(rows, axis=1) > 0).all() and rows.min() > 0 and rows.max() < np.pi):
-            raise _Odd(f"{name} does not rise from above 0 to below pi in every model, so it is not stable")
 
 
 def _single(parent: ElementTree.Element, name: str) -> float:

@@ -196,7 +196,17 @@ def nearest(step: Nearest, form: Form, at: At) -> Built:
 
 def forest(step: Forest, form: Form, at: At) -> Built:
     """Return the mean over trees; all inputs go down all trees together, a level at a time."""
-    feature, threshold, left, right, value = _nodes(step, form, at)
+    feature = at.wholes(step.feature, None)
+    count = len(feature)
+    threshold = at.reals(step.threshold, count)
+    left, right = at.wholes(step.left, count), at.wholes(step.right, count)
+    if feature.min() < -1 or feature.max() >= form.size:
+        raise at.refuse(f"{step.feature!r} asks for an input that is not there; there are {form.size}")
+    inner = np.flatnonzero(feature >= 0)
+    for name, child in ((step.left, left), (step.right, right)):
+        if ((child[inner] <= inner) | (child[inner] >= count)).any():
+            raise at.refuse(f"{name!r} leads back, or to a node that is not there; a child stands after its parent")
+    value = at.reals(step.value, count, None)
     roots = at.wholes(step.roots, None)
     if roots.min() < 0 or roots.max() >= len(feature):
         raise at.refuse(f"{step.roots!r} names a node that is not there; there are {len(feature)}")
@@ -208,27 +218,12 @@ def forest(step: Forest, form: Form, at: At) -> Built:
         given = flat(x).astype(threshold.dtype, copy=False)
         rows = np.arange(len(given))[:, None]
         node = np.broadcast_to(roots, (len(given), len(roots)))
-        while (inner := feature[node] >= 0).any():
+        while (inside := feature[node] >= 0).any():
             goes_left = given[rows, feature[node]] <= threshold[node]
-            node = np.where(inner, np.where(goes_left, left[node], right[node]), node)
+            node = np.where(inside, np.where(goes_left, left[node], right[node]), node)
         return missing_where_not_finite(given, value[node].mean(axis=1, dtype=np.float64))
 
     return run, Form((value.shape[1],), owned=True)
-
-
-def _nodes(step: Forest, form: Form, at: At) -> tuple[Values, ...]:
-    """Return the nodes, if every way through them ends: a child always stands after its parent."""
-    feature = at.wholes(step.feature, None)
-    count = len(feature)
-    threshold = at.reals(step.threshold, count)
-    left, right = at.wholes(step.left, count), at.wholes(step.right, count)
-    if feature.min() < -1 or feature.max() >= form.size:
-        raise at.refuse(f"{step.feature!r} asks for an input that is not there; there are {form.size}")
-    inner = np.flatnonzero(feature >= 0)
-    for name, child in ((step.left, left), (step.right, right)):
-        if ((child[inner] <= inner) | (child[inner] >= count)).any():
-            raise at.refuse(f"{name!r} leads back, or to a node that is not there; a child stands after its parent")
-    return feature, threshold, left, right, at.reals(step.value, count, None)
 
 
 def _squared_distances(x: Values, points: Values) -> Values:

@@ -121,7 +121,12 @@ def open_voice(
         raise RenderError(f"the seed is {seed}; a whole number of at least 0 is expected.")
     bounds = Range.of(texture)
     running = runs(read)
-    sounding, note = _sounding(read, running, texture, bounds, seed, sampled)
+    sounding: Sounding
+    if read.card.takes.kind == "texture_drive":
+        sounding, note = Blocks(running, texture, bounds.peak, seed), ""
+    else:
+        start, note = start_of(texture, read.tensors, bounds, seed)
+        sounding = Next(running, start, bounds.peak, Normals(seed, 0) if sampled else None)
     guard = Guard(sounding, bounds, texture.rms_m_s2)
     return Voice(running, guard, bounds, (note,) if note else ())
 
@@ -142,16 +147,6 @@ def play(model: Model | Path | str, speed_mm_s: Array, force_N: Array, seed: int
         raise RenderError(f"speed {speed.shape} and force {force.shape}: two rows of one length are expected.")
     voice = open_voice(model, seed=seed, sampled=sampled, accept_missed=True)
     return np.fromiter(map(voice.step, speed.tolist(), force.tolist()), dtype=np.float64, count=len(speed))
-
-
-def _sounding(
-    model: Model, runs: Runs, texture: Texture, bounds: Range, seed: int, sampled: bool
-) -> tuple[Sounding, str]:
-    """Return the running model, and what is to be known of its beginning."""
-    if model.card.takes.kind == "texture_drive":
-        return Blocks(runs, texture, bounds.peak, seed), ""
-    start, note = start_of(texture, model.tensors, bounds, seed)
-    return Next(runs, start, bounds.peak, Normals(seed, 0) if sampled else None), note
 
 
 def _texture(card: Card) -> Texture:

@@ -129,14 +129,14 @@ class Firmware:
         if self._phase < TICKS_PER_S:
             return
         self._phase -= TICKS_PER_S
-        told = says.Telemetry(
+        telemetry = says.Telemetry(
             t_us=self.t_ms * 1000, sample=self._sample & 0xFFFFFFFF,
             angle_deg=_sendable(math.degrees(reading.angle_rad)),
             velocity_deg_s=_sendable(math.degrees(reading.velocity_rad_s)),
             torque_Nm=_sendable(reading.torque_Nm), brake_A=_sendable(reading.brake_A),
             state=self.state, fault=self.fault,
         )  # fmt: skip
-        self._say(told, self._sample & 0xFFFF)
+        self._say(telemetry, self._sample & 0xFFFF)
         self._sample += 1
 
     def _say(self, message: says.Message, sequence: int) -> None:
@@ -150,20 +150,15 @@ class Firmware:
         answer = self._answer(message)
         if answer is None:
             return
-        told = says.sent(self._told(frame.kind, answer), frame.sequence)
-        self._out += told
-        if not isinstance(message, ALWAYS_DONE):
-            self._remember(frame, told)
-
-    def _told(self, kind: int, answer: Answer) -> says.Message:
+        reply: says.Message = answer if isinstance(answer, says.Message) else says.Ack(frame.kind, self.state)
         if isinstance(answer, Reason):
-            return says.Nak(kind, answer, self.state, self.fault)
-        return answer if isinstance(answer, says.Message) else says.Ack(kind, self.state)
-
-    def _remember(self, frame: Frame, told: bytes) -> None:
-        self._answers[frame] = told
-        if len(self._answers) > REMEMBERED:
-            self._answers.popitem(last=False)
+            reply = says.Nak(frame.kind, answer, self.state, self.fault)
+        data = says.sent(reply, frame.sequence)
+        self._out += data
+        if not isinstance(message, ALWAYS_DONE):
+            self._answers[frame] = data
+            if len(self._answers) > REMEMBERED:
+                self._answers.popitem(last=False)
 
     def _answer(self, message: says.Message | None) -> Answer | None:
         """What is to be said; None for what is not answered."""
@@ -188,25 +183,23 @@ class Firmware:
             case says.UploadBegin() | says.UploadChunk() | says.UploadEnd():
                 return self.memory.take(message, self.state is State.playing)
             case says.Change():
-                return self._change(message.crc)
+                refused = self.memory.change(message.crc)
+                if refused is None and self.memory.profile is not None:
+                    self.plant.change(self.memory.profile.torque_Nm)
+                return refused
             case says.SetRate():
                 return self._set_rate(message.rate_hz)
             case says.Clear():
                 return self._clear(message.fault)
             case says.Arm():
                 return self._arm(message.crc)
-            case _:
-                self._move_or_rest(message)
-                return None
-
-    def _move_or_rest(self, message: says.Message) -> None:
-        match message:
             case says.Play():
                 self.plant.mode, self.state = "play", State.playing
             case says.Stop():
                 self._rest()
             case says.EStop():
                 self._trip(Fault.emergency_stop, 0.0)
+        return None
 
     def _identity(self, message: says.Hello) -> says.Identity | Reason:
         self._answers.clear()
@@ -239,12 +232,6 @@ class Firmware:
         self.plant.load(profile.torque_Nm, math.radians(profile.end_deg))
         self.plant.mode, self.state, self.beat_ms = "hold", State.armed, self.t_ms
         return None
-
-    def _change(self, crc: int) -> Reason | None:
-        refused = self.memory.change(crc)
-        if refused is None and self.memory.profile is not None:
-            self.plant.change(self.memory.profile.torque_Nm)
-        return refused
 
     def _unfit(self, profile: says.Profile, crc: int) -> Reason | None:
         """Why the motor is not switched on for this profile."""

@@ -46,12 +46,12 @@ class Log:
         if self.out is None or (now == self.last and not more):
             return
         self.last, reading = now, firmware.reading
-        told = {
+        entry = {
             "t_ms": firmware.t_ms, "beat_ms": firmware.beat_ms, "state": firmware.state.name,
             "fault": firmware.fault.name, "mode": firmware.plant.mode,
             "motor_Nm": reading.motor_Nm if reading else 0.0, "brake_A": reading.brake_A if reading else 0.0, **more,
         }  # fmt: skip
-        self.out.write(json.dumps(told) + "\n")
+        self.out.write(json.dumps(entry) + "\n")
         self.out.flush()
 
 
@@ -82,7 +82,12 @@ class Emulator:
                 self.given_up += behind - BEHIND
             for _ in range(min(max(behind, 0), AT_ONCE)):
                 self._tick()
-        self._alone()
+        # The host is gone: nobody reads, nothing beats.
+        gone_ms = self.wire.firmware.t_ms
+        for _ in range(SAFE_BY_NOW):
+            self.wire.tick()
+            self.log.note(self.wire.firmware, **({"host": "gone"} if self.wire.firmware.t_ms == gone_ms + 1 else {}))
+        self.log.note(self.wire.firmware, host="gone, ended", given_up_ms=self.given_up)
 
     def _tick(self) -> None:
         self.ticks += 1
@@ -93,14 +98,6 @@ class Emulator:
                 os.write(self.master, out)
             except BlockingIOError:
                 self.wire.lost += len(out)
-
-    def _alone(self) -> None:
-        """The host is gone: nobody reads, nothing beats."""
-        gone_ms = self.wire.firmware.t_ms
-        for _ in range(SAFE_BY_NOW):
-            self.wire.tick()
-            self.log.note(self.wire.firmware, **({"host": "gone"} if self.wire.firmware.t_ms == gone_ms + 1 else {}))
-        self.log.note(self.wire.firmware, host="gone, ended", given_up_ms=self.given_up)
 
 
 def main(arguments: list[str] | None = None) -> None:

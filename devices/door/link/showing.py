@@ -212,13 +212,11 @@ class Felt:
                 raise fault
             dialogue.play(self.link, self.profile)
             self._playing = True
-            self.showing.desk.demand(self._prompt())
+            stimulus = self.showing.request.trial.stimulus.id
+            text = f"{stimulus} is on the door. Confirm to end it before it is opened to its end and brought back"
+            self.showing.desk.demand(Prompt(text))
             self._stays = ""
             self.showing.desk.tell({self.showing.door.name: "playing"})
-
-    def _prompt(self) -> Prompt:
-        stimulus = self.showing.request.trial.stimulus.id
-        return Prompt(f"{stimulus} is on the door. Confirm to end it before it is opened to its end and brought back")
 
     def _something(self) -> bool:
         """Asked again and again by the main thread, which shows by that that it lives."""

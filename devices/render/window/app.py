@@ -178,7 +178,9 @@ class RendererApp(WindowApp):
             elif self.silent:
                 self._play()
             else:
-                self._be_silent()
+                self.silent = True
+                self._status = replace(self._status, silent=True)
+                self._safely(lambda plays: plays.switch(None))
         strokes, self.main.strokes = self.main.strokes, []
         reports = list(self.stylus()) if self.stylus is not None else [self._report(stroke) for stroke in strokes]
         if reports and self.plays is not None and self.plays.running:
@@ -221,11 +223,6 @@ class RendererApp(WindowApp):
         pressure = self.curve.pressure(self.choice.force_N) if stroke.touching else 0.0
         at_s = shown_s + stroke.t_s - self.epoch_s
         return Report(at_s, stroke.x_mm, stroke.y_mm, pressure, stroke.touching)
-
-    def _be_silent(self) -> None:
-        self.silent = True
-        self._status = replace(self._status, silent=True)
-        self._safely(lambda plays: plays.switch(None))
 
     def _ask(self) -> None:
         """The deadline statistics so far."""

@@ -168,7 +168,12 @@ class RendererView(AppView):
         inner = DECIBELS[1:-1]
         levels = {float(level): (MOST_DB - level) / (MOST_DB - LEAST_DB) for level in inner}
         yield from self._numbers("spectrum", levels, place.spectrum.numbers)
-        yield from self._hertz(spectrum)
+        unit, hertz_box = self.page.metrics.unit, place.hertz
+        for hertz in HERTZ:
+            half = unit(7)
+            left = min(spectrum.x(hertz) - half, hertz_box.right - 2 * half)
+            yield self.setter.label(f"{hertz} Hz", f"{hertz}", Box(left, spectrum.box.bottom + unit(0.5), 2 * half,
+                                    hertz_box.height), QUIET, "centre", (3.8,), within="played")  # fmt: skip
 
     def _numbers(self, name: str, places: Mapping[float, float], box: Box) -> Iterator[Element]:
         line = line_px(self.page, 3.8)
@@ -178,14 +183,6 @@ class RendererView(AppView):
             said = f"{value:g}".replace("-", MINUS)
             yield self.setter.label(f"{name} {value:g}", said, Box(box.left, top, box.width, line), QUIET, "right",
                                     (3.8,), within="played")  # fmt: skip
-
-    def _hertz(self, spectrum: Spectrum) -> Iterator[Element]:
-        unit, place = self.page.metrics.unit, self.layout.hertz
-        for hertz in HERTZ:
-            half = unit(7)
-            left = min(spectrum.x(hertz) - half, place.right - 2 * half)
-            yield self.setter.label(f"{hertz} Hz", f"{hertz}", Box(left, spectrum.box.bottom + unit(0.5), 2 * half,
-                                    place.height), QUIET, "centre", (3.8,), within="played")  # fmt: skip
 
     def _gauges(self, heard: Heard) -> Iterator[Element]:
         texts = self.page.texts

@@ -42,14 +42,20 @@ class Specimen:
 
 
 def specimens(words: Wording | None = None) -> dict[str, Specimen]:
-    """Specimens by name, one for every kind of screen, in English or in other words."""
+    """Return specimens by name, one for every kind of screen, in English or in other words.
+
+    Those of forms that one task has for itself are `SPECIMEN` beside their screens.
+    """
     words = words or wording()
-    return {**_trials(words), **_of_tasks(words), **_questions(words), **_pages()}
-
-
-def _of_tasks(words: Wording) -> dict[str, Specimen]:
-    """The specimens of forms that one task has for itself: `SPECIMEN` beside their screens."""
-    return {name: load_object(place_in(SCREENS, name, "SPECIMEN"))(words) for name in FORM_PLACES}
+    keys = ("changing_sample", "feel_now", "recording", "pause", "end", "thanks", "ineligible", "aborted")
+    return {
+        **_trials(words),
+        **{name: load_object(place_in(SCREENS, name, "SPECIMEN"))(words) for name in FORM_PLACES},
+        **_questions(words),
+        "rest": Specimen(Rest(15, TRIALS)),
+        "calibration": Specimen(Confirm("calibration")),
+        **{key.replace("_", "-"): Specimen(key) for key in keys},
+    }
 
 
 def _trials(words: Wording) -> dict[str, Specimen]:
@@ -89,15 +95,6 @@ def _questions(words: Wording) -> dict[str, Specimen]:
         "eligibility": Specimen(Ask(Eligibility(tuple(_criterion(n, text) for n, text in enumerate(words.fit))))),
         "consent": Specimen(Ask(Consent(words.consent))),
         "instructions": Specimen(Instruct("instructions")),
-    }
-
-
-def _pages() -> dict[str, Specimen]:
-    keys = ("changing_sample", "feel_now", "recording", "pause", "end", "thanks", "ineligible", "aborted")
-    return {
-        "rest": Specimen(Rest(15, TRIALS)),
-        "calibration": Specimen(Confirm("calibration")),
-        **{key.replace("_", "-"): Specimen(key) for key in keys},
     }
 
 

@@ -144,7 +144,8 @@ def finished(draft: Draft, last: Spot) -> Finished:
         raise NotCompiled(f"a workspace of {size} numbers; at most {MOST_WORK} are held")
     ops = np.zeros((len(lines), FIELDS), dtype=np.int64)
     for row, (kind, fields) in enumerate(lines):
-        ops[row, : len(fields) + 1] = (KINDS.index(kind), *(_place(field_) for field_ in fields))
+        places = (place.room.start + place.past if isinstance(place, Spot) else place for place in fields)
+        ops[row, : len(fields) + 1] = (KINDS.index(kind), *places)
     weights = np.concatenate([*draft.weights.parts, np.zeros(SPARE, dtype=np.float32)])
     doubles = np.concatenate([*draft.doubles.parts, np.zeros(SPARE)])
     if not np.isfinite(doubles).all():
@@ -168,10 +169,6 @@ def _line(draft: Draft, line: Line) -> tuple[str, tuple[Field, ...]]:
     )  # fmt: skip
 
 
-def _place(field_: Field) -> int:
-    return field_.room.start + field_.past if isinstance(field_, Spot) else field_
-
-
 def _lay_out(lines: Sequence[tuple[Field, ...]], last: Spot) -> int:
     """Give every room its start; how much they need together."""
     spans: dict[Room, tuple[int, int]] = {}
@@ -181,15 +178,15 @@ def _lay_out(lines: Sequence[tuple[Field, ...]], last: Spot) -> int:
     most = 0
     placed: list[Room] = []
     for room, span in spans.items():
-        others = [other for other in placed if room.fixed or other.fixed or _meet(spans[other], span)]
+        others = [
+            other
+            for other in placed
+            if room.fixed or other.fixed or (spans[other][0] <= span[1] and span[0] <= spans[other][1])
+        ]
         room.start = _gap(others, room.size)
         placed.append(room)
         most = max(most, room.start + room.size)
     return most
-
-
-def _meet(one: tuple[int, int], two: tuple[int, int]) -> bool:
-    return one[0] <= two[1] and two[0] <= one[1]
 
 
 def _gap(others: Iterable[Room], size: int) -> int:

@@ -58,7 +58,11 @@ class Library:
 @cache
 def library() -> Library:
     """Return the kernel. Raises KernelMissing: not built, built for another version, or not to be loaded."""
-    return opened(_path())
+    here = Path(__file__).resolve().parent
+    for suffix in EXTENSION_SUFFIXES:
+        if (path := here / f"{NAME}{suffix}").is_file():
+            return opened(path)
+    raise KernelMissing("the kernel was not compiled when the package was installed; with GCC or Clang, install again.")
 
 
 def opened(path: Path) -> Library:
@@ -85,11 +89,3 @@ def opened(path: Path) -> Library:
     many = ctypes.CDLL(str(path)).palpate_many  # lets the interpreter go: many steps take long
     many.argtypes, many.restype = (ctypes.c_void_p, ctypes.c_int64), ctypes.c_int64
     return Library(path, sets, calls.palpate_step, many, calls)
-
-
-def _path() -> Path:
-    here = Path(__file__).resolve().parent
-    for suffix in EXTENSION_SUFFIXES:
-        if (path := here / f"{NAME}{suffix}").is_file():
-            return path
-    raise KernelMissing("the kernel was not compiled when the package was installed; with GCC or Clang, install again.")

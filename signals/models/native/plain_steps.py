@@ -32,7 +32,10 @@ FUNCTIONS = ("relu", "tanh", "sigmoid", "gelu", "elu", "leaky", "softplus", "exp
 
 def affine(step: Affine, value: Value, draft: Draft, tensors: Tensors) -> Value:
     """Kept as a formula before anything was run; put into the product that was made last, if one was."""
-    gain, offset = (_numbers(each, tensors) for each in (step.gain, step.offset))
+    gain, offset = (
+        np.asarray(tensors[given] if isinstance(given, str) else given, dtype=np.float64)
+        for given in (step.gain, step.offset)
+    )
     if value.linear is not None:
         gains, offsets = (np.broadcast_to(each, value.shape).reshape(-1) for each in (gain, offset))
         linear = Linear(value.linear.matrix * gains[:, None], value.linear.offset * gains + offsets)
@@ -60,9 +63,12 @@ def _into_product(product: Product | None, gains: Array, offsets: Array) -> bool
 
 
 def activation(step: Activation, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return a relu is part of the product before it."""
+    """Apply the function; a relu becomes part of the product before it."""
     if step.function == "softmax":
-        return _softmax(value, draft)
+        value = settled(draft, value) if is_list(value) else by_channel(draft, value)
+        result = fresh(draft, value.shape, False)
+        draft.say("softmax", *at(value), *at(result), *value.matrix)
+        return result
     value = settled(draft, value)
     if step.function == "relu" and value.free and value.made is not None:
         value.made.relu = True
@@ -72,15 +78,8 @@ def activation(step: Activation, value: Value, draft: Draft, _tensors: Tensors) 
     return replace(result, made=None)
 
 
-def _softmax(value: Value, draft: Draft) -> Value:
-    value = settled(draft, value) if is_list(value) else by_channel(draft, value)
-    result = fresh(draft, value.shape, False)
-    draft.say("softmax", *at(value), *at(result), *value.matrix)
-    return result
-
-
 def clip(step: Clip, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return what is not finite stays so."""
+    """Clip the numbers; what is not finite stays so."""
     value = settled(draft, value)
     result = fresh(draft, value.shape, value.length_first)
     draft.say("clip", *at(value), *at(result), *value.matrix, draft.doubles.put(np.array([step.low, step.high])))
@@ -88,7 +87,7 @@ def clip(step: Clip, value: Value, draft: Draft, _tensors: Tensors) -> Value:
 
 
 def max_pool(step: MaxPool, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return rows are places."""
+    """Take the greatest of neighbouring places; rows are places."""
     value = by_length(draft, value)
     channels, length = sides(value)
     result = fresh(draft, (channels, length // step.size), True)
@@ -97,7 +96,7 @@ def max_pool(step: MaxPool, value: Value, draft: Draft, _tensors: Tensors) -> Va
 
 
 def upsample(step: Upsample, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return rows are places."""
+    """Repeat every place; rows are places."""
     value = by_length(draft, value)
     channels, length = sides(value)
     result = fresh(draft, (channels, length * step.times), True)
@@ -106,7 +105,7 @@ def upsample(step: Upsample, value: Value, draft: Draft, _tensors: Tensors) -> V
 
 
 def reshape(step: Reshape, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return a list that was read length first stays so where the next step can read it; else numbers change places."""
+    """Reshape: a list read length first stays so where the next step can read it; else numbers change places."""
     if value.linear is not None:
         return replace(value, shape=step.shape)
     if len(step.shape) == 1 and not is_list(value) and value.length_first and 1 not in value.shape:
@@ -119,13 +118,13 @@ def reshape(step: Reshape, value: Value, draft: Draft, _tensors: Tensors) -> Val
 
 
 def keep(step: Keep, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return nobody changes it any more."""
+    """Keep the value for later; nothing changes it any more."""
     draft.kept[step.kept] = replace(value, free=False)
     return draft.kept[step.kept]
 
 
 def recall(step: Recall, _value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return what was kept."""
+    """Return the value that was kept."""
     return draft.kept[step.kept]
 
 
@@ -142,41 +141,33 @@ def added(value: Value, other: Value, draft: Draft, relu: bool) -> Value:
     product = value.made
     if value.free and product is not None and not product.relu and product.more is None:
         product.more, product.more_step, product.relu = other.spot, other.step, relu
-        _last(draft, product)
+        # What is added may have been brought into order after the product was written down: the product then waits.
+        draft.lines.remove(product)
+        draft.lines.append(product)
         return replace(value, made=None if relu else product)
     into = fresh(draft, value.shape, value.length_first)
     draft.say("add", *at(value), *at(other), *at(into), *value.matrix, int(relu))
     return into
 
 
-def _last(draft: Draft, product: Product) -> None:
-    """What is added may have been brought into order after the product was written down: the product then waits."""
-    draft.lines.remove(product)
-    draft.lines.append(product)
-
-
 def join(step: Join, value: Value, draft: Draft, _tensors: Tensors) -> Value:
     """Join channels below each other, or lists behind each other."""
     values = [value, *(draft.kept[name] for name in step.kept)]
-    if all(each.linear is not None for each in values):
-        return _joined_formulas(values)
-    values = [settled(draft, each) for each in values]
+    linears = [item.linear for item in values if item.linear is not None]
+    if len(linears) == len(values):
+        matrix = np.concatenate([linear.matrix for linear in linears])
+        offset = np.concatenate([linear.offset for linear in linears])
+        first = sum(item.shape[0] for item in values)
+        return Value((first, *values[0].shape[1:]), linear=Linear(matrix, offset))
+    values = [settled(draft, item) for item in values]
     if is_list(value):
-        result = fresh(draft, (sum(each.size for each in values),), False)
-        _copy_all(draft, [(each, 1, each.size) for each in values], result)
+        result = fresh(draft, (sum(item.size for item in values),), False)
+        _copy_all(draft, [(item, 1, item.size) for item in values], result)
         return result
     length = sides(value)[1]
-    result = fresh(draft, (sum(sides(each)[0] for each in values), length), True)
-    _copy_all(draft, [(each, length, sides(each)[0]) for each in values], result)
+    result = fresh(draft, (sum(sides(item)[0] for item in values), length), True)
+    _copy_all(draft, [(item, length, sides(item)[0]) for item in values], result)
     return result
-
-
-def _joined_formulas(values: list[Value]) -> Value:
-    linears = [each.linear for each in values if each.linear is not None]
-    matrix = np.concatenate([each.matrix for each in linears])
-    first = sum(each.shape[0] for each in values)
-    offset = np.concatenate([each.offset for each in linears])
-    return Value((first, *values[0].shape[1:]), linear=Linear(matrix, offset))
 
 
 def _copy_all(draft: Draft, values: list[tuple[Value, int, int]], result: Value) -> None:
@@ -190,7 +181,8 @@ def _copy_all(draft: Draft, values: list[tuple[Value, int, int]], result: Value)
 
 def part(step: Part, value: Value, draft: Draft, _tensors: Tensors) -> Value:
     """Return a view."""
-    shape = _part_shape(step, value)
+    count = step.stop - step.start
+    shape = (value.shape[0], count) if step.along == "length" else (count, *value.shape[1:])
     if value.linear is not None:
         places = np.arange(value.size).reshape(value.shape)
         taken = places[:, step.start : step.stop] if step.along == "length" else places[step.start : step.stop]
@@ -202,19 +194,10 @@ def part(step: Part, value: Value, draft: Draft, _tensors: Tensors) -> Value:
     return Value(shape, value.spot.beyond(past), value.step, value.length_first)
 
 
-def _part_shape(step: Part, value: Value) -> tuple[int, ...]:
-    count = step.stop - step.start
-    return (value.shape[0], count) if step.along == "length" else (count, *value.shape[1:])
-
-
 def turn(_step: Turn, value: Value, _draft: Draft, _tensors: Tensors) -> Value:
-    """Only read the other way."""
+    """Read channels as places; nothing is moved."""
     channels, length = sides(value)
     if value.linear is not None:
         order = np.arange(value.size).reshape(channels, length).T.reshape(-1)
         return Value((length, channels), linear=Linear(value.linear.matrix[order], value.linear.offset[order]))
     return replace(value, shape=(length, channels), length_first=not value.length_first, made=None)
-
-
-def _numbers(given: float | str, tensors: Tensors) -> Array:
-    return np.asarray(tensors[given] if isinstance(given, str) else given, dtype=np.float64)

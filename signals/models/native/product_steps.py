@@ -23,19 +23,15 @@ def dense(step: Dense, value: Value, draft: Draft, tensors: Tensors) -> Value:
     """Put weights into the order in which the numbers lie."""
     weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
     if value.linear is None and not is_list(value):
-        value = _as_list(draft, value)
+        value = tight(draft, value)
+        lies = sides(value) if value.length_first and 1 not in value.shape else None
+        value = Value((value.size,), value.at, value.size, sides=lies)
     elif value.linear is not None:
         value = settled(draft, replace(value, shape=(value.size,)))
     if value.sides is not None:
         channels, length = value.sides
         weight = weight.reshape(-1, channels, length).swapaxes(1, 2).reshape(len(weight), -1)
     return multiplied(draft, value.spot, (0, 1, 1), weight.T, bias[None], (len(bias),))
-
-
-def _as_list(draft: Draft, value: Value) -> Value:
-    value = tight(draft, value)
-    lies = sides(value) if value.length_first and 1 not in value.shape else None
-    return Value((value.size,), value.at, value.size, sides=lies)
 
 
 def dense_formula(step: Dense, linear: Linear, tensors: Tensors) -> Value:
@@ -133,7 +129,7 @@ def attention(step: Attention, value: Value, draft: Draft, tensors: Tensors) -> 
 
 
 def lstm(step: Lstm, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Return the gates' inputs of all places are one product."""
+    """Run the memory; the gates' inputs of all places are one product."""
     state, length = _reals(tensors, step.state), sides(value)[1]
     hidden, lanes = state.shape[1], draft.instructions.lanes
     drive = projected(draft, value, _reals(tensors, step.weight).T, _reals(tensors, step.bias))

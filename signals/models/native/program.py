@@ -58,16 +58,14 @@ def compiled(card: Card, tensors: Tensors, instructions: InstructionSet) -> Comp
     value = settled(draft, _chain(steps, value, draft, tensors))
     gain, offset = np.ones(value.size), np.zeros(value.size)
     if isinstance(last, Affine):
-        gain, offset = (_full(each, value, tensors) for each in (last.gain, last.offset))
+        gain, offset = (
+            np.array(spread(np.asarray(tensors[given] if isinstance(given, str) else given, np.float64), value)[0])
+            for given in (last.gain, last.offset)
+        )
     if not is_list(value):
         raise NotCompiled("an answer that is no list")
     numbers = finished(draft, value.spot)
     return Compiled(numbers, value.spot.room.start + value.spot.past, value.wide, gain, offset)
-
-
-def _full(given: float | str, value: Value, tensors: Tensors) -> Array:
-    numbers = np.asarray(tensors[given] if isinstance(given, str) else given, dtype=np.float64)
-    return np.array(spread(numbers, value)[0])
 
 
 def _chain(steps: Sequence[Step], value: Value, draft: Draft, tensors: Tensors) -> Value:
@@ -102,18 +100,14 @@ def _next(step: Step, value: Value, draft: Draft, tensors: Tensors) -> Value:
         inner = settled(draft, _chain(step.steps, value, draft, tensors))
         return plain_steps.added(inner, value, draft, True)
     if isinstance(step, Mean):
-        return _mean(step, value, draft, tensors)
+        given = replace(value, free=False)
+        total = settled(draft, _chain(step.members[0], given, draft, tensors))
+        for member in step.members[1:]:
+            total = plain_steps.added(settled(draft, _chain(member, given, draft, tensors)), total, draft, False)
+        return plain_steps.affine(Affine(gain=1 / len(step.members)), total, draft, tensors)
     if (handler := _HANDLERS.get(type(step))) is None:
         raise NotCompiled(f"the step {step.do}")
     return handler(step, value, draft, tensors)
-
-
-def _mean(step: Mean, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    given = replace(value, free=False)
-    total = settled(draft, _chain(step.members[0], given, draft, tensors))
-    for member in step.members[1:]:
-        total = plain_steps.added(settled(draft, _chain(member, given, draft, tensors)), total, draft, False)
-    return plain_steps.affine(Affine(gain=1 / len(step.members)), total, draft, tensors)
 
 
 _HANDLERS: Mapping[type, Handler] = {
