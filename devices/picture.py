@@ -56,11 +56,8 @@ def write_picture(figure: Figure, out: Path, rows: Sequence[Mapping[str, Any]] =
             figure.set_layout_engine(None)  # laid out once: everything stands at the same place in each
         table = [f"{out.stem if form else out.name}.csv"] if rows else []
         for name in table:
-            write_text(draft / name, _csv_text(rows))
+            # None is an empty cell, a float has at most nine digits.
+            cells = ([row.get(column) for column in rows[0]] for row in rows)
+            texts = ([f"{cell:.9g}" if isinstance(cell, float) else cell for cell in row] for row in cells)
+            write_text(draft / name, table_text(rows[0], texts))
     return [out.parent / name for name in (*names, *table)]
-
-
-def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return the rows as CSV; None is an empty cell, a float has at most nine digits."""
-    cells = ([row.get(name) for name in rows[0]] for row in rows)
-    return table_text(rows[0], ([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in cells))

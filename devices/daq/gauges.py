@@ -238,7 +238,8 @@ def calibration(file: CalFile, where: str) -> Calibration:
     """
     units = np.array([_unit(file.force_unit, FORCE_N, where, "ForceUnits")] * 3 + [torque_Nm(file, where)] * 3)
     rated = np.array([file.rated[axis] for axis in AXES]) * units
-    ways = [way for way in (_user(file, units), _basic(file, units, where)) if way is not None]
+    user = np.array([file.user[axis] for axis in AXES]) * units[:, np.newaxis] if file.user else None
+    ways = [way for way in (user, _basic(file, units, where)) if way is not None]
     _demand_agreement(ways, where)
     if np.linalg.cond(ways[0] / rated[:, np.newaxis]) > CONDITION:
         raise DeviceError(f"{where}: its rows do not tell six loads apart; ask the maker for the sensor's .cal file")
@@ -258,12 +259,6 @@ def _unit(name: str, known: Mapping[str, float], where: str, what: str) -> float
     if name not in known:
         raise DeviceError(f"{where}: {what} {name!r} are not known; known are {', '.join(known)}")
     return known[name]
-
-
-def _user(file: CalFile, units: Array) -> Array | None:
-    if not file.user:
-        return None
-    return np.array([file.user[axis] for axis in AXES]) * units[:, np.newaxis]
 
 
 def _basic(file: CalFile, units: Array, where: str) -> Array | None:

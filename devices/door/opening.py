@@ -48,7 +48,11 @@ def opened_once(profile_N: Sequence[float], seconds: float, *key: Key) -> Openin
     # Place on the profile's grid at every force sample: at rest, opening without a step back, at rest.
     rest = round(REST_S * RATE_HZ)
     moving = round(seconds * RATE_HZ) - 2 * rest
-    waves = [_wave(n, key) for n in range(3)]
+    low, high = UNSTEADY_HZ
+    waves = []
+    for n in range(3):
+        omega = 2 * math.pi * (low + (high - low) * uniform("pace", n, *key))
+        waves.append(_Wave(UNSTEADY / 3, omega, 2 * math.pi * uniform("phase", n, *key)))
     speeds = [_ramp(n, moving) * (1 + sum(w(n / RATE_HZ) for w in waves)) for n in range(moving)]
     travelled = list(accumulate(speeds))
     places = [0.0] * rest + [reach * distance / travelled[-1] for distance in travelled] + [reach] * rest
@@ -72,12 +76,6 @@ def demand_recordable(profile_N: Sequence[float], seconds: float) -> int:
     if end == 0:
         raise DoorDataError("The profile is zero throughout: there is no opening to record.")
     return end
-
-
-def _wave(n: int, key: tuple[Key, ...]) -> _Wave:
-    low, high = UNSTEADY_HZ
-    omega = 2 * math.pi * (low + (high - low) * uniform("pace", n, *key))
-    return _Wave(UNSTEADY / 3, omega, 2 * math.pi * uniform("phase", n, *key))
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 from palpate.protocols.did_you_mean import nearest
@@ -21,11 +20,12 @@ def folders(lab: Path) -> tuple[Path, Path]:
 
 def available(lab: Path) -> dict[str, dict[str, Path]]:
     """{texture: {method: card}}; where a lab has a model of a shipped one's name, the lab's."""
-    found: dict[str, dict[str, Path]] = {}
+    cards: dict[str, dict[str, Path]] = {}
     for folder in reversed(folders(lab)):
-        for texture, method, path in _named(folder):
-            found.setdefault(texture, {})[method] = path
-    return {texture: dict(sorted(methods.items())) for texture, methods in sorted(found.items())}
+        for path in sorted(folder.glob(f"{PREFIX}*-*{SUFFIX}")):
+            texture, _, method = path.stem.removeprefix(PREFIX).rpartition("-")
+            cards.setdefault(texture, {})[method] = path
+    return {texture: dict(sorted(methods.items())) for texture, methods in sorted(cards.items())}
 
 
 def card_for(texture: str, method: str, lab: Path) -> Path:
@@ -38,9 +38,3 @@ def card_for(texture: str, method: str, lab: Path) -> Path:
     if method not in there[texture]:
         raise RenderError(f"{texture} has no model by the method {method!r}; {nearest(method, there[texture])}")
     return there[texture][method]
-
-
-def _named(folder: Path) -> Iterator[tuple[str, str, Path]]:
-    for path in sorted(folder.glob(f"{PREFIX}*-*{SUFFIX}")):
-        texture, _, method = path.stem.removeprefix(PREFIX).rpartition("-")
-        yield texture, method, path

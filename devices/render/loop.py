@@ -163,7 +163,8 @@ class Loop:
         pace, due_ns = self.pace, self._due_ns
         pace.until(due_ns)
         woken_ns = pace.now_ns()
-        self._fill()
+        for _ in range(self.sink.free()):
+            self.sink.write((self._next(),))
         now_ns = pace.now_ns()
         self.woken.note(woken_ns - due_ns)
         self.ready.note(now_ns - due_ns)
@@ -180,10 +181,6 @@ class Loop:
         self.begin()
         while self.ready.steps < steps and not ended():
             self.turn()
-
-    def _fill(self) -> None:
-        for _ in range(self.sink.free()):
-            self.sink.write((self._next(),))
 
     def _next(self) -> float:
         speed, force = self.hand.at(self.made)

@@ -55,7 +55,11 @@ class Card:
             found = sound.query_devices(self.device, "output")
             sound.check_output_settings(device=self.device, channels=self.channels, samplerate=self.rate_hz)
         except (ValueError, sound.PortAudioError) as error:
-            raise DeviceError(f"{self.name}: no such sound output: {error}. {_outputs(sound)}") from None
+            known = [
+                f"{n}: {one['name']}" for n, one in enumerate(sound.query_devices()) if one["max_output_channels"] > 0
+            ]
+            there = f"Outputs here: {'; '.join(known)}" if known else "This machine has no sound output"
+            raise DeviceError(f"{self.name}: no such sound output: {error}. {there}") from None
         self.told = str(found["name"])
 
     def start(self, fill: Fill) -> None:
@@ -122,10 +126,3 @@ class Card:
         """Which output it is, and how late it plays."""
         late = f"{1000 * self.latency_s:.1f} ms" if self.latency_s else "not started"
         return {"output": self.told, "rate": f"{self.rate_hz:g} Hz", "latency": late, "late buffers": str(self.late)}
-
-
-def _outputs(sound: Any) -> str:
-    found = [
-        f"{n}: {known['name']}" for n, known in enumerate(sound.query_devices()) if known["max_output_channels"] > 0
-    ]
-    return f"Outputs here: {'; '.join(found)}" if found else "This machine has no sound output"

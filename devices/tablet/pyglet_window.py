@@ -54,7 +54,11 @@ class PygletTablet:
         try:
             tablets = import_module("pyglet.input").get_tablets()
             if not tablets:
-                raise DeviceError(self._none())
+                raise DeviceError(
+                    f"{self.name}: pyglet sees no tablet. On Windows it needs the maker's Wintab driver (Microsoft's"
+                    " own pen driver has none), under X11 a Wacom-like device; on macOS pyglet 1.5 has no tablets. On"
+                    " Linux use the driver `evdev`."
+                )
             window = self.window or self._own_window()
             self.canvas = tablets[0].open(window)
         except DeviceError:
@@ -129,10 +133,3 @@ class PygletTablet:
     def _own_window(self) -> Any:
         self.own = import_module("pyglet.window").Window(width=480, height=320, caption="Palpate: the tablet")
         return self.own
-
-    def _none(self) -> str:
-        return (
-            f"{self.name}: pyglet sees no tablet. On Windows it needs the maker's Wintab driver (Microsoft's own pen "
-            "driver has none), under X11 a Wacom-like device; on macOS pyglet 1.5 has no tablets. On Linux use the "
-            "driver `evdev`."
-        )

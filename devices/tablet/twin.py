@@ -15,7 +15,6 @@ from palpate.devices.tablet.reports import Batch, Report
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
-    from palpate.signals.arrays import Array
 
 TRUTH_HZ = 1000.0
 MOST = 256
@@ -86,8 +85,10 @@ class TwinTablet(TimedSource):
         places = scene.position_mm(TRUTH_HZ)
         first = next(places)
         key = hashlib.sha256(first.astype("<f8").tobytes()).hexdigest()
-        truth = pairwise(_joined(chain([first], places), scene.wrench(TRUTH_HZ)))
-        told: tuple[float, float, float] | None = None
+        xy = (row for piece in chain([first], places) for row in piece[:, :2].tolist())
+        force = (one for piece in scene.wrench(TRUTH_HZ) for one in piece[:, 2].tolist())
+        truth = pairwise((x, y, force_N) for (x, y), force_N in zip(xy, force, strict=False))
+        last: tuple[float, float, float] | None = None
         at, (before, after) = 0, next(truth)
         for t_s in self._times(key):
             while at + 1 <= t_s * TRUTH_HZ:
@@ -96,8 +97,8 @@ class TwinTablet(TimedSource):
             x, y, force_N = (b + part * (a - b) for b, a in zip(before, after, strict=True))
             pressure = round(self.force.pressure(abs(force_N)) * (self.levels - 1)) / (self.levels - 1)
             now = self._steps(x), self._steps(y), pressure
-            yield t_s, None if now == told else Report(t_s, *now, now[2] > 0)
-            told = now
+            yield t_s, None if now == last else Report(t_s, *now, now[2] > 0)
+            last = now
 
     def _times(self, key: str) -> Iterator[float]:
         """Report times: even ones, each with its jitter, which never turns their order."""
@@ -109,10 +110,3 @@ class TwinTablet(TimedSource):
 
     def _steps(self, mm: float) -> float:
         return self.step_mm * round(mm / self.step_mm)
-
-
-def _joined(places: Iterator[Array], wrenches: Iterator[Array]) -> Iterator[tuple[float, float, float]]:
-    xy = (row for piece in places for row in piece[:, :2].tolist())
-    force = (one for piece in wrenches for one in piece[:, 2].tolist())
-    for (x, y), force_N in zip(xy, force, strict=False):
-        yield x, y, force_N

@@ -111,17 +111,13 @@ def _command(lab: Path) -> str:
 
 def write_calibration(lab: Path, calibration: Calibration, host: str | None = None) -> Path:
     """Keep this station's calibration, in place of an earlier one."""
-    file = station_file(lab, host)
-    return write_text(file, _text(calibration))
-
-
-def _text(calibration: Calibration) -> str:
     width, height = calibration.size_px
-    return (
+    text = (
         f"# The participant's screen at this station, measured with a ruler. Made by: {AGAIN}\n"
         f"screen: {calibration.screen}\nsize_px: [{width}, {height}]\npx_per_mm: {calibration.px_per_mm!r}\n"
         f'nominal_mm: {calibration.nominal_mm!r}\nconfirmed_at: "{calibration.confirmed_at}"\n'
     )
+    return write_text(station_file(lab, host), text)
 
 
 def _number(value: Any) -> bool:

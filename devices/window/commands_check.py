@@ -17,6 +17,8 @@ SAMPLES = {"Latin": "Aéß", "Hangul": "가힣", "Devanagari": "कि", "Greek"
 
 def findings(lab: Path) -> dict[str, Any]:
     """The calibration, the screens, the fonts by script and the languages; `problems` are what keeps a window away."""
+    from palpate.devices.window.texts import languages
+
     problems: list[str] = []
     calibration, sizes = _calibration(lab, problems), _sizes(problems)
     if calibration is not None and sizes is not None:
@@ -24,13 +26,13 @@ def findings(lab: Path) -> dict[str, Any]:
             demand_screen(sizes, calibration.screen, calibration)
         except WindowError as error:
             problems.append(str(error))
-    fonts, languages = _fonts(problems), _languages()
+    fonts = _fonts(problems)
     return {
         "file": str(station_file(lab)),
         "calibration": None if calibration is None else calibration.definition(),
         "screens": None if sizes is None else [list(size) for size in sizes],
         "fonts": fonts,
-        "languages": languages,
+        "languages": list(languages()),
         "problems": problems,
     }
 
@@ -80,9 +82,3 @@ def _fonts(problems: list[str]) -> dict[str, str | None]:
         return {}
     faces = {script: fonts.face(text[0]) for script, text in SAMPLES.items()}
     return {script: None if face is None else face.path.name for script, face in faces.items()}
-
-
-def _languages() -> list[str]:
-    from palpate.devices.window.texts import languages
-
-    return list(languages())

@@ -157,21 +157,17 @@ def _width(fonts: Fonts, text: str, size: int) -> float:
 
 def _wrapped(fonts: Fonts, writing: Writing, size: int, width: int) -> list[tuple[int, str]]:
     lines, start = [], 0
-    for line in writing.text.split("\n"):
-        lines += _broken(fonts, line, start, size, width)
+    for part in writing.text.split("\n"):
+        line = part
+        # A line is broken after a space where there is one, else between any two letters.
+        while _width(fonts, line, size) > width:
+            stop = _fitting(fonts, line, size, width)
+            stop = line.rfind(" ", 1, stop) + 1 or stop
+            lines.append((start, line[:stop]))
+            start, line = start + stop, line[stop:]
+        lines.append((start, line))
         start += len(line) + 1
     return lines
-
-
-def _broken(fonts: Fonts, line: str, start: int, size: int, width: int) -> list[tuple[int, str]]:
-    """A line broken after a space where there is one, else between any two letters."""
-    found = []
-    while _width(fonts, line, size) > width:
-        stop = _fitting(fonts, line, size, width)
-        stop = line.rfind(" ", 1, stop) + 1 or stop
-        found.append((start, line[:stop]))
-        start, line = start + stop, line[stop:]
-    return [*found, (start, line)]
 
 
 def _fitting(fonts: Fonts, text: str, size: int, width: int) -> int:

@@ -71,7 +71,16 @@ class SerialPort:
     """A serial port of the operating system. Raises DeviceError where it cannot be opened."""
 
     def __init__(self, name: str, path: str, baud: int) -> None:
-        self._serial = _opened(name, path, baud)
+        try:
+            self._serial: Serial = open_serial(path, baud, WAIT_S, WRITE_S)
+        except ModuleNotFoundError:
+            raise DeviceError(f"{name}: {missing_sentence('a serial port', ['serial'])}") from None
+        except (OSError, ValueError) as error:
+            raise DeviceError(
+                f"{name}: the port {path} at {baud} baud cannot be opened ({error}). Is the door simulator plugged in "
+                "and switched on, is the port the right one, is nobody else using it, and may this user use serial "
+                "ports?"
+            ) from error
 
     def read(self, timeout_s: float) -> bytes:  # noqa: ARG002 - WAIT_S is set once: to change it costs a system call
         """What has come."""
@@ -85,18 +94,6 @@ class SerialPort:
     def close(self) -> None:
         """Let go of the line."""
         self._serial.close()
-
-
-def _opened(name: str, path: str, baud: int) -> Serial:
-    try:
-        return open_serial(path, baud, WAIT_S, WRITE_S)
-    except ModuleNotFoundError:
-        raise DeviceError(f"{name}: {missing_sentence('a serial port', ['serial'])}") from None
-    except (OSError, ValueError) as error:
-        raise DeviceError(
-            f"{name}: the port {path} at {baud} baud cannot be opened ({error}). Is the door simulator plugged in and "
-            "switched on, is the port the right one, is nobody else using it, and may this user use serial ports?"
-        ) from error
 
 
 @dataclass

@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -163,7 +163,8 @@ class Link:
             if len(answers) == len(asked):
                 return answers
             if self.clock_s() >= until_s:
-                self.lose(TimeoutError(f"no answer to {_names(asked.values())} for {patience_s:g} s"))
+                names = ", ".join(dict.fromkeys(type(message).__name__ for message in asked.values()))
+                self.lose(TimeoutError(f"no answer to {names} for {patience_s:g} s"))
         raise self.broken
 
     def _of(self, asked: dict[int, says.Message]) -> list[says.Message | None]:
@@ -200,7 +201,3 @@ class Refused(DeviceFault):
     def __init__(self, device: str, nak: says.Nak, message: str) -> None:
         super().__init__(device, "refused", message)
         self.nak = nak
-
-
-def _names(messages: Iterable[says.Message]) -> str:
-    return ", ".join(dict.fromkeys(type(message).__name__ for message in messages))

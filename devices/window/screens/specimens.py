@@ -86,13 +86,14 @@ def _questions(words: Wording) -> dict[str, Specimen]:
     items = tuple(Item(name=f"item{n}", text=text) for n, text in enumerate(words.items))
     interview = Interview((Item(name="item0", text=words.free),))
     likert = Likert(Questionnaire(items=items, ends=words.ends))
-    person = Demographics(tuple(_question(n, *asked) for n, asked in enumerate(words.person)))
+    person = Demographics(tuple(_question(n, *question) for n, question in enumerate(words.person)))
+    criteria = tuple(Criterion(name=f"criterion{n}", text=text, answer="yes") for n, text in enumerate(words.fit))
     return {
         "suggestions": Specimen(Ask(Lexicon(0, "suggestions")), {"words": []}),
         "likert": Specimen(Ask(likert), {"item0": 6, "item1": 5, "item2": 3}),
         "interview": Specimen(Ask(interview), {"item0": words.own[1]}),
         "demographics": Specimen(Ask(person), {"q0": 34, "q1": person.questions[1].levels[0][0], "q3": None}),
-        "eligibility": Specimen(Ask(Eligibility(tuple(_criterion(n, text) for n, text in enumerate(words.fit))))),
+        "eligibility": Specimen(Ask(Eligibility(criteria))),
         "consent": Specimen(Ask(Consent(words.consent))),
         "instructions": Specimen(Instruct("instructions")),
     }
@@ -112,10 +113,6 @@ def _asked(form: Form, former: Mapping[str, Any] | None = None) -> Ask:
 
 def _trial(form: Form) -> Trial:
     return Trial(15, "1", False, Stimulus(id="1"), form, may_go_back=True, rest_before=False)
-
-
-def _criterion(number: int, text: str) -> Criterion:
-    return Criterion(name=f"criterion{number}", text=text, answer="yes")
 
 
 def _question(number: int, text: str, answers: tuple[str, ...] | str) -> Question:
