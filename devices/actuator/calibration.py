@@ -48,7 +48,7 @@ class Calibration(Strict):
         return self
 
     @property
-    def told(self) -> str:
+    def summary(self) -> str:
         """One line for records and people; the digest is that of the whole file."""
         low, high = self.band_Hz
         flat = f"flat within {self.ripple_dB:.2f} dB from {low:g} to {high:g} Hz"

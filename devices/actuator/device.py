@@ -92,8 +92,8 @@ class VoiceCoil:
         if not self.began:
             raise DeviceFault(self.name, "refused", f"{self.name}: nothing is played before start")
         if len(given) > self.room:
-            told = f"{self.name}: {len(given)} samples were written where {self.room} fit"
-            raise self._failed(DeviceFault(self.name, "overrun", told))
+            message = f"{self.name}: {len(given)} samples were written where {self.room} fit"
+            raise self._failed(DeviceFault(self.name, "overrun", message))
         return self.queue.write(self.limiter.limit(given))
 
     def _finite(self, samples: ArrayLike) -> Array:
@@ -102,8 +102,8 @@ class VoiceCoil:
         given = np.atleast_1d(np.asarray(samples, dtype=np.float64))
         if not np.all(np.isfinite(given)):
             bad = int(np.flatnonzero(~np.isfinite(given))[0])
-            told = f"{self.name}: sample {bad} of {len(given)} is {given[bad]}: the output was silenced"
-            raise self._failed(DeviceFault(self.name, "not_a_number", told))
+            message = f"{self.name}: sample {bad} of {len(given)} is {given[bad]}: the output was silenced"
+            raise self._failed(DeviceFault(self.name, "not_a_number", message))
         return given
 
     def check(self) -> None:
@@ -145,8 +145,8 @@ class VoiceCoil:
 
     def describe(self) -> Mapping[str, Any]:
         """The settings, and the calibration's one line."""
-        said = self.settings.model_dump(mode="json", exclude_none=True)
-        return {**said, "unit": self.unit, **({"response": self.calibration.told} if self.calibration else {})}
+        settings = self.settings.model_dump(mode="json", exclude_none=True)
+        return {**settings, "unit": self.unit, **({"response": self.calibration.summary} if self.calibration else {})}
 
     def health(self, seconds: float) -> Health:
         """Play silence for so long; nothing is to be felt."""
@@ -156,8 +156,10 @@ class VoiceCoil:
         facts = {**self.output.facts(), "samples in": self.unit}
         self.close()
         dated = self.settings.calibrated if self.calibration is None else self.calibration.date
-        told = str(fault) if fault else (self.calibration.told if self.calibration else "plays volts: not identified")
-        return Health(fault is None, told, calibrated=dated, facts=facts)
+        message = (
+            str(fault) if fault else (self.calibration.summary if self.calibration else "plays volts: not identified")
+        )
+        return Health(fault is None, message, calibrated=dated, facts=facts)
 
 
 def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> VoiceCoil:

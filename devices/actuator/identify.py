@@ -59,14 +59,14 @@ class Identified:
 
     def calibration(self, date: str) -> Calibration:
         """As it is kept; the date is the day it was measured."""
-        found, made = self.response, self.inverse
+        response, inverse = self.response, self.inverse
         return Calibration(
             date=date, excitation=f"{self.shaking.kind}, {self.shaking.level_V:g} V, seed {self.shaking.seed}",
-            band_Hz=(self.wish.low_Hz, self.wish.high_Hz), boost_dB=self.wish.boost_dB, gain_m_s2_V=made.gain,
-            ripple_dB=made.ripple_dB, before_dB=made.before_dB, delay_ms=made.delay_ms, added_ms=made.added_ms,
-            limited_Hz=made.limited_Hz, hz=found.hz.tolist(), real=found.response.real.tolist(),
-            imaginary=found.response.imag.tolist(), coherence=found.coherence.tolist(),
-            h2_apart_dB=found.apart_dB.tolist(), filter=made.taps.tolist(),
+            band_Hz=(self.wish.low_Hz, self.wish.high_Hz), boost_dB=self.wish.boost_dB, gain_m_s2_V=inverse.gain,
+            ripple_dB=inverse.ripple_dB, before_dB=inverse.before_dB, delay_ms=inverse.delay_ms,
+            added_ms=inverse.added_ms, limited_Hz=inverse.limited_Hz, hz=response.hz.tolist(),
+            real=response.response.real.tolist(), imaginary=response.response.imag.tolist(),
+            coherence=response.coherence.tolist(), h2_apart_dB=response.apart_dB.tolist(), filter=inverse.taps.tolist(),
         )  # fmt: skip
 
 
@@ -112,11 +112,11 @@ def through(coil: VoiceCoil, sensor: Sensor, now_ns: NowNs) -> PlayAndRecord:
     return play_and_record
 
 
-def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, wanted: int, now_ns: NowNs) -> Array:
+def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, due: int, now_ns: NowNs) -> Array:
     """Feed the coil and empty the sensor until all was played and recorded."""
     signal, parts, count, fed = sensor.signals[0], [np.zeros((0, len(sensor.signals[0].channels)))], 0, 0
     until_ns = now_ns() + round((2 * len(volts) / RATE_HZ + PATIENCE_S) * 1e9)
-    while fed < len(volts) or count < wanted:
+    while fed < len(volts) or count < due:
         if fed < len(volts) and coil.room:
             part = volts[fed : fed + coil.room]
             coil.drive(part)
@@ -127,8 +127,8 @@ def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, wanted: int, now_ns
             parts.append(_rows(block, len(signal.channels)))
             count += len(parts[-1])
         if now_ns() > until_ns:
-            told = f"{coil.name}: {fed} of {len(volts)} samples played, {count} of {wanted} recorded in time"
-            raise DeviceFault(sensor.name, "silent", told)
+            message = f"{coil.name}: {fed} of {len(volts)} samples played, {count} of {due} recorded in time"
+            raise DeviceFault(sensor.name, "silent", message)
     coil.check()
     return np.concatenate(parts)
 

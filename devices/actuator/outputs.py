@@ -40,8 +40,8 @@ def bank(up: int) -> Array:
     t = np.arange(up * REACH) - up * REACH / 2
     taps = np.sinc(2 * CUT_HZ / RATE_HZ * t / up) * np.kaiser(up * REACH + 1, KAISER_BETA)[:-1]
     phases = taps.reshape(REACH, up).T
-    made: Array = phases / phases.sum(axis=1, keepdims=True)
-    return made
+    output: Array = phases / phases.sum(axis=1, keepdims=True)
+    return output
 
 
 @dataclass
@@ -69,9 +69,9 @@ class Upsampler:
         got = self.source(wanted) if wanted else np.zeros(0)
         past = np.concatenate([self._past, got])
         windows = np.lib.stride_tricks.sliding_window_view(past, REACH)
-        made: Array = np.einsum("nk,nk->n", windows[newest], self._bank[phase][:, ::-1])
+        output: Array = np.einsum("nk,nk->n", windows[newest], self._bank[phase][:, ::-1])
         self._past, self._at = past[-REACH:], self._at + count * self._down - wanted * self._up
-        return made
+        return output
 
 
 @dataclass(frozen=True)
@@ -173,6 +173,6 @@ def output_of(name: str, settings: Settings, elapsed_s: Callable[[], float]) -> 
             full_scale_V=settings.full_scale_V,
             peak_V=settings.peak_V,
         )
-    made = Felt(RATE_HZ, elapsed_s, lambda _volts: None, shaken=Shaken(seed=settings.seed))
-    made.heard = made.shake
-    return made
+    output = Felt(RATE_HZ, elapsed_s, lambda _volts: None, shaken=Shaken(seed=settings.seed))
+    output.heard = output.shake
+    return output

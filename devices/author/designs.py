@@ -109,8 +109,8 @@ def names(lab: Path) -> list[str]:
 
 def read_design(path: Path) -> Design:
     """A saved design. Raises DesignError naming file and place where it is none."""
-    found: Design = _read(path, Design)
-    return found
+    design: Design = _read(path, Design)
+    return design
 
 
 def setting_of(design: Design, maker: Maker) -> Setting:

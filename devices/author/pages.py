@@ -170,8 +170,8 @@ class RecoverScreen(Aside):
         texts = page.texts
         left, right = (Choice("anew", texts("begin_anew")),), (Choice("next", texts("go_on"), primary=True),)
         frame = Frame(page, texts("recover_prompt"), "", left, right)
-        told = texts("recover_named", name=name) if name else texts("recover_text")
-        self._pages = paged(page, told, frame.body)
+        text = texts("recover_named", name=name) if name else texts("recover_text")
+        self._pages = paged(page, text, frame.body)
         super().__init__(frame)
 
     def body(self) -> Iterator[Element]:

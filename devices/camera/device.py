@@ -138,14 +138,14 @@ class Camera:
         """Whether the folder can be read."""
         from palpate.devices.device import DeviceError
 
-        kept = "LAB/pictures" if self.settings.pictures is None else str(self.pictures)
-        facts = {"lights": str(self.settings.count), "kept in": kept}
+        pictures = "LAB/pictures" if self.settings.pictures is None else str(self.pictures)
+        facts = {"lights": str(self.settings.count), "kept in": pictures}
         try:
             self.open()
         except DeviceError as error:
             return Health(False, str(error), calibrated=self.settings.calibrated, facts=facts)
-        told = "simulated" if self.settings.driver == "twin" else f"waits for pictures in {self.settings.folder}"
-        return Health(True, told, calibrated=self.settings.calibrated, facts=facts)
+        summary = "simulated" if self.settings.driver == "twin" else f"waits for pictures in {self.settings.folder}"
+        return Health(True, summary, calibrated=self.settings.calibrated, facts=facts)
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """Ask for one light after the other until there is a picture for each, at most `request.seconds`."""
@@ -184,11 +184,11 @@ class Camera:
 
     def _shot(self, act: Act, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Aside | None:
         def ready() -> bool:
-            wanted = self._wanted()
-            if wanted is not None and desk.answer() is not None:
+            light_wanted = self._wanted()
+            if light_wanted is not None and desk.answer() is not None:
                 # A confirmation keeps the picture that is complained of, or says that no more are coming.
-                if wanted in self.taken:
-                    self.kept_as_it_is.add(wanted)
+                if light_wanted in self.taken:
+                    self.kept_as_it_is.add(light_wanted)
                 else:
                     self.stopped = True
             for arrived in self.source.new(now_ns() / NS):
@@ -209,12 +209,12 @@ class Camera:
         return next(missing, None) or (None if self.settings.driver == "twin" else next(bad, None))
 
     def _prompt(self, request: Sense) -> Prompt | None:
-        wanted = self._wanted()
-        if wanted is None:
+        light_wanted = self._wanted()
+        if light_wanted is None:
             return None
-        light = f"{request.trial.stimulus.id}, {self.settings.light(wanted)}"
-        if wanted in self.taken:
-            flags = " and ".join(self.taken[wanted]["flags"]).replace("_", " ")
+        light = f"{request.trial.stimulus.id}, {self.settings.light(light_wanted)}"
+        if light_wanted in self.taken:
+            flags = " and ".join(self.taken[light_wanted]["flags"]).replace("_", " ")
             return Prompt(f"{light}: the picture is {flags}. Take it again, or confirm to keep it.")
         return Prompt(f"{light}: take the picture. Confirm only where no more come.")
 
@@ -224,21 +224,21 @@ class Camera:
         chosen = self.settings
         light = self._wanted()
         try:
-            found = look(arrived.data, Limits(chosen.least_pixels, chosen.least_sharpness, chosen.most_white))
+            seen = look(arrived.data, Limits(chosen.least_pixels, chosen.least_sharpness, chosen.most_white))
         except Incomplete as error:
             self.source.refuse(arrived.name, str(error))
             return
         # A picture whose bytes were given for this sample now, or for another one ever, is left out.
         stimulus = request.trial.stimulus.id
-        now = any(picture["sha256"] == found.sha256 for picture in self.taken.values())
-        if light is None or now or self.seen.get(found.sha256, stimulus) != stimulus:
+        now = any(picture["sha256"] == seen.sha256 for picture in self.taken.values())
+        if light is None or now or self.seen.get(seen.sha256, stimulus) != stimulus:
             self.left_out.append(arrived.name)
             return
-        file = keep(self.name, self.pictures, stimulus, light, found.sha256, arrived.name, arrived.data)
-        self.seen[found.sha256] = stimulus
+        file = keep(self.name, self.pictures, stimulus, light, seen.sha256, arrived.name, arrived.data)
+        self.seen[seen.sha256] = stimulus
         self.taken[light] = {
-            "file": file, "from": arrived.name, "sha256": found.sha256, "width": found.width, "height": found.height,
-            "light": light, "sharpness": found.sharpness, "white": found.white, "flags": list(found.flags),
+            "file": file, "from": arrived.name, "sha256": seen.sha256, "width": seen.width, "height": seen.height,
+            "light": light, "sharpness": seen.sharpness, "white": seen.white, "flags": list(seen.flags),
         }  # fmt: skip
 
 

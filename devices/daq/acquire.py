@@ -61,7 +61,7 @@ class Pace:
         return Pace(since(now_ns), time.sleep)
 
     @staticmethod
-    def told(elapsed_s: Elapsed) -> Pace:
+    def by_clock(elapsed_s: Elapsed) -> Pace:
         """The time that somebody else tells, from now on; nothing is waited for."""
         begun = elapsed_s()
         return Pace(lambda: elapsed_s() - begun, lambda _seconds: None)

@@ -80,13 +80,13 @@ class _Reader:
             raise self._wrong(f"<{root.tag}>", "the outermost element is <FTSensor>")
         if self._text(root, "NumGages").strip() != "6":
             raise self._wrong("<FTSensor NumGages>", "sensors of 6 gauges are supported")
-        found = root.find("Calibration")
-        if found is None:
+        calibration = root.find("Calibration")
+        if calibration is None:
             raise self._wrong("<FTSensor>", "a <Calibration> is expected inside")
-        if self._number(found, "GainMultiplier", 1.0) != 1.0:
+        if self._number(calibration, "GainMultiplier", 1.0) != 1.0:
             raise self._wrong("<Calibration GainMultiplier>", "only 1 is supported: no amplifier added")
-        user = {name: self._values(child, "values") for name, child in self._axes(found, "UserAxis").items()}
-        axes, basic = self._axes(found, "Axis"), dict[str, Row]()
+        user = {name: self._values(child, "values") for name, child in self._axes(calibration, "UserAxis").items()}
+        axes, basic = self._axes(calibration, "Axis"), dict[str, Row]()
         for name, child in axes.items():
             scale = self._number(child, "scale", 1.0)
             if scale == 0:
@@ -95,20 +95,20 @@ class _Reader:
         if not user and not basic:
             raise self._wrong("<Calibration>", "rows named UserAxis or Axis are expected inside")
         # The gauges' volts: OutputRange wide, on both sides of zero where OutputBipolar says so.
-        width = self._number(found, "OutputRange", 20.0)
+        width = self._number(calibration, "OutputRange", 20.0)
         if not 0 < width <= 100:
             raise self._wrong("<Calibration OutputRange>", f"{width:g} V is no range of a gauge")
-        bipolar = found.get("OutputBipolar", "True").strip().lower() == "true"
+        bipolar = calibration.get("OutputBipolar", "True").strip().lower() == "true"
         low, high = (-width / 2, width / 2) if bipolar else (0.0, width)
-        transform = found.find("BasicTransform")
+        transform = calibration.find("BasicTransform")
         shift = tuple(0.0 if transform is None else self._number(transform, name, 0.0) for name in SHIFTS)
         return CalFile(
             root.get("Serial") or self._text(root, "SerialNumber"), root.get("BodyStyle", ""),
-            found.get("PartNumber", ""), _iso(found.get("CalDate", "")),
-            self._text(found, "ForceUnits"), self._text(found, "TorqueUnits"),
-            found.get("DistUnits", "m"), found.get("AngleUnits", "degrees"), low, high, user, basic,
-            {name: self._rated(child) for name, child in (self._axes(found, "UserAxis") or axes).items()},
-            shift, self._slopes(found), hashlib.sha256(data).hexdigest(),
+            calibration.get("PartNumber", ""), _iso(calibration.get("CalDate", "")),
+            self._text(calibration, "ForceUnits"), self._text(calibration, "TorqueUnits"),
+            calibration.get("DistUnits", "m"), calibration.get("AngleUnits", "degrees"), low, high, user, basic,
+            {name: self._rated(child) for name, child in (self._axes(calibration, "UserAxis") or axes).items()},
+            shift, self._slopes(calibration), hashlib.sha256(data).hexdigest(),
         )  # fmt: skip
 
     def _tree(self, data: bytes) -> Element:
@@ -128,9 +128,9 @@ class _Reader:
     def _refuse_doctype(self, *_ignored: object) -> None:
         raise self._wrong("<!DOCTYPE>", "a calibration file has none")
 
-    def _axes(self, found: Element, tag: str) -> dict[str, Element]:
+    def _axes(self, calibration: Element, tag: str) -> dict[str, Element]:
         """The six rows of that name by axis; none at all where the file has none of them."""
-        axes = [(self._text(child, "Name"), child) for child in found.findall(tag)]
+        axes = [(self._text(child, "Name"), child) for child in calibration.findall(tag)]
         names = [name for name, _ in axes]
         if axes and sorted(names) != sorted(AXES):
             raise self._wrong(f"<{tag}>", f"one each of {', '.join(AXES)} is expected, found {some(names)}")
@@ -142,8 +142,8 @@ class _Reader:
             raise self._wrong(_called(axis, "max"), f"{rated:g} is no rated load; more than 0 is expected")
         return rated
 
-    def _slopes(self, found: Element) -> tuple[Row, Row, float] | None:
-        bias, gain, thermistor = (found.find(name) for name in ("BiasSlope", "GainSlope", "Thermistor"))
+    def _slopes(self, calibration: Element) -> tuple[Row, Row, float] | None:
+        bias, gain, thermistor = (calibration.find(name) for name in ("BiasSlope", "GainSlope", "Thermistor"))
         if bias is None and gain is None:
             return None
         none = (0.0,) * 6
@@ -190,5 +190,5 @@ def _called(element: Element, attribute: str) -> str:
 
 def _iso(date: str) -> str | None:
     """The maker's month/day/year as an ISO date; None where it is written otherwise."""
-    found = _DATE.match(date.strip())
-    return f"{found[3]}-{int(found[1]):02}-{int(found[2]):02}" if found else None
+    match = _DATE.match(date.strip())
+    return f"{match[3]}-{int(match[1]):02}-{int(match[2]):02}" if match else None

@@ -65,7 +65,7 @@ class Gauges:
     matrix: Array
     watch: VoltageCheck
     slopes: Slopes | None
-    told: Mapping[str, Any]
+    description: Mapping[str, Any]
     calibrated: str | None
     still: float
     overload: float
@@ -131,7 +131,7 @@ class Gauges:
     def describe(self) -> Mapping[str, Any]:
         """The calibration file, the matrix that is used, the zero and the limits."""
         return {
-            **self.told,
+            **self.description,
             "matrix": self.matrix.tolist(),
             "bias_V": self.bias_V.tolist(),
             "rated": self.calibration.rated.tolist(),
@@ -156,12 +156,12 @@ class Gauges:
         if not ended.any():
             return
         row, gauge = np.argwhere(ended)[0]
-        told = f"{self.device}: {self.watch.wires[gauge]} stands at the end of its range ({volts[row, gauge]:.4g} V)"
+        where = f"{self.device}: {self.watch.wires[gauge]} stands at the end of its range ({volts[row, gauge]:.4g} V)"
         if self.alive[gauge]:
             why = "the load is beyond what the sensor can measure; unload it"
-            raise DeviceFault(self.device, "overload", f"{told}: {why}")
+            raise DeviceFault(self.device, "overload", f"{where}: {why}")
         why = "since the start: a broken gauge or cable, no power, or a load that was there already"
-        raise DeviceFault(self.device, "stuck", f"{told} {why}")
+        raise DeviceFault(self.device, "stuck", f"{where} {why}")
 
 
 def gauge_volts(matrix: Array, slopes: Slopes | None) -> Ideal:

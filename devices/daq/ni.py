@@ -96,7 +96,7 @@ class NiDaq:
     reader: Any = None
     pace: Pace | None = None
     position: int = 0
-    told: dict[str, str] = field(default_factory=dict)
+    card_facts: dict[str, str] = field(default_factory=dict)
 
     @property
     def columns(self) -> int:
@@ -106,7 +106,7 @@ class NiDaq:
     @property
     def facts(self) -> Mapping[str, str]:
         """Product, serial number and the rate that the card really runs at."""
-        return self.told
+        return self.card_facts
 
     def open(self) -> None:
         """Make and commit the task. Raises DeviceError: no package, no driver, no card, taken, rate not possible."""
@@ -134,7 +134,7 @@ class NiDaq:
                     f" write `rate_hz: {real_hz:g}`"
                 )
             device = nidaqmx.system.Device(self.wiring.channels[0].partition("/")[0])
-            self.told = {
+            self.card_facts = {
                 "card": str(device.product_type), "serial": f"{int(device.serial_num):X}", "rate_hz": f"{real_hz:.9g}",
                 **({"simulated": "by NI-DAQmx"} if device.is_simulated else {}),
             }  # fmt: skip
@@ -163,9 +163,9 @@ class NiDaq:
             return nothing
         try:
             # Wait until there is enough for a read, or the time is over.
-            wanted = max(1, round(self.wiring.rate_hz * min(TOLD_S, timeout_s)))
+            enough = max(1, round(self.wiring.rate_hz * min(TOLD_S, timeout_s)))
             end = self.pace.elapsed_s() + timeout_s
-            while (there := int(self.task.in_stream.avail_samp_per_chan)) < wanted and self.pace.elapsed_s() < end:
+            while (there := int(self.task.in_stream.avail_samp_per_chan)) < enough and self.pace.elapsed_s() < end:
                 self.pace.wait(min(TOLD_S, timeout_s))
             count = min(there, most)
             return Taken(self._read(count)) if count else nothing
@@ -242,9 +242,9 @@ def refused(name: str, code: int, message: str) -> DeviceError:
     return DeviceError(f"{name}: {todo}. NI-DAQmx {code}: {first_line(message)}")
 
 
-def failed(name: str, code: int, message: str) -> DeviceFault:
+def failed(name: str, code: int, text: str) -> DeviceFault:
     """What a card did while it sampled."""
-    told = f"NI-DAQmx {code}: {first_line(message)}"
+    told = f"NI-DAQmx {code}: {first_line(text)}"
     if code in STOPPED or code == OVERWRITTEN:
         why = "samples came faster than they were stored, and how many are missing cannot be said"
         return DeviceFault(name, "overrun", f"{name}: {why}; lower `rate_hz` or raise `buffer_s`. {told}")

@@ -108,10 +108,10 @@ class DaqSensor:
         self.daq.expect(None)
         self.start(time.monotonic_ns)
         try:
-            wanted = max(2, math.ceil(seconds * self.daq.wiring.rate_hz))
+            target = max(2, math.ceil(seconds * self.daq.wiring.rate_hz))
             parts: list[Volts] = []
             patience = math.ceil(seconds / WAIT_S) + round(SILENT_S / WAIT_S)
-            while (missing := wanted - sum(map(len, parts))) > 0 and patience:
+            while (missing := target - sum(map(len, parts))) > 0 and patience:
                 parts.append(self.daq.read(missing, WAIT_S).volts)
                 patience -= not len(parts[-1])
             if missing > 0:
@@ -154,10 +154,14 @@ class DaqSensor:
         except DeviceFault as fault:
             return Health(False, str(fault), (), self.transducer.calibrated, facts)
         wrong = [
-            said for reading in readings if (said := _wrong(reading, seconds) or self.transducer.complaint(reading))
+            problem
+            for reading in readings
+            if (problem := _wrong(reading, seconds) or self.transducer.complaint(reading))
         ]
-        told = "; ".join(wrong) or f"{readings[0].rate_hz:.6g} Hz, nothing lost"
-        return Health(not any(wrong), told, readings, self.transducer.calibrated, facts | dict(self.transducer.facts))
+        summary = "; ".join(wrong) or f"{readings[0].rate_hz:.6g} Hz, nothing lost"
+        return Health(
+            not any(wrong), summary, readings, self.transducer.calibrated, facts | dict(self.transducer.facts)
+        )
 
     def expect(self, scene: Scene | None) -> None:
         """What is sensed from the next start on."""
@@ -166,7 +170,7 @@ class DaqSensor:
     def start(self, now_ns: NowNs) -> None:
         """Begin to sample. Raises DeviceError."""
         with self.lock:
-            self.pace = Pace.real(now_ns) if self.elapsed_s is None else Pace.told(self.elapsed_s)
+            self.pace = Pace.real(now_ns) if self.elapsed_s is None else Pace.by_clock(self.elapsed_s)
             self.transducer.begin()
             self.daq.start(self.pace)
             self.now_ns, self.number, self.came_s = now_ns, 0, self.pace.elapsed_s()
@@ -181,8 +185,8 @@ class DaqSensor:
             if not len(taken.volts):
                 quiet = self.pace.elapsed_s() - self.came_s
                 if quiet > max(SILENT_S, 20 / self.daq.wiring.rate_hz):
-                    told = f"{self.name}: no sample for {quiet:.1f} s; see the card, its cable and its clock"
-                    raise DeviceFault(self.name, "silent", told)
+                    message = f"{self.name}: no sample for {quiet:.1f} s; see the card, its cable and its clock"
+                    raise DeviceFault(self.name, "silent", message)
                 return {self.transducer.signal.name: ()}
             self.came_s = self.pace.elapsed_s()
             rows = self.transducer.rows(taken.volts)
@@ -200,10 +204,10 @@ class DaqSensor:
 
 
 def _wrong(reading: Reading, seconds: float) -> str | None:
-    asked = reading.signal.rate_hz
-    off = max(RATE_TOLERANCE, LATE_S / seconds) * asked
+    nominal_hz = reading.signal.rate_hz
+    off = max(RATE_TOLERANCE, LATE_S / seconds) * nominal_hz
     if reading.lost:
         return f"{count(reading.lost, 'sample')} lost"
-    if reading.rate_hz and abs(reading.rate_hz - asked) > off:
-        return f"it runs at {reading.rate_hz:.5g} Hz; {asked:g} are set"
+    if reading.rate_hz and abs(reading.rate_hz - nominal_hz) > off:
+        return f"it runs at {reading.rate_hz:.5g} Hz; {nominal_hz:g} are set"
     return None

@@ -61,7 +61,7 @@ def rated(model: Model, force_N: Array) -> tuple[Rated, ...]:
     return tuple(ratings)
 
 
-def as_told(file: str, answer: tuple[Rated, ...]) -> dict[str, Any]:
+def as_data(file: str, answer: tuple[Rated, ...]) -> dict[str, Any]:
     """The same for a script."""
     return {"file": file, "ratings": [asdict(rated) for rated in answer]}
 

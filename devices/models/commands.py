@@ -140,28 +140,30 @@ def predict(
       palpate predict door-perception mydoor_g0.csv --lab LAB
       palpate predict door-force --wish Easy-to-pull=20 --wish Damped=30 --to door.csv --lab LAB
     """
-    asked = _read(model, lab)
-    if asked.card.texture is not None:
+    loaded = _read(model, lab)
+    if loaded.card.texture is not None:
         raise click.UsageError(
-            f"{asked.card.name} makes a texture: {shell_command('render', asked.card.texture.id)} plays it"
+            f"{loaded.card.name} makes a texture: {shell_command('render', loaded.card.texture.id)} plays it"
         )
-    if asked.card.takes.kind == "ratings":
+    if loaded.card.takes.kind == "ratings":
         if recording or zero:
-            raise click.UsageError(f"{asked.card.name} makes profiles: it is given --wish, not a recording")
-        _print_profile(asked, (*wishes, *given), to, as_json)
+            raise click.UsageError(f"{loaded.card.name} makes profiles: it is given --wish, not a recording")
+        _print_profile(loaded, (*wishes, *given), to, as_json)
         return
     if wishes or to is not None:
-        raise click.UsageError(f"{asked.card.name} tells how profiles feel: it is given FILEs; --wish and --to are for "
-                               "a model that makes profiles")  # fmt: skip
+        raise click.UsageError(
+            f"{loaded.card.name} tells how profiles feel: it is given FILEs; --wish and --to are for a model that makes"
+            " profiles"
+        )
     if zero and not recording:
         raise click.UsageError("--zero counts a recording's angle anew: it goes with --recording")
     if not given:
         raise click.UsageError("which profile? Give a profile FILE, as studies/door_ratings/profiles/K8_g0.csv")
-    _print_ratings(asked, [Path(path) for path in given], recording, zero, as_json)
+    _print_ratings(loaded, [Path(path) for path in given], recording, zero, as_json)
 
 
-def _print_ratings(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_json: bool) -> None:
-    from palpate.devices.models.answers import as_told, heading, in_words, profile_of, rated
+def _print_ratings(model: Model, files: Sequence[Path], recording: bool, zero: bool, as_json: bool) -> None:
+    from palpate.devices.models.answers import as_data, heading, in_words, profile_of, rated
     from palpate.signals.models.errors import in_file
 
     if gone := [path for path in files if not path.is_file()]:
@@ -170,31 +172,31 @@ def _print_ratings(asked: Model, files: Sequence[Path], recording: bool, zero: b
     for path in files:
         force_N = profile_of(path, recording, zero)
         with in_file(path):
-            answers.append((str(path), rated(asked, force_N)))
+            answers.append((str(path), rated(model, force_N)))
     if as_json:
-        interval = asked.card.interval
-        _echo({"model": asked.card.name, "coverage": interval and interval.coverage, "notes": asked.card.notes,
-               "profiles": [as_told(*answer) for answer in answers]})  # fmt: skip
+        interval = model.card.interval
+        _echo({"model": model.card.name, "coverage": interval and interval.coverage, "notes": model.card.notes,
+               "profiles": [as_data(*answer) for answer in answers]})  # fmt: skip
         return
-    click.echo("\n\n".join([heading(asked), *(in_words(*answer) for answer in answers)]))
+    click.echo("\n\n".join([heading(model), *(in_words(*answer) for answer in answers)]))
 
 
-def _print_profile(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:
+def _print_profile(model: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:
     from palpate.devices.door.stimuli import profile_text
     from palpate.devices.models.answers import wish_of
     from palpate.protocols.files import write_text
     from palpate.signals.doors.limits import refusal
 
     if not given:
-        raise click.UsageError(f"what is wished for? Give --wish NAME=VALUE; {', '.join(asked.card.takes.names)}")
-    wish = wish_of(given, asked.card.takes)
-    force_N = asked.run(wish)
+        raise click.UsageError(f"what is wished for? Give --wish NAME=VALUE; {', '.join(model.card.takes.names)}")
+    wish = wish_of(given, model.card.takes)
+    force_N = model.run(wish)
     why = refusal(force_N)
     if to is not None:
         write_text(to, profile_text(force_N))
     if as_json:
-        named = dict(zip(asked.card.takes.names, wish.tolist(), strict=False))
-        _echo({"model": asked.card.name, "wish": named, "force_N": force_N.tolist(), "door_refuses": why,
+        named = dict(zip(model.card.takes.names, wish.tolist(), strict=False))
+        _echo({"model": model.card.name, "wish": named, "force_N": force_N.tolist(), "door_refuses": why,
                "file": None if to is None else str(to)})  # fmt: skip
         return
     click.echo(profile_text(force_N) if to is None else str(to), nl=to is not None)

@@ -131,11 +131,12 @@ def _port(port: Port) -> str:
 
 def require_one_texture(models: Sequence[Model]) -> None:
     """All make the same texture. Raises ModelInputError that says which does not, or whose card is contradictory."""
-    first, made = models[0].card, texture_of(models[0]).id
+    first, texture = models[0].card, texture_of(models[0]).id
     for card in (model.card for model in models):
-        if card.texture is None or card.texture.id != made:
+        if card.texture is None or card.texture.id != texture:
             raise ModelInputError(
-                f"{first.name} makes {made}, {card.name} does not: models that answer the same question are compared."
+                f"{first.name} makes {texture}, {card.name} does not: models that answer the same question are"
+                " compared."
             )
         if card.takes.kind == WINDOW and card.takes.size != 3 * card.texture.window:
             raise ModelInputError(
@@ -173,8 +174,8 @@ def texture_windows(models: Sequence[Model]) -> tuple[Array, tuple[str, ...]]:
         rows = np.concatenate([past[:, None, at - window : at], hand], axis=1).reshape(len(past), -1)
         answers = first.run(rows)
         sd = np.exp(answers[:, 1]) if answers.shape[1] == 2 else texture.rms_m_s2 / 10
-        made = answers[:, 0] + sd * chance.normal(size=len(past))
-        past[:, at] = np.clip(made, -texture.peak_m_s2, texture.peak_m_s2)
+        samples = answers[:, 0] + sd * chance.normal(size=len(past))
+        past[:, at] = np.clip(samples, -texture.peak_m_s2, texture.peak_m_s2)
     held = [np.repeat(column[:, None], longest, axis=1) for column in (speed, force)]
     return np.concatenate([past[:, -longest:], *held], axis=1), names
 

@@ -162,26 +162,26 @@ def read_hand(path: Path, shape: Shape | None = None) -> Scripted:
 
 def _stroked(path: Path, shape: Shape) -> Scripted:
     reports = read_reports(path)
-    begun, ended = reports[0].t_s, max(report.t_s for report in reports if math.isfinite(report.t_s))
-    if not ended - begun <= LONGEST_S:
-        raise RenderError(f"{path}: {ended - begun:g} s; a day at most. Is t_s in seconds?")
-    felt, refused = _filtered(reports, begun, ended, shape)
+    start_s, end_s = reports[0].t_s, max(report.t_s for report in reports if math.isfinite(report.t_s))
+    if not end_s - start_s <= LONGEST_S:
+        raise RenderError(f"{path}: {end_s - start_s:g} s; a day at most. Is t_s in seconds?")
+    felt, refused = _filtered(reports, start_s, end_s, shape)
     if refused:
         del refused["clock_reset"]
         why, count = refused.most_common(1)[0]
-        told = f"{REFUSED[why][1]}, in {count} of {len(reports)} rows"
-        raise RenderError(f"{path}: {told}. Mend these rows or leave them out.")
+        message = f"{REFUSED[why][1]}, in {count} of {len(reports)} rows"
+        raise RenderError(f"{path}: {message}. Mend these rows or leave them out.")
     return Scripted([speed for speed, _ in felt], [force for _, force in felt])
 
 
 def _filtered(
-    reports: Sequence[Report], begun: float, ended: float, shape: Shape
+    reports: Sequence[Report], start_s: float, end_s: float, shape: Shape
 ) -> tuple[list[tuple[float, float]], Counter[str]]:
     """Speed and force at every millisecond, and how many reports were not believed, by why."""
     judge, stylus = Guard("hand", aligned=True), Stylus(shape)
-    waiting = [report._replace(t_s=report.t_s - begun) for report in reversed(reports)]
+    waiting = [report._replace(t_s=report.t_s - start_s) for report in reversed(reports)]
     felt = []
-    for sample in range(int((ended - begun) * RATE_HZ) + 1):
+    for sample in range(int((end_s - start_s) * RATE_HZ) + 1):
         t_s = sample / RATE_HZ
         while waiting and not waiting[-1].t_s > t_s:
             with suppress(DeviceFault):  # it counts them

@@ -14,7 +14,7 @@ from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.hands import RATE_HZ, Scripted, read_hand
 from palpate.devices.render.job import Job
 from palpate.devices.render.loop import Deadlines
-from palpate.devices.render.opened import told
+from palpate.devices.render.opened import describe_voice
 from palpate.devices.render.process import Rendering
 from palpate.protocols.files import open_bytes
 from palpate.protocols.wording import count
@@ -59,12 +59,14 @@ def hand_of(given: str, seconds: float | None, seed: int) -> Scripted:
 def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.perf_counter_ns) -> Played:
     """As fast as it goes; `record` says how long steps took (`took`), against 1000 us. Raises as `open_voice`."""
     voice = opened_voice(sounds)
-    made, took = np.empty(len(hand)), Deadlines()
+    samples, took = np.empty(len(hand)), Deadlines()
     for sample in range(len(hand)):
-        begun = now_ns()
-        made[sample] = voice.step(*hand.at(sample))
-        took.note(now_ns() - begun)
-    return Played(np.vstack([made, *_inputs(hand)]), {"paced": False, "took": took.record(), "voice": told(voice)})
+        started_ns = now_ns()
+        samples[sample] = voice.step(*hand.at(sample))
+        took.note(now_ns() - started_ns)
+    return Played(
+        np.vstack([samples, *_inputs(hand)]), {"paced": False, "took": took.record(), "voice": describe_voice(voice)}
+    )
 
 
 def paced(job: Job, hand: Scripted) -> Played:
@@ -149,9 +151,9 @@ def in_words(record: Mapping[str, Any], seconds: float, level_m_s2: float) -> It
             yield f"limited {count(output['limited'], 'sample')} to what the actuator bears"
         if not output["compensated"]:
             yield "played on a twin that is not identified: not compensated"
-    yield from (f"{voice[name]} {told}" for name, told in WORDS.items() if voice.get(name))
+    yield from (f"{voice[name]} {words}" for name, words in WORDS.items() if voice.get(name))
     yield from voice.get("notes", ())
 
 
-def _times(told: Mapping[str, Any]) -> str:
-    return f"median {told['median_us']:g}, 99 % {told['p99_us']:g}, worst {told['worst_us']:g} us"
+def _times(times: Mapping[str, Any]) -> str:
+    return f"median {times['median_us']:g}, 99 % {times['p99_us']:g}, worst {times['worst_us']:g} us"

@@ -97,10 +97,10 @@ class Deadlines:
 
     def quantile_us(self, share: float) -> float:
         """The upper edge of the cell that this share of the steps reaches: at most 19 % too much."""
-        wanted, seen = share * self.steps, 0
+        target, seen = share * self.steps, 0
         for count, edge in zip(self.cells, EDGES_US, strict=False):
             seen += count
-            if seen >= wanted and seen:
+            if seen >= target and seen:
                 return min(edge, self.worst_us)
         return self.worst_us
 
@@ -184,7 +184,7 @@ class Loop:
 
     def _next(self) -> float:
         speed, force = self.hand.at(self.made)
-        made = self.render.step(speed, force)
-        self.watch.note(made, speed, force)
+        sample = self.render.step(speed, force)
+        self.watch.note(sample, speed, force)
         self.made += 1
-        return made
+        return sample

@@ -43,11 +43,11 @@ class Playing:
         return {
             "ready": self.loop.ready.record(), "woken": self.loop.woken.record(), "output": dict(self.sink.record()),
             "made": self.loop.made, "switches": self.renderer.switches,
-            "voice": None if voice is None else told(voice), **self.facts,
+            "voice": None if voice is None else describe_voice(voice), **self.facts,
         }  # fmt: skip
 
 
-def told(voice: Voice) -> dict[str, Any]:
+def describe_voice(voice: Voice) -> dict[str, Any]:
     """What a record keeps of a voice: its model's file by digest, what ran it, what it met."""
     card = voice.card
     return {
@@ -87,11 +87,11 @@ def playing(job: Job, trace: Trace, pace: Pace | None = None) -> Iterator[Playin
         coil.start()
         if tablet is not None:
             tablet.start(time.monotonic_ns)
-        made = Playing(renderer, hand, sink, Loop(renderer, hand, sink, pace or Wall(), trace))
+        work = Playing(renderer, hand, sink, Loop(renderer, hand, sink, pace or Wall(), trace))
         devices = [device for device in (coil, tablet) if device is not None]
-        made.facts["devices"] = {device.name: dict(device.describe()) for device in devices}
+        work.facts["devices"] = {device.name: dict(device.describe()) for device in devices}
         try:
-            yield made
+            yield work
         finally:
             coil.rest()
             coil.safe()
@@ -99,9 +99,9 @@ def playing(job: Job, trace: Trace, pace: Pace | None = None) -> Iterator[Playin
 
 def twin_coil(ahead: int, elapsed_s: Any = time.monotonic) -> VoiceCoil:
     """A voice coil that is none."""
-    made = make("actuator", Settings(kind="voice_coil", driver="twin", ahead_ms=max(5, ahead)), Path(), elapsed_s)
-    made.open()
-    return made
+    coil = make("actuator", Settings(kind="voice_coil", driver="twin", ahead_ms=max(5, ahead)), Path(), elapsed_s)
+    coil.open()
+    return coil
 
 
 @contextmanager

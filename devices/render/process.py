@@ -132,7 +132,7 @@ class Rendering:
         try:
             if talk is None or not talk.poll(timeout_s):
                 raise RenderError(f"the renderer did not answer within {timeout_s:g} s")
-            said = talk.recv()
+            answer = talk.recv()
         except (EOFError, OSError):
             # Of a process that has ended well, return what it sent last.
             if self._process is not None:
@@ -142,9 +142,9 @@ class Rendering:
             code = None if self._process is None else self._process.exitcode
             how = f"by signal {-code}" if code and code < 0 else "unasked"
             raise RenderError(f"the renderer's process ended {how}") from None
-        if isinstance(said, str):
-            raise RenderError(said)
-        self._last = said or self._last
+        if isinstance(answer, str):
+            raise RenderError(answer)
+        self._last = answer or self._last
         return self._last
 
 
@@ -172,9 +172,9 @@ def _serve(job: Job, memory: str, talk: Connection) -> None:
         return  # whoever began this has gone meanwhile
     trace.memory = over(shared)
     try:
-        with playing(job, trace) as made:
+        with playing(job, trace) as work:
             talk.send({})
-            _play(job, made, talk)
+            _play(job, work, talk)
     except (ValueError, OSError, DeviceFault) as error:
         with suppress(OSError):
             talk.send(str(error))
@@ -187,47 +187,47 @@ def _serve(job: Job, memory: str, talk: Connection) -> None:
         shared.close()
 
 
-def _play(job: Job, made: Playing, talk: Connection) -> None:
+def _play(job: Job, work: Playing, talk: Connection) -> None:
     ending = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_told: ending.set())
     with undisturbed():
-        made.facts.update(in_front(job.real_time))
+        work.facts.update(in_front(job.real_time))
         # After that: a listener of lower priority would, while it holds the interpreter, be held up with the loop.
-        threading.Thread(target=_listen, args=(made, talk, ending), daemon=True).start()
+        threading.Thread(target=_listen, args=(work, talk, ending), daemon=True).start()
         before = outside()
-        made.loop.run(NEVER if job.seconds is None else round(job.seconds * 1000), ending.is_set)
-        made.facts["outside"] = outside().since(before)
-    made.sink.coil.rest()
+        work.loop.run(NEVER if job.seconds is None else round(job.seconds * 1000), ending.is_set)
+        work.facts["outside"] = outside().since(before)
+    work.sink.coil.rest()
     with suppress(OSError):
-        talk.send(made.record())
+        talk.send(work.record())
 
 
-def _listen(made: Playing, talk: Connection, ending: threading.Event) -> None:
-    """Do what is asked; end with whoever asks."""
+def _listen(work: Playing, talk: Connection, ending: threading.Event) -> None:
+    """Do what is requested; end with the process that requests it."""
     while not ending.is_set():
         try:
-            asked = talk.recv()
+            request = talk.recv()
         except (EOFError, OSError):
             break
-        _heard(asked, made, talk, ending)
+        _obey(request, work, talk, ending)
     ending.set()
 
 
-def _heard(asked: object, made: Playing, talk: Connection, ending: threading.Event) -> None:
-    if isinstance(asked, Reports):
-        if isinstance(made.hand, Pushed):
-            for report in asked.reports:
-                made.hand.push(report)
-    elif isinstance(asked, Volume):
-        made.renderer.volume(asked.gain)
-    elif isinstance(asked, Switch):
+def _obey(request: object, work: Playing, talk: Connection, ending: threading.Event) -> None:
+    if isinstance(request, Reports):
+        if isinstance(work.hand, Pushed):
+            for report in request.reports:
+                work.hand.push(report)
+    elif isinstance(request, Volume):
+        work.renderer.volume(request.gain)
+    elif isinstance(request, Switch):
         try:
-            made.renderer.switch(sounding(asked.sounds))
+            work.renderer.switch(sounding(request.sounds))
             talk.send({})
         except ValueError as error:
             talk.send(str(error))
-    elif isinstance(asked, Ask):
-        talk.send(made.record())
+    elif isinstance(request, Ask):
+        talk.send(work.record())
     else:
         ending.set()
 

@@ -60,8 +60,8 @@ class Coil:
 
     def record(self) -> Mapping[str, Any]:
         """Underruns, samples missing in them, samples limited, faults, how far ahead, compensated or not."""
-        told = {"ahead_ms": self.ahead, "compensated": self.gain_V is None, "when_late": WHEN_LATE}
-        return {**self.coil.record(), **told}
+        facts = {"ahead_ms": self.ahead, "compensated": self.gain_V is None, "when_late": WHEN_LATE}
+        return {**self.coil.record(), **facts}
 
 
 def on_coil(coil: VoiceCoil, ahead: int = MOST_AHEAD) -> Coil:

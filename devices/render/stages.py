@@ -45,11 +45,11 @@ class Renderer:
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
         """The next sample in m/s^2."""
-        made = self._next(speed_mm_s, force_N)
-        gain, wanted = self._gain, self._wanted
-        if gain != wanted:
-            self._gain = gain = min(wanted, gain + MOST_CHANGE) if wanted > gain else max(wanted, gain - MOST_CHANGE)
-        return made if gain == 1.0 else gain * made
+        sample = self._next(speed_mm_s, force_N)
+        gain, target = self._gain, self._wanted
+        if gain != target:
+            self._gain = gain = min(target, gain + MOST_CHANGE) if target > gain else max(target, gain - MOST_CHANGE)
+        return sample if gain == 1.0 else gain * sample
 
     def _next(self, speed_mm_s: float, force_N: float) -> float:
         if self._asked is not self._now and self._place == CROSS_MS:
@@ -58,12 +58,12 @@ class Renderer:
             if self._now is not None:
                 self._now.join()
         now = self._now
-        made = 0.0 if now is None else now.step(speed_mm_s, force_N)
+        sample = 0.0 if now is None else now.step(speed_mm_s, force_N)
         if self._place == CROSS_MS:
-            return made
-        return self._mixed(made, speed_mm_s, force_N)
+            return sample
+        return self._mixed(sample, speed_mm_s, force_N)
 
-    def _mixed(self, made: float, speed_mm_s: float, force_N: float) -> float:
+    def _mixed(self, sample: float, speed_mm_s: float, force_N: float) -> float:
         self._place += 1
         old, now, place = self._old, self._now, self._place
         before = 0.0 if old is None else old.step(speed_mm_s, force_N)
@@ -72,4 +72,4 @@ class Renderer:
             if old is not None:
                 old.begin()
         most = max(0.0 if one is None else one.peak for one in (old, now))
-        return max(-most, min(most, NEW[place] * made + OLD[place] * before))
+        return max(-most, min(most, NEW[place] * sample + OLD[place] * before))

@@ -177,19 +177,19 @@ def _misplacement(position: str, g: Array) -> str | None:
 
 
 def _expected_g(position: str) -> Array:
-    felt = np.zeros(3)
-    felt[AXES.index(position[1])] = 1.0 if position[0] == "+" else -1.0
-    return felt
+    g = np.zeros(3)
+    g[AXES.index(position[1])] = 1.0 if position[0] == "+" else -1.0
+    return g
 
 
 def _worst_position(readings: Mapping[str, Array]) -> str | None:
     """The position that lies furthest from the fit; None where the sensitivities themselves cannot be."""
     means = np.array([readings[position] for position in POSITIONS])
-    felt = np.array([_expected_g(position) for position in POSITIONS])
-    sensitivity = (means * felt).sum(axis=0) / 2
+    g = np.array([_expected_g(position) for position in POSITIONS])
+    sensitivity = (means * g).sum(axis=0) / 2
     if not (sensitivity > 0).all():
         return None
-    off = np.linalg.norm((means - means.mean(axis=0)) / sensitivity - felt, axis=1)
+    off = np.linalg.norm((means - means.mean(axis=0)) / sensitivity - g, axis=1)
     return POSITIONS[int(off.argmax())]
 
 
@@ -224,15 +224,15 @@ def calibrate_coil(
     path = job.file.path.parent / f"{job.name}-{job.date}.json"
     if path.exists() and not force:
         raise DeviceError(f"{path} is there already, and records may name it; give --force to write over it")
-    found = _identify(job, chosen, shaking)
-    save(found.calibration(job.date), path)
-    made = found.inverse
-    coherence = found.response.coherence[found.response.inside(found.wish.low_Hz, found.wish.high_Hz)]
+    result = _identify(job, chosen, shaking)
+    save(result.calibration(job.date), path)
+    inverse = result.inverse
+    coherence = result.response.coherence[result.response.inside(result.wish.low_Hz, result.wish.high_Hz)]
     figures: dict[str, Any] = {
-        "file": str(path), "level_V": found.shaking.level_V, "band_Hz": [found.wish.low_Hz, found.wish.high_Hz],
-        "gain_m_s2_V": made.gain, "ripple_dB": made.ripple_dB, "before_dB": made.before_dB, "delay_ms": made.delay_ms,
-        "added_ms": made.added_ms, "coherence_median": float(np.median(coherence)),
-        "coherence_least": float(coherence.min()), "limited_Hz": list(made.limited_Hz),
+        "file": str(path), "level_V": result.shaking.level_V, "band_Hz": [result.wish.low_Hz, result.wish.high_Hz],
+        "gain_m_s2_V": inverse.gain, "ripple_dB": inverse.ripple_dB, "before_dB": inverse.before_dB,
+        "delay_ms": inverse.delay_ms, "added_ms": inverse.added_ms, "coherence_median": float(np.median(coherence)),
+        "coherence_least": float(coherence.min()), "limited_Hz": list(inverse.limited_Hz),
     }  # fmt: skip
     return CalibrationResult({"calibration": path.name, "calibrated": job.date}, tuple(_coil_lines(figures)), figures)
 
@@ -364,9 +364,9 @@ class Lying(_Still):
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:  # noqa: ARG002 - a scene is asked so
         """Gravity, without end."""
-        felt = np.zeros((PIECE, 3))
-        felt[:, "xyz".index(self.up[1])] = GRAVITY_M_S2 if self.up[0] == "+" else -GRAVITY_M_S2
-        return repeat(felt)
+        g = np.zeros((PIECE, 3))
+        g[:, "xyz".index(self.up[1])] = GRAVITY_M_S2 if self.up[0] == "+" else -GRAVITY_M_S2
+        return repeat(g)
 
 
 @dataclass(frozen=True)
@@ -379,15 +379,15 @@ class Fastened(_Still):
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
         """What the coil does from now on, held between its milliseconds; the last value where nothing new is there."""
         self.fresh.clear()
-        felt, passed, number = np.zeros(1), -1, 0  # felt[0] was felt in millisecond `passed`; before the first, rest.
+        g, passed, number = np.zeros(1), -1, 0  # felt[0] was felt in millisecond `passed`; before the first, rest.
         while True:
             self.coil.advance()
-            felt = np.concatenate([felt, *self.fresh])
+            g = np.concatenate([g, *self.fresh])
             self.fresh.clear()
-            ready = max(number + 1, int(np.ceil((passed + len(felt)) * rate_hz / RATE_HZ)))
-            at = np.minimum(np.arange(number, ready) * RATE_HZ // rate_hz - passed, len(felt) - 1).astype(int)
-            yield np.stack([felt[at], np.zeros(len(at)), np.full(len(at), GRAVITY_M_S2)], axis=1)
-            felt, passed, number = felt[at[-1] :], passed + int(at[-1]), ready
+            ready = max(number + 1, int(np.ceil((passed + len(g)) * rate_hz / RATE_HZ)))
+            at = np.minimum(np.arange(number, ready) * RATE_HZ // rate_hz - passed, len(g) - 1).astype(int)
+            yield np.stack([g[at], np.zeros(len(at)), np.full(len(at), GRAVITY_M_S2)], axis=1)
+            g, passed, number = g[at[-1] :], passed + int(at[-1]), ready
 
 
 def fastened(coil: VoiceCoil, sensor: DaqSensor) -> Hastened:

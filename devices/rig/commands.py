@@ -58,18 +58,18 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
     for name in device:
         if name not in file.devices:
             raise click.UsageError(f"{file.path} names no device {name!r}; {nearest(name, list(file.devices))}")
-    found = {name: check_device(file, name, seconds) for name in device or file.devices}
+    health_of = {name: check_device(file, name, seconds) for name in device or file.devices}
     if as_json:
-        _echo_json({name: _as_data(file, name, health) for name, health in found.items()})
+        _echo_json({name: _as_data(file, name, health) for name, health in health_of.items()})
     else:
         click.echo(f"{file.path}: {file.name}")
-        for name, health in found.items():
+        for name, health in health_of.items():
             mark = click.style("ok    ", fg="green") if health.ok else click.style("NOT OK", fg="red")
             twin = ", twin" if file.is_twin(name) else ""
             click.echo(f"{mark} {name} ({file.kind(name).replace('_', ' ')}{twin}): {health.summary}")
             for line in describe_health(health):
                 click.echo(f"         {line}")
-    if not all(health.ok for health in found.values()):
+    if not all(health.ok for health in health_of.values()):
         raise click.exceptions.Exit(1)
 
 

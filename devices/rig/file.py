@@ -60,8 +60,8 @@ class RigFile:
     def _digests(self, name: str) -> dict[str, str]:
         """A file may become another one under its old name: a calibration, a recording."""
         named = {key: getattr(self.devices[name], key, None) for key in FILES}
-        found = {key: self.path.parent / given for key, given in named.items() if given is not None}
-        return {f"{key}_sha256": file_sha256(path) for key, path in found.items() if path.is_file()}
+        paths = {key: self.path.parent / given for key, given in named.items() if given is not None}
+        return {f"{key}_sha256": file_sha256(path) for key, path in paths.items() if path.is_file()}
 
 
 def rig_path(lab: Path, host: str | None = None) -> Path:
@@ -77,10 +77,10 @@ def read_rig(path: Path) -> RigFile:
         document = load(path.read_bytes(), str(path))
     except YamlError as error:
         raise RigFileError(str(error)) from None
-    found = _Reading(document)
-    if found.problems:
-        raise RigFileError(listed(found.problems, document, str(path)))
-    return RigFile(path, found.name, found.devices, found.needs)
+    reading = _Reading(document)
+    if reading.problems:
+        raise RigFileError(listed(reading.problems, document, str(path)))
+    return RigFile(path, reading.name, reading.devices, reading.needs)
 
 
 class _Reading:

@@ -31,16 +31,16 @@ class Setting:
 
 def settings_of_kind(kind: DeviceKind) -> list[Setting]:
     """Return every setting of a kind, those inside others after them."""
-    return list(_told(kind.settings, {**EVERY, **kind.meanings}, ""))
+    return list(_settings_of(kind.settings, {**EVERY, **kind.meanings}, ""))
 
 
-def _told(model: type[Strict], meanings: Mapping[str, str], within: str) -> Iterator[Setting]:
+def _settings_of(model: type[Strict], meanings: Mapping[str, str], within: str) -> Iterator[Setting]:
     for name, field in model.model_fields.items():
         whole = f"{within}{name}"
         default = "required" if field.is_required() else _plain(field.get_default(call_default_factory=True))
         yield Setting(whole, _type(field.annotation, field.metadata), default, meanings.get(whole, ""))
         if (inner := _model_in(field.annotation)) is not None:
-            yield from _told(inner, meanings, f"{whole}.")
+            yield from _settings_of(inner, meanings, f"{whole}.")
 
 
 def _model_in(annotation: Any) -> type[Strict] | None:
@@ -86,6 +86,6 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
 def _bounds(metadata: Sequence[Any]) -> str:
     """The bounds of a number: from 0.2 to 2, above 0."""
     given = [inner for bound in metadata for inner in (getattr(bound, "metadata", None) or [bound])]
-    found = {key: getattr(bound, key) for bound in given for key in ("ge", "gt", "le") if hasattr(bound, key)}
-    low = f" from {found['ge']:.10g}" if "ge" in found else f" above {found['gt']:.10g}" if "gt" in found else ""
-    return low + (f" to {found['le']:.10g}" if "le" in found else "")
+    bounds = {key: getattr(bound, key) for bound in given for key in ("ge", "gt", "le") if hasattr(bound, key)}
+    low = f" from {bounds['ge']:.10g}" if "ge" in bounds else f" above {bounds['gt']:.10g}" if "gt" in bounds else ""
+    return low + (f" to {bounds['le']:.10g}" if "le" in bounds else "")

@@ -40,7 +40,7 @@ class Card:
     clock_s: Callable[[], float] = time.monotonic
     latency_s: float = 0.0
     late: int = 0
-    told: str = ""
+    output_name: str = ""
     _stream: Any = None
     _fill: Fill | None = None
     _failed: str = ""
@@ -52,7 +52,7 @@ class Card:
         """Find the output and make sure that it takes the rate. Raises DeviceError with what there is instead."""
         sound = self.library()
         try:
-            found = sound.query_devices(self.device, "output")
+            output = sound.query_devices(self.device, "output")
             sound.check_output_settings(device=self.device, channels=self.channels, samplerate=self.rate_hz)
         except (ValueError, sound.PortAudioError) as error:
             known = [
@@ -60,7 +60,7 @@ class Card:
             ]
             there = f"Outputs here: {'; '.join(known)}" if known else "This machine has no sound output"
             raise DeviceError(f"{self.name}: no such sound output: {error}. {there}") from None
-        self.told = str(found["name"])
+        self.output_name = str(output["name"])
 
     def start(self, fill: Fill) -> None:
         """Begin to play. Raises DeviceError where the card is taken or gone."""
@@ -75,7 +75,7 @@ class Card:
             self._stream.start()
         except (ValueError, sound.PortAudioError) as error:
             self.stop()
-            raise DeviceError(f"{self.name}: the sound output {self.told!r} does not start: {error}") from None
+            raise DeviceError(f"{self.name}: the sound output {self.output_name!r} does not start: {error}") from None
 
     def _wanted(self, out: Any, frames: int, _times: Any, status: Any) -> None:
         """What PortAudio calls, on its own thread. Nothing may leave it: the card would repeat its last buffer."""
@@ -115,14 +115,19 @@ class Card:
         """Whether the card ended, or has asked for nothing for a second."""
         if self._failed:
             return DeviceFault(
-                self.name, "link_lost", f"{self.name}: the sound output {self.told!r} failed: {self._failed}"
+                self.name, "link_lost", f"{self.name}: the sound output {self.output_name!r} failed: {self._failed}"
             )
         if self._stream is not None and self.clock_s() - self._called_s > SILENT_S:
-            told = f"the sound output {self.told!r} has asked for no samples for {SILENT_S:g} s"
-            return DeviceFault(self.name, "silent", f"{self.name}: {told}")
+            message = f"the sound output {self.output_name!r} has asked for no samples for {SILENT_S:g} s"
+            return DeviceFault(self.name, "silent", f"{self.name}: {message}")
         return None
 
     def facts(self) -> Mapping[str, str]:
         """Which output it is, and how late it plays."""
         late = f"{1000 * self.latency_s:.1f} ms" if self.latency_s else "not started"
-        return {"output": self.told, "rate": f"{self.rate_hz:g} Hz", "latency": late, "late buffers": str(self.late)}
+        return {
+            "output": self.output_name,
+            "rate": f"{self.rate_hz:g} Hz",
+            "latency": late,
+            "late buffers": str(self.late),
+        }

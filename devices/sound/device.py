@@ -50,8 +50,10 @@ class Settings(Strict):
             if self.level_db_spl is not None:
                 raise ValueError("level_db_spl needs db_spl_at_0_dbfs, measured at the headphones; or give level_dbfs")
             if self.level_dbfs > LOUDEST_UNMEASURED_DBFS:
-                told = f"level_dbfs {self.level_dbfs:g}: at most {LOUDEST_UNMEASURED_DBFS:g} without db_spl_at_0_dbfs"
-                raise ValueError(f"{told}: nobody has measured how loud it is")
+                message = (
+                    f"level_dbfs {self.level_dbfs:g}: at most {LOUDEST_UNMEASURED_DBFS:g} without db_spl_at_0_dbfs"
+                )
+                raise ValueError(f"{message}: nobody has measured how loud it is")
         elif self.spoken_db_spl > LOUDEST_DB_SPL:
             raise ValueError(f"{self.spoken_db_spl:.1f} dB SPL: hearing is protected at {LOUDEST_DB_SPL:g} dB SPL")
         elif self.dbfs > LOUDEST_DBFS:
@@ -112,8 +114,8 @@ class MaskingNoise:
         from palpate.devices.sound.noise import Player, loop, rms_of
 
         self.output.open()
-        made = loop(self.settings.colour, self.settings.rate_hz, self.settings.seed)
-        self.player = Player(made * rms_of(self.settings.dbfs))
+        samples = loop(self.settings.colour, self.settings.rate_hz, self.settings.seed)
+        self.player = Player(samples * rms_of(self.settings.dbfs))
         self.output.start(self.player.fill)
 
     def start(self) -> None:
@@ -163,9 +165,9 @@ class MaskingNoise:
 
     def describe(self) -> Mapping[str, Any]:
         """The settings, and the level that they come to."""
-        said = self.settings.model_dump(mode="json", exclude_none=True)
+        settings = self.settings.model_dump(mode="json", exclude_none=True)
         level = {} if self.settings.db_spl_at_0_dbfs is None else self._at_the_ear()
-        return {**said, "dbfs": round(self.settings.dbfs, 2), **level}
+        return {**settings, "dbfs": round(self.settings.dbfs, 2), **level}
 
     def _at_the_ear(self) -> dict[str, float]:
         return {"db_spl": round(self.settings.spoken_db_spl, 2), "db_a": round(self.settings.db_a, 2)}
@@ -177,8 +179,8 @@ class MaskingNoise:
         facts = {**self.output.facts(), "level": f"{self.settings.dbfs:.1f} dBFS"}
         if self.settings.db_spl_at_0_dbfs is not None:
             facts["at the ear"] = f"{self.settings.spoken_db_spl:.1f} dB SPL, {self.settings.db_a:.1f} dB(A)"
-        told = f"{self.settings.colour} noise is ready" if fault is None else str(fault)
-        return Health(fault is None, told, calibrated=self.settings.calibrated, facts=facts)
+        summary = f"{self.settings.colour} noise is ready" if fault is None else str(fault)
+        return Health(fault is None, summary, calibrated=self.settings.calibrated, facts=facts)
 
 
 def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> MaskingNoise:  # noqa: ARG001

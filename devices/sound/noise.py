@@ -35,8 +35,8 @@ def loop(colour: Colour, rate_hz: int, seed: int) -> Array:
     turns = np.random.PCG64(seed).random_raw(int(inside.sum())) / 2.0**64
     lines = np.zeros(len(hz), dtype=np.complex128)
     lines[inside] = np.exp(2j * np.pi * turns) * (1.0 if colour == "white" else 1 / np.sqrt(hz[inside]))
-    made: Array = np.fft.irfft(lines, count)
-    return made / float(np.sqrt(np.mean(made**2)))
+    samples: Array = np.fft.irfft(lines, count)
+    return samples / float(np.sqrt(np.mean(samples**2)))
 
 
 def a_weighted_db(colour: Colour, rate_hz: int) -> float:

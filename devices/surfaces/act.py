@@ -104,8 +104,8 @@ class Act:
             way = np.array(mode.way)
             answer, memory[n] = lfilter(*mode_filter(mode, INTERNAL_HZ), way @ force, zi=start.modes[n])
             shaken += way[:, np.newaxis] * answer
-        felt = to_tool() @ shaken + GRAVITY_M_S2 * np.array(LEAN)[:, np.newaxis]
+        acceleration = to_tool() @ shaken + GRAVITY_M_S2 * np.array(LEAN)[:, np.newaxis]
         for axis, wave in enumerate(self.sway):
-            felt[axis] += GRAVITY_M_S2 * wave.at(np.minimum(times, self.seconds))[0]
+            acceleration[axis] += GRAVITY_M_S2 * wave.at(np.minimum(times, self.seconds))[0]
         place = np.vstack([motion.place + 1000 * states[2:4], 1000 * states[:1]])
-        return Batch(*(np.ascontiguousarray(part.T) for part in (felt, force, place))), memory
+        return Batch(*(np.ascontiguousarray(part.T) for part in (acceleration, force, place))), memory

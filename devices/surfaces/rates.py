@@ -41,50 +41,50 @@ def _thinned(pieces: Iterator[Array], taps: Array, thin: int) -> Iterator[Array]
     """Filtered, and every `thin`-th kept."""
     from scipy.signal import oaconvolve
 
-    kept, skip = None, 0
+    buffer, skip = None, 0
     for piece in pieces:
-        kept = np.concatenate([np.repeat(piece[:1], len(taps) // 2, axis=0) if kept is None else kept, piece])
-        if len(kept) < len(taps):
+        buffer = np.concatenate([np.repeat(piece[:1], len(taps) // 2, axis=0) if buffer is None else buffer, piece])
+        if len(buffer) < len(taps):
             continue
-        smooth = oaconvolve(kept, taps[:, np.newaxis], mode="valid", axes=0)
+        smooth = oaconvolve(buffer, taps[:, np.newaxis], mode="valid", axes=0)
         yield smooth[skip::thin]
         skip = (skip - len(smooth)) % thin
-        kept = kept[len(smooth) :]
+        buffer = buffer[len(smooth) :]
 
 
 def _between(pieces: Iterator[Array], have_hz: float, want_hz: float) -> Iterator[Array]:
     """Read at the wanted times; the rows before the first count as equal to it."""
     before = POINTS // 2 - 1
-    kept, start, row = None, -before, 0
+    buffer, start, row = None, -before, 0
     step = have_hz / want_hz
     for piece in pieces:
-        kept = np.concatenate([np.repeat(piece[:1], before, axis=0) if kept is None else kept, piece])
-        last = math.floor((start + len(kept) - POINTS + before) / step)
+        buffer = np.concatenate([np.repeat(piece[:1], before, axis=0) if buffer is None else buffer, piece])
+        last = math.floor((start + len(buffer) - POINTS + before) / step)
         if last < row:
             continue
         # Lagrange's polynomial through the points around each place.
         places = np.arange(row, last + 1, dtype=np.float64) * step - start
         whole = np.floor(places).astype(np.int64)
         first = whole - (POINTS // 2 - 1)
-        values = np.zeros((len(places), kept.shape[1]))
+        values = np.zeros((len(places), buffer.shape[1]))
         for point, weight in enumerate(weights(places - whole)):
-            values += weight[:, np.newaxis] * kept[first + point]
+            values += weight[:, np.newaxis] * buffer[first + point]
         yield values
         row = last + 1
-        drop = min(max(0, math.floor(row * step) - before - start), len(kept))
-        kept, start = kept[drop:], start + drop
+        drop = min(max(0, math.floor(row * step) - before - start), len(buffer))
+        buffer, start = buffer[drop:], start + drop
 
 
 def weights(share: Array) -> list[Array]:
     """What each of the points counts, `share` of a step after the middle one."""
     offsets = [n - (POINTS // 2 - 1) for n in range(POINTS)]
     away = [share - offset for offset in offsets]
-    made = []
+    factors = []
     for n, one in enumerate(offsets):
         rest = math.prod(one - other for other in offsets if other != one)
         product = np.full_like(share, 1 / rest)
         for m, factor in enumerate(away):
             if m != n:
                 product = product * factor
-        made.append(product)
-    return made
+        factors.append(product)
+    return factors

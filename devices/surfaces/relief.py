@@ -156,8 +156,8 @@ def _foam(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 def _leather(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
     """Smooth islands between creases."""
-    found = cells(pixels, surface.pitch_mm, surface.regularity, *key)
-    island = np.clip((found.second - found.first) / np.float32(0.4), 0, 1)
+    nearest = cells(pixels, surface.pitch_mm, surface.regularity, *key)
+    island = np.clip((nearest.second - nearest.first) / np.float32(0.4), 0, 1)
     height = island * island * (3 - 2 * island)
     return Pattern(height, 1 - height)
 

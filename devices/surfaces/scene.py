@@ -81,7 +81,7 @@ def cut(pieces: Iterator[Array], rows: int) -> Iterator[Array]:
 
 def first_rows(pieces: Iterator[Array], rows: int) -> Array:
     """The first rows of an endless signal in one array."""
-    found: list[Array] = []
-    while sum(map(len, found)) < rows:
-        found.append(next(pieces))
-    return np.concatenate(found)[:rows]
+    taken: list[Array] = []
+    while sum(map(len, taken)) < rows:
+        taken.append(next(pieces))
+    return np.concatenate(taken)[:rows]

@@ -135,15 +135,15 @@ def read_surfaces(path: Path | str = SHIPPED) -> dict[str, Surface]:
     """
     table = read_table(Path(path), (), FORMAT)
     _demand_columns(table.path, table.header)
-    found: dict[str, Surface] = {}
+    surfaces: dict[str, Surface] = {}
     for row in table.rows():
         surface = _surface(row)
-        if surface.id in found:
+        if surface.id in surfaces:
             raise SurfaceDataError(f"{row.where}, column 'id': {surface.id!r} stands twice")
-        found[surface.id] = surface
-    if not found:
+        surfaces[surface.id] = surface
+    if not surfaces:
         raise SurfaceDataError(f"{path}: no surface found; one a line is expected")
-    return found
+    return surfaces
 
 
 def _demand_columns(path: Path, header: Sequence[str]) -> None:
@@ -152,8 +152,8 @@ def _demand_columns(path: Path, header: Sequence[str]) -> None:
             problem = "stands more than once" if name in header else "is missing"
             raise SurfaceDataError(f"{path}, line 1: column {name!r} {problem}; expected {','.join(COLUMNS)}")
     if tuple(header) != COLUMNS:
-        found = some(name for name in header if name not in COLUMNS) or "another order"
-        raise SurfaceDataError(f"{path}, line 1: found {found}; expected {','.join(COLUMNS)}")
+        others = some(name for name in header if name not in COLUMNS) or "another order"
+        raise SurfaceDataError(f"{path}, line 1: found {others}; expected {','.join(COLUMNS)}")
 
 
 def _surface(row: Row) -> Surface:

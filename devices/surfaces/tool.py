@@ -72,17 +72,17 @@ class Ground:
         count = self.splined.shape[0]
         columns = (x_mm / SIZE_MM + 0.5) * count - 0.5
         rows = (0.5 - y_mm / SIZE_MM) * count - 0.5
-        found = map_coordinates(self.splined, (rows, columns), np.float64, order=3, mode="grid-wrap", prefilter=False)
-        return np.asarray(found, dtype=np.float64)
+        height = map_coordinates(self.splined, (rows, columns), np.float64, order=3, mode="grid-wrap", prefilter=False)
+        return np.asarray(height, dtype=np.float64)
 
 
 def ground(height_um: Field, stiffness_N_mm: float) -> Ground:
     """The field as the tip feels it: traced by the sphere, then averaged over the patch that gives way under it."""
-    felt = traced(height_um)
+    traced_um = traced(height_um)
     sigma = 0.5 * patch_mm(stiffness_N_mm) * height_um.shape[0] / SIZE_MM
     if sigma > 0.3:
-        felt = gaussian_filter(felt, sigma, mode="wrap", truncate=3)
-    return Ground(spline_filter(felt * np.float32(1e-6), 3, output=np.float32, mode="grid-wrap"))
+        traced_um = gaussian_filter(traced_um, sigma, mode="wrap", truncate=3)
+    return Ground(spline_filter(traced_um * np.float32(1e-6), 3, output=np.float32, mode="grid-wrap"))
 
 
 @dataclass(frozen=True)

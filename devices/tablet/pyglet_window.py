@@ -89,10 +89,10 @@ class PygletTablet:
         """
         if self.own is not None:
             if threading.get_ident() != self.opener:
-                told = (
+                message = (
                     "without the participant's window (`Tablet.attach`) pyglet's reports can be checked, not recorded"
                 )
-                raise DeviceFault(self.name, "refused", f"{self.name}: {told}; on Linux use the driver `evdev`.")
+                raise DeviceFault(self.name, "refused", f"{self.name}: {message}; on Linux use the driver `evdev`.")
             self.own.dispatch_events()
         if not self.waiting:
             self.came.wait(timeout_s)

@@ -65,8 +65,8 @@ class PlayedReports(TimedSource):
         self.reports = read_reports(self.path)
         span = self.reports[-1].t_s - self.reports[0].t_s
         back = sum(after.t_s < before.t_s for before, after in pairwise(self.reports))
-        told = f"{self.path.name}, {len(self.reports)} reports, {span:.1f} s"
-        return {"recording": told + (f", time runs back {back} times" if back else "")}
+        summary = f"{self.path.name}, {len(self.reports)} reports, {span:.1f} s"
+        return {"recording": summary + (f", time runs back {back} times" if back else "")}
 
     def expect(self, scene: Scene | None) -> None:
         """A recording gives what it holds."""
@@ -81,10 +81,10 @@ class PlayedReports(TimedSource):
         elapsed_s = self.elapsed_s
         if elapsed_s is None:
             return Batch()
-        now_s, first, begun = elapsed_s(), self.given, self.reports[0].t_s
+        now_s, first, start_s = elapsed_s(), self.given, self.reports[0].t_s
         last = min(first + MOST, len(self.reports))
-        while self.given < last and not self.reports[self.given].t_s - begun > now_s:
+        while self.given < last and not self.reports[self.given].t_s - start_s > now_s:
             self.given += 1
         if self.given == first:
             self.stopped.wait(timeout_s)
-        return Batch([one._replace(t_s=one.t_s - begun) for one in self.reports[first : self.given]])
+        return Batch([one._replace(t_s=one.t_s - start_s) for one in self.reports[first : self.given]])

@@ -90,8 +90,8 @@ class Guard:
         self.refused[why] += 1
         self.in_a_row += 1
         if self.in_a_row >= TOO_MANY:
-            what, told = REFUSED[why]
-            raise DeviceFault(self.name, what, f"{self.name}: {self.in_a_row} reports in a row with {told}.")
+            what, words = REFUSED[why]
+            raise DeviceFault(self.name, what, f"{self.name}: {self.in_a_row} reports in a row with {words}.")
         return None
 
     def _wrong(self, report: Report) -> str | None:

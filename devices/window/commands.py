@@ -45,10 +45,11 @@ def calibrate(
       palpate window calibrate --lab LAB --width-mm 531
     """
     from palpate.devices.window.calibration import write_calibration
-    from palpate.devices.window.commands_calibrate import calibrated, told
+    from palpate.devices.window.commands_calibrate import calibrated, describe_calibration
 
-    found = calibrated(screen, language, width_mm, measured, windowed)
-    click.echo(f"{told(found)}\nsaved {write_calibration(lab, found)}; every session begins with the ruler once more")
+    calibration = calibrated(screen, language, width_mm, measured, windowed)
+    saved = write_calibration(lab, calibration)
+    click.echo(f"{describe_calibration(calibration)}\nsaved {saved}; every session begins with the ruler once more")
 
 
 @window.command()
@@ -63,16 +64,16 @@ def check(lab: Path, as_json: bool) -> None:
     Example:
       palpate window check --lab LAB
     """
-    from palpate.devices.window.commands_check import findings, told
+    from palpate.devices.window.commands_check import describe_findings, findings
 
-    found = findings(lab)
+    state = findings(lab)
     if as_json:
         from palpate.protocols.canonical import canonical
 
-        click.echo(canonical(found).decode())
+        click.echo(canonical(state).decode())
     else:
-        click.echo(told(found))
-    if found["problems"]:
+        click.echo(describe_findings(state))
+    if state["problems"]:
         raise click.exceptions.Exit(1)
 
 

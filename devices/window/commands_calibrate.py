@@ -50,7 +50,7 @@ def calibrated(
         return _read_until_right(shell, first, language)
 
 
-def told(calibration: Calibration) -> str:
+def describe_calibration(calibration: Calibration) -> str:
     """The calibration in words."""
     width, height = calibration.size_px
     size_mm = f"{width / calibration.px_per_mm:.0f} x {height / calibration.px_per_mm:.0f} mm"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.devices.window.calibration import Calibration, read_calibration, station_file
-from palpate.devices.window.commands_calibrate import told as calibration_told
+from palpate.devices.window.commands_calibrate import describe_calibration
 from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.shell_checks import demand_screen, demand_unscaled
 from palpate.protocols.yaml_text import YamlError
@@ -37,19 +37,19 @@ def findings(lab: Path) -> dict[str, Any]:
     }
 
 
-def told(found: dict[str, Any]) -> str:
+def describe_findings(state: dict[str, Any]) -> str:
     """The findings in words."""
-    calibration = found["calibration"]
-    lines = [f"calibration  {found['file']}"]
+    calibration = state["calibration"]
+    lines = [f"calibration  {state['file']}"]
     if calibration is not None:
-        lines.append(f"             {calibration_told(Calibration.from_definition(calibration))}")
+        lines.append(f"             {describe_calibration(Calibration.from_definition(calibration))}")
         lines.append(f"             confirmed {calibration['confirmed_at']}")
-    for number, (width, height) in enumerate(found["screens"] or ()):
+    for number, (width, height) in enumerate(state["screens"] or ()):
         lines.append(f"screen {number}     {width}x{height} px")
-    lines += [f"{script:<12} {file or 'no font'}" for script, file in found["fonts"].items()]
-    lines.append(f"languages    {', '.join(found['languages'])}")
-    lines += [f"PROBLEM      {problem}" for problem in found["problems"]]
-    return "\n".join(lines if found["problems"] else [*lines, "a window can be opened here, as calibrated"])
+    lines += [f"{script:<12} {file or 'no font'}" for script, file in state["fonts"].items()]
+    lines.append(f"languages    {', '.join(state['languages'])}")
+    lines += [f"PROBLEM      {problem}" for problem in state["problems"]]
+    return "\n".join(lines if state["problems"] else [*lines, "a window can be opened here, as calibrated"])
 
 
 def _calibration(lab: Path, problems: list[str]) -> Calibration | None:

@@ -214,7 +214,7 @@ def find_fonts(language: str = "en", folders: Sequence[Path] | None = None) -> F
     from PIL import features
 
     files = font_files(folders)
-    regular, bold = (tuple(_face(path, language) for path in in_order(files, wanted)) for wanted in (REGULAR, BOLD))
+    regular, bold = (tuple(_face(path, language) for path in in_order(files, patterns)) for patterns in (REGULAR, BOLD))
     if not regular:
         raise WindowError("no font was found on this machine; install fonts-noto-core (Debian) or Noto Sans")
     return Fonts(regular, bold, shapes_complex=bool(features.check("raqm")))
@@ -287,15 +287,15 @@ def _table(file: BinaryIO, index: int) -> bytes:
 def _subtable(table: bytes) -> bytes:
     """The widest Unicode subtable of a format that is read here."""
     _, count = struct.unpack_from(">HH", table)
-    found = {}
+    tables = {}
     for number in range(count):
         platform, encoding, offset = struct.unpack_from(">HHI", table, 4 + 8 * number)
         (kind,) = struct.unpack_from(">H", table, offset)
         if kind in (4, 12):
-            found[platform, encoding] = table[offset:]
+            tables[platform, encoding] = table[offset:]
     for key in UNICODE:
-        if key in found:
-            return found[key]
+        if key in tables:
+            return tables[key]
     raise NotAFont("no Unicode character map of format 4 or 12")
 
 
@@ -331,20 +331,20 @@ def _glyph(data: bytes, code: int, first: int, delta: int, offset: int, where: i
 
 def font_files(folders: Sequence[Path] | None = None) -> dict[str, Path]:
     """Font files by name below the folders (default: the system's); of equal names the first one found counts."""
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     for folder in system_folders() if folders is None else folders:
         for place, inner, names in os.walk(folder):
             inner.sort()
             for name in sorted(names):
                 if name.lower().endswith(ENDINGS):
-                    found.setdefault(name, Path(place, name))
-    return found
+                    files.setdefault(name, Path(place, name))
+    return files
 
 
-def in_order(files: dict[str, Path], wanted: Sequence[str]) -> list[Path]:
+def in_order(files: dict[str, Path], patterns: Sequence[str]) -> list[Path]:
     """The files that a list of name patterns asks for, in its order, each once."""
     chosen: dict[Path, None] = {}
-    for pattern in wanted:
+    for pattern in patterns:
         exact = pattern in files
         names = [pattern] if exact else sorted(name for name in files if fnmatch(name, pattern))
         chosen.update((files[name], None) for name in names)
@@ -377,8 +377,8 @@ def is_complex(character: str) -> bool:
 
 def packages_for(characters: Sequence[str]) -> str:
     """What to install for characters that no font has: Debian's packages, and what other systems call it."""
-    found: dict[tuple[str, str], None] = {}
+    sources: dict[tuple[str, str], None] = {}
     for character in characters:
         rows = ((debian, other) for first, last, debian, other in SOURCES if first <= ord(character) <= last)
-        found[next(rows, ANY)] = None
-    return " and ".join(f"{debian} (Debian, Ubuntu) / {other} (Windows, macOS)" for debian, other in found)
+        sources[next(rows, ANY)] = None
+    return " and ".join(f"{debian} (Debian, Ubuntu) / {other} (Windows, macOS)" for debian, other in sources)

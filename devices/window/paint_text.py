@@ -67,8 +67,8 @@ def lay(
     key = text, size, width, bold, even
     if key not in fonts.laid:
         fonts.laid[key] = _laid(fonts, *key)
-    found: Laid | None = fonts.laid[key]
-    return found
+    laid: Laid | None = fonts.laid[key]
+    return laid
 
 
 def _laid(fonts: Fonts, text: str, size: int, width: int | None, bold: bool, even: bool) -> Laid | None:
@@ -95,14 +95,14 @@ def draw(image: Image.Image, fonts: Fonts, laid: Laid, box: Box, colour: Colour,
 
 def ink(fonts: Fonts, laid: Laid, box: Box, align: Align = "left") -> Box | None:
     """The pixels that `draw` covers; None where there is nothing to see."""
-    found: Box | None = None
+    covered: Box | None = None
     for run, x, baseline in _placed_runs(fonts, laid, box, align):
         bounds = fonts.font(run.face, laid.size).getbbox(run.text, anchor="ls")
         left, top, right, bottom = (round(edge) for edge in bounds)
         if right > left and bottom > top:
             one = Box(round(x) + left, baseline + top, right - left, bottom - top)
-            found = one if found is None else found.joined(one)
-    return found
+            covered = one if covered is None else covered.joined(one)
+    return covered
 
 
 def bearing(size: int) -> int:
@@ -137,7 +137,7 @@ def _places(fonts: Fonts, laid: Laid, box: Box, align: Align) -> Iterator[tuple[
 def _wrapped(fonts: Fonts, text: str, size: int, width: int, bold: bool) -> list[str] | None:
     lines, line = [], ""
     # What stays together on a line: words, with dashes and slashes at their ends, and single ideographs.
-    for piece in [part for found in _PIECES.findall(text) for part in _split_unspaced(found)]:
+    for piece in [part for word in _PIECES.findall(text) for part in _split_unspaced(word)]:
         if line and ceiled(fonts.width((line + piece).rstrip(), size, bold)) > width:
             lines.append(line.rstrip())
             line = ""

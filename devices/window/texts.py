@@ -98,12 +98,12 @@ def _against(file: Path, words: Mapping[str, str], master: Mapping[str, str]) ->
 
 
 def _placeholder_fault(text: str, master: str) -> str | None:
-    wanted = placeholders(master)
+    expected = placeholders(master)
     try:
-        found = placeholders(text)
+        present = placeholders(text)
     except ValueError as error:
         return f"{text!r:.80}: {error}; write {{{{ and }}}} for braces"
-    if found == wanted:
+    if present == expected:
         return None
-    shown = ", ".join(f"{{{name}}}" for name in sorted(wanted)) or "none"
-    return f"the placeholders {shown} are expected, found {', '.join(f'{{{n}}}' for n in sorted(found)) or 'none'}"
+    shown = ", ".join(f"{{{name}}}" for name in sorted(expected)) or "none"
+    return f"the placeholders {shown} are expected, found {', '.join(f'{{{n}}}' for n in sorted(present)) or 'none'}"

@@ -83,9 +83,9 @@ def _faults(study: Study, file: Path, words: Mapping[str, str]) -> Iterator[str]
 def _by_source(study: Study, words: Mapping[str, str]) -> dict[str, str]:
     sources = {plain(text) for text in study_texts(study)}
     named = {name: getattr(study, name) for name in NAMED}
-    found = {}
+    translations = {}
     for key, translation in words.items():
         source = named.get(key) if plain(key) not in sources else key
         if source is not None:
-            found[plain(source)] = translation
-    return found
+            translations[plain(source)] = translation
+    return translations

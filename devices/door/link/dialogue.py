@@ -153,7 +153,7 @@ TOLD = {
 """For every fault of the device: the word that it is counted by, and what a person is told."""
 
 
-def told(name: str, fault: int) -> DeviceFault:
+def latched_fault(name: str, fault: int) -> DeviceFault:
     """The device's own fault as one of ours."""
     known = TOLD.get(Fault(fault)) if fault in set(Fault) else None
     what, said = known or ("firmware", f"it reported {fault_name(fault)}, which this version does not know")

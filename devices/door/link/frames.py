@@ -95,7 +95,7 @@ class Parser:
 
     def feed(self, data: bytes) -> list[Frame]:
         """The frames that are complete now, in order."""
-        *whole, begun = (self._begun + data).split(b"\0")
+        *whole, rest = (self._begun + data).split(b"\0")
         found = []
         for run in whole:
             if self._overlong:
@@ -108,16 +108,16 @@ class Parser:
                     self.dropped_bytes += len(run)
                 else:
                     found.append(frame)
-        self._keep(begun)
+        self._keep(rest)
         return found
 
-    def _keep(self, begun: bytes) -> None:
+    def _keep(self, rest: bytes) -> None:
         """Keep what may still become a frame; of what is too long for one, only count the bytes."""
-        if self._overlong or len(begun) > MAX_STUFFED:
+        if self._overlong or len(rest) > MAX_STUFFED:
             self.dropped += not self._overlong
-            self.dropped_bytes += len(begun)
-            self._overlong, begun = True, b""
-        self._begun = begun
+            self.dropped_bytes += len(rest)
+            self._overlong, rest = True, b""
+        self._begun = rest
 
     @property
     def kept(self) -> int:

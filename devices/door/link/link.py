@@ -78,11 +78,11 @@ class Link:
 
         Raises DeviceFault: link_lost where no answer comes, refused where one is refused.
         """
-        asked = {self._next(): message for message in messages}
+        requests = {self._next(): message for message in messages}
         try:
-            answers = self._answered(asked)
+            answers = self._answered(requests)
         finally:
-            for sequence in asked:
+            for sequence in requests:
                 self._answers.pop(sequence, None)
         for message, answer in zip(messages, answers, strict=True):
             if isinstance(answer, says.Nak):
@@ -137,10 +137,10 @@ class Link:
 
     def lose(self, error: Exception) -> None:
         """The line is gone, because of that; the first cause stays in `broken`, and the heart beats no more."""
-        said = f"{self.name}: the link to the door is lost ({error}); without a heartbeat it goes safe by itself"
+        message = f"{self.name}: the link to the door is lost ({error}); without a heartbeat it goes safe by itself"
         with self._changed:
             if self.broken is None:
-                self.broken = DeviceFault(self.name, "link_lost", said)
+                self.broken = DeviceFault(self.name, "link_lost", message)
             self._changed.notify_all()
 
     def _next(self) -> int:
@@ -148,27 +148,27 @@ class Link:
             self._sequence = self._sequence % (SEQUENCES - 1) + 1
             return self._sequence
 
-    def _answered(self, asked: dict[int, says.Message]) -> list[says.Message]:
-        self._answers.update(dict.fromkeys(asked))
+    def _answered(self, requests: dict[int, says.Message]) -> list[says.Message]:
+        self._answers.update(dict.fromkeys(requests))
         patience_s = self.timing.patience_s
         until_s = self.clock_s() + patience_s
         while self.broken is None:
-            for sequence, message in asked.items():
+            for sequence, message in requests.items():
                 if self._answers[sequence] is None:
                     self._write(says.sent(message, sequence))
-                    if len(asked) > 1:  # a heartbeat behind all parts of a profile would be 26 ms late
+                    if len(requests) > 1:  # a heartbeat behind all parts of a profile would be 26 ms late
                         self.beat()
-            self.wait(lambda: None not in self._of(asked), self.timing.reply_s)
-            answers = [answer for answer in self._of(asked) if answer is not None]
-            if len(answers) == len(asked):
+            self.wait(lambda: None not in self._of(requests), self.timing.reply_s)
+            answers = [answer for answer in self._of(requests) if answer is not None]
+            if len(answers) == len(requests):
                 return answers
             if self.clock_s() >= until_s:
-                names = ", ".join(dict.fromkeys(type(message).__name__ for message in asked.values()))
+                names = ", ".join(dict.fromkeys(type(message).__name__ for message in requests.values()))
                 self.lose(TimeoutError(f"no answer to {names} for {patience_s:g} s"))
         raise self.broken
 
-    def _of(self, asked: dict[int, says.Message]) -> list[says.Message | None]:
-        return [self._answers[sequence] for sequence in asked]
+    def _of(self, requests: dict[int, says.Message]) -> list[says.Message | None]:
+        return [self._answers[sequence] for sequence in requests]
 
     def _hear(self, frame: Frame) -> None:
         message = says.understood(frame)

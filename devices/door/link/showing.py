@@ -132,7 +132,7 @@ class Showing:
         yield from felt.steps()
         self._at_rest("at rest")
         yield from _ended(recorded)
-        return Reply(felt.told(recorded[0].stop()))
+        return Reply(felt.reply_value(recorded[0].stop()))
 
     def _ready(self) -> Generator[Aside, None, Link]:
         """The link to a door without a fault; a person has put right, and confirmed, whatever was wrong."""
@@ -144,7 +144,7 @@ class Showing:
             link, identity = self.door.greeted()
             if not identity.fault:
                 return link
-            latched = str(dialogue.told(self.door.name, identity.fault))
+            latched = str(dialogue.latched_fault(self.door.name, identity.fault))
             if not confirmed.startswith(latched):
                 mending.wanted = latched
             elif dialogue.clear(link, identity.fault):
@@ -193,7 +193,7 @@ class Felt:
             link.listen = None
             showing.desk.demand(None)
 
-    def told(self, streams: Mapping[str, Any]) -> dict[str, Any]:
+    def reply_value(self, streams: Mapping[str, Any]) -> dict[str, Any]:
         """What the reply says."""
         return {
             "presented": True,

@@ -144,12 +144,12 @@ class DoorSimulator:
 
     def demand_follows(self) -> None:
         """Raise DeviceError where its firmware cannot change the door while it is felt. Called while it is open."""
-        found = self.identity
-        if found is not None and found.firmware < FOLLOWS_FROM:
+        identity = self.identity
+        if identity is not None and identity.firmware < FOLLOWS_FROM:
             raise DeviceError(
-                f"{self.name}: its firmware {found.firmware} cannot change the door while it is felt, which the study's"
-                f" `live` asks for and firmware {FOLLOWS_FROM} can. Bring it up to date, or take `live` out of the"
-                " study"
+                f"{self.name}: its firmware {identity.firmware} cannot change the door while it is felt, which the"
+                f" study's `live` asks for and firmware {FOLLOWS_FROM} can. Bring it up to date, or take `live` out of"
+                " the study"
             )
 
     def check(self, force_N: Sequence[float], what: str) -> Profile:
@@ -190,8 +190,8 @@ class DoorSimulator:
 
     def describe(self) -> Mapping[str, Any]:
         """What the ledger keeps: the driver, the device's own account of itself, the limits of both."""
-        setup, found = self.setup, self.identity
-        told = {} if found is None else _account(found)
+        setup, identity = self.setup, self.identity
+        account = {} if identity is None else _account(identity)
         return {
             "kind": "door",
             "driver": setup.driver,
@@ -200,7 +200,7 @@ class DoorSimulator:
             "limits": setup.limits.model_dump(),
             "telemetry_hz": setup.telemetry_hz,
             "calibrated": setup.calibrated,
-            **told,
+            **account,
         }
 
     def health(self, seconds: float) -> Health:
@@ -210,14 +210,14 @@ class DoorSimulator:
         link = self._up()
         try:
             readings = sensed(self, seconds, time.monotonic_ns)
-            found = self.identity = dialogue.greet(link)
+            identity = self.identity = dialogue.greet(link)
         except DeviceFault as fault:
             return Health(False, str(fault), calibrated=self.setup.calibrated)
-        facts = {**(self._connection.facts if self._connection else {}), **_facts(found, link)}
-        wrong = [str(dialogue.told(self.name, found.fault))] if found.fault else []
+        facts = {**(self._connection.facts if self._connection else {}), **_facts(identity, link)}
+        wrong = [str(dialogue.latched_fault(self.name, identity.fault))] if identity.fault else []
         wrong += [f"{count(lost, 'sample')} of telemetry lost on the line"] if (lost := readings[0].lost) else []
-        told = "; ".join(wrong) or f"{state_name(found.state)}, motor off"
-        return Health(not wrong, told, readings, self.setup.calibrated, facts)
+        summary = "; ".join(wrong) or f"{state_name(identity.state)}, motor off"
+        return Health(not wrong, summary, readings, self.setup.calibrated, facts)
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """Let the stimulus be felt; whatever ends it, the door is safe then. Raises DeviceError."""
@@ -241,12 +241,12 @@ class DoorSimulator:
 
     def _limits(self) -> Limits:
         """The rig's or the device's own, whichever is lower."""
-        limits, found = self.setup.limits, self.identity
-        if found is None:
+        limits, identity = self.setup.limits, self.identity
+        if identity is None:
             return limits
         lower = {
-            "torque_Nm": min(limits.torque_Nm, found.torque_Nm),
-            "slope_Nm_deg": min(limits.slope_Nm_deg, found.slope_Nm_deg),
+            "torque_Nm": min(limits.torque_Nm, identity.torque_Nm),
+            "slope_Nm_deg": min(limits.slope_Nm_deg, identity.slope_Nm_deg),
         }
         return limits.model_copy(update=lower)
 
@@ -263,35 +263,35 @@ class DoorSimulator:
 
     def _greet(self, link: Link) -> Identity:
         """Who is there, safe and as the rig wants it: it may have been switched off and on since the last time."""
-        self.identity = found = dialogue.greet(link)
-        if found.speed_deg_s > self.setup.limits.speed_deg_s:
+        self.identity = identity = dialogue.greet(link)
+        if identity.speed_deg_s > self.setup.limits.speed_deg_s:
             raise DeviceError(
-                f"{self.name}: the door stops itself at {found.speed_deg_s:g} deg/s, the rig allows "
+                f"{self.name}: the door stops itself at {identity.speed_deg_s:g} deg/s, the rig allows "
                 f"{self.setup.limits.speed_deg_s:g}; set the device's limit, or limits: speed_deg_s in the rig file"
             )
         link.ask(SetRate(self.setup.telemetry_hz))
-        return found
+        return identity
 
 
-def _account(found: Identity) -> dict[str, Any]:
+def _account(identity: Identity) -> dict[str, Any]:
     return {
-        "serial_number": found.serial_number,
-        "firmware": found.firmware,
+        "serial_number": identity.serial_number,
+        "firmware": identity.firmware,
         "device_limits": {
-            "torque_Nm": found.torque_Nm,
-            "slope_Nm_deg": found.slope_Nm_deg,
-            "speed_deg_s": found.speed_deg_s,
-            "heartbeat_ms": found.heartbeat_ms,
+            "torque_Nm": identity.torque_Nm,
+            "slope_Nm_deg": identity.slope_Nm_deg,
+            "speed_deg_s": identity.speed_deg_s,
+            "heartbeat_ms": identity.heartbeat_ms,
         },
     }
 
 
-def _facts(found: Identity, link: Link) -> dict[str, str]:
+def _facts(door: Identity, link: Link) -> dict[str, str]:
     return {
-        "serial number": str(found.serial_number),
-        "firmware": str(found.firmware),
-        "device limits": f"{found.torque_Nm:g} N m, {found.slope_Nm_deg:g} N m/deg, {found.speed_deg_s:g} deg/s",
-        "heartbeat": f"{found.heartbeat_ms} ms",
-        "latched fault": fault_name(found.fault),
+        "serial number": str(door.serial_number),
+        "firmware": str(door.firmware),
+        "device limits": f"{door.torque_Nm:g} N m, {door.slope_Nm_deg:g} N m/deg, {door.speed_deg_s:g} deg/s",
+        "heartbeat": f"{door.heartbeat_ms} ms",
+        "latched fault": fault_name(door.fault),
         "dropped on the line": f"{link.parser.dropped} frames, {link.parser.dropped_bytes} bytes",
     }

@@ -9,7 +9,7 @@ from struct import Struct
 
 from palpate.devices.device import Block, DeviceFault
 from palpate.devices.door.link.codes import fault_name, state_name
-from palpate.devices.door.link.dialogue import told
+from palpate.devices.door.link.dialogue import latched_fault
 from palpate.devices.door.link.link import Arrived, Link
 from palpate.devices.door.link.messages import Telemetry
 
@@ -112,7 +112,7 @@ def trouble(link: Link, state: int | None) -> DeviceFault | None:
     if latest is None:
         return None
     if latest.fault or report is not None:
-        return told(link.name, latest.fault or (report.fault if report else 0))
+        return latched_fault(link.name, latest.fault or (report.fault if report else 0))
     if state is not None and latest.state != state:
         said = f"the door is {state_name(latest.state)} where it should be {state_name(state)}"
         return DeviceFault(link.name, "firmware", f"{link.name}: {said} (fault: {fault_name(latest.fault)})")

@@ -91,10 +91,10 @@ class Begun:
     def begin(self, job: Job) -> Rendering:
         """Start to play. Raises RenderError."""
         self.end()
-        made = Rendering(job)
-        made.__enter__()
-        self.running.append(made)
-        return made
+        rendering = Rendering(job)
+        rendering.__enter__()
+        self.running.append(rendering)
+        return rendering
 
     def end(self) -> None:
         """Silence, and no process left."""
@@ -104,20 +104,22 @@ class Begun:
 
 def run_window(options: RenderOptions) -> None:
     """Show the window until it is closed. Raises WindowError, RigFileError, DeviceError, ModelFileError."""
-    calibration, hands, begun = calibration_at_hand(options), hands_for(options), Begun()
+    calibration, hands, renderings = calibration_at_hand(options), hands_for(options), Begun()
     with opened_shell(calibration, options) as shell:
         try:
-            app = app_on(shell, calibration, options, hands, begun)
+            app = app_on(shell, calibration, options, hands, renderings)
             picture = app.main.view.layout.picture
             app.stylus = _listening(hands, shell, picture, calibration.px_per_mm, app.epoch_s)
             app.run()
         finally:
-            begun.end()
+            renderings.end()
             if hands.tablet is not None:
                 hands.tablet.close()
 
 
-def app_on(shell: Shell, calibration: Calibration, options: RenderOptions, hands: Hands, begun: Begun) -> RendererApp:
+def app_on(
+    shell: Shell, calibration: Calibration, options: RenderOptions, hands: Hands, renderings: Begun
+) -> RendererApp:
     """Return the window on an open shell."""
     page = app_page(calibration.metrics, render_texts(options.language))
     view = RendererView(page, available(options.lab), by_mouse=hands.hand is not None and hands.tablet is None)
@@ -125,9 +127,9 @@ def app_on(shell: Shell, calibration: Calibration, options: RenderOptions, hands
     notes = (("not_measured", calibration.confirmed_at == NEVER), ("twins", hands.rig is None))
     return RendererApp(
         shell, page, RendererScreen(page, view, Choice(options.texture, options.method)),
-        lambda sounds: begun.begin(replace(job, sounds=sounds)),
+        lambda sounds: renderings.begin(replace(job, sounds=sounds)),
         lambda card: Sounds(card, options.seed, options.sampled, options.accept_missed),
-        shell.now_s(), " ".join(page.texts(key) for key, said in notes if said),
+        shell.now_s(), " ".join(page.texts(key) for key, shown in notes if shown),
         curve=hands.hand.force if hands.hand is not None else MOUSE.force,
     )  # fmt: skip
 
@@ -202,13 +204,13 @@ class RendererApp(WindowApp):
     def _play(self) -> None:
         """Play the texture that is chosen. What cannot be played is said, and the last one goes on."""
         try:
-            wanted = self.sounds(self.main.view.models[self.choice.texture][self.choice.method])
+            sounds = self.sounds(self.main.view.models[self.choice.texture][self.choice.method])
             if self.plays is None or not self.plays.running:
-                self.plays = self.start(wanted)
+                self.plays = self.start(sounds)
                 if self.choice.volume < 1:
                     self._safely(lambda plays: plays.volume(self.choice.volume))
             else:
-                self.plays.switch(wanted)
+                self.plays.switch(sounds)
             texts, choice = self.page.texts, self.choice
             names = {"texture": texture_word(texts, choice.texture), "method": method_word(texts, choice.method)}
             self.silent, self._status = False, replace(self._status, silent=False)

@@ -82,13 +82,13 @@ class RendererView(AppView):
         card = self.models[choice.texture][choice.method]
         if card not in self._pictures:
             self._pictures[card] = self._read(card)
-        found = self._pictures[card]
-        name = "" if found.photo is None else str(found.photo.path)
-        yield Touched("picture", self.layout.picture, "touch", shown=found.shown, of=f"{choice.texture} {name}")
-        if found.shown is None:
+        picture = self._pictures[card]
+        name = "" if picture.photo is None else str(picture.photo.path)
+        yield Touched("picture", self.layout.picture, "touch", shown=picture.shown, of=f"{choice.texture} {name}")
+        if picture.shown is None:
             box = self.layout.picture.grown(-self.page.metrics.unit(6))
-            said = " ".join(filter(None, (self.page.texts("no_picture") + ".", found.why)))
-            laid = self.setter.cut(said, box.width, box.height, WORD_STEPS)
+            text = " ".join(filter(None, (self.page.texts("no_picture") + ".", picture.why)))
+            laid = self.setter.cut(text, box.width, box.height, WORD_STEPS)
             yield Label("no picture", box, "picture", laid, QUIET, "centre")
         texts = self.page.texts
         volume = texts("silent") if status.silent else texts("volume_value", percent=f"{100 * choice.volume:.0f}")
@@ -147,8 +147,8 @@ class RendererView(AppView):
                 self._cards[path] = None
         return self._cards[path]
 
-    def _slider(self, name: str, said: str, value: str, place: Slider) -> Iterator[Element]:
-        yield self.setter.label(f"{name} label", said, place.label, within="touch")
+    def _slider(self, name: str, text: str, value: str, place: Slider) -> Iterator[Element]:
+        yield self.setter.label(f"{name} label", text, place.label, within="touch")
         yield self.setter.label(f"{name} value", value, place.value, QUIET, "right", within="touch")
 
     def _plots(self, choice: Choice, heard: Heard) -> Iterator[Element]:
@@ -180,8 +180,8 @@ class RendererView(AppView):
         for value, share in places.items():
             row = box.top + round(share * (box.height - 1)) - line // 2
             top = min(max(row, box.top), box.bottom - line)
-            said = f"{value:g}".replace("-", MINUS)
-            yield self.setter.label(f"{name} {value:g}", said, Box(box.left, top, box.width, line), QUIET, "right",
+            text = f"{value:g}".replace("-", MINUS)
+            yield self.setter.label(f"{name} {value:g}", text, Box(box.left, top, box.width, line), QUIET, "right",
                                     (3.8,), within="played")  # fmt: skip
 
     def _gauges(self, heard: Heard) -> Iterator[Element]:
@@ -192,8 +192,8 @@ class RendererView(AppView):
         yield from self._gauge("force", force, heard.force_N / FIRMEST_N, self.layout.force)
 
     def _gauge(self, name: str, value: str, share: float, place: Slider) -> Iterator[Element]:
-        said = self.page.texts(name)
-        yield self.setter.label(f"{name} label", said, place.label, QUIET, steps=SMALL_STEPS, within="played")
+        text = self.page.texts(name)
+        yield self.setter.label(f"{name} label", text, place.label, QUIET, steps=SMALL_STEPS, within="played")
         yield Gauge(f"{name} gauge", place.track, "played", share)
         yield self.setter.label(f"{name} value", value, place.value, align="right", steps=SMALL_STEPS, within="played")
 
@@ -223,9 +223,9 @@ class RendererView(AppView):
         for kind, row, chosen, names in rows:
             gap = self.page.metrics.unit(2.4)
             width = (row.width - gap * (MOST_CHIPS - 1)) // MOST_CHIPS
-            for place, (name, said) in enumerate(names.items()):
+            for place, (name, text) in enumerate(names.items()):
                 box = Box(row.left + place * (width + gap), row.top, width, row.height)
-                laid = self.setter.cut(said, width - self.page.metrics.unit(4), row.height, LABEL_STEPS)
+                laid = self.setter.cut(text, width - self.page.metrics.unit(4), row.height, LABEL_STEPS)
                 yield Button(f"{kind} {name}", box, laid=laid, chosen=name == chosen)
 
 

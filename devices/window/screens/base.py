@@ -158,7 +158,7 @@ class Base:
             self._turn(self.sheet - 1)
         elif self.may_go_back:
             answers = self.value().get("answers", {})
-            so_far = {"so_far": answers} if any(each not in ([], None) for each in answers.values()) else {}
+            so_far = {"so_far": answers} if any(answer not in ([], None) for answer in answers.values()) else {}
             self.reply = Reply({"go": "back", "seconds": round(self.now_s, 3), **so_far}, self.samples())
 
     def go_on(self) -> None:
@@ -193,7 +193,7 @@ class Base:
 
     def target_at(self, x: float, y: float) -> str | None:
         """The target under a point."""
-        targets = [each for each in self._elements() if isinstance(each, Target) and each.box.holds(x, y)]
+        targets = [element for element in self._elements() if isinstance(element, Target) and element.box.holds(x, y)]
         return targets[-1].name if targets else None
 
     def move_focus(self, by: int, among: Sequence[str] | None = None) -> None:
@@ -254,7 +254,9 @@ class Base:
         if name is None:
             return
         self.dragged(name, event)
-        button = next((each for each in self._elements() if each.name == name and isinstance(each, Button)), None)
+        button = next(
+            (element for element in self._elements() if element.name == name and isinstance(element, Button)), None
+        )
         if button is not None and button.box.grown(self.page.metrics.unit(3)).holds(event.x, event.y):
             self._use(name)
 
@@ -270,7 +272,7 @@ class Base:
 
     def _key(self, event: Key) -> None:
         self.by_key = True
-        on_button = self.focus in {each.name for each in self._elements() if isinstance(each, Button)}
+        on_button = self.focus in {element.name for element in self._elements() if isinstance(element, Button)}
         if event.name == "tab":
             self.move_focus(-1 if event.shift else 1)
         elif self.key(self.focus, event):
@@ -319,10 +321,10 @@ def gathered(boxes: Iterable[Box]) -> list[Box]:
     apart: list[Box] = []
     for box in boxes:
         joined = box
-        while near := [each for each in apart if each.overlaps(joined)]:
-            apart = [each for each in apart if each not in near]
-            for each in near:
-                joined = joined.joined(each)
+        while near := [other for other in apart if other.overlaps(joined)]:
+            apart = [other for other in apart if other not in near]
+            for other in near:
+                joined = joined.joined(other)
         apart.append(joined)
     return apart
 

@@ -26,7 +26,7 @@ from palpate.protocols.requests import Ask
 
 STEP = {"left": -1, "up": -1, "right": 1, "down": 1}
 WIDEST = 300.0
-ASKED_SHARE = 0.40
+QUESTION_SHARE = 0.40
 NUMBER, TEXT = 34.0, 84.0
 """Widths of fields, in the design's millimetres."""
 PAD = 1.6
@@ -40,37 +40,37 @@ class DemographicsScreen(Base):
 
     def __init__(self, ask: Ask, form: Demographics, page: Page) -> None:
         left, right = back_and_next(page)
-        hint, writes = page.texts(f"{self.kind}_hint"), any(each.kind == "text" for each in form.questions)
+        hint, writes = page.texts(f"{self.kind}_hint"), any(item.kind == "text" for item in form.questions)
         hint = with_hangul(page, hint) if writes else hint
         frame = trial_frame(page, ask, f"{self.kind}_prompt", hint, left, right)
         self.form = form
         self._sheets = questions_on(page, form.questions, frame.body)
         super().__init__(frame, len(self._sheets), ask.may_go_back)
         self.picked: dict[str, str | None] = {}
-        self.fields = {asked.number: self._field(asked) for sheet in self._sheets for asked in sheet if asked.field}
+        self.fields = {place.number: self._field(place) for sheet in self._sheets for place in sheet if place.field}
         self.show(ask.previous or {})
 
     def body(self) -> Iterator[Element]:
-        for asked in self._sheets[self.sheet]:
-            yield from asked.fixed
-            name = self._question(asked).name
-            if asked.number in self.fields:
-                field = self.fields[asked.number]
+        for place in self._sheets[self.sheet]:
+            yield from place.fixed
+            name = self._question(place).name
+            if place.number in self.fields:
+                field = self.fields[place.number]
                 yield field.element(self.focus == field.name, off=self._unsaid(name))
-            for option in asked.options:
+            for option in place.options:
                 chosen = name in self.picked and self.picked[name] == option.value
-                yield replace(option.dot, chosen=chosen, stop=self._is_stop(asked, option))
+                yield replace(option.dot, chosen=chosen, stop=self._is_stop(place, option))
 
     def missing(self) -> Sequence[Missing]:
-        faults = [(asked, self._fault(asked)) for asked in self._sheets[self.sheet]]
-        return [(self._first_of(asked), self.page.say(self._question(asked).text)) for asked, fault in faults if fault]
+        faults = [(place, self._fault(place)) for place in self._sheets[self.sheet]]
+        return [(self._first_of(place), self.page.say(self._question(place).text)) for place, fault in faults if fault]
 
     def complain(self, missing: Sequence[Missing], /, key: str = "fill_field") -> None:
         super().complain(missing[:1], key)
-        asked = next(asked for asked in self._sheets[self.sheet] if self._fault(asked))
-        field = self.fields.get(asked.number)
+        place = next(place for place in self._sheets[self.sheet] if self._fault(place))
+        field = self.fields.get(place.number)
         if field is not None and field.writing.text.strip():
-            question = self._question(asked)
+            question = self._question(place)
             self.notice = (
                 f"{self.page.say(question.text)} {_expected(self.page, question)}",
                 _expected(self.page, question),
@@ -93,46 +93,46 @@ class DemographicsScreen(Base):
                 field.caret = len(field.text)
 
     def pressed(self, name: str, event: Pressed) -> None:
-        for asked in self._sheets[self.sheet]:
-            for option in asked.options:
+        for place in self._sheets[self.sheet]:
+            for option in place.options:
                 if option.name == name:
-                    self._pick(asked, option)
-            field = self.fields.get(asked.number)
+                    self._pick(place, option)
+            field = self.fields.get(place.number)
             if field is not None and field.name == name:
                 field.press(event.x, event.y)
 
     def typed(self, name: str | None, text: str) -> None:
-        for asked in self._sheets[self.sheet]:
-            field = self.fields.get(asked.number)
+        for place in self._sheets[self.sheet]:
+            field = self.fields.get(place.number)
             if field is not None and field.name == name:
                 field.type(text)
-                self.picked.pop(self._question(asked).name, None)
+                self.picked.pop(self._question(place).name, None)
                 self.notice = ()
 
     def key(self, name: str | None, event: Key) -> bool:
-        for asked in self._sheets[self.sheet]:
-            field = self.fields.get(asked.number)
+        for place in self._sheets[self.sheet]:
+            field = self.fields.get(place.number)
             if field is not None and field.name == name:
                 return event.name != "enter" and field.key(event)
-            names = [option.name for option in asked.options]
+            names = [option.name for option in place.options]
             if name in names:
-                return self._key_on(asked, names.index(name), event)
+                return self._key_on(place, names.index(name), event)
         return False
 
-    def _key_on(self, asked: Asked, place: int, event: Key) -> bool:
+    def _key_on(self, place: PlacedQuestion, number: int, event: Key) -> bool:
         """Arrows choose among the options of a question, the space bar the one that has the focus."""
         if event.name in STEP:
-            place = (place + STEP[event.name]) % len(asked.options)
-            self.focus = asked.options[place].name
+            number = (number + STEP[event.name]) % len(place.options)
+            self.focus = place.options[number].name
         elif event.name != "space":
             return False
-        self._pick(asked, asked.options[place])
+        self._pick(place, place.options[number])
         return True
 
-    def _pick(self, asked: Asked, option: Option) -> None:
+    def _pick(self, place: PlacedQuestion, option: Option) -> None:
         """Choose an option; the voluntary silence about a field is taken back by choosing it again."""
-        name = self._question(asked).name
-        if option.value is None and self._unsaid(name) and asked.number in self.fields:
+        name = self._question(place).name
+        if option.value is None and self._unsaid(name) and place.number in self.fields:
             del self.picked[name]
         else:
             self.picked[name] = option.value
@@ -145,36 +145,36 @@ class DemographicsScreen(Base):
         text = " ".join(self.fields[number].writing.text.split())
         return number_in(text) if question.kind == "number" else text or None
 
-    def _fault(self, asked: Asked) -> bool:
+    def _fault(self, place: PlacedQuestion) -> bool:
         """Whether the question still wants an answer: silence must be chosen, it is not taken from an empty field."""
-        question = self._question(asked)
+        question = self._question(place)
         if self._unsaid(question.name):
             return False
-        answer = self._answer(asked.number, question)
+        answer = self._answer(place.number, question)
         return answer is None or question.problem(answer) is not None
 
     def _unsaid(self, name: str) -> bool:
         return name in self.picked and self.picked[name] is None
 
-    def _is_stop(self, asked: Asked, option: Option) -> bool:
+    def _is_stop(self, place: PlacedQuestion, option: Option) -> bool:
         """One stop for the options of a question: the one that has the focus, is chosen, or comes first."""
-        names = [each.name for each in asked.options]
+        names = [item.name for item in place.options]
         if self.focus in names:
             return option.name == self.focus
-        name = self._question(asked).name
-        chosen = [each.name for each in asked.options if name in self.picked and self.picked[name] == each.value]
+        name = self._question(place).name
+        chosen = [item.name for item in place.options if name in self.picked and self.picked[name] == item.value]
         return option.name == (chosen or names)[0]
 
-    def _first_of(self, asked: Asked) -> str:
-        field = self.fields.get(asked.number)
-        return field.name if field is not None else asked.options[0].name
+    def _first_of(self, place: PlacedQuestion) -> str:
+        field = self.fields.get(place.number)
+        return field.name if field is not None else place.options[0].name
 
-    def _field(self, asked: Asked) -> FieldOn:
-        box = asked.field or self.frame.body
-        return FieldOn(self.page, f"question {asked.number} field", box, asked.size, within=f"question {asked.number}")
+    def _field(self, place: PlacedQuestion) -> FieldOn:
+        box = place.field or self.frame.body
+        return FieldOn(self.page, f"question {place.number} field", box, place.size, within=f"question {place.number}")
 
-    def _question(self, asked: Asked) -> Question:
-        return self.form.questions[asked.number]
+    def _question(self, place: PlacedQuestion) -> Question:
+        return self.form.questions[place.number]
 
 
 class EligibilityScreen(DemographicsScreen):
@@ -185,8 +185,8 @@ class EligibilityScreen(DemographicsScreen):
     def __init__(self, ask: Ask, form: Eligibility, page: Page) -> None:
         self.criteria = form.criteria
         levels = tuple((answer, page.texts(answer)) for answer in ("yes", "no"))
-        asked = (Question(each.name, each.text, "choice", levels, optional=False) for each in form.criteria)
-        super().__init__(ask, Demographics(tuple(asked)), page)
+        questions = (Question(item.name, item.text, "choice", levels, optional=False) for item in form.criteria)
+        super().__init__(ask, Demographics(tuple(questions)), page)
 
     def value(self) -> dict[str, Any]:
         fits = all(self.picked.get(criterion.name) == criterion.answer for criterion in self.criteria)
@@ -228,7 +228,7 @@ class Option:
 
 
 @dataclass(frozen=True)
-class Asked:
+class PlacedQuestion:
     """One question's place; `field` is where its field stands, if it has one."""
 
     number: int
@@ -257,26 +257,29 @@ class _Set:
     height: int
 
 
-def questions_on(page: Page, questions: Sequence[Question], room: Box) -> list[list[Asked]]:
+def questions_on(page: Page, questions: Sequence[Question], room: Box) -> list[list[PlacedQuestion]]:
     """The questions of every sheet. Raises WindowError where a text does not fit."""
     width = min(room.width, page.metrics.unit(WIDEST))
 
     def sets(size: int) -> list[_Set] | None:
-        found = [_set(page, question, size, width) for question in questions]
-        return None if None in found else [each for each in found if each is not None]
+        sets_at_size = [_set(page, question, size, width) for question in questions]
+        return None if None in sets_at_size else [item for item in sets_at_size if item is not None]
 
     def heights(size: int) -> list[int] | None:
-        found = sets(size)
-        return None if found is None else [each.height for each in found]
+        sets_at_size = sets(size)
+        return None if sets_at_size is None else [item.height for item in sets_at_size]
 
     chosen = sheets_of(page, room, len(questions), heights)
-    if chosen is None or (found := sets(chosen[1])) is None:
+    if chosen is None or (sets_at_size := sets(chosen[1])) is None:
         raise _refusal(page, questions, width)
     sheets, number = [], 0
-    for sheet in dealt(found, chosen[0]):
-        boxes = stacked(page, room, width, [each.height for each in sheet])
+    for sheet in dealt(sets_at_size, chosen[0]):
+        boxes = stacked(page, room, width, [item.height for item in sheet])
         sheets.append(
-            [_asked(page, each, box, number + n) for n, (each, box) in enumerate(zip(sheet, boxes, strict=True))]
+            [
+                _place_question(page, item, box, number + n)
+                for n, (item, box) in enumerate(zip(sheet, boxes, strict=True))
+            ]
         )
         number += len(sheet)
     return sheets
@@ -284,8 +287,8 @@ def questions_on(page: Page, questions: Sequence[Question], room: Box) -> list[l
 
 def _set(page: Page, question: Question, size: int, width: int) -> _Set | None:
     unit = page.metrics.unit
-    text = lay(page.fonts, page.say(question.text), size, _asked_px(page, width), even=True)
-    lines = _flowed(page, list(_cells(page, question, size)), width - _asked_px(page, width) - 4 * unit(3))
+    text = lay(page.fonts, page.say(question.text), size, _question_px(page, width), even=True)
+    lines = _flowed(page, list(_cells(page, question, size)), width - _question_px(page, width) - 4 * unit(3))
     if text is None or lines is None:
         return None
     tall = len(lines) * page.metrics.target(10) + (len(lines) - 1) * unit(1.2)
@@ -320,23 +323,23 @@ def _flowed(page: Page, cells: list[_Cell], width: int) -> tuple[tuple[_Cell, ..
     for cell in cells:
         if cell.width > width:
             return None
-        used = sum(each.width + gap for each in lines[-1])
+        used = sum(item.width + gap for item in lines[-1])
         if lines[-1] and used + cell.width > width:
             lines.append([])
         lines[-1].append(cell)
     return tuple(tuple(line) for line in lines)
 
 
-def _asked(page: Page, texts: _Set, card: Box, number: int) -> Asked:
+def _place_question(page: Page, texts: _Set, card: Box, number: int) -> PlacedQuestion:
     unit, name = page.metrics.unit, f"question {number}"
     height, gap = page.metrics.target(10), unit(1.2)
     block = len(texts.lines) * height + (len(texts.lines) - 1) * gap
-    left, top = card.left + 2 * unit(3) + _asked_px(page, card.width), card.top + (card.height - block) // 2
+    left, top = card.left + 2 * unit(3) + _question_px(page, card.width), card.top + (card.height - block) // 2
     fixed: list[Element] = [
         Card(name, card, radius=rounding(page)),
         Label(
             f"{name} text",
-            Box(card.left + unit(4), card.top, _asked_px(page, card.width), card.height),
+            Box(card.left + unit(4), card.top, _question_px(page, card.width), card.height),
             name,
             texts.text,
         ),
@@ -355,18 +358,18 @@ def _asked(page: Page, texts: _Set, card: Box, number: int) -> Asked:
                 options.append(Option(dot.name, cell.value, dot))
             x += cell.width + unit(2)
         top += height + gap
-    return Asked(number, tuple(fixed), tuple(options), field, texts.size)
+    return PlacedQuestion(number, tuple(fixed), tuple(options), field, texts.size)
 
 
-def _asked_px(page: Page, width: int) -> int:
-    return round(ASKED_SHARE * width) - page.metrics.unit(4)
+def _question_px(page: Page, width: int) -> int:
+    return round(QUESTION_SHARE * width) - page.metrics.unit(4)
 
 
 def _refusal(page: Page, questions: Sequence[Question], width: int) -> WindowError:
     """Which text is at fault. Raises WindowError itself where it is one alone."""
-    column = width - _asked_px(page, width) - 6 * page.metrics.unit(3)
+    column = width - _question_px(page, width) - 6 * page.metrics.unit(3)
     for question in questions:
-        fitted(page, page.say(question.text), _asked_px(page, width), page.metrics.height_px // 2, STEPS)
+        fitted(page, page.say(question.text), _question_px(page, width), page.metrics.height_px // 2, STEPS)
         for _, label in question.levels:
             fitted(page, page.say(label), column, page.metrics.target(10), STEPS)
     return WindowError(f"the questions do not fit on a screen of {page.metrics}; shorten them or take a larger one")

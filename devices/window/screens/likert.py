@@ -48,8 +48,8 @@ class LikertScreen(Base):
 
     def missing(self) -> Sequence[Missing]:
         texts = {item.name: self.page.say(item.text) for item in self.form.questionnaire.items}
-        asked = [(row.points.name, self._item(row.points.name)) for row in self._sheets[self.sheet]]
-        return [(name, f"“{_short(texts[item])}”") for name, item in asked if item not in self.answers]
+        items = [(row.points.name, self._item(row.points.name)) for row in self._sheets[self.sheet]]
+        return [(name, f"“{_short(texts[item])}”") for name, item in items if item not in self.answers]
 
     def value(self) -> dict[str, Any]:
         answered = [item for item in self.form.items() if item in self.answers]
@@ -102,38 +102,40 @@ class _Set:
     height: int
 
 
-def statements(page: Page, asked: Questionnaire, room: Box) -> list[list[Row]]:
+def statements(page: Page, questionnaire: Questionnaire, room: Box) -> list[list[Row]]:
     """The rows of every sheet. Raises WindowError where a statement or a label does not fit."""
     unit = page.metrics.unit
     width = min(room.width, unit(WIDEST))
     pitch = max(unit(PITCH), page.metrics.target() + page.metrics.mm(NEAREST_TARGETS_MM) + 2)
-    ends_px = (width - 2 * unit(3) - asked.points * pitch) // 2 - unit(3)
+    ends_px = (width - 2 * unit(3) - questionnaire.points * pitch) // 2 - unit(3)
     tall = page.metrics.target(TALL)
 
     def sets(size: int) -> list[_Set] | None:
         small = max(round(SMALLER * size), page.metrics.text(0))
-        ends = [lay(page.fonts, page.say(end), small, ends_px, even=True) for end in asked.ends]
-        texts = [lay(page.fonts, page.say(item.text), size, width - 2 * unit(3), even=True) for item in asked.items]
+        ends = [lay(page.fonts, page.say(end), small, ends_px, even=True) for end in questionnaire.ends]
+        texts = [
+            lay(page.fonts, page.say(item.text), size, width - 2 * unit(3), even=True) for item in questionnaire.items
+        ]
         if None in ends or None in texts:
             return None
         row = max(tall, *(end.height for end in ends if end is not None))
         return [_Set(text, text.height + row + 2 * unit(PAD)) for text in texts if text is not None]
 
     def heights(size: int) -> list[int] | None:
-        found = sets(size)
-        return None if found is None else [each.height for each in found]
+        sets_at_size = sets(size)
+        return None if sets_at_size is None else [each.height for each in sets_at_size]
 
-    chosen = sheets_of(page, room, len(asked.items), heights)
-    if ends_px < unit(20) or chosen is None or (found := sets(chosen[1])) is None:
-        for text in asked.ends:
+    chosen = sheets_of(page, room, len(questionnaire.items), heights)
+    if ends_px < unit(20) or chosen is None or (sets_at_size := sets(chosen[1])) is None:
+        for text in questionnaire.ends:
             fitted(page, page.say(text), max(1, ends_px), room.height // 3, STEPS)
         raise WindowError(f"the statements do not fit on a screen of {page.metrics}; shorten them")
     rows, number = [], 0
-    for sheet in dealt(found, chosen[0]):
+    for sheet in dealt(sets_at_size, chosen[0]):
         boxes = stacked(page, room, width, [each.height for each in sheet])
         rows.append(
             [
-                _row(page, asked, each.text, box, number + n, pitch)
+                _row(page, questionnaire, each.text, box, number + n, pitch)
                 for n, (each, box) in enumerate(zip(sheet, boxes, strict=True))
             ]
         )
@@ -141,17 +143,17 @@ def statements(page: Page, asked: Questionnaire, room: Box) -> list[list[Row]]:
     return rows
 
 
-def _row(page: Page, asked: Questionnaire, text: Laid, card: Box, number: int, pitch: int) -> Row:
+def _row(page: Page, questionnaire: Questionnaire, text: Laid, card: Box, number: int, pitch: int) -> Row:
     unit, name = page.metrics.unit, f"card {number}"
     spare = card.height - text.height - page.metrics.target(TALL) - 2 * unit(PAD)
     place = Box(card.left + unit(3), card.top + unit(PAD) + max(0, spare) // 3, card.width - 2 * unit(3), text.height)
     lower = Box(card.left, place.bottom, card.width, card.bottom - unit(PAD) - place.bottom)
-    wide = asked.points * pitch
+    wide = questionnaire.points * pitch
     height = min(lower.height, page.metrics.target(TALL))
     points = Box(card.left + (card.width - wide) // 2, lower.top + (lower.height - height) // 2, wide, height)
     side = points.left - unit(3) - place.left
     small = max(round(SMALLER * text.size), page.metrics.text(0))
-    low, high = (lay(page.fonts, page.say(end), small, side, even=True) or text for end in asked.ends)
+    low, high = (lay(page.fonts, page.say(end), small, side, even=True) or text for end in questionnaire.ends)
     left = Box(place.left, lower.top, side, lower.height)
     fixed = (
         Card(name, card, radius=rounding(page)),
@@ -159,7 +161,7 @@ def _row(page: Page, asked: Questionnaire, text: Laid, card: Box, number: int, p
         Label(f"{name} low", left, name, low, QUIET, "right"),
         Label(f"{name} high", left.moved(points.right + unit(3) - left.left, 0), name, high, QUIET),
     )
-    return Row(fixed, Points(f"item {number}", points, name, count=asked.points))
+    return Row(fixed, Points(f"item {number}", points, name, count=questionnaire.points))
 
 
 def _short(text: str) -> str:

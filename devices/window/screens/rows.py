@@ -84,40 +84,40 @@ def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -
 
     def sets(size: int) -> list[_Set] | None:
         labels = _labels(widths, scale, size)
-        found = [None if labels is None else _set(widths, attribute, size, labels) for attribute in attributes]
-        return None if None in found else [each for each in found if each is not None]
+        sets_at_size = [None if labels is None else _set(widths, attribute, size, labels) for attribute in attributes]
+        return None if None in sets_at_size else [item for item in sets_at_size if item is not None]
 
     def heights(size: int) -> list[int] | None:
-        found = sets(size)
-        return None if found is None else [each.height for each in found]
+        sets_at_size = sets(size)
+        return None if sets_at_size is None else [item.height for item in sets_at_size]
 
     chosen = sheets_of(page, room, len(attributes), heights)
-    if chosen is None or (found := sets(chosen[1])) is None:
+    if chosen is None or (sets_at_size := sets(chosen[1])) is None:
         raise _refusal(widths, attributes, room, scale)
-    return _placed(_narrowed(widths, found), room, dealt(found, chosen[0]), ticks)
+    return _placed(_narrowed(widths, sets_at_size), room, dealt(sets_at_size, chosen[0]), ticks)
 
 
 def _across(page: Page, room: Box) -> Across:
     """The widths for a screen. Raises WindowError where the line with its words is wider than the screen."""
     unit = page.metrics.unit
-    found = Across(page, page.metrics.mm(page.length_mm), unit(NARROWEST_WORDS))
-    if found.card_px > room.width:
-        needed = (found.card_px + 2 * unit(MARGIN)) / page.metrics.px_per_mm
+    widths = Across(page, page.metrics.mm(page.length_mm), unit(NARROWEST_WORDS))
+    if widths.card_px > room.width:
+        needed = (widths.card_px + 2 * unit(MARGIN)) / page.metrics.px_per_mm
         raise WindowError(
             f"a line of {page.length_mm:g} mm with its words needs a screen at least {needed:.0f} mm wide; "
             f"this one has {page.metrics.width_px / page.metrics.px_per_mm:.0f} mm ({page.metrics}); "
             "take a larger screen, or calibrate again if it is larger"
         )
-    spare = (room.width - found.card_px) // 2
-    return replace(found, words_px=min(found.words_px + spare, unit(WIDEST_WORDS)))
+    spare = (room.width - widths.card_px) // 2
+    return replace(widths, words_px=min(widths.words_px + spare, unit(WIDEST_WORDS)))
 
 
 def _narrowed(widths: Across, sets: Sequence[_Set]) -> Across:
     """Cards no wider than their widest words and explanations ask for."""
-    words = max(max(each.low.width, each.high.width) for each in sets) + widths.page.metrics.unit(2)
-    told = max(each.explanation.width if each.explanation is not None else 0 for each in sets)
+    words = max(max(item.low.width, item.high.width) for item in sets) + widths.page.metrics.unit(2)
+    widest = max(item.explanation.width if item.explanation is not None else 0 for item in sets)
     words = max(words, max((_overhang(widths, share, laid) for share, laid in sets[0].labels), default=0))
-    least = words + (max(0, told - replace(widths, words_px=words).told_px) + 1) // 2
+    least = words + (max(0, widest - replace(widths, words_px=words).told_px) + 1) // 2
     return replace(widths, words_px=min(widths.words_px, max(least, widths.page.metrics.unit(46))))
 
 
@@ -140,14 +140,14 @@ def _labels(widths: Across, scale: Scale, size: int) -> tuple[tuple[float, Laid]
     shares = [_share(scale, value) for value, _ in scale.labelled]
     outer = (widths.words_px + page.metrics.unit(OVERHANG)) / widths.line_px
     edges = [-outer, *((a + b) / 2 for a, b in pairwise(shares)), 1 + outer]
-    found = []
+    labels = []
     for (_, text), share, before, after in zip(scale.labelled, shares, edges, edges[1:], strict=False):
         width = round(2 * min(share - before, after - share) * widths.line_px) - page.metrics.unit(1)
         laid = lay(page.fonts, page.say(text), small, width, even=True) if width > 0 else None
         if laid is None:
             return None
-        found.append((share, laid))
-    return tuple(found)
+        labels.append((share, laid))
+    return tuple(labels)
 
 
 def _set(widths: Across, attribute: Attribute, size: int, labels: tuple[tuple[float, Laid], ...]) -> _Set | None:
@@ -169,13 +169,15 @@ def _set(widths: Across, attribute: Attribute, size: int, labels: tuple[tuple[fl
 
 
 def _placed(widths: Across, room: Box, sheets: list[list[_Set]], ticks: tuple[float, ...]) -> list[list[Row]]:
-    found, number = [], 0
+    sheets_of_rows, number = [], 0
     for sheet in sheets:
-        boxes = stacked(widths.page, room, widths.card_px, [each.height for each in sheet])
+        boxes = stacked(widths.page, room, widths.card_px, [item.height for item in sheet])
         pairs = zip(sheet, boxes, strict=True)
-        found.append([_row(widths, texts, card, n, ticks) for n, (texts, card) in enumerate(pairs, start=number)])
+        sheets_of_rows.append(
+            [_row(widths, texts, card, n, ticks) for n, (texts, card) in enumerate(pairs, start=number)]
+        )
         number += len(sheet)
-    return found
+    return sheets_of_rows
 
 
 def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float, ...]) -> Row:

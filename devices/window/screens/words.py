@@ -121,8 +121,10 @@ class WordScreen(Base):
     def _field(self) -> FieldOn:
         page, room = self.page, self.frame.between
         box = Box(room.left, self.frame.foot.top, room.width, self.frame.foot.height)
-        told = fitted(page, page.texts("further_label"), box.width - 2 * page.metrics.unit(4), box.height, HINT_STEPS)
-        return FieldOn(page, FURTHER, box, page.metrics.text(5.0), placeholder=told)
+        placeholder = fitted(
+            page, page.texts("further_label"), box.width - 2 * page.metrics.unit(4), box.height, HINT_STEPS
+        )
+        return FieldOn(page, FURTHER, box, page.metrics.text(5.0), placeholder=placeholder)
 
 
 def grid(page: Page, words: Sequence[str], room: Box) -> tuple[list[list[Tick]], int]:

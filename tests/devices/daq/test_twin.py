@@ -28,7 +28,7 @@ def counting(scene, rate_hz):
 def begun(clock, ideal=counting, noise_V=0.0, key=(1,)):
     daq = TwinDaq("force", WIRING, ideal, noise_V, key)
     daq.open()
-    daq.start(Pace.told(clock))
+    daq.start(Pace.by_clock(clock))
     return daq
 
 
@@ -106,7 +106,7 @@ def test_no_two_acts_share_their_noise() -> None:
     daq = begun(clock, lambda scene, rate_hz: repeat(np.zeros((100, 2))), 0.01)
     clock.now_s = 0.4
     first = daq.read(400, 0.0).volts
-    daq.start(Pace.told(clock))
+    daq.start(Pace.by_clock(clock))
     clock.now_s = 0.8
     assert abs(np.corrcoef(first[:, 0], daq.read(400, 0.0).volts[:, 0])[0, 1]) < 0.2
 
@@ -118,6 +118,6 @@ def test_its_gaussians_are_those_of_the_other_twins() -> None:
 def test_a_card_that_is_not_open_does_not_start_and_one_that_is_not_started_gives_nothing() -> None:
     daq = TwinDaq("force", WIRING, counting, 0.0)
     with pytest.raises(DeviceError, match="not open"):
-        daq.start(Pace.told(Clock()))
+        daq.start(Pace.by_clock(Clock()))
     daq.open()
     assert daq.read(10, 0.1).volts.shape == (0, 2)

@@ -135,7 +135,7 @@ def test_codes_of_a_later_version_are_told_by_number():
     link, _ = link_to(says.Nak(says.Arm.KIND, 99, 98, 97))
     with pytest.raises(Refused, match=r"\(reason 99\); it is state 98, with the fault fault 97"):
         link.ask(says.Arm(1))
-    assert "fault 97" in str(dialogue.told("door", 97))
+    assert "fault 97" in str(dialogue.latched_fault("door", 97))
 
 
 def test_an_upload_is_read_back_and_compared_point_by_point():
