@@ -48,13 +48,13 @@ def reflections(filters: Array) -> Array:
     """
     left = np.array(filters, dtype=np.float64)
     order = left.shape[1] - 1
-    found = np.empty((len(left), order))
+    values = np.empty((len(left), order))
     for place in range(order, 0, -1):
         last = left[:, place].copy()
-        found[:, place - 1] = last
+        values[:, place - 1] = last
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             left = (left[:, :place] - last[:, None] * left[:, place:0:-1]) / (1 - last**2)[:, None]
-    return found
+    return values
 
 
 def stable_within(filters: Array, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -137,7 +137,7 @@ def predictor_of(order: int) -> Callable[[Array], Array]:
         apart = cosines - 2 * np.cos(frequencies)[..., None]
         first = np.multiply.reduce(apart[:, 0::2], axis=1)
         second = np.multiply.reduce(apart[:, 1::2], axis=1)
-        found: Array = first @ of_symmetric + second @ of_other
-        return found
+        values: Array = first @ of_symmetric + second @ of_other
+        return values
 
     return weights

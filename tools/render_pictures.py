@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.devices.render.found import DEFAULT_METHOD, SHIPPED, available, card_for
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.headless import at_once
+from palpate.devices.render.texture_models import DEFAULT_METHOD, SHIPPED, available, card_for
 from palpate.devices.render.window.choice import Choice, method_word, render_texts, texture_word
 from palpate.devices.render.window.elements import SHOWN, heard
 from palpate.devices.render.window.screen import RendererScreen

@@ -11,10 +11,10 @@ import numpy as np
 from palpate.analysis.streams.recorded_streams import Stream, StreamError
 from palpate.protocols.undefined import finite_or_none
 from palpate.signals.aligning.aligned import LONGEST_GAP_S, Aligned, align, grid_points
-from palpate.signals.aligning.errors import HAND_HZ, leak, sine_error
 from palpate.signals.aligning.hinge import Hinge, fit_hinge
 from palpate.signals.aligning.methods import METHODS, Method
 from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.aligning.sine_errors import HAND_HZ, leak, sine_error
 from palpate.signals.aligning.speed import Slope, floor_mm_s, slope, velocity
 from palpate.signals.arrays import Array
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from benchmarks.alignment.truth import GRID_HZ, KINDS
 from palpate.protocols.files import open_bytes
-from palpate.signals.aligning.errors import HAND_HZ, sine_error
 from palpate.signals.aligning.methods import METHODS
+from palpate.signals.aligning.sine_errors import HAND_HZ, sine_error
 
 COLOURS = {
     "hold": "#999999", "nearest": "#56b4e9", "linear": "#e69f00", "pchip": "#009e73", "cubic": "#0072b2",

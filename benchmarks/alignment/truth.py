@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from palpate.signals.aligning.errors import HAND_HZ
+from palpate.signals.aligning.sine_errors import HAND_HZ
 from palpate.signals.arrays import Array
 
 GRID_HZ = 1000.0

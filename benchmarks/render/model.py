@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from palpate.devices.render.found import DEFAULT_METHOD, available
+from palpate.devices.render.texture_models import DEFAULT_METHOD, available
 from palpate.protocols.files import write_bytes, write_text
 from palpate.signals.models.card import Card, Dense, Port, Texture, Weights
 

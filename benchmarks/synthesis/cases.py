@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from benchmarks.synthesis import free_running as hands
 from benchmarks.synthesis import steps, training
 from benchmarks.synthesis.runtimes import other_runtimes
-from palpate.devices.render.found import SHIPPED, available
+from palpate.devices.render.texture_models import SHIPPED, available
 from palpate.protocols.bench import Case
 from palpate.studies.simulation.texture_simulator import SimulatedTextures
 

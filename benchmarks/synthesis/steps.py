@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks.synthesis.rates import Work, rates, work_of
 from benchmarks.synthesis.specimens import SPREAD, foten, windows
-from palpate.devices.render.found import SHIPPED
+from palpate.devices.render.texture_models import SHIPPED
 from palpate.protocols.bench import Case
 from palpate.protocols.progress import Clock
 from palpate.signals.arrays import Array

@@ -179,7 +179,7 @@ KIND = DeviceKind(
     make,
     MEANINGS,
     calibration=CalibrationMethod(
-        "palpate.devices.rig.calibrating_vibration:calibrate_coil",
+        "palpate.devices.rig.vibration_calibration:calibrate_coil",
         ("sensor", "level_V", "seconds", "yes", "force"),
     ),
 )

@@ -11,7 +11,7 @@ from pathlib import Path
 from palpate.devices.author import designs
 from palpate.devices.author.designs import DesignError
 from palpate.devices.author.pages import Aside, HelpScreen, NameScreen, OpenScreen, RecoverScreen
-from palpate.devices.author.playing import Player
+from palpate.devices.author.player import Player
 from palpate.devices.author.screen import DesignerScreen
 from palpate.devices.author.view import DesignerView, author_texts
 from palpate.devices.author.work import History, Setting, Work, neutral

@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate.devices.author.elements import FEELS, SIDES, Felt, Pane, Upright
 from palpate.devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
-from palpate.devices.author.plotting import Hand, Plotter
+from palpate.devices.author.plotter import Hand, Plotter
 from palpate.devices.author.work import MOST_SMOOTHING_DEG, Setting, Work
 from palpate.devices.door.making import NEUTRAL, Made, Maker
 from palpate.devices.window.app import AppView, Status

@@ -116,7 +116,7 @@ KIND = DeviceKind(
     make,
     MEANINGS,
     calibration=CalibrationMethod(
-        "palpate.devices.rig.calibrating_vibration:calibrate_accelerometer",
+        "palpate.devices.rig.vibration_calibration:calibrate_accelerometer",
         ("seconds", "yes"),
         by_hand=True,
     ),

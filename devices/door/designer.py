@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from palpate.devices.models.finding import FOLDER, SHIPPED, find_model
+from palpate.devices.models.lookup import FOLDER, SHIPPED, find_model
 from palpate.protocols.did_you_mean import nearest
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError

@@ -13,7 +13,7 @@ from palpate.devices.options import JSON, LAB
 from palpate.protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
-    from palpate.devices.models.comparing import Inputs
+    from palpate.devices.models.comparison import Inputs
     from palpate.signals.models.runtime import Model
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -42,7 +42,7 @@ def list_command(lab: Path, as_json: bool) -> None:
 
     Where a lab has a model of a shipped one's name, the lab's is used.
     """
-    from palpate.devices.models.finding import FOLDER, listed
+    from palpate.devices.models.lookup import FOLDER, listed
     from palpate.devices.models.words import aligned, list_row
 
     rows = [list_row(model) for model in listed(lab)]
@@ -69,7 +69,7 @@ def card_command(name: str, lab: Path, as_json: bool) -> None:
     Example:
       palpate models card door-perception --lab LAB
     """
-    from palpate.devices.models.finding import find_model
+    from palpate.devices.models.lookup import find_model
     from palpate.devices.models.words import card_words
     from palpate.signals.models.file import read_model
 
@@ -98,7 +98,7 @@ def compare_command(names: tuple[str, ...], files: tuple[Path, ...], lab: Path, 
       palpate models compare door-perception other.json --lab LAB
       palpate models compare texture-cloth-foten_generative texture-cloth-ar --lab LAB
     """
-    from palpate.devices.models.comparing import apart, milliseconds, require_alike
+    from palpate.devices.models.comparison import apart, milliseconds, require_alike
     from palpate.devices.models.words import apart_words, metrics_words
 
     if len(names) < 2:
@@ -205,7 +205,7 @@ def _print_profile(model: Model, given: Sequence[str], to: Path | None, as_json:
 
 
 def _read(name: str, lab: Path) -> Model:
-    from palpate.devices.models.finding import find_model
+    from palpate.devices.models.lookup import find_model
     from palpate.signals.models.file import read_model
 
     return read_model(find_model(name, lab))
@@ -216,7 +216,7 @@ def _inputs(models: Sequence[Model], files: Sequence[Path]) -> Inputs:
     import numpy as np
 
     from palpate.devices.models.answers import profile_of
-    from palpate.devices.models.comparing import DRIVE, STUDY, WINDOW, Inputs, texture_drives, texture_windows, wishes
+    from palpate.devices.models.comparison import DRIVE, STUDY, WINDOW, Inputs, texture_drives, texture_windows, wishes
 
     kind = models[0].card.takes.kind
     if files and kind != "force_profile":

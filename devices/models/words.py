@@ -7,8 +7,8 @@ from datetime import UTC, datetime
 from textwrap import wrap
 from typing import Any
 
-from palpate.devices.models.comparing import Apart
-from palpate.devices.models.finding import Listed
+from palpate.devices.models.comparison import Apart
+from palpate.devices.models.lookup import Listed
 from palpate.signals.models.card import Card, Conv, Dense, Forest, Kernel, Mean, Nearest, Port, Residual, Step, Texture
 from palpate.signals.models.card_steps import (
     Add,

@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from palpate.devices.options import JSON, LAB, RIG, window_options
-from palpate.devices.render.found import DEFAULT_METHOD
+from palpate.devices.render.texture_models import DEFAULT_METHOD
 
 if TYPE_CHECKING:
     from palpate.devices.render.headless import Played
@@ -56,7 +56,7 @@ def render(
     _require_together(hand is not None, paced)
     if twins and rig_file is not None:
         raise click.UsageError("--rig names devices to open, and with --twins none are: leave one out")
-    from palpate.devices.render.found import card_for
+    from palpate.devices.render.texture_models import card_for
 
     card = card_for(texture, method, lab)
     if hand is None:

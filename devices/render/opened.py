@@ -14,8 +14,8 @@ from palpate.devices.actuator.settings import Settings
 from palpate.devices.render.hands import Hand, OnTablet, Pushed, Scripted
 from palpate.devices.render.job import Job
 from palpate.devices.render.loop import AtOnce, Loop, Pace, Wall
+from palpate.devices.render.renderer import Renderer
 from palpate.devices.render.sinks import MOST_AHEAD, Coil, on_coil
-from palpate.devices.render.stages import Renderer
 from palpate.devices.render.trace import Trace
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.opened import open_rig

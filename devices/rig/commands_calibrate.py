@@ -15,7 +15,7 @@ from palpate.protocols.canonical import json_text
 from palpate.protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
-    from palpate.devices.rig.calibrating import CalibrationJob, CalibrationResult
+    from palpate.devices.rig.calibration import CalibrationJob, CalibrationResult
     from palpate.devices.rig.file import RigFile
 
 SPELLED = {"sensor": "--with", "level_V": "--level"}
@@ -56,7 +56,7 @@ def calibrate(
       palpate rig calibrate actuator --with vibration --lab LAB
       palpate rig calibrate stylus --pairs pairs.csv --figure force --write --lab LAB
     """
-    from palpate.devices.rig.calibrating import CalibrationJob, is_in_braces, settings_text, write_settings
+    from palpate.devices.rig.calibration import CalibrationJob, is_in_braces, settings_text, write_settings
     from palpate.devices.rig.file import read_rig, rig_path
 
     file = read_rig(rig_file or rig_path(lab))
@@ -120,7 +120,7 @@ def _measure(job: CalibrationJob, given: dict[str, Any]) -> CalibrationResult:
     """What calibrating gives; exit code 1 where it gives nothing."""
     from palpate.devices.device import DeviceFault
     from palpate.devices.kinds import KINDS
-    from palpate.devices.rig.calibrating import UnfitMeasurement
+    from palpate.devices.rig.calibration import UnfitMeasurement
     from palpate.protocols.registry import load_object
 
     how: Any = KINDS[job.file.kind(job.name)].calibration

@@ -310,7 +310,7 @@ KIND = DeviceKind(
     make,
     MEANINGS,
     calibration=CalibrationMethod(
-        "palpate.devices.rig.calibrating_tablet:calibrate_tablet",
+        "palpate.devices.rig.tablet_calibration:calibrate_tablet",
         ("pairs", "figure"),
         {
             "pairs": "give --pairs FILE.csv with the columns pressure,force_N: put a force sensor under the tablet and"

@@ -9,7 +9,7 @@ import numpy as np
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError, motion_end
 
-FELT_N = 1.0
+COUNTED_N = 1.0
 """Least prominence of a peak that is counted."""
 MAJOR_SHARE = 0.15
 """Least prominence of a major peak, as a share of the profile's range of force."""
@@ -45,11 +45,11 @@ def peaks_of(force_N: Array, least_N: float) -> list[int]:
 
 def landmarks(force_N: Array) -> Landmarks:
     """Find the major peaks and valleys of the part before the zero padding."""
-    return landmarks_and_felt(force_N)[0]
+    return landmarks_and_peaks(force_N)[0]
 
 
-def landmarks_and_felt(force_N: Array) -> tuple[Landmarks, list[int]]:
-    """Return the landmarks, and the grid indices of all peaks that stand out by at least FELT_N."""
+def landmarks_and_peaks(force_N: Array) -> tuple[Landmarks, list[int]]:
+    """Return the landmarks, and the grid indices of all peaks that stand out by at least COUNTED_N."""
     end = motion_end(tuple(force_N.tolist()))
     moving = force_N[: end + 1]
     tops = _tops(moving)
@@ -58,7 +58,7 @@ def landmarks_and_felt(force_N: Array) -> tuple[Landmarks, list[int]]:
     ends = [*peaks[1:], end + 1]
     valleys = [peak + int(np.argmin(moving[peak:stop])) for peak, stop in zip(peaks, ends, strict=False)]
     marks = Landmarks(tuple(peaks), tuple(valleys), end)
-    return marks, [top for top, prominence in tops if prominence >= FELT_N]
+    return marks, [top for top, prominence in tops if prominence >= COUNTED_N]
 
 
 def require_cycles(force_N: Array, count: int, purpose: str) -> Landmarks:
@@ -102,7 +102,7 @@ def plateau_of(force_N: Array, marks: Landmarks) -> tuple[int, int] | None:
 
 def describe(force_N: Array) -> dict[str, float]:
     """Return the numeric columns of the stimulus table; see docs/reference/doors.md for each one's definition."""
-    return columns(force_N, *landmarks_and_felt(force_N))
+    return columns(force_N, *landmarks_and_peaks(force_N))
 
 
 def columns(force_N: Array, marks: Landmarks, felt_peaks: list[int]) -> dict[str, float]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from palpate.protocols.did_you_mean import nearest
 from palpate.signals.arrays import Array
-from palpate.signals.doors.features import Landmarks, as_profile, columns, landmarks_and_felt, plateau_of
+from palpate.signals.doors.features import Landmarks, as_profile, columns, landmarks_and_peaks, plateau_of
 from palpate.signals.doors.grid import POINTS_PER_DEG, DoorDataError
 from palpate.signals.doors.profiles import demand_force
 
@@ -63,13 +63,13 @@ def all_features(force_N: Array) -> dict[str, float]:
 
 
 def _features_of(profile: Array) -> dict[str, float]:
-    marks, felt = landmarks_and_felt(profile)
+    marks, peaks = landmarks_and_peaks(profile)
     moving = profile[: marks.end + 1]
     # N/deg between points a degree apart; of a shorter motion, over all of it.
     span = min(POINTS_PER_DEG, len(moving) - 1)
     slope = (moving[span:] - moving[:-span]) * (POINTS_PER_DEG / span) if span else np.zeros(1)
     return {
-        **columns(profile, marks, felt),
+        **columns(profile, marks, peaks),
         **_extremes(moving, marks),
         **_slopes(moving, slope),
         **_plateaus(profile, moving, slope, marks),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from palpate.signals.doors.grid import POINTS, DoorDataError
-from palpate.signals.models import activations, kept_values, layers, sequence_layers
+from palpate.signals.models import activations, layers, sequence_layers, value_steps
 from palpate.signals.models import card as steps_of
 from palpate.signals.models import card_steps as signal_steps
 from palpate.signals.models.card import Conv, Dense, DoorFeatures, Mean, Playable, Residual, Step, Upsample
@@ -163,14 +163,14 @@ _BUILDERS: Mapping[type, Callable[[Any, Form, At], Built]] = {
     steps_of.Playable: playable,
     steps_of.Residual: _residual,
     steps_of.Mean: _mean,
-    signal_steps.Keep: kept_values.keep,
-    signal_steps.Recall: kept_values.recall,
-    signal_steps.Add: kept_values.add,
-    signal_steps.Join: kept_values.join,
-    signal_steps.Part: kept_values.part,
-    signal_steps.Turn: kept_values.turn,
-    signal_steps.Polar: kept_values.polar,
-    signal_steps.Cartesian: kept_values.cartesian,
+    signal_steps.Keep: value_steps.keep,
+    signal_steps.Recall: value_steps.recall,
+    signal_steps.Add: value_steps.add,
+    signal_steps.Join: value_steps.join,
+    signal_steps.Part: value_steps.part,
+    signal_steps.Turn: value_steps.turn,
+    signal_steps.Polar: value_steps.polar,
+    signal_steps.Cartesian: value_steps.cartesian,
     signal_steps.Norm: sequence_layers.norm,
     signal_steps.Attention: sequence_layers.attention,
     signal_steps.Lstm: sequence_layers.lstm,

@@ -301,6 +301,6 @@ def card_tensors(card: Card) -> Iterator[str]:
 
 def complaint(error: ValidationError) -> str:
     """Return the first few things that are wrong with a card, each with its place."""
-    wrong = [f"{'.'.join(map(str, each['loc'])) or 'card'}: {each['msg']}" for each in error.errors()[:3]]
+    wrong = [f"{'.'.join(map(str, item['loc'])) or 'card'}: {item['msg']}" for item in error.errors()[:3]]
     more = f" (and {error.error_count() - len(wrong)} more)" if error.error_count() > len(wrong) else ""
     return "; ".join(wrong) + more

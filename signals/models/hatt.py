@@ -290,8 +290,8 @@ def _tree(content: bytes) -> ElementTree.Element:
 
 def _parsed(root: ElementTree.Element) -> Hatt:
     for name, unit in UNITS.items():
-        if (found := root.findtext(name, unit).strip()) != unit:
-            raise _Odd(f"{name} is {found!r}; {unit!r} is expected")
+        if (stated_unit := root.findtext(name, unit).strip()) != unit:
+            raise _Odd(f"{name} is {stated_unit!r}; {unit!r} is expected")
     models = root.findall("model")
     if not 1 <= len(models) <= MOST:
         raise _Odd(f"{len(models)} models found; 1 to {MOST} are expected")

@@ -56,7 +56,7 @@ def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mappin
     if steps < LEAST:
         raise RenderError(f"{steps} steps are timed; {LEAST} at least are expected.")
     model = card if isinstance(card, Model) else read_model(card)
-    given = met(model, steps)
+    given = recorded_inputs(model, steps)
     exact = np.array([in_double(model).run(inputs) for inputs in given])
     spread = float(exact[:, 0].std()) or 1.0
     quick = fastest(model)
@@ -69,7 +69,7 @@ def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mappin
     return measured
 
 
-def met(model: Model, steps: int) -> Array:
+def recorded_inputs(model: Model, steps: int) -> Array:
     """Return what the model is given while it runs under a hand whose speed and force go through its range: (steps,
     in).
     """

@@ -98,7 +98,7 @@ def models_now(study: Study, lab: Path | None) -> dict[str, str]:
     """
     models: dict[str, str] = {}
     if "texture_renderer" in study.needs:
-        from palpate.devices.render.found import SHIPPED, available
+        from palpate.devices.render.texture_models import SHIPPED, available
 
         cards = available(lab or SHIPPED)
         for stimulus in study.stimuli:

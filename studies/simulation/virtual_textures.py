@@ -47,8 +47,8 @@ class VirtualTextures:
 
     def card(self, stimulus: Stimulus) -> Path:
         """Return the card of a stimulus' model. Raises RigError where there is none."""
-        from palpate.devices.render.found import SHIPPED as MODELS
-        from palpate.devices.render.found import card_for
+        from palpate.devices.render.texture_models import SHIPPED as MODELS
+        from palpate.devices.render.texture_models import card_for
         from palpate.signals.textures.sounds import RenderError
 
         texture, model = (_column(stimulus, name) for name in ("texture", "model"))
@@ -125,7 +125,7 @@ class VirtualTextures:
 
 
 def _saved_file(lab: Path, key: str) -> Path:
-    from palpate.devices.render.found import FOLDER
+    from palpate.devices.render.texture_models import FOLDER
 
     return lab / FOLDER / KEPT / f"{key[:32]}.json"
 

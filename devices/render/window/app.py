@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from palpate.devices.render.found import available
 from palpate.devices.render.job import Job
 from palpate.devices.render.opened import NEED
 from palpate.devices.render.process import Rendering
+from palpate.devices.render.texture_models import available
 from palpate.devices.render.trace import Trace
 from palpate.devices.render.window.choice import Choice, method_word, render_texts, texture_word
 from palpate.devices.render.window.elements import SHOWN, heard

@@ -13,7 +13,7 @@ LIGHTEST_N, FIRMEST_N = 0.2, 3.0
 USUAL_N = 0.8
 """What hands begin with (thesis 4.5.1)."""
 Models = Mapping[str, Mapping[str, Path]]
-"""{texture: {method: card}}, as palpate.devices.render.found.available gives it."""
+"""{texture: {method: card}}, as palpate.devices.render.texture_models.available gives it."""
 FOLDER = Path(__file__).resolve().parent / "texts"
 
 

@@ -37,7 +37,7 @@ def affine(step: Affine, value: Value, draft: Draft, tensors: Tensors) -> Value:
         for given in (step.gain, step.offset)
     )
     if value.linear is not None:
-        gains, offsets = (np.broadcast_to(each, value.shape).reshape(-1) for each in (gain, offset))
+        gains, offsets = (np.broadcast_to(factor, value.shape).reshape(-1) for factor in (gain, offset))
         linear = Linear(value.linear.matrix * gains[:, None], value.linear.offset * gains + offsets)
         return replace(value, linear=linear)
     if value.sides is not None:
@@ -47,7 +47,7 @@ def affine(step: Affine, value: Value, draft: Draft, tensors: Tensors) -> Value:
         return value
     result = fresh(draft, value.shape, value.length_first)
     rows, cols = value.matrix
-    steps = [0 if len(each) == 1 else cols for each in (gains, offsets)]
+    steps = [0 if len(factor) == 1 else cols for factor in (gains, offsets)]
     draft.say(
         "affine", *at(value), *at(result), rows, cols, draft.weight(gains), steps[0], draft.weight(offsets), steps[1]
     )

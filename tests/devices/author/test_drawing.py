@@ -10,7 +10,7 @@ from PIL import Image
 
 from benchmarks.doors.designer_window import line_error_px, painted_s
 from palpate.devices.author.elements import FEELS, SIDES
-from palpate.devices.author.plotting import FILE, range_text, rated_range
+from palpate.devices.author.plotter import FILE, range_text, rated_range
 from palpate.devices.author.view import FOLDER, author_texts
 from palpate.devices.author.work import Work, neutral
 from palpate.devices.window.geometry import Box, Metrics, WindowError, problems

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from palpate.devices.door.stimuli import profile_text
-from palpate.devices.models import finding
+from palpate.devices.models import lookup
 from palpate.devices.models.commands import models, predict
 from palpate.signals.doors.limits import refusal
 from palpate.signals.doors.profile_file import read_profile
@@ -25,8 +25,8 @@ RAMP = np.linspace(0, 30, 621)
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     """A lab with a model of a feeling and one of a profile, nothing shipped, and one profile in the current folder."""
-    monkeypatch.setattr(finding, "SHIPPED", tmp_path / "shipped")
-    monkeypatch.setattr(finding, "TEXTURES", tmp_path / "textures")
+    monkeypatch.setattr(lookup, "SHIPPED", tmp_path / "shipped")
+    monkeypatch.setattr(lookup, "TEXTURES", tmp_path / "textures")
     monkeypatch.chdir(tmp_path)
     feeling(tmp_path / "models")
     shape(tmp_path / "models")
@@ -241,9 +241,9 @@ def test_models_that_answer_other_questions_are_not_compared(lab):
 
 def test_a_labs_model_comes_before_a_shipped_one_of_its_name(lab):
     feeling(lab / "shipped", offset=0.0)
-    assert finding.find_model("feeling", lab) == lab / "models" / "feeling.json"
-    assert finding.find_model("feeling", lab / "nowhere") == lab / "shipped" / "feeling.json"
-    assert finding.find_model("models/feeling.json", lab) == Path("models/feeling.json")
+    assert lookup.find_model("feeling", lab) == lab / "models" / "feeling.json"
+    assert lookup.find_model("feeling", lab / "nowhere") == lab / "shipped" / "feeling.json"
+    assert lookup.find_model("models/feeling.json", lab) == Path("models/feeling.json")
 
 
 def test_a_prediction_needs_neither_torch_nor_pandas_nor_scipy(lab):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from palpate.devices.models import finding
+from palpate.devices.models import lookup
 from palpate.devices.models.commands import models, predict
 from palpate.signals.models.card import Affine, Dense, Port, Reshape, Texture
 from palpate.signals.models.card_steps import Attention, Autoregression, Join, Keep, Lstm, Norm, Part, Recall, Turn
@@ -51,8 +51,8 @@ def plain(folder, name="texture-cloth-fnn", weight=0.5, window=7):
 
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
-    monkeypatch.setattr(finding, "SHIPPED", tmp_path / "shipped")
-    monkeypatch.setattr(finding, "TEXTURES", tmp_path / "textures")
+    monkeypatch.setattr(lookup, "SHIPPED", tmp_path / "shipped")
+    monkeypatch.setattr(lookup, "TEXTURES", tmp_path / "textures")
     monkeypatch.chdir(tmp_path)
     autoregressive(tmp_path / "textures")
     plain(tmp_path / "models")

@@ -14,11 +14,11 @@ from palpate.command_line import _status, cli
 from palpate.devices.actuator.calibration import load
 from palpate.devices.daq.adxl335 import POSITIONS
 from palpate.devices.kinds import KINDS, CalibrationMethod
-from palpate.devices.rig.calibrating import CalibrationJob, UnfitMeasurement
-from palpate.devices.rig.calibrating_vibration import Bench, Fastened, Hastened, Lying
+from palpate.devices.rig.calibration import CalibrationJob, UnfitMeasurement
 from palpate.devices.rig.commands_calibrate import calibrate
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.opened import check_device, opened_device
+from palpate.devices.rig.vibration_calibration import Bench, Fastened, Hastened, Lying
 from palpate.signals import GRAVITY_M_S2
 
 RIG = """# Booth 2, moved in March.

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.devices.rig.calibrating import write_settings
+from palpate.devices.rig.calibration import write_settings
 from palpate.devices.rig.file import RigFileError, read_rig
 
 DAY = "2026-11-21"

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import curve_fit
 
 from palpate.devices.device import DeviceError
-from palpate.devices.rig.calibrating_tablet import force_rows
+from palpate.devices.rig.tablet_calibration import force_rows
 from palpate.devices.tablet.force import Force, fit_force, read_pairs
 
 PRESSURES = [k / 10 for k in range(1, 11)]

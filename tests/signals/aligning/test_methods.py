@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.signals.aligning.aligned import align, grid_points
-from palpate.signals.aligning.errors import leak, sine_error
 from palpate.signals.aligning.methods import METHODS, band, method_named
 from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.aligning.sine_errors import leak, sine_error
 from tests.examples import examples
 
 BOUNDS = {  # of a sine at w, sampled every T

@@ -186,7 +186,7 @@ def test_a_foreign_file_is_refused(tmp_path, content, words):
 
 
 def test_it_is_read_where_it_lies(tmp_path, monkeypatch):
-    from palpate.devices.models.finding import find_model
+    from palpate.devices.models.lookup import find_model
 
     shutil.copy(FILE, tmp_path)
     monkeypatch.chdir(tmp_path)

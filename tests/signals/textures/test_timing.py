@@ -6,7 +6,7 @@ import pytest
 
 from palpate.signals.models.runtime import Model
 from palpate.signals.textures.sounds import RenderError
-from palpate.signals.textures.timing import met, step_us
+from palpate.signals.textures.timing import recorded_inputs, step_us
 from palpate.signals.textures.voice import play
 from tests.devices.render.made import M, model, spectra, write
 
@@ -22,11 +22,11 @@ def test_steps_are_timed_by_the_clock_and_their_error_is_that_of_single_precisio
 
 
 def test_inputs_are_those_that_occur_while_it_runs():
-    given = met(model(), 500)
+    given = recorded_inputs(model(), 500)
     assert given.shape == (500, 3 * M)
     np.testing.assert_array_equal(given[1:, : M - 1], given[:-1, 1:M])
     assert np.ptp(given[:, 2 * M - 1]) > 50
-    assert met(spectra(), 20).shape == (20, 3)
+    assert recorded_inputs(spectra(), 20).shape == (20, 3)
 
 
 def test_a_card_is_played_the_same_each_time_and_its_steps_are_timed(tmp_path):

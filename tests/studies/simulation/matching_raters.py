@@ -26,7 +26,7 @@ def column(found, name):
 
 def expected():
     """attribute -> column (or intercept) -> weight."""
-    from palpate.devices.models.finding import SHIPPED as MODELS
+    from palpate.devices.models.lookup import SHIPPED as MODELS
     from palpate.signals.models.file import read_card
 
     ratings, matching = study("door_ratings"), study("door_matching")

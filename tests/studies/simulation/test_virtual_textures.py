@@ -8,7 +8,7 @@ from statistics import mean
 import pytest
 from click.testing import CliRunner
 
-from palpate.devices.render.found import SHIPPED
+from palpate.devices.render.texture_models import SHIPPED
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Present
 from palpate.studies.sessions.rig import RigError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.devices.render.found import available
+from palpate.devices.render.texture_models import available
 from palpate.devices.render.trace import Trace
 from palpate.devices.render.window.app import RendererApp, on_picture
 from palpate.devices.render.window.choice import FOLDER, Choice, beside, in_view, render_texts

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from palpate.devices.render.found import available
+from palpate.devices.render.texture_models import available
 from palpate.devices.render.window.choice import Choice, beside, render_texts
 from palpate.devices.render.window.elements import COURSE
 from palpate.devices.render.window.screen import RendererScreen

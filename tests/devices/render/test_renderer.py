@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.devices.render.stages import CROSS_MS, Renderer
+from palpate.devices.render.renderer import CROSS_MS, Renderer
 from palpate.signals.textures.gate import RAMP
 from palpate.signals.textures.voice import open_voice
 from tests.devices.render.made import M, model

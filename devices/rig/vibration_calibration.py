@@ -26,7 +26,7 @@ from palpate.devices.daq.adxl335 import AXES, NOISY_G, POSITIONS, Accelerometer,
 from palpate.devices.daq.sensor import DaqSensor
 from palpate.devices.device import Block, DeviceError, NowNs
 from palpate.devices.health import WAIT_S, samples
-from palpate.devices.rig.calibrating import CalibrationJob, CalibrationResult, UnfitMeasurement
+from palpate.devices.rig.calibration import CalibrationJob, CalibrationResult, UnfitMeasurement
 from palpate.devices.rig.file import RigFile
 from palpate.devices.rig.opened import open_rig, opened_device
 from palpate.protocols.did_you_mean import nearest

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from palpate.devices.author.playing import Played, Player
+from palpate.devices.author.player import Played, Player
 from palpate.devices.device import DeviceError
 from palpate.devices.door.firmware.ailments import Ailing
 from palpate.devices.door.link.limits import Limits

@@ -8,7 +8,7 @@ from typing import Any
 
 from palpate.devices.device import DeviceError
 from palpate.devices.picture import COLOURS, INK, SOFT, drawing, write_picture
-from palpate.devices.rig.calibrating import CalibrationJob, CalibrationResult
+from palpate.devices.rig.calibration import CalibrationJob, CalibrationResult
 from palpate.devices.tablet.force import Force, fit_force, read_pairs
 
 DIGITS = 5

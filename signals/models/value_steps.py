@@ -62,11 +62,11 @@ def join(step: Join, form: Form, at: At) -> Built:
     first = sum(other.shape[0] for other in (form, *forms))
     if first * form.size // form.shape[0] > LARGEST:
         raise at.refuse(f"{first} channels together; at most {LARGEST} numbers are run")
-    each = [(name, other.length_first != form.length_first) for name, other in zip(step.kept, forms, strict=True)]
+    turns = [(name, other.length_first != form.length_first) for name, other in zip(step.kept, forms, strict=True)]
     axis = _channel_axis(form)
 
     def run(x: Values, kept: Kept) -> Values:
-        others = [kept[name].swapaxes(1, 2) if turned else kept[name] for name, turned in each]
+        others = [kept[name].swapaxes(1, 2) if turned else kept[name] for name, turned in turns]
         return np.concatenate((x, *others), axis=axis)
 
     return run, replace(form, shape=(first, *form.shape[1:]), owned=True)
