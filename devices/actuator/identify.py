@@ -22,7 +22,7 @@ from palpate.devices.actuator.response import (
     estimate,
     excitation,
 )
-from palpate.devices.device import Block, DeviceFault, NowNs, Sensor
+from palpate.devices.device import DeviceFault, NowNs, Sensor
 from palpate.signals.arrays import Array, Complex
 
 if TYPE_CHECKING:
@@ -124,19 +124,15 @@ def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, due: int, now_ns: N
             if fed == len(volts):
                 coil.rest()
         for block in sensor.read(0.002).get(signal.name, ()):
-            parts.append(_rows(block, len(signal.channels)))
+            if block.lost:
+                raise ResponseError(f"{block.lost} samples were lost while it was recorded ({block.why}): record again")
+            parts.append(np.frombuffer(block.data, "<f4").reshape(-1, len(signal.channels)).astype(np.float64))
             count += len(parts[-1])
         if now_ns() > until_ns:
             message = f"{coil.name}: {fed} of {len(volts)} samples played, {count} of {due} recorded in time"
             raise DeviceFault(sensor.name, "silent", message)
     coil.check()
     return np.concatenate(parts)
-
-
-def _rows(block: Block, channels: int) -> Array:
-    if block.lost:
-        raise ResponseError(f"{block.lost} samples were lost while it was recorded ({block.why}): record again")
-    return np.frombuffer(block.data, "<f4").reshape(-1, channels).astype(np.float64)
 
 
 def _along_the_motion(rows: Array) -> Array:
@@ -190,20 +186,17 @@ def invert(response: Response, wish: Wish) -> Inverse:
         raise ResponseError(f"no response from {wish.low_Hz:g} to {wish.high_Hz:g} Hz to be made flat")
     hz, flat = response.hz[inside], response.response[inside] / gain
     size = np.abs(flat)
-    wanted = size / (size**2 + (response.error[inside] / gain) ** 2)
+    target = size / (size**2 + (response.error[inside] / gain) ** 2)
     most = 10 ** (wish.boost_dB / 20)
-    taps = minimum_phase(_everywhere(hz, np.minimum(wanted, most), wish.low_Hz))
+    # The gain on the whole grid: as at the band's edges beyond them, less towards 0 Hz.
+    everywhere = np.interp(GRID_HZ, hz, np.minimum(target, most)) * np.clip(GRID_HZ / wish.low_Hz, LEAST_SHARE, 1.0)
+    taps = minimum_phase(everywhere)
     taps = taps * min(1.0, most / float(np.abs(np.fft.rfft(taps, GRID)).max()))
-    limited = tuple(float(f) for f in hz[wanted > most])
+    limited = tuple(float(f) for f in hz[target > most])
     reached = flat * gain_at(taps, hz)
     own, whole = _delay_ms(hz, flat), _delay_ms(hz, reached)
     ripple, before = _ripple_dB(reached), _ripple_dB(flat)
     return Inverse(taps / gain, gain, ripple, before, whole, whole - own, limited)
-
-
-def _everywhere(hz: Array, wanted: Array, low_Hz: float) -> Array:
-    """The gain on the whole grid: as at the band's edges beyond them, less towards 0 Hz."""
-    return np.interp(GRID_HZ, hz, wanted) * np.clip(GRID_HZ / low_Hz, LEAST_SHARE, 1.0)
 
 
 def minimum_phase(gain: Array) -> Array:

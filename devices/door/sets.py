@@ -52,9 +52,15 @@ def make(study: str, folder: Path) -> list[Path]:
 def differences(study: str, folder: Path) -> list[str]:
     """What in a folder is not, byte for byte, what `make` writes: one line each, empty when all is equal."""
     expected = _made(study)
-    found = [_difference(folder / name, text.encode()) for name, text in expected.items()]
+    lines = []
+    for name, text in expected.items():
+        path = folder / name
+        if not path.is_file():
+            lines.append(f"{path}: missing")
+        elif path.read_bytes() != text.encode():
+            lines.append(f"{path}: differs")
     unknown = sorted(path for path in (folder / FOLDER).glob("*.csv") if f"{FOLDER}/{path.name}" not in expected)
-    return [line for line in found if line] + [f"{path}: not a file of this study" for path in unknown]
+    return lines + [f"{path}: not a file of this study" for path in unknown]
 
 
 def _made(study: str) -> dict[str, str]:
@@ -63,21 +69,15 @@ def _made(study: str) -> dict[str, str]:
     return SETS[study]()
 
 
-def _difference(path: Path, expected: bytes) -> str:
-    if not path.is_file():
-        return f"{path}: missing"
-    return "" if path.read_bytes() == expected else f"{path}: differs"
-
-
 def _files(
     columns: tuple[str, ...], about: Sequence[tuple[str, ...]], profiles: Sequence[Array]
 ) -> Iterator[tuple[str, str]]:
     header = ",".join((*columns, "file", *describe(np.zeros(POINTS))))
     rows = []
-    for told, force_N in zip(about, profiles, strict=True):
-        name = f"{FOLDER}/{told[0]}.csv"
+    for cells, force_N in zip(about, profiles, strict=True):
+        name = f"{FOLDER}/{cells[0]}.csv"
         yield name, profile_text(force_N)
-        rows.append(",".join((*told, name, *_features(force_N))))
+        rows.append(",".join((*cells, name, *_features(force_N))))
     yield TABLE, "\n".join((header, *rows)) + "\n"
 
 

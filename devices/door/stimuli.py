@@ -63,7 +63,10 @@ def stimulus_files(measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> di
             made = augment(force_N, variant, door=label, seed=seed)
             name = f"{FOLDER}/{label}_{variant}.csv"
             files[name] = profile_text(made)
-            rows.append(_table_row(label, variant, source, name, describe(made)))
+            augmentation = VARIANTS[variant].augmentation if variant in VARIANTS else "original"
+            features = describe(made).items()
+            numbers = (_fixed(value, FEATURE_DECIMALS.get(key, FORCE_DECIMALS)) for key, value in features)
+            rows.append(",".join((f"{label}_{variant}", label, variant, augmentation, source, name, *numbers)))
     header = ",".join((*IDENTITY, *describe(np.zeros(POINTS))))
     files[TABLE] = "\n".join((header, *rows)) + "\n"
     return files
@@ -91,12 +94,6 @@ def _difference(path: Path, expected: bytes) -> str:
     lines = zip(found.splitlines(keepends=True), expected.splitlines(keepends=True), strict=False)
     first = next((number for number, (a, b) in enumerate(lines, start=1) if a != b), None)
     return f"{path}: differs from line {first}" if first else f"{path}: has another number of lines"
-
-
-def _table_row(label: str, variant: str, source: str, name: str, features: dict[str, float]) -> str:
-    augmentation = VARIANTS[variant].augmentation if variant in VARIANTS else "original"
-    numbers = (_fixed(value, FEATURE_DECIMALS.get(key, FORCE_DECIMALS)) for key, value in features.items())
-    return ",".join((f"{label}_{variant}", label, variant, augmentation, source, name, *numbers))
 
 
 def _fixed(value: float, decimals: int) -> str:

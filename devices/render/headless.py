@@ -64,9 +64,8 @@ def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.per
         started_ns = now_ns()
         samples[sample] = voice.step(*hand.at(sample))
         took.note(now_ns() - started_ns)
-    return Played(
-        np.vstack([samples, *_inputs(hand)]), {"paced": False, "took": took.record(), "voice": describe_voice(voice)}
-    )
+    signals = np.vstack([samples, np.asarray(hand.speed_mm_s, np.float64), np.asarray(hand.force_N, np.float64)])
+    return Played(signals, {"paced": False, "took": took.record(), "voice": describe_voice(voice)})
 
 
 def paced(job: Job, hand: Scripted) -> Played:
@@ -120,10 +119,6 @@ def level_m_s2(signals: Array) -> float:
     """RMS of what sounded."""
     heard = signals[0][signals[0] != 0.0]
     return float(np.sqrt(np.mean(heard**2))) if heard.size else 0.0
-
-
-def _inputs(hand: Scripted) -> tuple[Array, Array]:
-    return np.asarray(hand.speed_mm_s, dtype=np.float64), np.asarray(hand.force_N, dtype=np.float64)
 
 
 def in_words(record: Mapping[str, Any], seconds: float, level_m_s2: float) -> Iterator[str]:

@@ -55,13 +55,14 @@ class RigFile:
 
     def definition(self, names: Sequence[str]) -> dict[str, Any]:
         """The settings of some devices as JSON data, with the digests of the files that they name, for the ledger."""
-        return {name: {**self.devices[name].model_dump(mode="json"), **self._digests(name)} for name in names}
-
-    def _digests(self, name: str) -> dict[str, str]:
-        """A file may become another one under its old name: a calibration, a recording."""
-        named = {key: getattr(self.devices[name], key, None) for key in FILES}
-        paths = {key: self.path.parent / given for key, given in named.items() if given is not None}
-        return {f"{key}_sha256": file_sha256(path) for key, path in paths.items() if path.is_file()}
+        settings = {}
+        for name in names:
+            # A file may become another one under its old name: a calibration, a recording.
+            named = {key: getattr(self.devices[name], key, None) for key in FILES}
+            paths = {key: self.path.parent / given for key, given in named.items() if given is not None}
+            digests = {f"{key}_sha256": file_sha256(path) for key, path in paths.items() if path.is_file()}
+            settings[name] = {**self.devices[name].model_dump(mode="json"), **digests}
+        return settings
 
 
 def rig_path(lab: Path, host: str | None = None) -> Path:

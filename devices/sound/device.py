@@ -166,11 +166,10 @@ class MaskingNoise:
     def describe(self) -> Mapping[str, Any]:
         """The settings, and the level that they come to."""
         settings = self.settings.model_dump(mode="json", exclude_none=True)
-        level = {} if self.settings.db_spl_at_0_dbfs is None else self._at_the_ear()
+        level = {}
+        if self.settings.db_spl_at_0_dbfs is not None:
+            level = {"db_spl": round(self.settings.spoken_db_spl, 2), "db_a": round(self.settings.db_a, 2)}
         return {**settings, "dbfs": round(self.settings.dbfs, 2), **level}
-
-    def _at_the_ear(self) -> dict[str, float]:
-        return {"db_spl": round(self.settings.spoken_db_spl, 2), "db_a": round(self.settings.db_a, 2)}
 
     def health(self, seconds: float) -> Health:
         """Let the open output play silence for so long; nothing is to be heard."""

@@ -224,7 +224,12 @@ class EventFile:
         try:
             self.file = os.open(self.path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
         except OSError as problem:
-            raise DeviceError(self._not_there(problem)) from None
+            message = f"{self.name}: {self.path} cannot be opened: {problem.strerror}."
+            if problem.errno in (errno.EACCES, errno.EPERM):
+                advice = "Let the station's user into the group that owns it (often `input`)."
+            else:
+                advice = self._there()
+            raise DeviceError(f"{message} {advice}") from None
         with closed_on_failure(self.close):
             self.special = stat.S_ISCHR(os.fstat(self.file).st_mode)
             title = name_of(self.ask, self.file)
@@ -314,12 +319,6 @@ class EventFile:
         if code != ABS_PRESSURE and axis.per_mm <= 0:
             raise DeviceError(f"{what} does not say how long its {NAMES[code]} axis is: set `axes` with `per_mm`.")
         return axis
-
-    def _not_there(self, problem: OSError) -> str:
-        told = f"{self.name}: {self.path} cannot be opened: {problem.strerror}."
-        if problem.errno in (errno.EACCES, errno.EPERM):
-            return f"{told} Let the station's user into the group that owns it (often `input`)."
-        return f"{told} {self._there()}"
 
     def _there(self) -> str:
         return f"Input devices that there are: {', '.join(input_devices()) or 'none'}."

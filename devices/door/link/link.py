@@ -86,7 +86,10 @@ class Link:
                 self._answers.pop(sequence, None)
         for message, answer in zip(messages, answers, strict=True):
             if isinstance(answer, says.Nak):
-                raise self._refused(message, answer)
+                fault = f", with the fault {fault_name(answer.fault)}" if answer.fault else ""
+                how, why = f"it is {state_name(answer.state)}{fault}", reason_name(answer.reason)
+                refusal = f"{self.name}: the door refused {type(message).__name__} ({why}); {how}"
+                raise Refused(self.name, answer, refusal)
         return answers
 
     def send(self, message: says.Message) -> None:
@@ -188,11 +191,6 @@ class Link:
                 self.port.write(data)
         except OSError as error:
             self.lose(error)
-
-    def _refused(self, message: says.Message, nak: says.Nak) -> DeviceFault:
-        how = f"it is {state_name(nak.state)}" + (f", with the fault {fault_name(nak.fault)}" if nak.fault else "")
-        why = reason_name(nak.reason)
-        return Refused(self.name, nak, f"{self.name}: the door refused {type(message).__name__} ({why}); {how}")
 
 
 class Refused(DeviceFault):

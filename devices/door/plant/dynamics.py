@@ -139,17 +139,14 @@ class Dynamics:
         rate = max(sqrt((self._k + self.notch_k) / self.inertia), self._b / self.inertia)
         if rate * rest <= 1.25 * FINE:
             return rest
-        torque = self._torque(t)
+        # All that acts on an arm that rests at the origin, but stops and detents.
+        drives = self.drives
+        torque = drives.motor(t) + drives.hand(t, self.origin) - self.slide * drives.friction(t)
         away = self.x - torque / self._k if self._k else 0.0
         pace = self.w if self._k else self.w - torque / self._b
         if abs(away) + abs(pace) / rate <= QUIET_RAD and not self.notch_k:
             return rest
         return rest / ceil(rest * rate / FINE)
-
-    def _torque(self, t: float) -> float:
-        """All that acts on an arm that rests at the origin, but stops and detents."""
-        drives = self.drives
-        return drives.motor(t) + drives.hand(t, self.origin) - self.slide * drives.friction(t)
 
     def _trial(self, t: float, h: float) -> None:
         """A step of size h, kept in `end` until it is taken or another is tried; `stages` is what drove it."""

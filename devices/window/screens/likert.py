@@ -49,7 +49,8 @@ class LikertScreen(Base):
     def missing(self) -> Sequence[Missing]:
         texts = {item.name: self.page.say(item.text) for item in self.form.questionnaire.items}
         items = [(row.points.name, self._item(row.points.name)) for row in self._sheets[self.sheet]]
-        return [(name, f"“{_short(texts[item])}”") for name, item in items if item not in self.answers]
+        short = {item: text if len(text) <= 40 else text[:38].rstrip() + " …" for item, text in texts.items()}
+        return [(name, f"“{short[item]}”") for name, item in items if item not in self.answers]
 
     def value(self) -> dict[str, Any]:
         answered = [item for item in self.form.items() if item in self.answers]
@@ -162,7 +163,3 @@ def _row(page: Page, questionnaire: Questionnaire, text: Laid, card: Box, number
         Label(f"{name} high", left.moved(points.right + unit(3) - left.left, 0), name, high, QUIET),
     )
     return Row(fixed, Points(f"item {number}", points, name, count=questionnaire.points))
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 40 else text[:38].rstrip() + " …"

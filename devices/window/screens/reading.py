@@ -127,14 +127,10 @@ def paged(page: Page, text: str, room: Box) -> list[list[Element]]:
         raise WindowError(f"a text of the study or the lab has no words to read: {text!r:.80}")
     for step in STEPS:
         laid = [_laid(page, part, column.width, step) for part in parts]
-        if (spare := column.height - _height(laid)) >= 0:
+        between = sum(round(BETWEEN * part.leading) for part in laid[:-1])
+        if (spare := column.height - sum(part.height for part in laid) - between) >= 0:
             return _filled(laid, Box(column.left, column.top + spare // 4, column.width, column.height - spare // 4))
     return _filled(laid, column)
-
-
-def _height(parts: list[Laid]) -> int:
-    """The height of the paragraphs with the room between them."""
-    return sum(part.height + round(BETWEEN * part.leading) for part in parts[:-1]) + parts[-1].height
 
 
 def _paragraph(line: str) -> Paragraph:
