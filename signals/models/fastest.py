@@ -80,27 +80,20 @@ def apart(runs: Runs, model: Model) -> float:
     Where an answer may jump (a phase at its cut, the choice of a sparse attention) rounding may decide: the second
     largest difference counts.
     """
-    rows = _tried(model.card)
-    try:
-        answers, expected = runs.run(rows), model.run(rows)
-    except ModelInputError:
-        return float("inf")
-    scale = max(float(np.abs(expected).max()), np.finfo(np.float32).tiny)
-    return float(np.sort(np.abs(answers - expected).max(axis=1))[-2] / scale)
-
-
-def _tried(card: Card) -> Array:
-    """Return the inputs (TRIED, in) about what a texture's recording held, or about 0, within what the model answers
-    to.
-    """
-    chance, takes, texture = np.random.Generator(np.random.PCG64(1)), card.takes, card.texture
+    # Inputs about what a texture's recording held, or about 0, within what the model answers to.
+    chance, takes, texture = np.random.Generator(np.random.PCG64(1)), model.card.takes, model.card.texture
     rows = chance.standard_normal((TRIED, takes.size))
     if texture is not None and takes.size % 3 == 0:
         wide = rows.reshape(TRIED, 3, -1)
         wide[:, 0] *= texture.rms_m_s2
         for channel, ends in ((1, texture.speed_mm_s), (2, texture.force_N)):
             wide[:, channel] = chance.uniform(*ends, wide[:, channel].shape)
-    if takes.within is None:
-        return rows
-    low, high = takes.within
-    return np.clip(rows, low, high) if low < 1 and high > -1 else chance.uniform(low, high, rows.shape)
+    if takes.within is not None:
+        low, high = takes.within
+        rows = np.clip(rows, low, high) if low < 1 and high > -1 else chance.uniform(low, high, rows.shape)
+    try:
+        answers, expected = runs.run(rows), model.run(rows)
+    except ModelInputError:
+        return float("inf")
+    scale = max(float(np.abs(expected).max()), np.finfo(np.float32).tiny)
+    return float(np.sort(np.abs(answers - expected).max(axis=1))[-2] / scale)

@@ -93,7 +93,7 @@ class _Heads:
 
 
 def attention(step: Attention, form: Form, at: At) -> Built:
-    """Return multi-head scaled dot-product attention; `sparse` as in Zhou et al. 2021, with all keys looked at."""
+    """Build multi-head scaled dot-product attention; `sparse` as in Zhou et al. 2021, with all keys looked at."""
     width, length = sides(form, at)
     memory = None if step.memory is None else _memory(step, form, at)
     if width % step.heads:
@@ -186,7 +186,14 @@ def lstm(step: Lstm, form: Form, at: At) -> Built:
     hidden = len(weight) // 4
     if len(weight) * length > LARGEST:
         raise at.refuse(f"{len(weight)} gates at {length} places; at most {LARGEST} numbers are run")
-    matrix, state, bias = _turned(step, weight, hidden, at)
+    state = at.reals(step.state, 4 * hidden, hidden).astype(weight.dtype)
+    bias = at.reals(step.bias, 4 * hidden).astype(weight.dtype)
+    # Weights for rows, gates in the order input, forget, output, cell; the first three halved.
+    place = np.arange(hidden)
+    gates = np.concatenate([place, place + hidden, place + 3 * hidden, place + 2 * hidden])
+    half = np.ones(4 * hidden, dtype=weight.dtype)
+    half[: 3 * hidden] = 0.5
+    matrix, state, bias = (np.ascontiguousarray(values[gates].T * half) for values in (weight, state, bias))
     order = range(length - 1, -1, -1) if step.reverse else range(length)
 
     def run(x: Values, _kept: Kept) -> Values:
@@ -199,20 +206,8 @@ def lstm(step: Lstm, form: Form, at: At) -> Built:
     return run, Form((hidden, length), length_first=True, owned=True)
 
 
-def _turned(step: Lstm, weight: Values, hidden: int, at: At) -> tuple[Values, Values, Values]:
-    """Return the weights for rows, gates in the order input, forget, output, cell; the first three halved."""
-    state = at.reals(step.state, 4 * hidden, hidden).astype(weight.dtype)
-    bias = at.reals(step.bias, 4 * hidden).astype(weight.dtype)
-    place = np.arange(hidden)
-    order = np.concatenate([place, place + hidden, place + 3 * hidden, place + 2 * hidden])
-    half = np.ones(4 * hidden, dtype=weight.dtype)
-    half[: 3 * hidden] = 0.5
-    turned = [np.ascontiguousarray(matrix[order].T * half) for matrix in (weight, state, bias)]
-    return turned[0], turned[1], turned[2]
-
-
 def _through(places: Values, state: Values, order: range, hidden: int) -> Values:
-    """(length, n, hidden): what is given at each place."""
+    """Return the output at each place, (length, n, hidden)."""
     given = np.empty((*places.shape[:2], hidden), dtype=places.dtype)
     cell = np.zeros(given.shape[1:], dtype=places.dtype)
     before = cell

@@ -35,7 +35,13 @@ class Triangles:
         area = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
         full = np.abs(area) > FLAT * max(np.ptp(self.points, axis=0).max() ** 2, np.finfo(float).tiny)
         object.__setattr__(self, "_full", self.triangles[full])
-        object.__setattr__(self, "_shares", _share_matrix(corners[full], one[full], two[full], area[full]))
+        # The matrix (3 t, 3) turns (x, y, 1) into the shares of all first corners, all second and all third ones.
+        first, one, two, area = corners[full][:, 0], one[full], two[full], area[full]
+        second_slope = np.stack([two[:, 1], -two[:, 0]], axis=1) / area[:, None]
+        third_slope = np.stack([-one[:, 1], one[:, 0]], axis=1) / area[:, None]
+        others = [np.column_stack([slope, -(slope * first).sum(axis=1)]) for slope in (second_slope, third_slope)]
+        shares = [np.array([0.0, 0.0, 1.0]) - others[0] - others[1], *others]
+        object.__setattr__(self, "_shares", np.ascontiguousarray(np.concatenate(shares)))
         object.__setattr__(self, "_rim", _rim(self.triangles, full))
 
     def corners(self, places: Values) -> tuple[Values, Values]:
@@ -74,15 +80,6 @@ class Triangles:
         )  # too far to tell the nearest
         rows = self._rim[edge]
         return rows[:, [0, 1, 1]], np.stack([1 - of_edge, of_edge, np.zeros_like(of_edge)], axis=1)
-
-
-def _share_matrix(corners: Values, one: Values, two: Values, area: Values) -> Values:
-    """Return (3 t, 3): what turns (x, y, 1) into the shares of all first corners, all second ones, all third ones."""
-    second = np.stack([two[:, 1], -two[:, 0]], axis=1) / area[:, None]
-    third = np.stack([-one[:, 1], one[:, 0]], axis=1) / area[:, None]
-    others = [np.column_stack([slope, -(slope * corners[:, 0]).sum(axis=1)]) for slope in (second, third)]
-    first = np.array([0.0, 0.0, 1.0]) - others[0] - others[1]
-    return np.ascontiguousarray(np.concatenate([first, *others]))
 
 
 def _rim(triangles: Values, full: Values) -> Values:

@@ -63,9 +63,16 @@ def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mappin
     runs: dict[str, Runs | Model] = {"NumPy": model, **({} if quick.runtime == "NumPy" else {quick.runtime: quick})}
     measured = {}
     for name, run in runs.items():
+        for inputs in given[:WARM]:
+            run.run(inputs)
+        took = np.empty(len(given))
+        for place, inputs in enumerate(given):
+            start = now_ns()
+            run.run(inputs)
+            took[place] = now_ns() - start
         pairs = zip(given, exact, strict=True)
         error = float(max(np.abs(run.run(inputs) - answer).max() for inputs, answer in pairs))
-        measured[name] = (*_timed(run, given, now_ns), error / spread)
+        measured[name] = (float(np.median(took)) / 1e3, float(np.percentile(took, 99)) / 1e3, error / spread)
     return measured
 
 
@@ -96,14 +103,3 @@ def in_double(model: Model) -> Model:
         for name, tensor in model.tensors.items()
     }
     return replace(model, tensors=wide)
-
-
-def _timed(runs: Runs | Model, given: Array, now_ns: Callable[[], int]) -> tuple[float, float]:
-    for inputs in given[:WARM]:
-        runs.run(inputs)
-    took = np.empty(len(given))
-    for place, inputs in enumerate(given):
-        start = now_ns()
-        runs.run(inputs)
-        took[place] = now_ns() - start
-    return float(np.median(took)) / 1e3, float(np.percentile(took, 99)) / 1e3

@@ -73,7 +73,12 @@ def conv(step: Conv, value: Value, draft: Draft, tensors: Tensors) -> Value:
     length = sides(value)[1] + 2 * step.pad - width + 1
     if width == 1 and not step.pad:
         return projected(draft, value, weight[:, :, 0].T, bias)
-    rows = _padded(draft, value, step.pad)
+    rows = tight(draft, by_length(draft, value))
+    if step.pad:
+        # Places without gaps, zeros before and after.
+        room = draft.room((sides(rows)[1] + 2 * step.pad) * channels, fixed=True)
+        draft.say("copy", *at(rows), room.beyond(step.pad * channels), channels, sides(rows)[1], channels, 1)
+        rows = Value((channels, sides(rows)[1] + 2 * step.pad), room, channels, length_first=True)
     matrix = weight.transpose(2, 1, 0).reshape(width * channels, filters)
     return multiplied(draft, rows.spot, (channels, 1, length), matrix, bias[None], (filters, length))
 
@@ -90,17 +95,6 @@ def projected(draft: Draft, value: Value, weight: Array, bias: Array) -> Value:
         value = by_length(draft, value)
         return multiplied(draft, value.spot, (value.step, 1, length), weight, bias[None], (len(bias), length))
     return multiplied(draft, value.spot, (1, value.step, length), weight, bias[None], (len(bias), length))
-
-
-def _padded(draft: Draft, value: Value, pad: int) -> Value:
-    """Return places without gaps, zeros before and after."""
-    value = tight(draft, by_length(draft, value))
-    if not pad:
-        return value
-    channels, length = sides(value)
-    room = draft.room((length + 2 * pad) * channels, fixed=True)
-    draft.say("copy", *at(value), room.beyond(pad * channels), channels, length, channels, 1)
-    return Value((channels, length + 2 * pad), room, channels, length_first=True)
 
 
 def attention(step: Attention, value: Value, draft: Draft, tensors: Tensors) -> Value:

@@ -70,8 +70,14 @@ def compiled(card: Card, tensors: Tensors, instructions: InstructionSet) -> Comp
 
 def _chain(steps: Sequence[Step], value: Value, draft: Draft, tensors: Tensors) -> Value:
     for place, step in enumerate(steps):
-        if value.linear is not None and _to_spectrum(steps[place : place + LOOK_AHEAD], value):
-            value = _formula(step, value, value.linear, tensors)
+        linear = value.linear
+        if linear is not None and _to_spectrum(steps[place : place + LOOK_AHEAD], value):
+            if isinstance(step, Dense):
+                value = product_steps.dense_formula(step, linear, tensors)
+            elif not isinstance(step, Conv) or tensors[step.weight].shape[2] != 1:
+                raise NotCompiled("a spectrum by a convolution wider than 1")
+            else:
+                value = product_steps.conv_formula(step, value, linear, tensors)
         else:
             value = _next(step, value, draft, tensors)
     return value
@@ -84,14 +90,6 @@ def _to_spectrum(steps: Sequence[Step], value: Value) -> bool:
         return False
     after = next((step for step in steps[1:] if not isinstance(step, between)), None)
     return isinstance(after, signals_of.Polar) and value.size <= MOST_FORMULA
-
-
-def _formula(step: Any, value: Value, linear: Linear, tensors: Tensors) -> Value:
-    if isinstance(step, Dense):
-        return product_steps.dense_formula(step, linear, tensors)
-    if tensors[step.weight].shape[2] != 1:
-        raise NotCompiled("a spectrum by a convolution wider than 1")
-    return product_steps.conv_formula(step, value, linear, tensors)
 
 
 def _next(step: Step, value: Value, draft: Draft, tensors: Tensors) -> Value:
