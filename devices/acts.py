@@ -1,4 +1,4 @@
-"""An act that the experimenter may break into: what is waited for, and its time without the pauses.
+"""An act that the experimenter may interrupt: what is waited for, and its time without the pauses.
 
 After a fault somebody puts the device right and says so, before the act goes on.
 """
@@ -45,7 +45,7 @@ class Act:
 
 
 def going_on(act: Act | None, request: Request, now_ns: Callable[[], int]) -> Act:
-    """The act of this very request, if that is under way; else a new one."""
+    """Return the act of this very request, if that is under way; else a new one."""
     return act if act is not None and act.request is request else Act(request, now_ns())
 
 
@@ -56,12 +56,12 @@ class Mending:
     wanted: str = ""
 
     def fault(self, fault: DeviceFault) -> Fault:
-        """The fault as it is put on record; from now on it is to be put right first."""
+        """Return the fault as it is put on record; from now on it has to be put right first."""
         self.wanted = str(fault)
         return Fault({"device": fault.device, "what": fault.what, "message": str(fault)})
 
     def asked(self, page: str, window: Pages, desk: Desk) -> Aside | None:
-        """Ask for what is wanted and wait for the confirmation; None at once where nothing is."""
+        """Show what has to be put right and wait for the confirmation; return None at once where nothing has."""
         if not self.wanted:
             return None
         desk.demand(Prompt(f"{self.wanted.rstrip('.')}. Put it right, then confirm."))

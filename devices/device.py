@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 NowNs = Callable[[], int]
-"""A clock in nanoseconds that never runs backwards; any thread may ask it."""
+"""A clock in nanoseconds that never runs backwards; any thread may call it."""
 FAULTS = (
     "link_lost", "heartbeat_lost", "silent", "stuck", "not_a_number", "over_range", "overload", "overrun", "underrun",
     "refused", "limit", "emergency_stop", "firmware",
@@ -29,11 +29,11 @@ FAULTS = (
 
 
 class DeviceError(ValueError):
-    """A device that cannot be had as it was asked for: its port, its settings, its calibration, its library."""
+    """A device that cannot be opened or used as requested: its port, settings, calibration or library."""
 
 
 class DeviceFault(Exception):
-    """What a device did while it was used: silent, out of range, not a number, gone. The device is made safe for it.
+    """A failure of a device in use: silent, out of range, not a number, gone. The device is made safe for it.
 
     `device` is the device's name in the rig; `what` is a word to count by (see FAULTS), the message is for people.
     """
@@ -108,7 +108,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Reading:
-    """What a signal gave while nothing was asked of it: per channel the mean and the noise (SD), in its units."""
+    """The readings of a signal at rest: per channel the mean and the noise (SD), in its units."""
 
     signal: Signal
     rate_hz: float
@@ -119,7 +119,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Health:
-    """How a device is: a `summary` in one line; `facts` are further things to show, by name."""
+    """The state of a device: a `summary` in one line; `facts` are further things to show, by name."""
 
     ok: bool
     summary: str
@@ -129,13 +129,13 @@ class Health:
 
 
 class Device(Protocol):
-    """What every device can do. `name` is its name in the rig."""
+    """A device of a rig; `name` is its name in the rig file."""
 
     name: str
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """What it gives; () for one that gives nothing."""
+        """Its signals; () for a device without any."""
 
     def open(self) -> None:
         """Connect, and leave the device safe. Raises DeviceError where it cannot be had."""
@@ -147,23 +147,23 @@ class Device(Protocol):
         """Make it safe and let go of it; also where it is not open."""
 
     def describe(self) -> Mapping[str, Any]:
-        """What the ledger keeps of it, as JSON data: kind, driver or twin, versions, calibration, limits."""
+        """Return what the ledger keeps of it, as JSON data: kind, driver or twin, versions, calibration, limits."""
 
     def health(self, seconds: float) -> Health:
-        """Read it for so long and say how it is; called while it is open."""
+        """Read it for so long and return its state; called while it is open."""
 
 
 class Sensor(Device, Protocol):
     """A device that gives samples. One thread reads it, another may start and stop it."""
 
     def expect(self, scene: Scene | None) -> None:
-        """What is to be sensed next: a twin makes its signals of it (None: at rest), a real sensor need not know."""
+        """Take the scene that is sensed next; a twin uses it (None: at rest), a real sensor ignores it."""
 
     def start(self, now_ns: NowNs) -> None:
         """Begin to sample; blocks carry times of that clock. Raises DeviceError."""
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """What has come since the last call, by the signal's name; waits at most that long for something.
+        """Return the blocks since the last call, by the signal's name; wait at most that long for some.
 
         Raises DeviceFault.
         """
@@ -176,14 +176,14 @@ class Presents(Protocol):
     """What presents stimuli, while the window shows a page and the desk may break in."""
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
-        """Do what is asked; called again with the same request after anything but a Reply, it goes on where it was."""
+        """Perform the request; called again with it after anything but a Reply, it goes on where it was."""
 
 
 class Records(Protocol):
     """What records a stimulus while it is explored, in the same way."""
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
-        """Do what is asked; called again with the same request after anything but a Reply, it goes on where it was."""
+        """Perform the request; called again with it after anything but a Reply, it goes on where it was."""
 
 
 def interleaved(*channels: Sequence[float]) -> bytes:

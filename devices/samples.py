@@ -20,14 +20,14 @@ def described(stimulus: Stimulus, blind: Sequence[str] = ()) -> str:
     Where columns are `blind` neither they nor the id, which may tell them, are shown: sandpaper P60, box 3.
     """
     seen = [name for name in TELLING if name not in blind]
-    told = [said for name in seen if (said := stimulus.columns.get(name, "")) not in ("", stimulus.id)]
+    texts = [text for name in seen if (text := stimulus.columns.get(name, "")) not in ("", stimulus.id)]
     if blind:
-        return ", ".join(told) or "a stimulus that the study keeps blind"
-    return f"{stimulus.id} ({', '.join(told)})" if told else stimulus.id
+        return ", ".join(texts) or "a stimulus that the study keeps blind"
+    return f"{stimulus.id} ({', '.join(texts)})" if texts else stimulus.id
 
 
 def mounting(stimulus: Stimulus, blind: Sequence[str] = ()) -> Prompt:
-    """What the experimenter is asked to do before the participant can feel the stimulus."""
+    """Return what the experimenter has to do before the participant can feel the stimulus."""
     return Prompt(f"Put in place: {described(stimulus, blind)}")
 
 

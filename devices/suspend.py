@@ -27,7 +27,7 @@ def suspended_ns() -> int:
 
 @dataclass
 class SuspendWatch:
-    """Notices that the computer was suspended since it was last asked."""
+    """Notices that the computer was suspended since the last call."""
 
     count_ns: Callable[[], int] = suspended_ns
     seen_ns: int = field(init=False)

@@ -178,7 +178,7 @@ class AnalogOut:
         self._fill = None
 
     def fault(self) -> DeviceFault | None:
-        """What the card said when it failed."""
+        """Return the fault of a card that failed."""
         return self._fault
 
     def facts(self) -> Mapping[str, str]:
@@ -202,12 +202,12 @@ def _refused(name: str, channel: str, error: Exception) -> DeviceError:
 
 def _failed(name: str, error: Exception) -> DeviceFault:
     """What a card did while it played."""
-    told = f"NI-DAQmx {code_of(error)}: {_line(error)}"
+    message = f"NI-DAQmx {code_of(error)}: {_line(error)}"
     if code_of(error) in EMPTY:
-        return DeviceFault(name, "underrun", f"{name}: the output ran out of samples; raise `ahead_ms`. {told}")
+        return DeviceFault(name, "underrun", f"{name}: the output ran out of samples; raise `ahead_ms`. {message}")
     if code_of(error) in GONE | PULLED:
-        return DeviceFault(name, "link_lost", f"{name}: the card is gone: see its cable and power. {told}")
-    return DeviceFault(name, "refused", f"{name}: the card refused to go on. {told}")
+        return DeviceFault(name, "link_lost", f"{name}: the card is gone: see its cable and power. {message}")
+    return DeviceFault(name, "refused", f"{name}: the card refused to go on. {message}")
 
 
 def _line(error: Exception) -> str:

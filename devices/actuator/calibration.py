@@ -72,5 +72,5 @@ def load(path: Path) -> Calibration:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "the file"
-        told = f"{where}: {first['msg']}"
-        raise DeviceError(f"{path}: no voice coil calibration: {told}. Identify the actuator again") from None
+        problem = f"{where}: {first['msg']}"
+        raise DeviceError(f"{path}: no voice coil calibration: {problem}. Identify the actuator again") from None

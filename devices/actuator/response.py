@@ -55,8 +55,8 @@ def demand_signal(recorded: Array) -> None:
         raise ResponseError("the recording is silent: is the sensor on the actuator, and the amplifier on?")
     ends = (recorded >= recorded.max() - AT_REST) | (recorded <= recorded.min() + AT_REST)
     if float(ends.mean()) > CLIPPED_SHARE:
-        told = f"{100 * ends.mean():.1f} % of its samples lie at {recorded.min():.4g} or {recorded.max():.4g}"
-        raise ResponseError(f"the recording is clipped: {told}. Lower the level or widen the sensor's range")
+        share = f"{100 * ends.mean():.1f} % of its samples lie at {recorded.min():.4g} or {recorded.max():.4g}"
+        raise ResponseError(f"the recording is clipped: {share}. Lower the level or widen the sensor's range")
 
 
 def estimate(played: Excitation, recorded: Array, rate_hz: int = RATE_HZ) -> Response:
@@ -105,9 +105,9 @@ def demand_coherence(response: Response, low_Hz: float, high_Hz: float) -> None:
     poor = coherence < COHERENT
     if len(hz) == 0 or float(poor.mean()) > INCOHERENT_SHARE:
         worst = f", {coherence.min():.2f} at {hz[coherence.argmin()]:.0f} Hz" if len(hz) else ""
-        told = f"{100 * poor.mean() if len(hz) else 100:.0f} % of the lines from {low_Hz:g} to {high_Hz:g} Hz"
+        share = f"{100 * poor.mean() if len(hz) else 100:.0f} % of the lines from {low_Hz:g} to {high_Hz:g} Hz"
         raise ResponseError(
-            f"what was recorded does not follow what was played: {told} have a coherence below {COHERENT}{worst}. "
+            f"what was recorded does not follow what was played: {share} have a coherence below {COHERENT}{worst}. "
             "Raise the level, fasten the sensor, and let nothing else shake it"
         )
 

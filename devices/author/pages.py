@@ -45,7 +45,7 @@ class Aside(Base):
 
 
 class NameScreen(Aside):
-    """A name for a design; one that is taken has to be said twice."""
+    """A name for a design; one that is taken has to be confirmed."""
 
     def __init__(self, page: Page, prompt: str, name: str, taken: Callable[[str], bool]) -> None:
         texts = page.texts

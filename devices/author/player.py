@@ -1,4 +1,4 @@
-"""Playing a profile on the door while the window lives on: whatever goes wrong is said in words, and it is at rest."""
+"""Playing a profile on the door while the window lives on: whatever goes wrong is reported, and the door is at rest."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Screen(Protocol):
     def turn(self) -> None:
         """Take in what the designer did, and draw it."""
 
-    def door_is(self, state: str, asked: str = "") -> None:
-        """The door's state has changed (a key of the texts); `asked` is what it wants a person to confirm."""
+    def door_is(self, state: str, problem: str = "") -> None:
+        """The door's state has changed (a key of the texts); `problem` is for a person to put right and confirm."""
 
     def hand_at(self, place: tuple[float, float] | None) -> None:
         """The door stands at this angle in degrees, with this force in newtons at its handle."""
@@ -39,7 +39,7 @@ class Screen(Protocol):
 
 @dataclass(frozen=True)
 class Played:
-    """How it ended: a key of the texts, and what the device said where it failed."""
+    """How it ended: a key of the texts, and the device's message where it failed."""
 
     key: str
     why: str = ""

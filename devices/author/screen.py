@@ -1,4 +1,4 @@
-"""The screen with the sliders: what mouse and keyboard do to the work, and what is asked of whoever shows it."""
+"""The screen with the sliders: what mouse and keyboard do to the work, and requests to the window."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ class DesignerScreen(AppScreen):
         return self.view.elements(self.work, replace(self.status, moved=self._is_slider(self.held)))
 
     def tell(self, key: str, /, **values: str) -> None:  # type: ignore[override]
-        """Say something in place of what is said of the door, until the next move."""
+        """Show a notice in place of the door's state, until the next move."""
         self.say(self.page.texts(key, **values))
 
     def say(self, notice: str, wrong: bool = False) -> None:
-        """The same with words of its own; `wrong` in the colour of what needs heed."""
+        """The same with words of its own; `wrong` in the colour of alerts."""
         self.show_status(replace(self.status, notice=notice, wrong=wrong))
 
     def show_status(self, status: DesignerStatus) -> None:

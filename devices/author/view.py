@@ -35,7 +35,7 @@ NAMED_OFF, NOTICED = 3, 10.0
 class DesignerStatus(Status):
     """The notice, the door's state, what the main button does, and where the hand is.
 
-    While a slider is being `moved`, what of it cannot be had is not told by name: the dots do that, and a sentence that
+    While a slider is being `moved`, wishes that cannot be had are not named: the dots do that, and a sentence that
     changes with every pixel is neither read nor laid out in time.
     """
 

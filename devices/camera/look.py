@@ -119,8 +119,8 @@ def keep(device: str, pictures: Path, stimulus: str, light: int, sha256: str, na
     try:
         write_bytes(path, data)
     except OSError as error:
-        told = f"{device}: {name} cannot be kept in {path.parent}: {reason(error)}"
-        raise DeviceFault(device, "refused", told) from None
+        message = f"{device}: {name} cannot be kept in {path.parent}: {reason(error)}"
+        raise DeviceFault(device, "refused", message) from None
     return path.relative_to(pictures).as_posix()
 
 

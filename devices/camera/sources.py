@@ -120,7 +120,7 @@ class Simulated:
     suffix: str = ".png"
 
     def begin(self, request: Sense) -> None:
-        """Start over. Raises DeviceError where nobody said what it sees."""
+        """Start over. Raises DeviceError where it has no pictures to give."""
         if self.pictures_of is None:
             raise DeviceError(f"{self.device}: the simulated camera has nothing before it: this study has no surfaces")
         self.coming, self.count = iter(self.pictures_of(request)), 0

@@ -202,8 +202,8 @@ class Thermometer:
         except DeviceFault as fault:
             return Health(False, str(fault), calibrated=self.settings.calibrated, facts=facts)
         lost = readings[0].lost
-        told = f"{readings[0].mean[0]:.2f} degC" + (f", {lost} readings missed" if lost else "")
-        return Health(not lost, told, readings, self.settings.calibrated, facts)
+        message = f"{readings[0].mean[0]:.2f} degC" + (f", {lost} readings missed" if lost else "")
+        return Health(not lost, message, readings, self.settings.calibrated, facts)
 
     def expect(self, scene: Scene | None) -> None:
         """Do nothing: what a hand does is not in front of this sensor."""
@@ -253,8 +253,8 @@ class Thermometer:
         except NoReading as error:
             self.lost, self.missed, self.why = self.lost + 1, self.missed + 1, str(error)
             if self.missed >= self.settings.most_missed:
-                told = f"{self.name}: {self.missed} readings in a row were missed, the last: {error}"
-                raise DeviceFault(self.name, error.what, f"{told}; see its cable and its settings.") from None
+                message = f"{self.name}: {self.missed} readings in a row were missed, the last: {error}"
+                raise DeviceFault(self.name, error.what, f"{message}; see its cable and its settings.") from None
             return []
         lost, self.lost, self.missed = self.lost, 0, 0
         return [Block(number, interleaved((degC,)), self.now_ns(), None, lost, self.why if lost else "")]
@@ -279,15 +279,15 @@ class Thermometer:
 
     def _first(self, ask: Callable[[], Any]) -> Any:
         """Return the first answer that can be read, of a few tries. Raises DeviceError where there is none."""
-        said = ""
+        problem = ""
         for _ in range(self.settings.most_missed):
             try:
                 return ask()
             except NoReading as error:
-                said = str(error)
+                problem = str(error)
         raise DeviceError(
-            f"{self.name}: {said}. Is it switched on, is {self.settings.port or 'its port'} the right port, are `baud`"
-            f" ({self.settings.baud}) and `commands` ({self.settings.commands}) those of the thermometer?"
+            f"{self.name}: {problem}. Is it switched on, is {self.settings.port or 'its port'} the right port, are"
+            f" `baud` ({self.settings.baud}) and `commands` ({self.settings.commands}) those of the thermometer?"
         )
 
     def _reading(self) -> float:
@@ -320,9 +320,9 @@ class Thermometer:
             raise DeviceFault(self.name, "link_lost", f"{self.name} is not open.")
         try:
             if request:
-                asked = request.format(input=self.settings.input or commands.input).strip()
+                text = request.format(input=self.settings.input or commands.input).strip()
                 port.reset_input_buffer()  # an answer that came too late is none to this request
-                port.write((asked + commands.ending).encode("ascii"))
+                port.write((text + commands.ending).encode("ascii"))
             line = port.readline()
             while not request and port.in_waiting:
                 line = port.readline()

@@ -53,9 +53,9 @@ def list_command(lab: Path, as_json: bool) -> None:
         click.echo(f"no models in {lab / FOLDER}: `palpate train` makes them")
         return
     heads = ("model", "where", "method", "takes -> gives", "MAE", "made", "size", "title")
-    told = [[row["name"], row["where"], row["method"], row["direction"], row["error"], row["made"], row["size"],
+    table = [[row["name"], row["where"], row["method"], row["direction"], row["error"], row["made"], row["size"],
              row["title"]] for row in rows]  # fmt: skip
-    click.echo(aligned(heads, told))
+    click.echo(aligned(heads, table))
 
 
 @models.command("card")
@@ -106,14 +106,14 @@ def compare_command(names: tuple[str, ...], files: tuple[Path, ...], lab: Path, 
     read = [_read(name, lab) for name in names]
     require_alike(read)
     inputs = _inputs(read, files)
-    told = apart(read, names, inputs)
+    pairs = apart(read, names, inputs)
     times = [milliseconds(model, inputs, time.perf_counter) for model in read]
     if as_json:
         metrics = {name: {**model.card.metrics, "ms": ms} for name, model, ms in zip(names, read, times, strict=True)}
-        _echo({"metrics": metrics, "apart": [vars(pair) for pair in told], "inputs": len(inputs.names)})
+        _echo({"metrics": metrics, "apart": [vars(pair) for pair in pairs], "inputs": len(inputs.names)})
         return
     click.echo(metrics_words(names, read, times))
-    click.echo(apart_words(told, read[0].card.gives, len(inputs.names)))
+    click.echo(apart_words(pairs, read[0].card.gives, len(inputs.names)))
 
 
 @click.command()
@@ -212,7 +212,7 @@ def _read(name: str, lab: Path) -> Model:
 
 
 def _inputs(models: Sequence[Model], files: Sequence[Path]) -> Inputs:
-    """What is asked of all models that are compared."""
+    """Return the inputs of all models that are compared."""
     import numpy as np
 
     from palpate.devices.models.answers import profile_of

@@ -117,8 +117,8 @@ def _tell(played: Played, texture: str, method: str, out: Path | None, as_json: 
 
     level, seconds = level_m_s2(played.signals), played.signals.shape[1] / 1000
     if as_json:
-        told = {"texture": texture, "method": method, "seconds": seconds, "level_m_s2": level, **played.record}
-        click.echo(canonical(told).decode())
+        answer = {"texture": texture, "method": method, "seconds": seconds, "level_m_s2": level, **played.record}
+        click.echo(canonical(answer).decode())
         return
     click.echo("\n".join(in_words(played.record, seconds, level)))
     if out is not None:

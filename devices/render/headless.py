@@ -32,12 +32,12 @@ WORDS = {
     "muted": "steps of silence, since the model would not stay within its bounds",
 }
 TOLD_S = 0.001
-"""Less is not told of."""
+"""Seconds; less is not reported."""
 
 
 @dataclass(frozen=True)
 class Played:
-    """(3, n) at 1 kHz: acceleration in m/s^2, speed in mm/s, force in N; and what is to be told of how it went."""
+    """(3, n) at 1 kHz: acceleration in m/s^2, speed in mm/s, force in N; and the record of how it went."""
 
     signals: Array
     record: Mapping[str, Any]

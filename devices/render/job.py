@@ -1,4 +1,4 @@
-"""What a rendering process is asked to do, and what it may be told meanwhile: plain data that crosses processes."""
+"""The job of a rendering process, and requests to it meanwhile: plain data that crosses processes."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ class Steps(Protocol):
 
 
 class Watches(Protocol):
-    """Who is told of every sample that was made."""
+    """A listener that gets every sample."""
 
     def note(self, acceleration_m_s2: float, speed_mm_s: float, force_N: float) -> None:
         """One sample, and what it was made for."""

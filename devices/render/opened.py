@@ -48,7 +48,7 @@ class Playing:
 
 
 def describe_voice(voice: Voice) -> dict[str, Any]:
-    """What a record keeps of a voice: its model's file by digest, what ran it, what it met."""
+    """Return what a record keeps of a voice: its model's file by digest, what ran it, its tally."""
     card = voice.card
     return {
         "model": card.name, "method": card.method, "weights_sha256": card.weights.sha256,

@@ -40,21 +40,23 @@ def undisturbed() -> Iterator[None]:
 
 def in_front(real_time: bool) -> Mapping[str, str]:
     """Bring the calling thread to the front, of a process that does nothing else; what was allowed, in words."""
-    told = {"priority": "real-time (SCHED_FIFO)" if real_time and _fifo() else "normal"}
-    if real_time and told["priority"] == "normal":
-        told["priority"] = "normal: real-time priority is not allowed here (CAP_SYS_NICE or an rtprio limit is needed)"
+    allowed = {"priority": "real-time (SCHED_FIFO)" if real_time and _fifo() else "normal"}
+    if real_time and allowed["priority"] == "normal":
+        allowed["priority"] = (
+            "normal: real-time priority is not allowed here (CAP_SYS_NICE or an rtprio limit is needed)"
+        )
     if sys.platform == "linux":
-        if not told["priority"].startswith("real-time"):
-            told["slices"] = f"{SLICE_NS // 1000} us" if _short_slices() else "the system's usual ones"
-        told["memory"] = "locked" if real_time and _locked() else "not locked"
+        if not allowed["priority"].startswith("real-time"):
+            allowed["slices"] = f"{SLICE_NS // 1000} us" if _short_slices() else "the system's usual ones"
+        allowed["memory"] = "locked" if real_time and _locked() else "not locked"
         # A sleep ends when it should, and not up to 50 us later so as to save power.
         with suppress(OSError, AttributeError):
             ctypes.CDLL(None).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    return told
+    return allowed
 
 
 def by_itself() -> None:
-    """Be a session of one process, before any thread is begun.
+    """Be a session of one process, before any thread is started.
 
     Where Linux shares the processor out between sessions (autogroup), the loop has a share of its own, however much
     else was started from the same terminal. And a terminal's Ctrl-C or its end do not tear the loop off: whoever

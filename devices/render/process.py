@@ -164,7 +164,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def _serve(job: Job, memory: str, talk: Connection) -> None:
-    """The other process: opens, says so, plays until it is told to end; answers on a thread beside the loop."""
+    """The other process: opens, says so, plays until an `End` comes; answers on a thread beside the loop."""
     by_itself()
     try:
         shared, trace = SharedMemory(name=memory), Trace.own()

@@ -46,6 +46,6 @@ class Trace:
     def since(self, first: int) -> tuple[int, NDArray[np.float64]]:
         """(number of the sample after the last, (3, n)): those from `first` on, the newest 4096 of them at most."""
         count = self.count
-        begun = max(first, count - ROOM // 2, 0)
-        places = np.arange(begun, count) % ROOM
+        start = max(first, count - ROOM // 2, 0)
+        places = np.arange(start, count) % ROOM
         return count, self.memory[1:].reshape(ROOM, ROWS)[places].T.copy()

@@ -237,28 +237,28 @@ def calibrate_coil(
     return CalibrationResult({"calibration": path.name, "calibrated": job.date}, tuple(_coil_lines(figures)), figures)
 
 
-def _sensor(file: RigFile, coil: str, asked: str | None) -> str:
+def _sensor(file: RigFile, coil: str, sensor: str | None) -> str:
     """The accelerometer that is asked for, or the rig's only one. Raises DeviceError."""
     there = [name for name in file.devices if file.kind(name) == "accelerometer"]
-    if asked is None and len(there) == 1:
-        asked = there[0]
+    if sensor is None and len(there) == 1:
+        sensor = there[0]
     listed = f"{file.path} has {', '.join(there) or 'none'}"
-    if asked is None:
+    if sensor is None:
         raise DeviceError(f"{coil} is calibrated with an accelerometer on it: give --with NAME; {listed}")
-    if asked not in file.devices:
-        raise DeviceError(f"{file.path} names no device {asked!r}; {nearest(asked, there)}")
-    if asked not in there:
-        raise DeviceError(f"--with {asked}: that is a {file.kind(asked)}; an accelerometer is expected: {listed}")
-    if file.is_twin(coil) != file.is_twin(asked):
-        twin, real = (coil, asked) if file.is_twin(coil) else (asked, coil)
+    if sensor not in file.devices:
+        raise DeviceError(f"{file.path} names no device {sensor!r}; {nearest(sensor, there)}")
+    if sensor not in there:
+        raise DeviceError(f"--with {sensor}: that is a {file.kind(sensor)}; an accelerometer is expected: {listed}")
+    if file.is_twin(coil) != file.is_twin(sensor):
+        twin, real = (coil, sensor) if file.is_twin(coil) else (sensor, coil)
         raise DeviceError(f"{twin} is a twin and {real} is not: neither feels the other; take two of one sort")
-    rate_hz = float(getattr(file.devices[asked], "rate_hz", 0.0))
+    rate_hz = float(getattr(file.devices[sensor], "rate_hz", 0.0))
     if rate_hz < SLOWEST_HZ or rate_hz != round(rate_hz):
         raise DeviceError(
-            f"{asked} samples at {rate_hz:g} Hz; to identify a voice coil up to 490 Hz a whole number of Hz,"
+            f"{sensor} samples at {rate_hz:g} Hz; to identify a voice coil up to 490 Hz a whole number of Hz,"
             f" {SLOWEST_HZ} at least, is needed: raise its `rate_hz`"
         )
-    return asked
+    return sensor
 
 
 def _identify(job: CalibrationJob, sensor: str, shaking: Shaking) -> Identified:
@@ -345,7 +345,7 @@ class Hastened(DaqSensor):
 
 @dataclass(frozen=True)
 class _Still:
-    """A scene of which only the acceleration is asked."""
+    """A scene of which only the acceleration is used."""
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:  # noqa: ARG002 - a scene is asked so
         """Nothing pulls."""

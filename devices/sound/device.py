@@ -198,7 +198,7 @@ def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], fl
 class Masked:
     """The noise comes on with the first presentation and stays: people rate while they still feel. A pause is silent.
 
-    A presentation without noise does not count: where the headphones are gone, the trial is marked and met again.
+    A presentation without noise does not count: where the headphones are gone, the trial is marked and repeated.
     """
 
     presents: Presents

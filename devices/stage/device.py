@@ -102,7 +102,7 @@ class Scanning:
 
     @property
     def by(self) -> str:
-        """Who said that the sample is in place."""
+        """Who confirmed that the sample is in place."""
         return "experimenter" if self.right is None else "barcode"
 
 

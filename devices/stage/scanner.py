@@ -67,8 +67,8 @@ class Scanner:
         except ImportError:
             raise DeviceError("a serial scanner needs the package pyserial: pip install 'palpate[rig]'") from None
         except (OSError, ValueError) as error:
-            told = f"{self.name}: the scanner's port {self.port} cannot be opened: {_why(error)}"
-            raise DeviceError(told) from None
+            message = f"{self.name}: the scanner's port {self.port} cannot be opened: {_why(error)}"
+            raise DeviceError(message) from None
         self.lines = Lines()
 
     def forget(self) -> None:
@@ -125,5 +125,5 @@ def known_codes(stimuli: Iterable[Stimulus]) -> Mapping[str, str]:
 
 def refusal(stimulus: Stimulus, code: str, known: Mapping[str, str]) -> str:
     """Why a code does not confirm this sample: T07 is asked for, T12 was scanned."""
-    said = known.get(plain(code), plain(code) or "an empty code")
-    return f"{stimulus.id} is asked for, {said} was scanned"
+    name = known.get(plain(code), plain(code) or "an empty code")
+    return f"{stimulus.id} is asked for, {name} was scanned"

@@ -54,10 +54,10 @@ class BesideRecorder:
         recording = self._recording
         if recording is None:
             return ()
-        begun = {name: stream.next for name, stream in recording.streams.items()}
+        first = {name: stream.next for name, stream in recording.streams.items()}
         taken: list[Samples] = []
         while samples := recording.take().samples:
-            taken += [replace(block, first=block.first - begun[block.stream]) for block in samples]
+            taken += [replace(block, first=block.first - first[block.stream]) for block in samples]
         return tuple(taken)
 
     def close(self) -> None:

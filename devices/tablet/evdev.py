@@ -2,7 +2,7 @@
 
 A record is `struct input_event` on a 64-bit machine (kernel: Documentation/input/event-codes): two 8-byte numbers of
 seconds and microseconds, two 2-byte ones of type and code, a 4-byte value. Records up to a SYN_REPORT belong together;
-only what changed is told.
+only changes are reported.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ NAMES = {ABS_X: "x", ABS_Y: "y", ABS_PRESSURE: "pressure"}
 
 @dataclass
 class State:
-    """What is known of the stylus, in the tablet's units; None: not yet told."""
+    """What is known of the stylus, in the tablet's units; None: not known yet."""
 
     x: int | None = None
     y: int | None = None
@@ -69,7 +69,7 @@ class Raw:
 class Assembler:
     """Puts bytes together into reports, however they were cut apart.
 
-    Where the kernel dropped records (SYN_DROPPED) all up to the next SYN_REPORT is left out, and the state is asked
+    Where the kernel dropped records (SYN_DROPPED) all up to the next SYN_REPORT is left out, and the state is read
     for anew; where it cannot be asked for, the stylus counts as away until it is told again.
     """
 
@@ -267,7 +267,7 @@ class EventFile:
             return Batch([self._report(raw) for raw in raws], self.assembler.dropped - before)
 
     def stop(self) -> None:
-        """The file stays open, so that nothing else has to be asked again."""
+        """The file stays open, so that nothing has to be opened again."""
 
     def close(self) -> None:
         """Let go of it."""
@@ -283,12 +283,14 @@ class EventFile:
         except BlockingIOError:
             return b""
         except OSError as problem:
-            told = "was unplugged" if problem.errno == errno.ENODEV else f"cannot be read: {problem.strerror}"
-            raise DeviceFault(self.name, "link_lost", f"{self.name}: {self.path} {told}; plug it in again.") from None
+            message = "was unplugged" if problem.errno == errno.ENODEV else f"cannot be read: {problem.strerror}"
+            raise DeviceFault(
+                self.name, "link_lost", f"{self.name}: {self.path} {message}; plug it in again."
+            ) from None
         if not data:
             cut = self.assembler.cut_off
-            told = f" in the middle of a record ({cut} of {RECORD.size} bytes)" if cut else ""
-            raise DeviceFault(self.name, "link_lost", f"{self.name}: {self.path} ended{told}.")
+            message = f" in the middle of a record ({cut} of {RECORD.size} bytes)" if cut else ""
+            raise DeviceFault(self.name, "link_lost", f"{self.name}: {self.path} ended{message}.")
         return data
 
     def _report(self, raw: Raw) -> Report:

@@ -47,7 +47,7 @@ class Scene:
     """A screen with its stopwatch, on a shell; `picture` is the whole screen, shared by all scenes of a window.
 
     An input counts from the moment that the screen is seen: what was done to the one before is not handed on.
-    A press belongs to the screen that it began on, so that neither half of it is met elsewhere. A deaf scene hears
+    A press belongs to the screen that it began on, so that neither half of it reaches another. A deaf scene hears
     nothing of what the participant does. `switched` gathers every side that was switched to, until somebody takes them.
     """
 

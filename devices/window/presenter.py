@@ -32,7 +32,7 @@ class Presenter(Protocol):
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
         """Show the page of a text key until `ready` (None), or until the experimenter does something.
 
-        While the session is paused, the pause page is shown and `ready` is not asked.
+        While the session is paused, the pause page is shown and `ready` is not called.
         """
 
     def show_answered(self, request: Shown, reply: Reply, seconds: float, desk: Desk) -> Aside | None:

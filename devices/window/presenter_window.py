@@ -145,8 +145,8 @@ class WindowPresenter(Stage):
     def _measured(self, desk: Desk) -> Reply | None:
         """The ruler's reading from the desk; one that is off is asked for once more. Raises WindowError."""
         again = "" if self.misread_mm is None else f"{self.misread_mm:g} mm is not {NOMINAL_MM:g}: measure once more. "
-        asked = f"{again}How many mm does the line on the participant's screen measure?"
-        desk.demand(Prompt(asked, "number", NOMINAL_MM))
+        question = f"{again}How many mm does the line on the participant's screen measure?"
+        desk.demand(Prompt(question, "number", NOMINAL_MM))
         if (read := desk.answer()) is None or isinstance(read, str):
             return None
         desk.demand(None)

@@ -43,7 +43,7 @@ class Typesetter:
         return self._laid[key]
 
     def cut(self, text: str, width: int, height: int, steps: Steps = LABEL_STEPS) -> Laid:
-        """The text, shortened where it must be: what is said never ends the work."""
+        """Return the text, shortened where it must be: a message never ends the work."""
         key = "cut", text, width, height, steps
         if key not in self._laid:
             shorter = (text[:stop].rstrip() + " …" for stop in range(len(text) - 4, 0, -4))

@@ -161,7 +161,7 @@ class Firmware:
                 self._answers.popitem(last=False)
 
     def _answer(self, message: says.Message | None) -> Answer | None:
-        """What is to be said; None for what is not answered."""
+        """Return the answer to a request; None where it has none."""
         if message is None or type(message) not in self._allowed:
             return Reason.unknown_type
         if self.state not in self._allowed[type(message)]:
@@ -178,7 +178,7 @@ class Firmware:
                 return self._do(message) or True
 
     def _do(self, message: says.Message) -> Reason | None:
-        """Carry the request out; a reason where it is refused."""
+        """Carry the request out; return a reason where it is refused."""
         match message:
             case says.UploadBegin() | says.UploadChunk() | says.UploadEnd():
                 return self.memory.take(message, self.state is State.playing)

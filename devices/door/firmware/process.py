@@ -113,19 +113,19 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--speed-limit", type=float, default=Limits.speed_deg_s)
     parser.add_argument("--ail", default="", metavar="NAME@MS", help=f"one of {', '.join(AILMENTS)}, from a time on")
     parser.add_argument("--log", default="", help="note every change of state in this file")
-    asked = parser.parse_args(arguments)
-    limits = Limits(asked.torque_limit, asked.slope_limit, asked.speed_limit)
-    plant: Plant = TwinPlant(asked.seed)
-    name, _, at = asked.ail.partition("@")
+    given = parser.parse_args(arguments)
+    limits = Limits(given.torque_limit, given.slope_limit, given.speed_limit)
+    plant: Plant = TwinPlant(given.seed)
+    name, _, at = given.ail.partition("@")
     if name:
         plant = Ailing(plant, name, int(at or 0))
-    firmware = Firmware(plant, limits, asked.serial_number, asked.firmware)
+    firmware = Firmware(plant, limits, given.serial_number, given.firmware)
     master, slave = os.openpty()
     tty.setraw(slave)
     sys.stdout.write(json.dumps({"port": os.ttyname(slave)}) + "\n")
     sys.stdout.flush()
-    with Path(asked.log or os.devnull).open("w", encoding="utf-8") as out:
-        Emulator(Wire(firmware, asked.baud), master, asked.speed, Log(out if asked.log else None)).run()
+    with Path(given.log or os.devnull).open("w", encoding="utf-8") as out:
+        Emulator(Wire(firmware, given.baud), master, given.speed, Log(out if given.log else None)).run()
 
 
 def _read(master: int) -> bytes:

@@ -1,4 +1,4 @@
-"""What is said to the door simulator, step by step; each step waits for its answer."""
+"""The dialogue with the door simulator, step by step; each step waits for its answer."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def greet(link: Link) -> says.Identity:
         link.ask(says.Stop())
         identity = _who(link)
     if identity.state != State.safe:
-        said = f"{link.name}: the door stays {state_name(identity.state)} when it is stopped; switch it off and on"
-        raise DeviceFault(link.name, "firmware", said)
+        message = f"{link.name}: the door stays {state_name(identity.state)} when it is stopped; switch it off and on"
+        raise DeviceFault(link.name, "firmware", message)
     return identity
 
 
@@ -45,17 +45,17 @@ def verify(link: Link, profile: says.Profile) -> None:
     """Read the profile back and compare every point. Raises DeviceFault (firmware) where one differs."""
     differ = differing(profile, read_back(link, len(profile.torque_Nm)))
     if differ:
-        said = (
+        message = (
             f"{link.name}: {differ} of the {len(profile.torque_Nm)} points that were read back differ from those sent"
         )
-        raise DeviceFault(link.name, "firmware", said)
+        raise DeviceFault(link.name, "firmware", message)
 
 
 def read_back(link: Link, points: int) -> dict[int, float]:
     """The profile that the device holds, point by point. Raises DeviceFault."""
     step = CHUNK_POINTS
-    asked = (says.ReadBack(first, min(step, points - first)) for first in range(0, points, step))
-    parts = [part for part in link.ask(*asked) if isinstance(part, says.Part)]
+    requests = (says.ReadBack(first, min(step, points - first)) for first in range(0, points, step))
+    parts = [part for part in link.ask(*requests) if isinstance(part, says.Part)]
     return {part.first + index: torque for part in parts for index, torque in enumerate(part.torque_Nm)}
 
 
@@ -150,11 +150,11 @@ TOLD = {
     Fault.emergency_stop: ("emergency_stop", "the emergency stop was pressed"),
     Fault.profile_damaged: ("firmware", "its memory of the profile was damaged"),
 }
-"""For every fault of the device: the word that it is counted by, and what a person is told."""
+"""For every fault of the device: the word that it is counted by, and the message for a person."""
 
 
 def latched_fault(name: str, fault: int) -> DeviceFault:
     """The device's own fault as one of ours."""
     known = TOLD.get(Fault(fault)) if fault in set(Fault) else None
-    what, said = known or ("firmware", f"it reported {fault_name(fault)}, which this version does not know")
-    return DeviceFault(name, what, f"{name}: the door went safe: {said}")
+    what, message = known or ("firmware", f"it reported {fault_name(fault)}, which this version does not know")
+    return DeviceFault(name, what, f"{name}: the door went safe: {message}")

@@ -83,7 +83,7 @@ def frame_of(raw: bytes | None) -> Frame | None:
 class Parser:
     """Finds frames in bytes that come in pieces of any size. It never raises, and keeps at most MAX_STUFFED bytes.
 
-    A zero always ends what was begun, so garbage costs at most the frame that it struck. `dropped` counts runs of
+    A zero always ends the frame before it, so garbage costs at most the frame that it struck. `dropped` counts runs of
     bytes that were no frame, `dropped_bytes` the bytes in them.
     """
 

@@ -194,7 +194,7 @@ class Link:
 
 
 class Refused(DeviceFault):
-    """A request that the device refused; `nak` is what it said."""
+    """A request that the device refused; `nak` is its answer."""
 
     def __init__(self, device: str, nak: says.Nak, message: str) -> None:
         super().__init__(device, "refused", message)

@@ -42,7 +42,7 @@ PAUSE_S = 600.0
 
 @dataclass(frozen=True)
 class Connection:
-    """A link that is up, and how to take it down; `facts` are told of it."""
+    """A link that is up, and how to take it down; `facts` describe it."""
 
     link: Link
     close: Callable[[], None]
@@ -62,7 +62,7 @@ class Setup:
 
 
 def no_profiles(request: Present) -> Sequence[float]:
-    """A door that was not told what its stimuli are."""
+    """Refuse: this door was given no stimuli."""
     raise DeviceError(f"the door was given no profile for {request.trial.stimulus.id}")
 
 
@@ -114,7 +114,7 @@ class DoorSimulator:
             self._greet(connection.link)
 
     def safe(self) -> None:
-        """Motor off, brake on; what cannot be told to the device, it does by itself for want of a heartbeat."""
+        """Motor off, brake on; where the device cannot be reached, it does so by itself for want of a heartbeat."""
         if self._connection is not None:
             dialogue.rest(self._connection.link)
 

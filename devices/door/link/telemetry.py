@@ -34,8 +34,8 @@ def untrue(name: str, sample: Telemetry) -> DeviceFault | None:
     if not all(map(math.isfinite, values)):
         return DeviceFault(name, "not_a_number", f"{name}: telemetry that is no number: {values}")
     if abs(sample.angle_deg) > ANGLE_DEG or abs(sample.torque_Nm) > TORQUE_NM:
-        said = f"{sample.angle_deg:.1f} deg, {sample.torque_Nm:.1f} N m"
-        return DeviceFault(name, "over_range", f"{name}: telemetry that cannot be: {said}")
+        reading = f"{sample.angle_deg:.1f} deg, {sample.torque_Nm:.1f} N m"
+        return DeviceFault(name, "over_range", f"{name}: telemetry that cannot be: {reading}")
     return None
 
 
@@ -114,6 +114,6 @@ def trouble(link: Link, state: int | None) -> DeviceFault | None:
     if latest.fault or report is not None:
         return latched_fault(link.name, latest.fault or (report.fault if report else 0))
     if state is not None and latest.state != state:
-        said = f"the door is {state_name(latest.state)} where it should be {state_name(state)}"
-        return DeviceFault(link.name, "firmware", f"{link.name}: {said} (fault: {fault_name(latest.fault)})")
+        reading = f"the door is {state_name(latest.state)} where it should be {state_name(state)}"
+        return DeviceFault(link.name, "firmware", f"{link.name}: {reading} (fault: {fault_name(latest.fault)})")
     return untrue(link.name, latest)

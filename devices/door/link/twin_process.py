@@ -34,11 +34,11 @@ class TwinProcess:
         self, speed: float, seed: int, limits: Limits, baud: int, log: Path | None = None, more: Sequence[str] = ()
     ) -> str:
         """Start it; the path of its port. Raises DeviceError."""
-        asked = {
+        settings = {
             "speed": speed, "seed": seed, "baud": baud, "torque-limit": limits.torque_Nm,
             "slope-limit": limits.slope_Nm_deg, "speed-limit": limits.speed_deg_s, **({"log": log} if log else {}),
         }  # fmt: skip
-        options = [f"--{name}={value}" for name, value in asked.items()]
+        options = [f"--{name}={value}" for name, value in settings.items()]
         # The same packages as here, wherever this program was started.
         root = str(Path(str(palpate.__file__)).parent.parent)
         path = os.environ.get("PYTHONPATH")

@@ -40,8 +40,8 @@ KEPT = 0.75
 
 
 @dataclass(slots=True)
-class Asked:
-    """What the controller asks of the machine for the next period."""
+class Command:
+    """What the controller commands for the next period."""
 
     motor_Nm: float = 0.0
     brake_A: float = 0.0
@@ -80,12 +80,12 @@ class Cascade:
         """Before playing: the handle goes on with the torque that the hand has on it, and no jerk."""
         self._held = felt_Nm - rendered.at(angle_rad)
 
-    def hold(self, angle_rad: float, speed_rad_s: float) -> Asked:
+    def hold(self, angle_rad: float, speed_rad_s: float) -> Command:
         """Stay where the machine was armed, with the brake on."""
         wanted = self._clipped_speed(self._gains.hold_1_s * (self._anchor - angle_rad))
-        return Asked(self._inner(wanted - speed_rad_s, 0.0), self._brake.current_limit_A, 0.0)
+        return Command(self._inner(wanted - speed_rad_s, 0.0), self._brake.current_limit_A, 0.0)
 
-    def play(self, rendered: Rendered, angle_rad: float, speed_rad_s: float, felt_Nm: float) -> Asked:
+    def play(self, rendered: Rendered, angle_rad: float, speed_rad_s: float, felt_Nm: float) -> Command:
         """Let the handle feel the profile, read as far ahead as the answer takes."""
         gains = self._gains
         command = rendered.at(angle_rad + gains.error_lookahead_s * speed_rad_s)
@@ -116,11 +116,11 @@ class Cascade:
         if abs(motor) < self._motor_limit or motor * error < 0.0:
             self._sum = self._clipped_speed(self._sum + TICK_S * share * gains.torque_i * error)
         self._error = error
-        return Asked(motor, brake_A, command)
+        return Command(motor, brake_A, command)
 
     def _inner(self, miss_rad_s: float, feed_Nm: float) -> float:
-        asked = feed_Nm + self._gains.velocity_p * miss_rad_s
-        return min(max(asked, -self._motor_limit), self._motor_limit)
+        command = feed_Nm + self._gains.velocity_p * miss_rad_s
+        return min(max(command, -self._motor_limit), self._motor_limit)
 
     def _braking(self, rendered: Rendered, angle_rad: float, speed_rad_s: float) -> float:
         """Current for the brake's share of the resistance to come, in whole steps; none where the profile pulls."""
@@ -226,25 +226,25 @@ class Machine:
         sensing, dynamics = self.sensing, self.dynamics
         if isinstance(self.rendered, Passage):
             self.rendered = self.rendered.after_tick()
-        asked = self._control()
+        command = self._control()
         hand_s = (self._ticks - self._began) * TICK_S if self._began >= 0 else 0.0
-        dynamics.advance(asked.motor_Nm, asked.brake_A, self.hand, hand_s)
+        dynamics.advance(command.motor_Nm, command.brake_A, self.hand, hand_s)
         self.handle_Nm = dynamics.hand_torque()
         self._ticks += 1
-        self.cascade.follow(asked.brake_A)
-        sensing.read(dynamics.angle_rad, self.handle_Nm, asked.motor_Nm + sensing.torque_Nm)
+        self.cascade.follow(command.brake_A)
+        sensing.read(dynamics.angle_rad, self.handle_Nm, command.motor_Nm + sensing.torque_Nm)
         return Tick(
             self._ticks * TICK_US, sensing.angle_rad, sensing.speed_rad_s, sensing.torque_Nm, dynamics.drives.coil_A,
-            asked.commanded_Nm, dynamics.drives.motor_Nm,
+            command.commanded_Nm, dynamics.drives.motor_Nm,
         )  # fmt: skip
 
-    def _control(self) -> Asked:
+    def _control(self) -> Command:
         sensing = self.sensing
         if self._mode == "play":
             return self.cascade.play(self.rendered, sensing.angle_rad, sensing.speed_rad_s, sensing.torque_Nm)
         if self._mode == "hold":
             return self.cascade.hold(sensing.angle_rad, sensing.speed_rad_s)
-        return Asked(0.0, self.parameters.brake.current_limit_A, 0.0)
+        return Command(0.0, self.parameters.brake.current_limit_A, 0.0)
 
 
 class Sensing:

@@ -140,7 +140,7 @@ class RendererApp(WindowApp):
 
     `sounds` makes of a card what is to be played, `start` starts to play (it ended, and a texture is chosen anew).
     `stylus` gives the reports of a pen tablet that only the window hears; `epoch_s` is the shell's time that reports
-    count from. `notice` is said first.
+    count from. `notice` is shown first.
     """
 
     main: RendererScreen
@@ -202,7 +202,7 @@ class RendererApp(WindowApp):
             self._look()
 
     def _play(self) -> None:
-        """Play the texture that is chosen. What cannot be played is said, and the last one goes on."""
+        """Play the texture that is chosen. Where it cannot be played the window says so, and the last one goes on."""
         try:
             sounds = self.sounds(self.main.view.models[self.choice.texture][self.choice.method])
             if self.plays is None or not self.plays.running:

@@ -42,7 +42,7 @@ class RendererScreen(AppScreen):
         return self.view.elements(self.choice, self.heard, self.status)
 
     def show(self, heard: Heard, status: RendererStatus) -> None:  # type: ignore[override]
-        """Show what is played, and what is said of it, from now on."""
+        """Show what is played, and its status, from now on."""
         if (heard, status) != (self.heard, self.status):
             self.heard, self.status, self._stale = heard, status, True
 

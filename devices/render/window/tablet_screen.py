@@ -114,7 +114,7 @@ class Canvas:
 
 
 def _serve(display: Display, talk: Connection) -> None:
-    """The other process: opens the window, says so, and shows what it is told until nobody is there to tell it."""
+    """The other process: opens the window, says so, and shows pictures as requested until the other end is gone."""
     by_itself()
     try:
         canvas = _opened(display)

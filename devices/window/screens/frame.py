@@ -147,7 +147,7 @@ class Frame:
         return fitted(self.page, self.hint, self.middle.width, self.middle.height, HINT_STEPS, even=True)
 
     def _notice(self, wordings: Sequence[str]) -> Laid:
-        """The first wording that fits; the last is cut short if it must be: what is said never ends a session."""
+        """The first wording that fits; the last is cut short if it must be: a message never ends a session."""
         last, room = wordings[-1], self.middle
         shorter = (last[:stop].rstrip() + " …" for stop in range(len(last) - CUT, 0, -CUT))
         for words in (*wordings, *shorter):

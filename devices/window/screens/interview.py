@@ -21,7 +21,7 @@ WIDEST = 220.0
 
 
 class InterviewScreen(Base):
-    """A question and a field of many lines; what nothing is to be said to is left empty."""
+    """A question and a field of many lines; without an answer it is left empty."""
 
     def __init__(self, ask: Ask, form: Interview, page: Page) -> None:
         left, right = back_and_next(page)

@@ -158,9 +158,9 @@ def _set(widths: Across, attribute: Attribute, size: int, labels: tuple[tuple[fl
         for text in (attribute.low, attribute.high)
     )
     small = max(round(SMALLER * size), page.metrics.text(0))
-    told = page.say(attribute.explanation) if attribute.explanation else None
-    explanation = lay(page.fonts, told, small, widths.told_px, even=True) if told else None
-    if low is None or high is None or (told and explanation is None):
+    words = page.say(attribute.explanation) if attribute.explanation else None
+    explanation = lay(page.fonts, words, small, widths.told_px, even=True) if words else None
+    if low is None or high is None or (words and explanation is None):
         return None
     height = max(page.metrics.target(BAND), low.height, high.height)
     height += explanation.height if explanation is not None else 0

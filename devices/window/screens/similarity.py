@@ -140,7 +140,7 @@ class SimilarityScreen(SliderScreen):
 
     @property
     def _told(self) -> Label:
-        """In words, which side is on: it is not told by colour alone."""
+        """Return a label of the side that is on: colour alone does not show it."""
         room, texts = self._room, self.page.texts
         on = self.side
         words = texts("sides_none") if on is None else texts("sides_label", side=_called(self.page, on))

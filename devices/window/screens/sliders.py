@@ -58,10 +58,10 @@ class SliderScreen(Base):
             yield replace(row.track, share=share, held=row.track.name == self.held)
 
     def missing(self) -> Sequence[Missing]:
-        asked = [(row.track.name, self._attribute(row.track.name)) for row in self._sheets[self.sheet]]
+        sliders = [(row.track.name, self._attribute(row.track.name)) for row in self._sheets[self.sheet]]
         return [
             (name, f"{self.page.say(self.form.attributes[n].low)} – {self.page.say(self.form.attributes[n].high)}")
-            for name, n in asked
+            for name, n in sliders
             if self.form.attributes[n].name not in self.marks.answers
         ]
 

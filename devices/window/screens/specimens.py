@@ -100,7 +100,9 @@ def _questions(words: Wording) -> dict[str, Specimen]:
 
 
 def _sliders(pairs: tuple[tuple[str, str, str], ...]) -> Sliders:
-    return Sliders(tuple(Attribute(low=low, high=high, explanation=told) for low, high, told in pairs), RATED)
+    return Sliders(
+        tuple(Attribute(low=low, high=high, explanation=explanation) for low, high, explanation in pairs), RATED
+    )
 
 
 def _some(form: Sliders, values: tuple[float, ...]) -> dict[str, float]:

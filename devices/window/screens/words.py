@@ -29,7 +29,7 @@ TALLEST, WIDEST = 15.0, 72.0
 
 
 class WordScreen(Base):
-    """Any number of words may be ticked; that none fits has to be said twice."""
+    """Any number of words may be ticked; an empty answer has to be confirmed."""
 
     def __init__(self, ask: Ask, form: Words, page: Page) -> None:
         left, right = back_and_next(page)

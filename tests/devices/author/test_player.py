@@ -39,8 +39,8 @@ class VirtualScreen:
         if self.looks in self.at:
             self.at.pop(self.looks)()
 
-    def door_is(self, state, asked=""):
-        self.states.append(state if not asked else (state, asked))
+    def door_is(self, state, problem=""):
+        self.states.append(state if not problem else (state, problem))
 
     def hand_at(self, place):
         self.places.append(place)
