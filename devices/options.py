@@ -26,10 +26,10 @@ def size_px(_ctx: click.Context, _parameter: click.Parameter, value: str | None)
     """The callback of an option that takes a size, as 1280x720."""
     if value is None:
         return None
-    found = _SIZE.fullmatch(value)
-    if found is None:
+    match = _SIZE.fullmatch(value)
+    if match is None:
         raise click.BadParameter(f"{value!r}: a size in pixels is expected, as 1280x720")
-    return int(found[1]), int(found[2])
+    return int(match[1]), int(match[2])
 
 
 def window_options(command: Command) -> Command:

@@ -91,8 +91,8 @@ class Folder:
 
     def _files(self) -> dict[str, Stamp]:
         with os.scandir(self.path) as entries:
-            found = [entry for entry in entries if entry.name.lower().endswith(self.suffixes)]
-            return {entry.name: stamp for entry in found if (stamp := _stamp(entry)) is not None}
+            files = [entry for entry in entries if entry.name.lower().endswith(self.suffixes)]
+            return {entry.name: stamp for entry in files if (stamp := _stamp(entry)) is not None}
 
     def _lost(self, message: str) -> DeviceFault:
         return DeviceFault(self.device, "link_lost", f"{self.device}: {message}")
@@ -145,7 +145,7 @@ class Simulated:
 def _stamp(entry: os.DirEntry[str]) -> Stamp | None:
     """None for what is no file, or has gone since."""
     try:
-        found = entry.stat()
-        return (found.st_size, found.st_mtime_ns) if entry.is_file() else None
+        status = entry.stat()
+        return (status.st_size, status.st_mtime_ns) if entry.is_file() else None
     except FileNotFoundError:
         return None

@@ -104,14 +104,14 @@ def channel_names(spelled: str, where: str) -> tuple[str, ...]:
     names: list[str] = []
     device = ""
     for part in spelled.split(","):
-        found = _RANGE.match(part.strip())
-        device = (found["device"] or device) if found else ""
-        if not found or not device:
+        match = _RANGE.match(part.strip())
+        device = (match["device"] or device) if match else ""
+        if not match or not device:
             raise DeviceError(f"{where}: channels {spelled!r}: {part.strip()!r} is no input; write as Dev1/ai0:5")
-        first = int(found["first"])
-        last = int(found["last"] or first)
+        first = int(match["first"])
+        last = int(match["last"] or first)
         step = 1 if last >= first else -1
-        names += [f"{device}/{found['line']}{n}" for n in range(first, last + step, step)]
+        names += [f"{device}/{match['line']}{n}" for n in range(first, last + step, step)]
     if len(set(names)) < len(names):
         raise DeviceError(f"{where}: channels {spelled!r} name an input twice; each sensor wire has one of its own")
     return tuple(names)

@@ -114,13 +114,13 @@ def make(name: str, settings: Settings, folder: Path) -> DaqSensor:
     if settings.thermistor is not None:
         channels += demand_channels(settings.thermistor.channel, 1, name, "the thermistor")
     wiring = Wiring(channels, file.low_V, file.high_V, settings.rate_hz, settings.buffer_s, settings.terminals)
-    found = calibration(file, str(path))
+    known = calibration(file, str(path))
     number = f"{file.body} {file.part} {file.serial}, {file.date or 'no date'}, sha256 {file.sha256[:12]}"
     gauges = Gauges(
         name,
         Signal("wrench", CHANNELS, UNITS, settings.rate_hz, "host", number),
-        found,
-        _framed(settings.frame, found.matrix),
+        known,
+        _framed(settings.frame, known.matrix),
         VoltageCheck(name, wiring.channels, wiring.low_V, wiring.high_V, wiring.rate_hz, settings.stuck_s),
         _slopes(name, settings.thermistor, file, path),
         _description(settings, file, path),

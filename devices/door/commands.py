@@ -181,9 +181,9 @@ def make_command(
     if out is not None:
         _answer_files(as_json, make(out))
     elif folder is not None:
-        found = differences(folder)
-        _answer(as_json, {"equal": not found, "differences": found}, "\n".join(found) or f"{folder}: equal")
-        if found:
+        lines = differences(folder)
+        _answer(as_json, {"equal": not lines, "differences": lines}, "\n".join(lines) or f"{folder}: equal")
+        if lines:
             raise SystemExit(1)
 
 

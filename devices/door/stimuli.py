@@ -80,18 +80,18 @@ def make(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -
 def differences(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> list[str]:
     """What in a folder is not, byte for byte, what `make` writes: one line each, empty when all is equal."""
     expected = stimulus_files(measured, seed)
-    found = [_difference(folder / name, text.encode()) for name, text in expected.items()]
+    lines = [_difference(folder / name, text.encode()) for name, text in expected.items()]
     unknown = sorted(path for path in (folder / FOLDER).glob("*.csv") if f"{FOLDER}/{path.name}" not in expected)
-    return [line for line in found if line] + [f"{path}: not a file of this study" for path in unknown]
+    return [line for line in lines if line] + [f"{path}: not a file of this study" for path in unknown]
 
 
 def _difference(path: Path, expected: bytes) -> str:
     if not path.is_file():
         return f"{path}: missing"
-    found = path.read_bytes()
-    if found == expected:
+    content = path.read_bytes()
+    if content == expected:
         return ""
-    lines = zip(found.splitlines(keepends=True), expected.splitlines(keepends=True), strict=False)
+    lines = zip(content.splitlines(keepends=True), expected.splitlines(keepends=True), strict=False)
     first = next((number for number, (a, b) in enumerate(lines, start=1) if a != b), None)
     return f"{path}: differs from line {first}" if first else f"{path}: has another number of lines"
 

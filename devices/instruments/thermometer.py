@@ -298,9 +298,9 @@ class Thermometer:
                 raise NoReading("not_a_number", f"{status!r:.40} is no status")
             raise self._unsound("over_range", f"it says that its reading is not sound (status {status})")
         text = self._answer(commands.read)
-        if (found := READING.fullmatch(text.upper())) is None:
+        if (number := READING.fullmatch(text.upper())) is None:
             raise NoReading("not_a_number", f"{text!r:.40} is no temperature in degrees Celsius")
-        degC = float(found[1])
+        degC = float(number[1])
         if isnan(degC) or degC == SCPI_NAN:
             raise self._unsound("not_a_number", "it measures nothing")
         if abs(degC) >= SCPI_OVERLOAD:

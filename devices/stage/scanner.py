@@ -116,11 +116,11 @@ def known_codes(stimuli: Iterable[Stimulus]) -> Mapping[str, str]:
 
     A code that two samples share names neither.
     """
-    found: dict[str, set[str]] = {}
+    samples: dict[str, set[str]] = {}
     for stimulus in stimuli:
         for code in codes_of(stimulus):
-            found.setdefault(code, set()).add(stimulus.id)
-    return {code: next(iter(ids)) for code, ids in found.items() if len(ids) == 1}
+            samples.setdefault(code, set()).add(stimulus.id)
+    return {code: next(iter(ids)) for code, ids in samples.items() if len(ids) == 1}
 
 
 def refusal(stimulus: Stimulus, code: str, known: Mapping[str, str]) -> str:

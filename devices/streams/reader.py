@@ -132,14 +132,14 @@ class Ring:
 
     def get(self, most_bytes: int) -> list[Block]:
         """What has been put so far, so many bytes of it at most but a block at least; only the writer calls it."""
-        found: list[Block] = []
+        blocks: list[Block] = []
         for _ in range(len(self.held)):
             if most_bytes <= 0:
                 break
-            found.append(self.held.popleft())
-            most_bytes -= len(found[-1].data)
-            self.got_bytes += len(found[-1].data) + BLOCK_BYTES
-        return found
+            blocks.append(self.held.popleft())
+            most_bytes -= len(blocks[-1].data)
+            self.got_bytes += len(blocks[-1].data) + BLOCK_BYTES
+        return blocks
 
     @property
     def waiting(self) -> int:

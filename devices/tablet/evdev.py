@@ -156,20 +156,22 @@ def axis_of(ask: Ioctl, file: int, code: int) -> Axis | None:
     known = _asked(ask, file, asks(0x20 + EV_ABS, 8), 8)
     if not known or not known[code // 8] >> code % 8 & 1:
         return None
-    found = _asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size)
-    if not found:
+    answers = _asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size)
+    if not answers:
         return None
-    _, least, most, _, _, per_mm = ABSINFO.unpack(found)
+    _, least, most, _, _, per_mm = ABSINFO.unpack(answers)
     return Axis(least, most, per_mm)
 
 
 def state_of(ask: Ioctl, file: int) -> State | None:
     """Where the stylus is by the kernel; None where it does not answer."""
-    found = [_asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size) for code in (ABS_X, ABS_Y, ABS_PRESSURE)]
+    answers = [
+        _asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size) for code in (ABS_X, ABS_Y, ABS_PRESSURE)
+    ]
     keys = _asked(ask, file, asks(0x18, KEYS), KEYS)
-    if not all(found) or not keys:
+    if not all(answers) or not keys:
         return None
-    x, y, pressure = (ABSINFO.unpack(answer)[0] for answer in found)
+    x, y, pressure = (ABSINFO.unpack(answer)[0] for answer in answers)
     touch, near = (bool(keys[key // 8] >> key % 8 & 1) for key in (BTN_TOUCH, BTN_TOOL_PEN))
     return State(x, y, pressure, touch, near)
 
@@ -181,14 +183,14 @@ def timed_monotonic(ask: Ioctl, file: int) -> bool:
 
 def input_devices(folder: Path = Path("/sys/class/input")) -> list[str]:
     """The input devices that there are: /dev/input/event3 (Wacom Intuos Pen)."""
-    found = []
+    devices = []
     for place in sorted(folder.glob("event*"), key=lambda path: (len(path.name), path.name)):
         try:
             name = (place / "device" / "name").read_text(encoding="utf-8").strip()
         except OSError:
             name = "no name"
-        found.append(f"/dev/input/{place.name} ({name})")
-    return found
+        devices.append(f"/dev/input/{place.name} ({name})")
+    return devices
 
 
 def _asked(ask: Ioctl, file: int, request: int, size: int, buffer: bytes = b"") -> bytes:

@@ -153,13 +153,13 @@ class LslStream:
             raise DeviceError(f"{self.name}: a stream's {self.by} with both kinds of quotes cannot be looked for.")
         quote = '"' if "'" in self.value else "'"
         predicate = f"{self.by}={quote}{self.value}{quote}"
-        found = self.library.resolve_bypred(predicate, 1, self.wait_s)
-        if found:
-            found = self.library.resolve_bypred(predicate, 2, MORE_S) or found
-        if len(found) == 1:
-            return found[0]
+        streams = self.library.resolve_bypred(predicate, 1, self.wait_s)
+        if streams:
+            streams = self.library.resolve_bypred(predicate, 2, MORE_S) or streams
+        if len(streams) == 1:
+            return streams[0]
         there = "; ".join(map(_describe_stream, self.library.resolve_streams(LISTED_S))) or "none"
-        result = count(len(found), "stream") if found else f"no stream within {self.wait_s:g} s"
+        result = count(len(streams), "stream") if streams else f"no stream within {self.wait_s:g} s"
         raise DeviceError(f"{self.name}: {result} with the {self.by} {self.value!r}. Streams that there are: {there}.")
 
     def _batch(self, samples: list[list[float]], sent_s: list[float]) -> Batch:

@@ -72,8 +72,8 @@ def read_track(path: Path, unit: str | None = None, marker: str | None = None) -
     rows: Iterable[Row]
     table = read_table(path, (), RECORDING)
     if is_motive(table):
-        found = read_motive(table, marker)
-        times_s, rows, facts, scale = found.times_s, found.rows, found.facts, MM[found.unit]
+        export = read_motive(table, marker)
+        times_s, rows, facts, scale = export.times_s, export.rows, export.facts, MM[export.unit]
     else:
         times_s, rows = _plain(table)
         facts, scale = None, MM[unit or "mm"]
@@ -220,8 +220,8 @@ def _columns(head: Sequence[Sequence[str]]) -> dict[tuple[str, str], list[int]]:
     """Per kind and name the columns of X, Y and Z of its position."""
     labelled = {label: row for row in head for label in row[:2] if label in {"Type", "Name"}}
     kinds, names, what, axes = labelled.get("Type", []), labelled.get("Name", []), head[-2], head[-1]
-    found: dict[tuple[str, str], list[int]] = {}
+    columns: dict[tuple[str, str], list[int]] = {}
     for place in range(2, min(map(len, (kinds, names, what, axes)))):
         if what[place] == "Position" and axes[place] in AXES:
-            found.setdefault((kinds[place], names[place]), []).append(place)
-    return {key: places for key, places in found.items() if len(places) == 3}
+            columns.setdefault((kinds[place], names[place]), []).append(place)
+    return {key: places for key, places in columns.items() if len(places) == 3}

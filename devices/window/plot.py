@@ -78,12 +78,12 @@ def line_mask(force_N: Array, axes: Axes, thick_px: float) -> tuple[int, Mask]:
 def line_pieces(force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...]:
     """The same line where it lies on the screen, from left to right."""
     course, width = _course(force_N, axes), axes.box.width
-    ends, found = [width * number // PIECES for number in range(PIECES + 1)], []
+    ends, pieces = [width * number // PIECES for number in range(PIECES + 1)], []
     for left, right in itertools.pairwise(ends):
         first, mask = _cover(course[:, left:right], axes.box.height, thick_px)
         box = Box(axes.box.left + left, axes.box.top + first, right - left, len(mask))
-        found.append(Piece(box, mask.tobytes()))
-    return tuple(found)
+        pieces.append(Piece(box, mask.tobytes()))
+    return tuple(pieces)
 
 
 def _course(force_N: Array, axes: Axes) -> Rows:

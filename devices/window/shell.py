@@ -245,9 +245,9 @@ def _true_size(handle: Any) -> tuple[int, int]:
 
     from pyglet.libs.x11 import xlib
 
-    found = xlib.XWindowAttributes()
-    xlib.XGetWindowAttributes(handle._x_display, handle._window, byref(found))
-    return int(found.width), int(found.height)
+    attributes = xlib.XWindowAttributes()
+    xlib.XGetWindowAttributes(handle._x_display, handle._window, byref(attributes))
+    return int(attributes.width), int(attributes.height)
 
 
 def copier(handle: Any, renderer: str, height: int) -> Copy | None:

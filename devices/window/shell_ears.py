@@ -194,9 +194,9 @@ def _by_code(key: Any, handle: Any) -> dict[int, KeyName]:
     """X11 has symbols that pyglet does not know, as that of Shift-Tab; it then reports the physical key."""
     from pyglet.libs.x11 import xlib
 
-    found: dict[int, KeyName] = {}
+    names: dict[int, KeyName] = {}
     for symbol, name in X_SYMBOLS.items():
         code = xlib.XKeysymToKeycode(handle._x_display, symbol)
         if number := int.from_bytes(code, "little") if isinstance(code, bytes) else int(code):
-            found[int(key.user_key(number))] = name
-    return found
+            names[int(key.user_key(number))] = name
+    return names

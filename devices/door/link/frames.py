@@ -96,7 +96,7 @@ class Parser:
     def feed(self, data: bytes) -> list[Frame]:
         """The frames that are complete now, in order."""
         *whole, rest = (self._begun + data).split(b"\0")
-        found = []
+        frames = []
         for run in whole:
             if self._overlong:
                 self._overlong = False
@@ -107,9 +107,9 @@ class Parser:
                     self.dropped += 1
                     self.dropped_bytes += len(run)
                 else:
-                    found.append(frame)
+                    frames.append(frame)
         self._keep(rest)
-        return found
+        return frames
 
     def _keep(self, rest: bytes) -> None:
         """Keep what may still become a frame; of what is too long for one, only count the bytes."""

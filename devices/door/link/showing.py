@@ -262,10 +262,10 @@ class Felt:
         return "time_limit" if late else ""
 
     def _fault(self) -> DeviceFault | None:
-        found = trouble(self.link, State.playing if self._playing else None) or self.recorded.fault()
-        if found is not None:
+        fault = trouble(self.link, State.playing if self._playing else None) or self.recorded.fault()
+        if fault is not None:
             self.ended = ""
-        return found
+        return fault
 
     def _heed(self, aside: Aside) -> None:
         if aside.value.get("do") == "pause":

@@ -48,7 +48,7 @@ class TelemetryBlocks:
 
     def blocks(self, arrived: Iterable[Arrived]) -> list[Block]:
         """Consecutive samples together; a sample that came twice or late, behind what was given, is left out."""
-        found: list[Block] = []
+        blocks: list[Block] = []
         run: list[Arrived] = []
         for at_ns, sample in arrived:
             if self.start is None:
@@ -58,14 +58,14 @@ class TelemetryBlocks:
             if number < self.next:
                 continue
             if number > self.next:
-                found += self._block(run)
-                found.append(Block(number, b"", at_ns, lost=number - self.next, why=LOST))
+                blocks += self._block(run)
+                blocks.append(Block(number, b"", at_ns, lost=number - self.next, why=LOST))
                 self.next, run = number, []
             run.append((at_ns, sample))
             self.next += 1
         # A gap without samples goes with the block that follows it.
         kept: list[Block] = []
-        for block in found + self._block(run):
+        for block in blocks + self._block(run):
             if kept and not kept[-1].data:
                 gap = kept.pop()
                 block = Block(block.first, block.data, block.at_ns, block.device_s, gap.lost, gap.why)  # noqa: PLW2901

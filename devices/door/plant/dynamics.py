@@ -113,12 +113,12 @@ class Dynamics:
     def _move(self, t: float, rest: float) -> float:
         """One step while sliding, up to the first event in it; gives the time reached."""
         h = self._forward(t, self._size(t, rest))
-        event, found = 0, self._passed(0)
-        while found:
-            event = found
+        event, passed = 0, self._passed(0)
+        while passed:
+            event = passed
             h = first_zero(partial(self._guard_at, t, event), 0.0, h, self._guard(event, self.x, self.w), -1.0)
             self._trial(t, h)
-            found = self._passed(event)
+            passed = self._passed(event)
         self._commit(h)
         self._enter(event, t + h)
         return t + h

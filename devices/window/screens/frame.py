@@ -84,8 +84,8 @@ class Frame:
     def between(self) -> Box:
         """The room between the buttons."""
         gap = self.page.metrics.unit(6)
-        lefts = [self.buttons[each.name][0].right + gap for each in self.left]
-        rights = [self.buttons[each.name][0].left - gap for each in self.right]
+        lefts = [self.buttons[choice.name][0].right + gap for choice in self.left]
+        rights = [self.buttons[choice.name][0].left - gap for choice in self.right]
         left, right = max(lefts, default=self.foot.left), min(rights, default=self.foot.right)
         return Box(left, self.foot.top - gap // 3, max(0, right - left), self.foot.height + 2 * (gap // 3))
 

@@ -124,7 +124,7 @@ def statements(page: Page, questionnaire: Questionnaire, room: Box) -> list[list
 
     def heights(size: int) -> list[int] | None:
         sets_at_size = sets(size)
-        return None if sets_at_size is None else [each.height for each in sets_at_size]
+        return None if sets_at_size is None else [placed.height for placed in sets_at_size]
 
     chosen = sheets_of(page, room, len(questionnaire.items), heights)
     if ends_px < unit(20) or chosen is None or (sets_at_size := sets(chosen[1])) is None:

@@ -99,16 +99,16 @@ def _message(page: Page, title: str, text: str, done: tuple[float, str] | None =
         ("text", fitted(page, text, width, room, TEXT_STEPS if title else TITLE_STEPS[3:], even=True)),
         ("done", fitted(page, done[1], width, room, TEXT_STEPS[2:]) if done else None),
     ]
-    parts = [(name, each) for name, each in laid if each is not None]
+    parts = [(name, part) for name, part in laid if part is not None]
     bar = unit(5) + 2 * unit(4) if done else 0
-    height = sum(each.height for _, each in parts) + unit(4) * (len(parts) - 1) + bar
+    height = sum(part.height for _, part in parts) + unit(4) * (len(parts) - 1) + bar
     top = (metrics.height_px - unit(10) - height) // 2
-    for name, each in parts:
+    for name, part in parts:
         if name == "done" and done:
             yield Progress("bar", Box(left + width // 6, top + unit(4), 2 * width // 3, unit(5)), share=done[0])
             top += bar
-        yield _line(name, each, Box(left, top, width, each.height))
-        top += each.height + unit(4)
+        yield _line(name, part, Box(left, top, width, part.height))
+        top += part.height + unit(4)
 
 
 def _line(name: str, laid: Laid, box: Box) -> Label:

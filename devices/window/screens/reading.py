@@ -104,7 +104,7 @@ class ConsentScreen(Base):
 
 def paragraphs(text: str) -> list[Paragraph]:
     """Paragraphs stand apart by blank lines, items of a list on lines of their own; # begins a heading."""
-    found = []
+    parts = []
     for block in re.split(r"\n\s*\n", _MARKS.sub("", text)):
         lines: list[str] = []
         for line in block.strip().splitlines():
@@ -112,8 +112,8 @@ def paragraphs(text: str) -> list[Paragraph]:
                 lines[-1] += " " + line.strip()
             else:
                 lines.append(line.strip())
-        found += [_paragraph(line) for line in lines if line]
-    return found
+        parts += [_paragraph(line) for line in lines if line]
+    return parts
 
 
 def paged(page: Page, text: str, room: Box) -> list[list[Element]]:

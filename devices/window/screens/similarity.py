@@ -68,12 +68,12 @@ class SimilarityScreen(SliderScreen):
         width = min(unit(WIDE), (room.width - (count - 1) * gap) // count)
         left = room.left + (room.width - count * width - (count - 1) * gap) // 2
         top, height = room.top + self._told_height + self._apart, self.page.metrics.target(TALL)
-        found = {}
+        buttons = {}
         for n, side in enumerate(self.form.sides):
             words = f"{n + 1}   {_called(self.page, side)}"
             laid = fitted(self.page, words, width - unit(6), height, (7.0, 6.2, *STEPS), bold=True)
-            found[f"{SIDE}{n}"] = Button(f"{SIDE}{n}", Box(left + n * (width + gap), top, width, height), laid=laid)
-        self._sides = found
+            buttons[f"{SIDE}{n}"] = Button(f"{SIDE}{n}", Box(left + n * (width + gap), top, width, height), laid=laid)
+        self._sides = buttons
 
     def body(self) -> Iterator[Element]:
         yield self._told

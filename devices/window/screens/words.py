@@ -136,8 +136,8 @@ def grid(page: Page, words: Sequence[str], room: Box) -> tuple[list[list[Tick]],
     for sheets in range(1, len(words) + 1):
         for size in sizes:
             for columns in range(2, MOST_COLUMNS + 1):
-                if found := _attempt(page, dealt(words, sheets), room, size, columns):
-                    return found, columns
+                if cells_of_sheets := _attempt(page, dealt(words, sheets), room, size, columns):
+                    return cells_of_sheets, columns
     longest = max(words, key=lambda word: page.fonts.width(word, sizes[-1]))
     fitted(page, longest, _cell(page, room, 2, 1)[0], room.height, STEPS)
     raise WindowError(f"{len(words)} words do not fit on a screen of {page.metrics}; take a larger one")
@@ -152,10 +152,10 @@ def _attempt(page: Page, sheets: list[list[str]], room: Box, size: int, columns:
     space = Tick("word", Box(0, 0, width, height)).text_box(page)
     laid = []
     for sheet in sheets:
-        found = [_word(page, word, size, space) for word in sheet]
-        if None in found:
+        cells_of_sheets = [_word(page, word, size, space) for word in sheet]
+        if None in cells_of_sheets:
             return None
-        laid.append([each for each in found if each is not None])
+        laid.append([each for each in cells_of_sheets if each is not None])
     return _cells(page, laid, room, columns, width, height)
 
 
@@ -172,7 +172,7 @@ def _cell(page: Page, room: Box, columns: int, lines: int) -> tuple[int, int]:
 
 
 def _cells(page: Page, sheets: list[list[Laid]], room: Box, columns: int, width: int, height: int) -> list[list[Tick]]:
-    gap, number, found = _gap(page), 0, []
+    gap, number, cells_of_sheets = _gap(page), 0, []
     left = room.left + (room.width - columns * width - (columns - 1) * gap) // 2
     for sheet in sheets:
         lines = ceil(len(sheet) / columns)
@@ -181,9 +181,9 @@ def _cells(page: Page, sheets: list[list[Laid]], room: Box, columns: int, width:
         for place, laid in enumerate(sheet):
             x, y = left + (place % columns) * (width + gap), top + (place // columns) * (height + gap)
             cells.append(Tick(f"word {number + place}", Box(x, y, width, height), laid=laid))
-        found.append(cells)
+        cells_of_sheets.append(cells)
         number += len(sheet)
-    return found
+    return cells_of_sheets
 
 
 def _gap(page: Page) -> int:
