@@ -40,7 +40,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class AttributeRequest:
-    """Which textures were asked for on the command line, and how they are learned from."""
+    """Which textures the command line names, and how they are learned from."""
 
     lab: Path
     folder: Path | None
@@ -107,7 +107,7 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def material_for(request: AttributeRequest, report: Report) -> Material:
-    """Return the textures that were asked for. Raises MaterialError, or what reading a lab raises.
+    """Return the requested textures. Raises MaterialError, or what reading a lab raises.
 
     Features can take half an hour: a cluster that is not there, or not fit, is refused before (JobError).
     """
@@ -135,7 +135,7 @@ def material_for(request: AttributeRequest, report: Report) -> Material:
 def options_for(
     request: AttributeRequest, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None
 ) -> AttributeOptions:
-    """Return what the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
+    """Return the options of the evaluation or the training. Raises MaterialError for an unknown method."""
     from palpate.modeling.attributes.evaluation import AttributeOptions, require_methods
     from palpate.modeling.attributes.evaluation_outputs import NAME
     from palpate.modeling.attributes.registry import METHODS

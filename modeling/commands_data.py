@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DataOptions:
-    """What was asked for on the command line."""
+    """The data that the command line names."""
 
     lab: Path
     table: Path | None

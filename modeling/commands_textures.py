@@ -40,7 +40,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class TextureRequest:
-    """Which recordings were asked for on the command line, and how they are judged or learned from."""
+    """Which recordings the command line names, and how they are evaluated or learned from."""
 
     lab: Path
     tables: tuple[Path, ...]
@@ -95,7 +95,7 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def recordings_for(request: TextureRequest, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:
-    """Return the recordings that were asked for. Raises TextureDataError, or what reading a lab raises."""
+    """Return the requested recordings. Raises TextureDataError, or what reading a lab raises."""
     from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation_outputs import NAME
     from palpate.modeling.textures.recording import TextureDataError
@@ -139,7 +139,7 @@ def _recorded(request: TextureRequest) -> tuple[Recording, ...]:
 
 
 def options_for(request: TextureRequest, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
-    """Return what the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
+    """Return the options of the evaluation or the training. Raises TextureDataError for an unknown method."""
     from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation import TextureOptions
     from palpate.modeling.textures.evaluation_outputs import NAME

@@ -1,4 +1,4 @@
-"""The answers of a lab's study, exactly those that its analysis plan would be asked about, and their ratings."""
+"""The answers of a lab's study, exactly those that its analysis plan is about, and their ratings."""
 
 from __future__ import annotations
 

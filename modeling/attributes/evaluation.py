@@ -101,7 +101,7 @@ class AttributeOptions(EvaluateOptions):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What goes to the methods: one thread for each job, and what was asked for."""
+        """Return the settings of the methods: one thread for each job, and the options of the caller."""
         settings = {"quick": self.quick or None, "epochs": self.epochs, "early_stopping": self.early_stopping or None}
         return {"threads": 1, **{name: value for name, value in settings.items() if value is not None}}
 

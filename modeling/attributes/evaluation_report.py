@@ -142,7 +142,7 @@ def _numbered(evaluation: AttributeEvaluation, which: Which, measure: str, note:
 
 
 def features_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section | None:
-    """Tables 3.4 and 3.5; None where they were not asked for."""
+    """Tables 3.4 and 3.5; None where they were not requested."""
     if not evaluation.options.ablations:
         return None
     blocks = (

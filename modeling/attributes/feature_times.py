@@ -1,4 +1,4 @@
-"""How long the features of one texture take on this machine: taken on made-up signals, since kept ones cost nothing."""
+"""How long the features of one texture take on this machine: on made-up signals, since saved features cost nothing."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def steps_of(kinds: Collection[str]) -> tuple[str, ...]:
 def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) -> dict[str, float]:
     """Seconds of each step to these kinds (`steps_of`) for one texture, on one core, from what sensors and camera gave.
 
-    Each is made twice and the second counts. ResNet-50 is asked about one batch of patches; the others of the ten
+    Each is made twice and the second counts. ResNet-50 is timed on one batch of patches; the others of the ten
     pictures are taken to be like it.
     """
     from palpate.modeling.training.threads import limited

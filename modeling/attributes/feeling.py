@@ -1,4 +1,4 @@
-"""Rows of what was felt, a texture a job, kept by content (thesis 3.4.1): a lab's captures, or others' recordings."""
+"""Rows of what was felt, a texture a job, saved by content (thesis 3.4.1): a lab's captures, or others' recordings."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Recording(Protocol):
 
 @dataclass(frozen=True)
 class _Felt:
-    """A job: one texture, and where its rows are kept."""
+    """A job: one texture, and the folder of its saved rows."""
 
     recorded: Recording
     key: str
@@ -63,7 +63,7 @@ class _Felt:
 def felt_rows(
     textures: Sequence[Recording], folder: Path | None = None, workers: int | None = None, report: Report = silent
 ) -> list[FeltRows]:
-    """Return the rows of each texture: what `folder` lacks is computed, and kept there.
+    """Return the rows of each texture: what `folder` lacks is computed and saved there.
 
     One texture is in memory at a time in each of `workers` processes. A texture whose recordings cannot be used has no
     rows, and its notes say why.

@@ -1,4 +1,4 @@
-"""Leave one texture out: folds in which nothing of the texture that is asked about was learned from (thesis 3.6.4)."""
+"""Leave one texture out: folds in which nothing of the tested texture was learned from (thesis 3.6.4)."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ LABEL, CATEGORY = "label", "class"
 
 @dataclass(frozen=True)
 class Parts:
-    """What was read of a lab; `touch` and `sight` say whether recordings and pictures were asked for."""
+    """What was read of a lab; `touch` and `sight`: whether recordings and pictures were requested."""
 
     rated: RatedTextures
     felt: Mapping[str, FeltRows] = field(default_factory=dict)
@@ -41,7 +41,7 @@ class Parts:
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """All textures, in the order in which they were first met."""
+        """All textures, in the order of their first appearance."""
         return tuple(dict.fromkeys((*self.felt, *self.photos, *self.rated.rated, *self.rated.incomplete)))
 
 
@@ -95,7 +95,7 @@ WHY = {"recording": (RECORDINGS_LEFT_OUT, NOT_RECORDED), "picture": (PICTURE_LEF
 NOTHING = {"recording": "nothing was felt", "picture": "nothing was seen"}
 """How a material's note says that a lab has none at all."""
 MOST = 3
-"""Reasons that are told."""
+"""Reasons that are named at most."""
 VARIES = re.compile(r"\([^)]*\)|\d+(?:\.\d+)?")
 """Files in brackets and numbers: reasons that differ in these and in the texture's name alone are one."""
 

@@ -47,9 +47,9 @@ class Fitted(Protocol):
 @dataclass(frozen=True)
 class Method(MethodOf[Learning, Fitted]):
     """A way to predict attributes. `sees`: what it looks at; `holds_out`: whether it wants `held`; `may_hold`: whether
-    it wants that where `early_stopping` is asked for.
+    it does so with the setting `early_stopping`.
 
-    `restore` gives back what `fitted.saved()` gave, from arrays and plain values; None: it cannot be kept as a file.
+    `restore` gives back what `fitted.saved()` gave, from arrays and plain values; None: it cannot be saved as a file.
     """
 
     sees: frozenset[Modality] = BOTH

@@ -29,11 +29,11 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 class ModelFileError(ValueError):
-    """A model of attributes that is not there, is damaged or newer, or cannot be kept: the message says which."""
+    """A model of attributes that is not there, is damaged or newer, or cannot be saved: the message says which."""
 
 
 class Saveable(Protocol):
-    """A fitted method that can be kept; `Method.restore` gives it back."""
+    """A fitted method that can be saved; `Method.restore` gives it back."""
 
     def predict(self, texture: Texture) -> Array:
         """As every fitted method."""

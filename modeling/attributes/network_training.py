@@ -115,7 +115,7 @@ def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = F
 
 
 def restore_network(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedNetwork:
-    """Return what `FittedNetwork.saved` gave, to be asked again; it answers to the bit as before.
+    """Return the fitted network from what its `saved` gave; it answers to the bit as before.
 
     Raises MaterialError where the arrays are not those of such a network.
     """
@@ -168,7 +168,7 @@ STEPS, PLACES = 10, 4
 REPEATED = "hand"
 """The features that hold for a whole segment: they stand beside every frame."""
 LIMIT = 6.0
-"""Standardised features are kept within so many SDs."""
+"""Standardised features are clipped to so many SDs."""
 CONSTANT = 1e-6
 """The share of its greatest value below which a column's SD is rounding."""
 

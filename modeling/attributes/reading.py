@@ -75,7 +75,7 @@ def read_material(
 
 @dataclass(frozen=True)
 class _Run:
-    """Where features are kept, and by how many processes they are made."""
+    """Where features are saved, and by how many processes they are computed."""
 
     folder: Path | None
     workers: int | None

@@ -16,7 +16,7 @@ from palpate.studies.sessions.session_files import by_twins, stimulus_columns
 
 STUDY = "texture_photos"
 PICTURES = "pictures"
-"""The folder of a lab that its cameras' pictures are kept in."""
+"""The folder of a lab that holds its cameras' pictures."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class PicturedTrial:
 
 
 def photographed(lab: Path, study: str = STUDY, simulated: bool | None = None) -> tuple[Photographed, ...]:
-    """Return the textures whose pictures a lab's sessions took, in the order in which they were first met.
+    """Return the textures whose pictures a lab's sessions took, in the order of their first appearance.
 
     Of each trial the last attempt counts that was neither repeated nor faulted; sessions of people who withdrew do not
     count. `simulated` takes only the sessions of twins, or only real ones; None takes real ones where there are any. A

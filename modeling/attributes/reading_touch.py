@@ -75,7 +75,7 @@ def touch_of(
 
 
 def _demand_as_long(touched: Touched) -> None:
-    """A signal at another rate than it is said to have would have other frequencies or speeds, and last otherwise."""
+    """Refuse a signal at another rate than stated: its frequencies or speeds would be others, and its length."""
     force, moved = touched.force, touched.position if touched.speed is None else touched.speed
     for signal in (touched.acceleration, moved):
         if (

@@ -104,7 +104,7 @@ def random_state(seed: int) -> dict[str, Tensor]:
 
 
 def loaded(state: Mapping[str, Tensor]) -> ResNet50:
-    """Return the network with these weights, as it is asked (not as it trains)."""
+    """Return the network with these weights, in evaluation mode."""
     with torch.device("meta"):
         network = ResNet50()
     network.load_state_dict(dict(state), assign=True)

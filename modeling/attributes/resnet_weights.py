@@ -1,4 +1,4 @@
-"""Weights of ResNet-50 from a file: told by their SHA-256, never run, refused where they are not whole."""
+"""Weights of ResNet-50 from a file: identified by SHA-256, never executed, refused where they are not whole."""
 
 from __future__ import annotations
 

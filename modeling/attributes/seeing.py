@@ -1,4 +1,4 @@
-"""Rows of pictures: ResNet-50's average pool and co-occurrence of gray levels, kept by content (thesis 3.4.2)."""
+"""Rows of pictures: ResNet-50's average pool and co-occurrence of gray levels, saved by content (thesis 3.4.2)."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Sight:
         return replace(self.looking, grid=few) if version else self.looking
 
     def key(self, picture: Picture, version: int) -> str:
-        """Return what a version of a picture is kept under."""
+        """Return the key of a version of a picture."""
         chance = (self.noise_sd, self.seed, version) if version else ()
         looking, weights = self.at(version), self.weights.key
         decides = {"sha256": picture.sha256, "looking": looking, "weights": weights, "chance": chance}
@@ -122,7 +122,7 @@ def seen(
     albums: Sequence[Album], how: Sight, *, folder: Path | None = None, workers: int | None = None,
     report: Report = silent,
 ) -> dict[str, Seen]:  # fmt: skip
-    """Return the rows of each texture's pictures, by its id: what `folder` does not hold is computed, and kept there.
+    """Return the rows of each texture's pictures, by its id: what `folder` does not hold is computed and saved there.
 
     One picture is in memory at a time in each of `workers` processes (None: as many as cores). A picture that shows
     nothing that can be looked at is left out, and the notes say why. Raises MaterialError on a file that is not the

@@ -50,7 +50,7 @@ def train_attributes(
     None is left out; a method that stops early watches a tenth of them and is fitted to the others, as its card says.
     The card's metrics and intervals are those of leaving one texture out, which is done first; what an evaluation of
     the same textures finished is taken from `wanted.work`. Raises MaterialError where the method refuses the textures,
-    ModelFileError where it cannot be kept.
+    ModelFileError where it cannot be saved.
     """
     from palpate.modeling.training.threads import limited
 

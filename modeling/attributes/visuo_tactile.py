@@ -345,7 +345,7 @@ class VisuoTactile(nn.Module):
     def forward(self, *given: Tensor) -> Answer:
         """(batch, features) of pictures, (batch, segments, steps, channels, places) of touch: those that it looks at.
 
-        In evaluation mode the segments' answers are averaged and nothing is asked of the reconstruction: what is
+        In evaluation mode the segments' answers are averaged and the reconstruction is not computed: what is
         watched is the attributes alone. Raises MaterialError for other shapes.
         """
         sight, touch = self._told(given)

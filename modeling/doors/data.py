@@ -13,7 +13,7 @@ from palpate.signals.arrays import Array, Indices
 
 
 class ModelDataError(ValueError):
-    """Data that no model can be trained on or asked about: the message says where, what was found, what is expected."""
+    """Data that no model can be trained or tested on: the message says where, what was found, what is expected."""
 
 
 @dataclass(frozen=True)

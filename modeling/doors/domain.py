@@ -1,4 +1,4 @@
-"""What is computed on one fold: a method of one direction, trained on one side and asked about the other."""
+"""What is computed on one fold: a method of one direction, trained on one side and tested on the other."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class DoorDomain(Domain[FoldJob]):
         }
 
     def checkpoint(self, job: FoldJob) -> Path | None:
-        """Return the folder of a job's checkpoints; None where none are kept.
+        """Return the folder of a job's checkpoints; None where none are saved.
 
         A quick training of an inverse method has none: nothing builds on it, and it is over sooner than it is written.
         """

@@ -56,7 +56,7 @@ def _of_split(domain: DoorDomain, split: str) -> list[Row]:
 
 
 ALLOWED = 0.05
-"""The network may be this much worse than the best baseline before that is said in plain words."""
+"""The network may be this much worse than the best baseline before the report says so."""
 MethodRow = Mapping[str, Any]
 
 
@@ -135,7 +135,7 @@ class DoorEvaluation:
 def evaluate_doors(
     data: DoorData, individual: Individual | None, options: DoorOptions, report: Report = silent
 ) -> DoorEvaluation:
-    """Evaluate every method that is asked for. Raises ModelDataError, or JobError for what a method raises."""
+    """Evaluate every requested method. Raises ModelDataError, or JobError for what a method raises."""
     domain = domain_for(data, options)
     results = evaluate_methods(domain, options, report)
     forward, inverse = method_rows(results, "forward"), method_rows(results, "inverse")

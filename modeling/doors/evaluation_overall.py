@@ -159,7 +159,7 @@ def _calibration(results: MethodResults) -> Row:
 
 
 def _off(results: MethodResults, by: str) -> Array | None:
-    """Return how far from the wish each attribute is (n, attributes), by this judge; None where it was not asked."""
+    """Return how far from the wish each attribute is (n, attributes), by this judge; None where it did not rate."""
     wish, felt = results.array("wish"), results.array(f"loop_{by}")
     return None if wish is None or felt is None else np.abs(felt - wish)
 

@@ -96,7 +96,7 @@ def ceiling_rows(ceiling: Ceiling) -> list[Row]:
 
 
 def corner_rows(methods: Iterable[MethodResults]) -> list[Row]:
-    """Return what came of all corners of the sliders, for each method that was asked."""
+    """Return the results at all corners of the sliders, for each method."""
     names = (
         "corners",
         "corners_unplayable",

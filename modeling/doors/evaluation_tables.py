@@ -174,7 +174,7 @@ def variant_rows(results: MethodResults) -> list[Row]:
 
 
 def prediction_rows(results: MethodResults, half_width: Array | None = None) -> list[Row]:
-    """Return every prediction of the ratings: what people said, what was predicted, its interval and the raters' SD."""
+    """Return every prediction of the ratings: the mean rating, the prediction, its interval and the raters' SD."""
     data, rows = results.data, []
     for i in range(len(data)):
         for j, attribute in enumerate(data.attributes):

@@ -1,4 +1,4 @@
-"""A random forest on the engineered features, kept as arrays."""
+"""A random forest on the engineered features, stored as arrays."""
 
 from __future__ import annotations
 

@@ -176,7 +176,7 @@ STRAY = 0.3
 
 @dataclass(frozen=True)
 class Recipe:
-    """How much of everything; how the numbers were chosen is told in docs/explanation/making-a-door.md.
+    """How much of everything; how the numbers were chosen stands in docs/explanation/making-a-door.md.
 
     `components` and `span` bound a code: so many numbers, each so many SD of the plausible profiles at most. `profiles`
     are made beside the measured ones; in each of `rounds` rounds `own` of the generator's own join them. The prices of

@@ -46,7 +46,7 @@ class Size:
 
 @dataclass(frozen=True)
 class How:
-    """Seed and threads of a training, where it is kept, and who hears of it."""
+    """Seed and threads of a training, its checkpoint, and what reports its progress."""
 
     seed: int
     threads: int = 1

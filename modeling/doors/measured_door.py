@@ -45,7 +45,7 @@ SPLIT = "without the measured door"
 class Recovered:
     """One measured profile, rows of ratings each (attributes,) on 0..100.
 
-    `rated` is what people said of it, None where nobody was asked; `predicted` what a model says that never met this
+    `rated` is its mean rating by people, None without any; `predicted` that by a model which never saw this
     door, `half_width` its interval; `again` what that model says of the profile `made_N` (621,) that the inverse makes
     of the predicted ratings, and `felt` what fresh simulated people say of it, None without such. `why` is why the door
     would not play the made profile.

@@ -50,7 +50,7 @@ class StimulusProfile:
 
 @dataclass(frozen=True)
 class Questions:
-    """What people were asked: attributes by their low words, their antonyms, the ends of the scale."""
+    """The questions of a study: attributes by their low words, their antonyms, the ends of the scale."""
 
     attributes: tuple[str, ...]
     antonyms: tuple[str, ...]

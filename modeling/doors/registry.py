@@ -49,7 +49,7 @@ SLOW = frozenset(
         ("inverse", "generator"),
     }
 )
-"""Methods that take half a minute a fold or more: only the split that was asked for is worth their time."""
+"""Methods that take half a minute a fold or more: only the requested split is worth their time."""
 NO_FILE = frozenset({("inverse", "search")})
 """Methods whose every answer is a search with torch: a rig cannot be given one, so none is trained or a default."""
 

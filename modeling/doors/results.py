@@ -1,4 +1,4 @@
-"""Every method on the same folds, in parallel; what is finished is kept, so that an interrupted evaluation goes on."""
+"""Every method on the same folds, in parallel; finished jobs are saved, so that an interrupted evaluation resumes."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Evaluating methods side by side: the jobs of an evaluation, computed once and kept on disk."""
+"""Evaluating methods side by side: the jobs of an evaluation, computed once and saved on disk."""

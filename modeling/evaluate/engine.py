@@ -1,4 +1,4 @@
-"""The jobs of an evaluation, in waves and in parallel; a finished job is kept on disk and never computed again."""
+"""The jobs of an evaluation, in waves and in parallel; a finished job is saved on disk and never computed again."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Result(Generic[JobT]):
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluateOptions:
-    """What every evaluation is asked: `workers` and `cluster` as `run_jobs` takes them; `quick` to try it out."""
+    """The options of every evaluation: `workers` and `cluster` as `run_jobs` takes them; `quick` to try it out."""
 
     seed: int = 0
     quick: bool = False
@@ -106,7 +106,7 @@ class Domain(ABC, Generic[JobT]):
         return {name: str(value) for name, value in sorted(self.settings.items())}
 
     def checkpoint(self, job: JobT) -> Path | None:
-        """Return the folder of a job's checkpoints; None where none are kept."""
+        """Return the folder of a job's checkpoints; None where none are saved."""
         return None if self.work is None else self.work / CHECKPOINTS / self.key(job)
 
     def remove_checkpoint(self, job: JobT) -> None:

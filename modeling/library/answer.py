@@ -27,7 +27,7 @@ SIMULATED = "These textures are simulated: no person rated them, no material was
 
 @dataclass(frozen=True)
 class LibraryRequest:
-    """Which textures were asked about on the command line, and how the answer is wanted."""
+    """Which textures the command line names, and the form of the answer."""
 
     lab: Path
     classes: tuple[str, ...]
@@ -47,7 +47,7 @@ class Beside:
 
 @dataclass(frozen=True)
 class Opened:
-    """A lab's library, and those of its textures that were asked about."""
+    """A lab's library, and the requested textures of it."""
 
     asked: LibraryRequest
     library: Library
@@ -69,7 +69,7 @@ class Opened:
         console.print(SURE, style="dim", soft_wrap=True)
 
     def close(self, files: Sequence[Path]) -> None:
-        """What must be said of all answers, and the files that were written."""
+        """Print what holds for all answers, and the files that were written."""
         if self.library.simulated:
             click.echo(SIMULATED)
         for path in files:
@@ -87,7 +87,7 @@ class Opened:
             demand_map(plane)
 
     def sheet(self, path: Path | None, entries: Sequence[Entry], beside: Beside) -> list[Path]:
-        """Write a contact sheet, where one is wanted."""
+        """Write a contact sheet to the path, if there is one."""
         if path is None or not entries:
             return []
         from palpate.modeling.library.contact_sheet import pictures_of, sheet, tiles_of, write_sheet
@@ -98,7 +98,7 @@ class Opened:
         return [path]
 
     def map(self, path: Path | None, found: Collection[str]) -> list[Path]:
-        """Write the map with these marked, where one is wanted."""
+        """Write the map with these textures marked to the path, if there is one."""
         if path is None:
             return []
         from palpate.modeling.library.map import map_data, write_map
@@ -107,7 +107,7 @@ class Opened:
 
 
 def opened(asked: LibraryRequest) -> Opened:
-    """Return the library that was asked. Raises LibraryError."""
+    """Return the requested library. Raises LibraryError."""
     library = read_library(asked.lab)
     return Opened(asked, library, chosen(library, asked.classes, asked.kind))
 

@@ -31,7 +31,7 @@ def value_text(each: AttributeValue | None) -> str:
 
 
 def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
-    """Return whether people or a model said so, and how many people."""
+    """Return the source of the values: people, with their number, or a model."""
     kinds = {found.kind for at in range(attributes) if (found := value_of(entry, at, kind))}
     people = entry.rated.raters if entry.rated else 0
     learned = ", learned" if entry.predicted and entry.predicted.learned else ""
@@ -87,7 +87,7 @@ def far(each: Near) -> str:
 def table(
     entries: Sequence[Entry], library: Library, kind: Kind | None, extra: Mapping[str, Sequence[str]] | None = None
 ) -> Any:
-    """Return textures as a table: rank, name, class, what is asked of them, attributes, and who said so."""
+    """Return textures as a table: rank, name, class, further columns, attributes, and their source."""
     from rich.markup import escape
     from rich.table import Table
 

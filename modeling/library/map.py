@@ -87,7 +87,7 @@ def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
 
 
 def write_map(path: Path, data: FigureData, found: Collection[str] = ()) -> list[Path]:
-    """Write the map as SVG and PNG beside each other, whichever was asked for; equal input, equal bytes.
+    """Write the map as SVG and PNG beside each other, whichever of the two is named; equal input, equal bytes.
 
     Neither is there unless both could be drawn. Raises LibraryError as `demand_writable` does.
     """

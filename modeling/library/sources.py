@@ -104,7 +104,7 @@ def missing_picture_notes(lacking: Mapping[str, str]) -> tuple[str, ...]:
 class LibraryOptions:
     """What a library is made from.
 
-    `model`: a card; None: the lab's own, where it has one and `without_model` is not said. `weights`: those of
+    `model`: a card; None: the lab's own, where it has one and `without_model` is not set. `weights`: those of
     ResNet-50, where the model's features were made with a file. `folder`: one of images with a table of ratings
     (`ratings`, else its own; `scale`: the ends of its ratings) instead of the lab's sessions. `pictures`: a folder of
     images named as the textures; None: `folder`, else those that texture_photos took. `simulated`: only such sessions,

@@ -115,7 +115,7 @@ class Word:
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """What can be said about textures with these attributes."""
+    """The words for textures with these attributes."""
 
     pairs: tuple[tuple[str, str], ...]
     words: Mapping[Phrase, Word]

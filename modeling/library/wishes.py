@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Wish:
-    """One thing that was said: which attribute it is about, and its values that fit."""
+    """One wish: which attribute it is about, and its values that fit."""
 
     said: str
     pair: int
@@ -91,7 +91,7 @@ def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
 
 
 def combined(wishes: Sequence[Wish]) -> list[tuple[int, Soft]]:
-    """Return what is wished for of each attribute: all that was said of it at once."""
+    """Return the wish for each attribute: all wishes for it together."""
     ordered = sorted(wishes, key=lambda wish: (wish.pair, wish.soft.knots))
     return [(pair, reduce(both, (each.soft for each in every))) for pair, every in groupby(ordered, lambda w: w.pair)]
 
@@ -282,12 +282,12 @@ ASK_NEAREST = "What feels like a texture that you know: palpate textures nearest
 
 
 def not_expected(text: str, words: Sequence[str], known: Vocabulary) -> LibraryError:
-    """Return the error for the first of `words`, the rest of what was said in `text`."""
+    """Return the error for the first of `words`, the rest of `text`."""
     return LibraryError(next(_reasons(text, words, known)))
 
 
 def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str]:
-    """Yield what can be said of it, the most particular first."""
+    """Yield the explanations, the most particular first."""
     said = words[0]
     if said == "or":
         yield f"{text!r}: 'or' cannot be asked; ask once for each."

@@ -28,12 +28,12 @@ RADIUS = 0.998
 OWN_RADIUS = 0.997
 """The poles of each point's predictor lie within."""
 GAP = 0.004
-"""Radians between line spectral frequencies at least: they rise also where they are kept in half precision."""
+"""Radians between line spectral frequencies at least: they rise also in half precision."""
 POINTS = 24
 SAMPLES = 400
 """A point has so many samples at least, where there are more than one."""
 PER_COEFFICIENT = 20
-"""Samples that a coefficient is told from, at least."""
+"""The least number of samples for each coefficient."""
 MOST = 200
 """Samples of a stretch at most: longer ones are cut, since the hand moves on."""
 SILENT = 1e-8

@@ -86,7 +86,3 @@ def _failure(rows: Sequence[Row]) -> str:
 
 def _ran(rows: Sequence[Row], method: str) -> list[Row]:
     return [row for row in rows if row["method"] == method and row["level"] is not None]
-
-
-def _word(met: bool) -> str:
-    return "reached" if met else "not reached"

@@ -65,7 +65,7 @@ WARM_UP, FIRST = 100, 400
 
 
 def texture_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """Return a row for each method on each texture: one step ahead, running free, and the limits not kept."""
+    """Return a row for each method on each texture: one step ahead, running free, and the limits that it breaks."""
     return [_row(evaluation, fit, done) for fit, done in evaluation.fits.items() if not fit.of_the_grid]
 
 

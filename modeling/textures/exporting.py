@@ -249,7 +249,7 @@ def _float32(name: str, value: Tensor) -> NDArray[np.float32]:
 
 
 def attending(layer: ProbSparse, name: str, memory: str | None = None) -> Pieces:
-    """(width, length) to the same; `memory` is the name that keys and values are kept under."""
+    """(width, length) to the same; `memory` is the name of the stored keys and values."""
     tensors = {"weight": layer.mix.weight, "bias": layer.mix.bias, "out": layer.out.weight, "out_bias": layer.out.bias}
     named = {key: f"{name}{key}" for key in tensors}
     step = Attention(heads=layer.heads, memory=memory, causal=layer.causal, sparse=layer.asking, **named)

@@ -106,7 +106,7 @@ FOTEN_GENERATIVE = Method(
 
 
 def _variant(spectral: Spectral | None, window: int, loss: str) -> Callable[[Learning], FittedWindows]:
-    """With the window and loss that served it best in the thesis, unless others are asked for."""
+    """With the window and loss that served it best in the thesis, unless the settings name others."""
 
     def fit(learning: Learning) -> FittedWindows:
         asked = loss_named(str(learning.settings.get("loss", loss)))

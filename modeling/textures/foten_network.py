@@ -53,7 +53,7 @@ class Dropout(nn.Module):
 
 
 class Embedding(nn.Module):
-    """One number a place to `width` numbers, and the place's own added (thesis 4.4.2), unless that is not asked for."""
+    """One number a place to `width` numbers, and the place's own added (thesis 4.4.2) if `with_positions`."""
 
     place: Tensor
 

@@ -44,7 +44,7 @@ LIMITS: Mapping[str, str] = {
 
 
 def free_run_scores(made: Array, drive: Drive) -> Numbers:
-    """Everything that is said of one minute (n,) in m/s^2 that a model made for this drive.
+    """Return all scores of one minute (n,) in m/s^2 that a model made for this drive.
 
     `level`, `smoothed_gfc`, `raw_gfc`, `envelope` (with the truth's), `with_speed`, `with_force`, `cycle`,
     `cycle_excess` (over the truth's), `felt_dB`, `greatest`; None where it cannot be said. Raises TextureDataError
@@ -96,7 +96,7 @@ def truth_of(drive: Drive) -> Numbers:
 def beyond(
     numbers: Mapping[str, float | None], again: Mapping[str, float | None] = MappingProxyType({})
 ) -> tuple[str, ...]:
-    """Return the names of the limits that are not kept: an undefined number breaks none, silence is unlike the truth.
+    """Return the names of the broken limits: an undefined number breaks none, silence is unlike the truth.
 
     `again` is what another realisation of the truth has (`ceiling`): where that misses a limit itself, `NEAR` of it is
     enough.

@@ -17,7 +17,7 @@ WANDERS = 0.004
 USED = 0.48
 """Share of the rate up to which multiples are looked at."""
 TELLING = 5
-"""Multiples by which a first frequency is told."""
+"""Multiples by which a first frequency is recognised."""
 MAINS_FINER = 8
 """Spectra are computed at so many points per resolution."""
 PART_S = 2.0
@@ -138,7 +138,7 @@ SHORTEST_S = 1.0
 FINER = 2
 """Spectra are computed at so many points per resolution."""
 TOLD_HZ = 0.05
-"""The mains' frequency is said to wander where it does by more."""
+"""The mains' frequency counts as wandering where it does by more."""
 
 
 @dataclass(frozen=True)
@@ -264,7 +264,7 @@ def _lines(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> tuple
 def _standing(still: Complex, rate_hz: float) -> tuple[float, float]:
     """Power (half a sine's squared amplitude, all axes together) of what is held still, and over that around it.
 
-    The power of noise is told by the median within 8 Hz to either side (ln 2 of an exponential's mean).
+    The power of noise is estimated by the median within 8 Hz to either side (ln 2 of an exponential's mean).
     """
     from scipy.fft import fft, next_fast_len
 

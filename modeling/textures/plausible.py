@@ -13,7 +13,7 @@ LIMITS = {"acceleration": (2000.0, "m/s^2"), "speed": (5000.0, "mm/s"), "force":
 STILL_M_S2 = 1e-6
 """Vibration that a sensor's last bit would exceed: no texture."""
 CLIPPED, TOLD = 0.05, 0.0005
-"""Shares of clipped samples above which a recording is refused, and above which it is told."""
+"""Shares of clipped samples above which a recording is refused, and above which a note says so."""
 AT_END, CROWDED, LEAST_CROWD = 0.003, 8.0, 4
 """See `clipped_share`."""
 SPIKE = 12.0

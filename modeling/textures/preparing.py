@@ -192,10 +192,3 @@ def _filters(acceleration: Sampled, way: Filtering) -> list[str]:
     if acceleration.rate_hz < 0.99 * RATE_HZ:
         notes.append(f"acceleration recorded at {acceleration.rate_hz:.4g} Hz: nothing above half of that is known")
     return notes
-
-
-def _pressed(force: Array, known: NDArray[np.bool_]) -> tuple[Array, list[str]]:
-    """The normal force, positive where the tool presses; a sensor that counts the other way is turned, and said."""
-    if known.any() and np.median(force[known]) < 0 and abs(force[known].min()) > abs(force[known].max()):
-        return -force, ["force was negative where the tool pressed; its sign is changed"]
-    return force, []

@@ -44,7 +44,7 @@ class NoCapture(TextureDataError):
 
 @dataclass(frozen=True)
 class Capture:
-    """One capture that counts: its samples stay in the ledger until they are asked for (`touched_in`)."""
+    """One capture that counts: its samples stay in the ledger until `touched_in` reads them."""
 
     path: Path
     attempt: RecordedAttempt
@@ -67,7 +67,7 @@ def read_lab(
     lab: Path, study: str = STUDY, textures: Collection[str] | None = None, *,
     normal: tuple[float, float, float] = UP, remove_hum: bool = True, simulated: bool | None = None,
 ) -> tuple[Recording, ...]:  # fmt: skip
-    """Return the textures that a lab's sessions captured, in the order in which they were first met.
+    """Return the textures that a lab's sessions captured, in the order of their first appearance.
 
     `lab` is the folder of a lab, or one session's file. Of each trial the attempt that counts is read: neither one that
     was repeated, nor one that faulted. Several captures of a texture make one recording with borders (`Joined`). Read
@@ -87,7 +87,7 @@ def read_lab(
 def captures_by_texture(
     lab: Path, study: str = STUDY, textures: Collection[str] | None = None, simulated: bool | None = None
 ) -> dict[str, list[Capture]]:
-    """The captures that count of each texture, in the order in which the textures were first met; no sample is held.
+    """The captures that count of each texture, in the order of the textures' first appearance; no sample is held.
 
     Nothing of a session is read whose participant withdrew. `simulated` takes only what twins recorded, or only what a
     rig did; None takes a rig's where there is any: the two are never one texture's recordings. Raises TextureDataError

@@ -40,7 +40,7 @@ def train_textures(
     recordings: Sequence[Recording], simulator: TextureSimulator, options: TextureOptions, folder: Path,
     report: Report = lambda _line: None, methods: Mapping[str, Method] = METHODS,
 ) -> tuple[WrittenTexture, ...]:  # fmt: skip
-    """Fit the wanted methods to every texture, let each run free, and write texture-TEXTURE-METHOD into the folder.
+    """Fit the requested methods to every texture, let each run free, and write texture-TEXTURE-METHOD into the folder.
 
     A model learns from the training part and is stopped by the validation part; the card's metrics are those of the
     test part (mae in SDs, mae_m_s2, gfc, explained) and of the free run (free_level, free_smoothed_gfc, ...); its
@@ -98,10 +98,3 @@ def _write(
     seen = (f"running free on {measured_on['free']}",) if drive is not None and drive.seen else ()
     files = write_trained(folder, write, history_in(fitted.arrays))
     return WrittenTexture(files[0], fit.method, metrics, files, fit.texture, (*card.missed, *seen))
-
-
-def _notes(played: TextureResult, domain: TextureDomain) -> tuple[str, ...]:
-    notes = [f"It was not run free: {played.refused}"] if played.refused else []
-    if domain.settings.get("quick"):
-        notes.append("A quick training, to try things out: few epochs. Its numbers are nothing to go by.")
-    return tuple(notes)

@@ -1,4 +1,4 @@
-"""Trainings kept on disk: tensors in a safetensors file, the rest in a JSON file that names the tensors' SHA-256.
+"""Trainings on disk: tensors in a safetensors file, the rest in a JSON file that names the tensors' SHA-256.
 
 The JSON file is written last and renamed into its place, so that a checkpoint is there as a whole or not at all;
 the one before it stays until the next. Nothing in either can execute code. A checkpoint is continued only by the
@@ -119,7 +119,7 @@ def checkpoint_of(state: State, identity: Mapping[str, Any]) -> Checkpoint:
 
 
 def put_back(state: State, found: Checkpoint) -> None:
-    """Make the state what it was when it was kept. Raises CheckpointError where the tensors are not this training's."""
+    """Restore the state of the checkpoint. Raises CheckpointError where the tensors are not this training's."""
     try:
         restore(state.network, _under(_NOW, found.tensors))
         memory: dict[int, dict[str, Tensor]] = {}

@@ -45,7 +45,7 @@ def run_jobs(
     (tcp://HOST:8786); its workers do the jobs then, and `workers` says nothing. Jobs whose worker died are done again,
     until workers have died three times. `call` and the jobs are pickled: no open files. A job with a `name` is told of
     by it. Raises JobError for a job that was refused (any ValueError), JobBroken for one that failed otherwise; the
-    first one that is met ends the others.
+    first one ends the others.
     """
     if workers is not None and workers < 1:
         raise JobError(f"workers is {workers}: expected 1 or more.")
@@ -74,7 +74,7 @@ def run_jobs(
 
 
 def on_cores(workers: int, jobs: list[Job], took: Callable[[Job, Any], None], report: Report) -> None:
-    """Do the jobs by so many processes; where one of them dies, its jobs and those not begun are done again."""
+    """Do the jobs by so many processes; where one of them dies, its jobs and those not started are done again."""
     missing = {job.index: job for job in jobs}
 
     def came(job: Job, outcome: Any) -> None:

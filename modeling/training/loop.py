@@ -115,7 +115,7 @@ class _Run:
     clock: Clock
 
     def identity(self) -> dict[str, Any]:
-        """Return what a checkpoint is told by; it takes reading all of the data."""
+        """Return the identity of a checkpoint; it takes reading all of the data."""
         state = self.state
         found = identity_of(state.network, self.data, self.held, self.loss, state.optimiser, self.settings)
         return found if self.train_one is train_epoch else {**found, "steps": repr(self.train_one)}

@@ -1,4 +1,4 @@
-"""How a network is trained: everything that its result depends on, where it is kept meanwhile, and when it ends.
+"""How a network is trained: everything that its result depends on, where its checkpoints are, and when it ends.
 
 The learning rate and the end of a training are a pure function of the losses so far."""
 
@@ -13,7 +13,7 @@ from typing import Any
 from palpate.modeling.training.refusals import TrainingError
 
 _NOT_OF_THE_RESULT = ("epochs", "checkpoint", "every_epochs", "stop_patience")
-"""Where a training ends and how often it is kept decide nothing about an epoch that both have."""
+"""Where a training ends and how often it is saved decide nothing about an epoch that both have."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Settings:
     improved for more than `plateau_patience` epochs (None: never), down to `least_rate`. After `stop_patience` epochs
     without a better one the training ends (None: never). `keep_last`: the last epoch counts as the best, and nothing
     ends the training early. `threads` belongs to the result: sums are in another order with another number.
-    `checkpoint` is a folder; a training is kept there every `every_epochs` epochs.
+    `checkpoint` is a folder; the training is saved there every `every_epochs` epochs.
     """
 
     epochs: int = 200

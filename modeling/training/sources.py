@@ -19,7 +19,7 @@ Given: TypeAlias = Tensor | tuple[Tensor, ...]
 
 
 class Source(Protocol):
-    """Rows that can be asked for in any order."""
+    """Rows that can be read in any order."""
 
     def __len__(self) -> int: ...
 
@@ -61,7 +61,7 @@ class Pairs:
 
 @dataclass(frozen=True)
 class GeneratedRows:
-    """`rows` rows that `make(rows, chance)` makes when they are asked for: windows of a recording, augmented images.
+    """`rows` rows that `make(rows, chance)` computes on demand: windows of a recording, augmented images.
 
     `digest` is the caller's SHA-256 of what they are made from.
     """

@@ -93,7 +93,7 @@ def write_trained(
     """Write a model, and the epochs of its training as a table and as a picture; return its files, the card first.
 
     `write` writes card and numbers into the folder and returns the card's path. The learning curve of an older model of
-    this name is removed. `last`: the last epoch is the one that was kept, not the best. Raises what `write` raises.
+    this name is removed. `last`: the last epoch was saved, not the best. Raises what `write` raises.
     """
     folder.mkdir(parents=True, exist_ok=True)
     card = write(folder)
