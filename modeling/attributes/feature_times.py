@@ -34,15 +34,15 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
     """
     from palpate.modeling.training.threads import limited
 
-    wanted, found = steps_of(kinds), {}
+    wanted, result = steps_of(kinds), {}
     with limited(1):
         for name, make, times in (*_of_touch(), *_of_sight(wanted)):
             if name in wanted:
                 make()
                 start = clock()
                 make()
-                found[name] = (clock() - start) * times
-    return found
+                result[name] = (clock() - start) * times
+    return result
 
 
 def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
@@ -104,9 +104,9 @@ def tones(seconds: float) -> Touched:
 def felt_at(times_s: Array) -> Array:
     """Acceleration (n, 3) in m/s^2: tones that swell and fade, each with its own phase on each axis."""
     chance = np.random.Generator(np.random.PCG64(0))
-    found = np.zeros((len(times_s), 3))
+    result = np.zeros((len(times_s), 3))
     for hertz in TONES_HZ:
         swells = 1 + 0.5 * np.sin(2 * np.pi * chance.uniform(0.5, 2) * times_s + chance.uniform(0, 6))
         for axis in range(3):
-            found[:, axis] += swells * np.sin(2 * np.pi * hertz * times_s + chance.uniform(0, 6))
-    return found
+            result[:, axis] += swells * np.sin(2 * np.pi * hertz * times_s + chance.uniform(0, 6))
+    return result

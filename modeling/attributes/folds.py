@@ -181,11 +181,11 @@ def _telling(texture: Texture) -> dict[str, list[Rows]]:
     seen, varied = _blanks(texture.sight), _blanks(texture.variants)
     if len(seen) and len(varied) % len(seen) == 0:
         varied = varied | np.resize(seen, len(varied))  # a version of a black picture shows its noise alone
-    found: dict[str, list[Rows]] = {}
+    result: dict[str, list[Rows]] = {}
     for rows, blank in ((touch, _blanks(touch)), (texture.sight, seen), (texture.variants, varied)):
         for kind, each in rows.items():
-            found.setdefault(kind, []).append(each[~blank])
-    return found
+            result.setdefault(kind, []).append(each[~blank])
+    return result
 
 
 def _blanks(kinds: Mapping[str, Rows]) -> NDArray[np.bool_]:

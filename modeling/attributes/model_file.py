@@ -211,18 +211,18 @@ def _loaded(content: bytes) -> dict[str, NDArray[Any]]:
     from safetensors.numpy import load
 
     try:
-        found: dict[str, NDArray[Any]] = load(content)
+        result: dict[str, NDArray[Any]] = load(content)
     except SafetensorError as error:
         raise ModelFileError(f"these are no tensors: {error}. {AGAIN}") from None
-    return found
+    return result
 
 
 def _plain_array(name: str, key: str, array: NDArray[Any]) -> NDArray[Any]:
     """In C order and finite; float32 and float64 stay what they are."""
-    found = np.ascontiguousarray(array)
-    if not np.isfinite(found).all():
+    result = np.ascontiguousarray(array)
+    if not np.isfinite(result).all():
         raise ModelFileError(f"{name}: {key!r} holds numbers that are not finite. Nothing was written.")
-    return found
+    return result
 
 
 def _text(card: Card) -> bytes:

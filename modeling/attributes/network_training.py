@@ -54,10 +54,10 @@ class FittedNetwork:
         Every segment and every picture is looked at once: segment i goes with picture i, and where one of them ends
         before the other it begins anew. Raises MaterialError for features that it was not fitted to.
         """
-        (found,) = self.predict_all([texture])
-        if isinstance(found, MaterialError):
-            raise found
-        return found
+        (result,) = self.predict_all([texture])
+        if isinstance(result, MaterialError):
+            raise result
+        return result
 
     def predict_all(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
         """Return what `predict` says or raises of each, computed together: of short textures several times as fast."""
@@ -260,8 +260,8 @@ class Target:
 
     def up(self, scaled: Array) -> Array:
         """Return the way back."""
-        found: Array = scaled * self.sd + self.mean
-        return found
+        result: Array = scaled * self.sd + self.mean
+        return result
 
 
 def target_of(textures: Sequence[Texture]) -> Target:
@@ -311,12 +311,12 @@ def drawn(textures: Sequence[TextureTensors], targets: Tensor, segments: int) ->
 
 
 def _drawn(texture: TextureTensors, segments: int, chance: torch.Generator) -> list[Tensor]:
-    found = []
+    result = []
     if texture.sight is not None:
-        found.append(texture.sight[int(torch.randint(len(texture.sight), (1,), generator=chance))])
+        result.append(texture.sight[int(torch.randint(len(texture.sight), (1,), generator=chance))])
     if texture.touch is not None:
-        found.append(texture.touch[torch.randint(len(texture.touch), (segments,), generator=chance)])
-    return found
+        result.append(texture.touch[torch.randint(len(texture.touch), (segments,), generator=chance)])
+    return result
 
 
 def spread_out(textures: Sequence[TextureTensors], targets: Tensor, pictures: int, segments: int) -> GeneratedRows:
@@ -330,13 +330,13 @@ def spread_out(textures: Sequence[TextureTensors], targets: Tensor, pictures: in
 
 
 def _evenly(texture: TextureTensors, turn: int, turns: int, segments: int) -> list[Tensor]:
-    found = []
+    result = []
     if texture.sight is not None:
-        found.append(texture.sight[turn * len(texture.sight) // turns])
+        result.append(texture.sight[turn * len(texture.sight) // turns])
     if texture.touch is not None:
         places = (torch.arange(segments) * turns + turn) * len(texture.touch) // (segments * turns)
-        found.append(texture.touch[places])
-    return found
+        result.append(texture.touch[places])
+    return result
 
 
 def _digest(textures: Sequence[TextureTensors], targets: Tensor) -> str:

@@ -143,13 +143,13 @@ def filed(
 
 def _digests(source: Source) -> list[str]:
     """Return the digests of its files; one that cannot be read has none, and is refused when it is read."""
-    found = []
+    result = []
     for file in dict.fromkeys(source.files.values()):
         try:
-            found.append(file_sha256(file))
+            result.append(file_sha256(file))
         except OSError as error:
-            found.append(f"{file}: {error.strerror}")
-    return found
+            result.append(f"{file}: {error.strerror}")
+    return result
 
 
 def _touched(source: Source) -> Touched:

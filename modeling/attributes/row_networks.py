@@ -54,8 +54,8 @@ class Ann(nn.Module):
 
     def forward(self, touch: Tensor, sight: Tensor) -> Tensor:
         """(batch, numbers) of touch and of sight to (batch, attributes)."""
-        found: Tensor = self.fused(torch.cat([self.touch(touch), self.sight(sight)], dim=1))
-        return found
+        result: Tensor = self.fused(torch.cat([self.touch(touch), self.sight(sight)], dim=1))
+        return result
 
 
 class Cnn(nn.Module):
@@ -71,8 +71,8 @@ class Cnn(nn.Module):
 
     def forward(self, rows: Tensor) -> Tensor:
         """(batch, numbers) to (batch, attributes)."""
-        found: Tensor = self.head(self.along(rows[:, None]).flatten(1))
-        return found
+        result: Tensor = self.head(self.along(rows[:, None]).flatten(1))
+        return result
 
 
 class CnnLstm(nn.Module):
@@ -91,8 +91,8 @@ class CnnLstm(nn.Module):
         """(batch, segments, numbers) to (batch, attributes)."""
         each = self.segment(self.along(rows.flatten(0, 1)[:, None]).flatten(1))
         _, (last, _) = self.lstm(each.unflatten(0, rows.shape[:2]))
-        found: Tensor = self.head(last[0])
-        return found
+        result: Tensor = self.head(last[0])
+        return result
 
 
 def dense(width: int, sizes: Sequence[int]) -> nn.Sequential:

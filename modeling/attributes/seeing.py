@@ -163,13 +163,13 @@ def _looked(job: _Look) -> dict[str, Entry]:
     from palpate.modeling.attributes.resnet import folded, loaded
 
     network = folded(loaded(job.how.weights.state()))
-    made: dict[str, Entry] = {}
+    result: dict[str, Entry] = {}
     for picture, versions in job.wanted:
         for version, entry in _versions(picture, versions, job.how, network):
             key = job.how.key(picture, version)
             save_features(job.folder, key, *entry)
-            made[key] = entry
-    return made
+            result[key] = entry
+    return result
 
 
 def _versions(

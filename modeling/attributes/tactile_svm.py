@@ -103,15 +103,15 @@ def _fold_errors(
 ) -> Array:
     """(choices, attributes) sums of squared errors of the texture's mean prediction."""
     learn, test = (np.isin(place, side) for side in fold)
-    found = np.zeros((len(choices), y.shape[1]))
+    result = np.zeros((len(choices), y.shape[1]))
     for row, one in enumerate(choices):
         near = np.exp(-one.gamma * apart[:, learn])
         for attribute in range(y.shape[1]):
             dual, intercept = _fitted(near[learn], y[place[learn], attribute], one.cost)
             answers = near[test] @ dual + intercept
             means = [answers[place[test] == texture].mean() for texture in fold[1]]
-            found[row, attribute] = np.sum((np.array(means) - y[fold[1], attribute]) ** 2)
-    return found
+            result[row, attribute] = np.sum((np.array(means) - y[fold[1], attribute]) ** 2)
+    return result
 
 
 def _fitted(near: Array, y: Array, cost: float) -> tuple[Array, float]:
@@ -127,8 +127,8 @@ def _fitted(near: Array, y: Array, cost: float) -> tuple[Array, float]:
 def _apart(one: Array, other: Array) -> Array:
     """(n, m): squared distances between rows."""
     squares = np.sum(one**2, axis=1)[:, None] + np.sum(other**2, axis=1) - 2.0 * one @ other.T
-    found: Array = np.maximum(squares, 0.0)
-    return found
+    result: Array = np.maximum(squares, 0.0)
+    return result
 
 
 TACTILE_SVM = Method(

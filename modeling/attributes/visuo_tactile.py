@@ -77,8 +77,8 @@ class HVNet(nn.Module):
 
     def decode(self, code: Tensor) -> Tensor:
         """Return what `encode` gives to (batch, length)."""
-        found: Tensor = self.join(self.stretch(code).transpose(1, 2))[:, :, 0]
-        return found
+        result: Tensor = self.join(self.stretch(code).transpose(1, 2))[:, :, 0]
+        return result
 
     def stretch(self, code: Tensor) -> Tensor:
         """Return what `encode` gives to (batch, 256, length)."""
@@ -267,13 +267,13 @@ class HTNet(nn.Module):
         """Return what each layer gives, halved where it is: (batch, steps, filters, places)."""
         if x.ndim != 4 or x.shape[2] != self.channels or 0 in x.shape[1:]:
             raise MaterialError(f"HT-Net came to {tuple(x.shape)}: (batch, steps, {self.channels}, places) is needed.")
-        found: list[Tensor] = []
+        result: list[Tensor] = []
         for place, layer in enumerate(self.layers, 1):
             x = layer(x)
             if place in POOLED:
                 x = halved(x)
-            found.append(x)
-        return found
+            result.append(x)
+        return result
 
 
 def halved(x: Tensor) -> Tensor:
@@ -369,8 +369,8 @@ class VisuoTactile(nn.Module):
         for layer in self.joined:
             x = torch.relu(layer(x))
         x = torch.relu(self.last(functional.max_pool1d(x, 2)))
-        found: Tensor = self.out(x)
-        return found
+        result: Tensor = self.out(x)
+        return result
 
     def _told(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
         """Return the pictures and the segments among what was given."""

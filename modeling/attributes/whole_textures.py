@@ -174,8 +174,8 @@ class Ridge:
             own = (rows - rows.mean(axis=0)) * gain[columns] @ self.weight[:, columns].T
             answers = (answers[:, None] + own[None]).reshape(-1, len(whole))
             start += 2 * part.size
-        found: Array = whole + answers
-        return found
+        result: Array = whole + answers
+        return result
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Return arrays and plain values, for `restore_ridge`."""

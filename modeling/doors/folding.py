@@ -91,10 +91,10 @@ def _dealt(data: DoorData, groups: Indices, shares: Sequence[float], seed: int) 
             for what, names in _labels(data):
                 counts[place[f"{what}\0{names[row]}"], column] += 1
     part = balanced(counts, [WEIGHT[label.partition("\0")[0]] for label in labels], shares)
-    found = np.empty(len(data), dtype=np.int64)
+    result = np.empty(len(data), dtype=np.int64)
     for column, name in enumerate(order):
-        found[members[name]] = part[column]
-    return found
+        result[members[name]] = part[column]
+    return result
 
 
 def _labels(data: DoorData) -> tuple[tuple[str, Sequence[str]], ...]:

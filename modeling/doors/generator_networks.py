@@ -155,8 +155,8 @@ def aim(
     def loss(answer: Felt, wish: Tensor) -> Tensor:
         felt, foreign, code = answer
         price = weights[0] * code.square().mean() + weights[1] * torch.relu(foreign - 1).mean()
-        found: Tensor = missed(felt, wish) / WISH_HUBER + price
-        return found
+        result: Tensor = missed(felt, wish) / WISH_HUBER + price
+        return result
 
     return train(InLoop(generator, student), wishes, None, loss, how).best_loss
 

@@ -135,7 +135,7 @@ def _residuals(residual: Array) -> Array:
 def _deviations(sd: Array, shape: tuple[int, ...], what: str) -> Array:
     if np.shape(sd) != shape:
         raise ModelDataError(f"SD of the {what} has shape {np.shape(sd)}; {shape} is expected, as the residuals have.")
-    found = as_rows(sd, shape[1], f"SD of the {what}")
-    if np.any(found < 0):
-        raise ModelDataError(f"SD of the {what}: {found.min():g} was found; an SD is 0 or more.")
-    return found
+    result = as_rows(sd, shape[1], f"SD of the {what}")
+    if np.any(result < 0):
+        raise ModelDataError(f"SD of the {what}: {result.min():g} was found; an SD is 0 or more.")
+    return result

@@ -183,10 +183,10 @@ def answers(network: nn.Module, given: Array) -> Array:
 
     Raises ModelDataError where an answer is not finite, as for values that 32 bits cannot hold.
     """
-    found = answers_of(network, given, AT_ONCE)
-    if not np.isfinite(found).all():
+    result = answers_of(network, given, AT_ONCE)
+    if not np.isfinite(result).all():
         raise ModelDataError("the network's answer is not finite: what it was given is far beyond what it has learned.")
-    return found
+    return result
 
 
 Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]

@@ -82,13 +82,13 @@ def tiles_of(
 ) -> list[Tile]:  # fmt: skip
     """Return what is drawn of each texture; `beside` holds, by texture, what stands beside its name, and its fit."""
     wished = {pair: soft.met for pair, soft in combined(wishes)}
-    found = []
+    result = []
     for entry in entries:
         text, fit = (beside or {}).get(entry.id, ("", None))
         values = [(words, value_of(entry, at, kind), wished.get(at)) for at, words in enumerate(library.attributes)]
         name = entry.id if entry.label in ("", entry.id) else f"{entry.id}  {entry.label}"
-        found.append(Tile(name, entry.category, text, fit, values))
-    return found
+        result.append(Tile(name, entry.category, text, fit, values))
+    return result
 
 
 def sheet(
@@ -152,12 +152,12 @@ def demand_writable(path: Path) -> str:
 
 def pictures_of(entries: Sequence[Entry], folder: Path) -> list[bytes | None]:
     """Return the thumbnails that lie beside the index; None where there is none."""
-    found = []
+    result = []
     for entry in entries:
         path = None if entry.picture is None else folder / entry.picture
         inside = path is not None and path.resolve().is_relative_to(folder.resolve()) and path.is_file()
-        found.append(path.read_bytes() if path is not None and inside else None)
-    return found
+        result.append(path.read_bytes() if path is not None and inside else None)
+    return result
 
 
 def _opened(content: bytes | None) -> Image | None:

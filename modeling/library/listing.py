@@ -92,13 +92,13 @@ def table(
     from rich.table import Table
 
     further = extra or {}
-    found = Table(box=None, pad_edge=False, collapse_padding=True)
-    found.add_column("", justify="right", no_wrap=True)
+    result = Table(box=None, pad_edge=False, collapse_padding=True)
+    result.add_column("", justify="right", no_wrap=True)
     for heading in ("id", "label", "class"):
-        found.add_column(heading, no_wrap=True)
+        result.add_column(heading, no_wrap=True)
     for heading in (*further, *(f"{low}\n{high}" for low, high in library.attributes)):
-        found.add_column(heading, justify="right", no_wrap=True)
-    found.add_column("said by", no_wrap=True)
+        result.add_column(heading, justify="right", no_wrap=True)
+    result.add_column("said by", no_wrap=True)
     count = len(library.attributes)
     for place, entry in enumerate(entries):
         values = (value_text(value_of(entry, at, kind)) for at in range(count))
@@ -106,8 +106,8 @@ def table(
         label = "" if entry.label == entry.id else entry.label
         said = came_from(entry, count, kind)
         names = map(escape, (entry.id, label, entry.category))
-        found.add_row(str(place + 1), *names, *own, *values, said)
-    return found
+        result.add_row(str(place + 1), *names, *own, *values, said)
+    return result
 
 
 def description(entry: Entry, library: Library, kind: Kind | None = None) -> str:

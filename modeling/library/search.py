@@ -65,13 +65,13 @@ def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = No
         if name.lower() not in there:
             raise LibraryError(f"no class {name!r} in this library; {nearest(name.lower(), there.values())}")
     wanted = {name.lower() for name in classes} or set(there)
-    found = tuple(
+    result = tuple(
         texture for texture in library.textures if texture.category.lower() in wanted and known(texture, kind)
     )
-    if not found:
+    if not result:
         how = {None: "", "rated": " that people rated", "predicted": " that a model predicted"}[kind]
         raise LibraryError(f"no texture{how} among the {len(library.textures)} of this library as asked.")
-    return found
+    return result
 
 
 def named(library: Library, name: str) -> Entry:
@@ -111,12 +111,12 @@ class Excluded:
 
 def excluded(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Excluded]:
     """What each wish leaves out, in the order in which they were said; what was said in one breath is one wish."""
-    found = []
+    result = []
     for said in dict.fromkeys(wish.said for wish in wishes):
         own, others = [wish for wish in wishes if wish.said == said], [wish for wish in wishes if wish.said != said]
         out = len(entries) - _fit(entries, own, kind)
-        found.append(Excluded(said, out, _fit(entries, others, kind) if others else None))
-    return found
+        result.append(Excluded(said, out, _fit(entries, others, kind) if others else None))
+    return result
 
 
 def none_fits(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> str:

@@ -144,7 +144,7 @@ def material_of(options: LibraryOptions, model: AttributeModel | None, report: R
     Raises LibraryError where ResNet-50 has other weights than the model learned from, and what reading a lab raises.
     """
     if options.folder is not None:
-        found = _of_folder(options, options.folder, model, report)
+        result = _of_folder(options, options.folder, model, report)
     elif model is None:
         report("reading ratings")
         ratings = read_ratings(options.lab, options.study, options.simulated)
@@ -155,7 +155,7 @@ def material_of(options: LibraryOptions, model: AttributeModel | None, report: R
         from palpate.modeling.attributes.reading import read_material
 
         report("making features")
-        found = read_material(
+        result = read_material(
             options.lab,
             study_ratings=options.study,
             weights=options.weights,
@@ -167,12 +167,12 @@ def material_of(options: LibraryOptions, model: AttributeModel | None, report: R
             simulated=options.simulated,
             report=report,
         )
-    if model is not None and "resnet" in model.card.sight and found.weights != model.card.weights:
+    if model is not None and "resnet" in model.card.sight and result.weights != model.card.weights:
         raise LibraryError(
             f"{model.path}: it learned from ResNet-50 with {model.card.weights or 'other weights'}, and these features "
-            f"have {found.weights or 'none'}: give the same file with --weights, or train the model anew."
+            f"have {result.weights or 'none'}: give the same file with --weights, or train the model anew."
         )
-    return found
+    return result
 
 
 def _of_folder(options: LibraryOptions, folder: Path, model: AttributeModel | None, report: Report) -> Material:

@@ -55,8 +55,8 @@ class _Reader:
         """Return the longest of the phrases that stands here."""
         longest = max(map(len, phrases), default=0)
         for size in range(min(longest, len(self.words) - self.at), 0, -1):
-            if (found := tuple(self.words[self.at : self.at + size])) in phrases:
-                return found
+            if (result := tuple(self.words[self.at : self.at + size])) in phrases:
+                return result
         return None
 
     def take(self, phrases: Mapping[Phrase, T]) -> T | None:
@@ -75,11 +75,11 @@ def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
 
     Raises LibraryError for a word that is not known, a number outside 0..100, and wishes that contradict each other.
     """
-    found = tuple(wish for text in texts for wish in _read(text, known))
-    if not found:
+    result = tuple(wish for text in texts for wish in _read(text, known))
+    if not result:
         raise LibraryError(f"{' '.join(texts)!r}: nothing is wished for. {known_words(known)}")
-    for pair in combined(found):
-        wishes = [wish for wish in found if wish.pair == pair[0]]
+    for pair in combined(result):
+        wishes = [wish for wish in result if wish.pair == pair[0]]
         if len(wishes) > 1 and combined(wishes)[0][1].best < HALF_MET + ROUNDING:
             low, high = known.pairs[wishes[0].pair]
             said = " and ".join(dict.fromkeys(repr(wish.said) for wish in wishes))
@@ -87,7 +87,7 @@ def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
                 f"{said} contradict each other: they are about one attribute, {low}-{high}, and no value fits both. "
                 f"Leave one out, or say 'neither {low.lower()} nor {high.lower()}' for the middle."
             )
-    return found
+    return result
 
 
 def combined(wishes: Sequence[Wish]) -> list[tuple[int, Soft]]:
@@ -172,17 +172,17 @@ def _clause(reader: _Reader) -> None:
 
 def _degree(reader: _Reader, before: str | None = None) -> str | None:
     """All degrees that stand here as one, with that said before: not + very is `not very`, very + very `extremely`."""
-    found = reader.take(reader.known.degrees) if before is None else before
-    while found is not None and (further := reader.take(reader.known.degrees)) is not None:
-        together = "extremely" if (found, further) == ("very", "very") else f"{found} {further}"
+    result = reader.take(reader.known.degrees) if before is None else before
+    while result is not None and (further := reader.take(reader.known.degrees)) is not None:
+        together = "extremely" if (result, further) == ("very", "very") else f"{result} {further}"
         meant = reader.known.degrees.get(tuple(together.split()))
         if meant is None:
             raise LibraryError(
                 f"{reader.text!r}: what is meant by {together!r}? Known: "
                 f"{', '.join(name for name in reader.known.ranges if name)}."
             )
-        found = meant
-    return found
+        result = meant
+    return result
 
 
 def _degree_behind(reader: _Reader, before: str | None) -> str | None:
@@ -199,9 +199,9 @@ def _degree_behind(reader: _Reader, before: str | None) -> str | None:
 
 def _word(reader: _Reader) -> Word:
     """Return the attribute's word that stands here. Raises LibraryError where there is none."""
-    found = reader.take(reader.known.words)
-    if found is not None:
-        return found
+    result = reader.take(reader.known.words)
+    if result is not None:
+        return result
     said = reader.peek()
     if not said or said in SEPARATORS:
         raise LibraryError(f"{reader.text!r}: a word is missing{f' before {said!r}' if said else ' at the end'}.")
@@ -263,12 +263,12 @@ def _begins_number(reader: _Reader, ahead: int = 0) -> bool:
 
 
 def _value(reader: _Reader) -> float:
-    found = float(reader.peek())
+    result = float(reader.peek())
     reader.at += 1
     reader.at += reader.peek() == "%"
-    if not 0 <= found <= 100:
-        raise _off_scale(reader, found)
-    return found
+    if not 0 <= result <= 100:
+        raise _off_scale(reader, result)
+    return result
 
 
 def _off_scale(reader: _Reader, value: float) -> LibraryError:

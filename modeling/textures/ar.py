@@ -205,17 +205,17 @@ def levelled(log_sd: Array, shares: Array, squares: Array, gains: Array) -> Arra
     with the prior that nothing is to change, is convex in log_sd: Newton's method finds its one maximum.
     """
     powers = squares / gains
-    found = log_sd.copy()
+    result = log_sd.copy()
     for _ in range(NEWTON_STEPS):
-        excess = powers * np.exp(-2 * np.clip(shares @ found, -300, 300))
-        slope = shares.T @ (1 - excess) + PRIOR * (found - log_sd)
-        bend = (shares * (2 * excess)[:, None]).T @ shares + PRIOR * np.eye(len(found))
+        excess = powers * np.exp(-2 * np.clip(shares @ result, -300, 300))
+        slope = shares.T @ (1 - excess) + PRIOR * (result - log_sd)
+        bend = (shares * (2 * excess)[:, None]).T @ shares + PRIOR * np.eye(len(result))
         step = np.linalg.solve(bend, -slope)
         step *= min(1.0, LARGEST_STEP / max(float(np.abs(step).max()), SMALLEST_STEP))
-        found += step
+        result += step
         if np.abs(step).max() < SMALLEST_STEP:
             break
-    return found
+    return result
 
 
 def segmented(acceleration: Array, parts: Sequence[tuple[int, int]]) -> tuple[Stretch, ...]:
@@ -284,7 +284,7 @@ def _costs(lags: Array, floor: float, total: int) -> Array:
 def _errors(lags: Array, floor: float) -> Array:
     """(n, HIGHEST): the error of the best predictor of each order, by the recursion of Levinson and Durbin."""
     error = lags[:, 0] + floor
-    found = np.empty((len(lags), HIGHEST))
+    result = np.empty((len(lags), HIGHEST))
     filters = np.zeros((len(lags), HIGHEST + 1))
     filters[:, 0] = 1
     for order in range(1, HIGHEST + 1):
@@ -292,8 +292,8 @@ def _errors(lags: Array, floor: float) -> Array:
         reflection = -across / error
         filters[:, : order + 1] += reflection[:, None] * filters[:, order::-1]
         error = np.maximum(error * (1 - reflection**2), floor)
-        found[:, order - 1] = error
-    return found
+        result[:, order - 1] = error
+    return result
 
 
 AR = Method(
@@ -329,11 +329,11 @@ class Mesh:
         Outside the triangles the nearest place on the rim counts.
         """
         places = np.asarray(hand, dtype=np.float64) / PER
-        found = np.zeros((len(places), len(self.points)))
-        inside = self._within(places, found)
+        result = np.zeros((len(places), len(self.points)))
+        inside = self._within(places, result)
         if not inside.all():
-            self._nearest(places, np.flatnonzero(~inside), found)
-        return found
+            self._nearest(places, np.flatnonzero(~inside), result)
+        return result
 
     def _within(self, places: Array, found: Array) -> NDArray[np.bool_]:
         corners = self.points[self.triangles]

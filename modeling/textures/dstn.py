@@ -56,8 +56,8 @@ class Dstn(nn.Module):
         encoded = shaped(self.encoder(shaped(seen, self.window, CHANNELS))[0], self.window, 2 * HIDDEN)
         newest = encoded[:, -1:]
         mattering = torch.cat([newest, self.across(newest, encoded)], dim=-1).flatten(1)
-        found: Tensor = self.last(torch.relu(self.decoder(shaped(mattering, 4 * HIDDEN))))
-        return found
+        result: Tensor = self.last(torch.relu(self.decoder(shaped(mattering, 4 * HIDDEN))))
+        return result
 
 
 @pieces.register

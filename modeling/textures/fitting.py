@@ -190,10 +190,10 @@ def answers(network: nn.Module, given: Array) -> Array:
 
     Raises TextureDataError where an answer is not finite, as for values that 32 bits cannot hold.
     """
-    found = answers_of(network, given, AT_ONCE)
-    if not np.isfinite(found).all():
+    result = answers_of(network, given, AT_ONCE)
+    if not np.isfinite(result).all():
         raise TextureDataError("the network's answer is not finite: it was given what is far beyond what it learned.")
-    return found
+    return result
 
 
 def for_length(settings: Settings, learning: Learning) -> Settings:

@@ -93,8 +93,8 @@ class EncoderLayer(nn.Module):
         """(batch, length, width) to the same shape."""
         x = self.after_attention(x + self.dropout(self.attention(self.first(x))))
         inner: Tensor = self.narrow(torch.relu(self.wide(x)))
-        found: Tensor = self.after_forward(x + self.dropout(inner))
-        return found
+        result: Tensor = self.after_forward(x + self.dropout(inner))
+        return result
 
     def attention(self, x: Tensor) -> Tensor:
         """Equations 4.4 and 4.5."""
@@ -233,8 +233,8 @@ class Foten(nn.Module):
         beside = [] if self.spectral is None else [self.spectral(past)]
         encoded = self.encoder(self.embedded(self.embedding(past)))
         hand = torch.stack([*beside, x[:, 1], x[:, 2]], dim=-1)
-        found: Tensor = self.head(torch.cat([encoded, hand], dim=-1).flatten(1))
-        return found
+        result: Tensor = self.head(torch.cat([encoded, hand], dim=-1).flatten(1))
+        return result
 
 
 UNITS = (256, 64)

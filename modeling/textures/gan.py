@@ -112,13 +112,13 @@ def fit(learning: Learning) -> FittedGan:
 
 
 def _blocks(learning: Learning, stretches: Stretches, frames: Frames, apart: int, name: str) -> Spectra:
-    found = spectra(learning.recording, stretches, frames, apart, least_magnitude(learning, frames))
-    if len(found.drive) < LEAST_BLOCKS:
+    blocks = spectra(learning.recording, stretches, frames, apart, least_magnitude(learning, frames))
+    if len(blocks.drive) < LEAST_BLOCKS:
         raise TextureDataError(
-            f"{learning.recording.texture}: its {name} part has {len(found.drive)} blocks of {frames.span} samples; at "
-            f"least {LEAST_BLOCKS} are expected: record longer, or take a shorter frame."
+            f"{learning.recording.texture}: its {name} part has {len(blocks.drive)} blocks of {frames.span} samples; "
+            f"at least {LEAST_BLOCKS} are expected: record longer, or take a shorter frame."
         )
-    return found
+    return blocks
 
 
 def least_magnitude(learning: Learning, frames: Frames) -> float:
@@ -250,8 +250,8 @@ def magnitudes(acceleration: Array, frames: Frames) -> Array:
     """(n, span) to (n, count, bins): magnitudes of the FFT of each Hann-windowed frame, the periodic window."""
     window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(frames.size) / frames.size)
     cut = sliding_window_view(acceleration, frames.size, axis=-1)[..., :: frames.hop, :]
-    found: Array = np.abs(np.fft.rfft(cut * window, axis=-1))
-    return found
+    result: Array = np.abs(np.fft.rfft(cut * window, axis=-1))
+    return result
 
 
 def spectra(recording: Recording, stretches: Stretches, frames: Frames, apart: int, floor: float) -> Spectra:
@@ -314,8 +314,8 @@ class Critic(nn.Module):
         shaped(spectrogram, self.frames.count, self.frames.bins)
         beside = condition[:, :, None].expand(-1, -1, self.frames.bins)
         x = leaky(self.second(leaky(self.first(torch.cat([spectrogram, beside], dim=1)))))
-        found: Tensor = self.last(leaky(self.third(x.flatten(1))))
-        return found
+        result: Tensor = self.last(leaky(self.third(x.flatten(1))))
+        return result
 
 
 def leaky(x: Tensor) -> Tensor:

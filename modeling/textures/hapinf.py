@@ -69,8 +69,8 @@ class HapInf(nn.Module):
         memory = self.encoded(self.second(shaped(memory, self.newer, WIDTH)))
         y = self.wanted(begun.view(-1, 3, self.asked))
         y = self.decoded(self.forward_layer(self.across(self.among(y), memory)))
-        found: Tensor = self.last(shaped(y, self.asked, WIDTH)[:, -1])
-        return found
+        result: Tensor = self.last(shaped(y, self.asked, WIDTH)[:, -1])
+        return result
 
 
 def picked(window: int) -> Tensor:

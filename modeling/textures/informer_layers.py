@@ -71,8 +71,8 @@ class Embedded(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """(batch, 3, length) to (batch, length, width)."""
-        found: Tensor = self.conv(x).transpose(1, 2) + self.place
-        return found
+        result: Tensor = self.conv(x).transpose(1, 2) + self.place
+        return result
 
 
 class Forward(nn.Module):
@@ -86,8 +86,8 @@ class Forward(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         """(batch, length, width) to the same shape."""
         inner = self.dropout(functional.gelu(self.wide(x)))
-        found: Tensor = self.norm(x + self.dropout(self.narrow(inner)))
-        return found
+        result: Tensor = self.norm(x + self.dropout(self.narrow(inner)))
+        return result
 
 
 class Attended(nn.Module):
@@ -100,8 +100,8 @@ class Attended(nn.Module):
 
     def forward(self, x: Tensor, memory: Tensor | None = None) -> Tensor:
         """(batch, length, width) to the same shape."""
-        found: Tensor = self.norm(x + self.dropout(self.attention(x, memory)))
-        return found
+        result: Tensor = self.norm(x + self.dropout(self.attention(x, memory)))
+        return result
 
 
 class Distilled(nn.Module):

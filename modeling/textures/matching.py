@@ -148,8 +148,8 @@ def free_run(
             hand[:, 0, at] = mean + log_sd.exp() * drawn[at]
     ends = [stop - start for start, stop in stretches] * draws
     made = torch.cat([row[0, window:end] for row, end in zip(hand, ends, strict=True)]).reshape(draws, -1)
-    found: Array = made.numpy().astype(np.float64) * scale.sd[0] + scale.mean[0]
-    return found
+    result: Array = made.numpy().astype(np.float64) * scale.sd[0] + scale.mean[0]
+    return result
 
 
 def predictor(stretches: Sequence[Array], order: int) -> Array:

@@ -155,14 +155,14 @@ GREATEST = 2.0
 def envelope(signal: Array) -> Array:
     """RMS of a signal (n,) in consecutive windows of 250 ms; what is left over at the end is none."""
     size = round(ENVELOPE_MS * RATE_HZ / 1000)
-    found: Array = np.sqrt(_windows(np.square(signal), size).mean(axis=1))
-    return found
+    result: Array = np.sqrt(_windows(np.square(signal), size).mean(axis=1))
+    return result
 
 
 def slow(signal: Array) -> Array:
     """Return the means of a signal (n,) in the windows of `envelope`."""
-    found: Array = _windows(signal, round(ENVELOPE_MS * RATE_HZ / 1000)).mean(axis=1)
-    return found
+    result: Array = _windows(signal, round(ENVELOPE_MS * RATE_HZ / 1000)).mean(axis=1)
+    return result
 
 
 def correlation(one: Array, other: Array) -> float | None:

@@ -126,5 +126,5 @@ def started(card: Path, window: int, seed: int = 0) -> Array:
     """Return the last `window` samples in m/s^2 of a second that the card's model makes at 45 mm/s and 0.8 N."""
     steps = round(START_S * RATE_HZ) + window
     made = play(card, np.full(steps, START_SPEED_MM_S), np.full(steps, START_FORCE_N), seed)
-    found: Array = np.asarray(made, dtype=np.float64)[-window:]
-    return found
+    result: Array = np.asarray(made, dtype=np.float64)[-window:]
+    return result

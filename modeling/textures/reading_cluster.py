@@ -69,25 +69,25 @@ def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]
     Raises TextureDataError where there is none, or of a texture that was asked for, or a file of one lacks.
     """
     accel = _accel(folder)
-    found: dict[str, list[Slide]] = {}
+    result: dict[str, list[Slide]] = {}
     for name, match, file in _named(accel):
         if not textures or name in textures:
-            found.setdefault(name, []).append(_slide(accel.parent, match, file.relative_to(accel)))
-    missing = [name for name in textures if name not in found]
+            result.setdefault(name, []).append(_slide(accel.parent, match, file.relative_to(accel)))
+    missing = [name for name in textures if name not in result]
     if missing:
-        raise TextureDataError(f"{folder}: no slide over the texture {missing[0]!r}; {nearest(missing[0], found)}")
-    if not found:
+        raise TextureDataError(f"{folder}: no slide over the texture {missing[0]!r}; {nearest(missing[0], result)}")
+    if not result:
         raise _nothing(accel)
-    return found
+    return result
 
 
 def names_in(folder: Path) -> list[str]:
     """Return the textures of which there is a slide, whole or not. Raises TextureDataError where there is none."""
     accel = _accel(folder)
-    found = list(dict.fromkeys(name for name, _, _ in _named(accel)))
-    if not found:
+    result = list(dict.fromkeys(name for name, _, _ in _named(accel)))
+    if not result:
         raise _nothing(accel)
-    return found
+    return result
 
 
 def touched(slide: Slide) -> Touched:

@@ -108,14 +108,14 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
 
 def _found(path: Path) -> list[Source]:
     """Return what there is, by name; a file beside may lack."""
-    found = list(_there(path))
-    names = [each.name for each in found]
-    if not found:
+    result = list(_there(path))
+    names = [each.name for each in result]
+    if not result:
         raise TextureDataError(f"{path}: no recording; no XML file is there")
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise TextureDataError(f"{path}: two recordings are named {twice!r}; a texture has one")
-    return found
+    return result
 
 
 def _there(path: Path) -> Iterator[Source]:
@@ -231,8 +231,8 @@ class Document:
                 axes = {tag: child for child in self.elements[name] if (tag := _name(child)) in AXES}
             if axes:
                 return self._axes(name, axes)
-            if name in self.elements and len(found := self._series(self.elements[name], name)):
-                return found
+            if name in self.elements and len(result := self._series(self.elements[name], name)):
+                return result
         return None
 
     def alone(self) -> Array | None:
@@ -255,18 +255,18 @@ class Document:
     def _series(self, element: ElementTree.Element, name: str) -> Array:
         cells = list(_cells(element))
         try:
-            found = np.array(cells, dtype=np.float64)
+            result = np.array(cells, dtype=np.float64)
         except ValueError:
             bad = next(place for place, cell in enumerate(cells) if not _is_number(cell))
             raise TextureDataError(
                 f"{self.where}: {name}, sample {bad + 1}, is {cells[bad][:40]!r}; a number is expected"
             ) from None
-        odd = np.flatnonzero(~np.isfinite(found))
+        odd = np.flatnonzero(~np.isfinite(result))
         if odd.size:
             raise TextureDataError(
-                f"{self.where}: {name}, sample {odd[0] + 1}, is {found[odd[0]]}, which is not finite"
+                f"{self.where}: {name}, sample {odd[0] + 1}, is {result[odd[0]]}, which is not finite"
             )
-        return found
+        return result
 
 
 def read_document(file: Path) -> Document:

@@ -48,20 +48,20 @@ class Recording:
     @property
     def acceleration_m_s2(self) -> Array:
         """(n,)."""
-        found: Array = self.signals[0]
-        return found
+        result: Array = self.signals[0]
+        return result
 
     @property
     def speed_mm_s(self) -> Array:
         """(n,), never below 0."""
-        found: Array = self.signals[1]
-        return found
+        result: Array = self.signals[1]
+        return result
 
     @property
     def force_N(self) -> Array:
         """(n,), the normal force."""
-        found: Array = self.signals[2]
-        return found
+        result: Array = self.signals[2]
+        return result
 
     @property
     def seconds(self) -> float:

@@ -75,8 +75,8 @@ class MelBlock(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         """(batch, length) to the same shape."""
         energy = (x @ self.spectrum.T).square() @ self.bands.T + self.floor
-        found: Tensor = self.dense(self.encoder(energy.clamp(min=1e-10).log() @ self.cosines.T))
-        return found
+        result: Tensor = self.dense(self.encoder(energy.clamp(min=1e-10).log() @ self.cosines.T))
+        return result
 
 
 def wavelet(length: int) -> tuple[Tensor, Tensor]:
@@ -118,5 +118,5 @@ class WaveletBlock(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """(batch, length) to the same shape."""
-        found: Tensor = self.encoder(x @ self.matrix.T) @ self.back.T
-        return found
+        result: Tensor = self.encoder(x @ self.matrix.T) @ self.back.T
+        return result

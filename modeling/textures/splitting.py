@@ -68,9 +68,9 @@ def frames_of(recording: Recording, frames: int = FRAMES, window: int = WINDOW) 
     whole = sum(stop - start for start, stop in pieces_of(recording))
     for wanted in (frames, *((frames // 2,) if frames >= 2 * len(NAMES) else ()), *range(frames // 2 - 1, 2, -1)):
         length = whole // wanted
-        found = tuple(_cut(recording, wanted, length))
-        if length >= least and len(found) >= len(NAMES):
-            return found
+        result = tuple(_cut(recording, wanted, length))
+        if length >= least and len(result) >= len(NAMES):
+            return result
     raise TextureDataError(
         f"{recording.texture}: {recording.seconds:.3g} s do not hold three frames of {least} samples, five windows of "
         f"{window} each; record longer, or choose a shorter window"
@@ -131,12 +131,12 @@ def _apart(recording: Recording, cut: Sequence[tuple[int, int]]) -> Array:
     sd = (hand - first).std(axis=1)
     scaled = (hand - first) / np.where(sd > 0, sd, 1.0)[:, None]
     points = [scaled[:, np.linspace(start, stop - 1, SAMPLED).astype(int)].T for start, stop in cut]
-    found = np.empty((len(cut), len(cut)))
+    result = np.empty((len(cut), len(cut)))
     for row, one in enumerate(points):
         for column in range(row, len(points)):
             apart = np.linalg.norm(one[:, None] - points[column][None], axis=2).mean()
-            found[row, column] = found[column, row] = apart
-    return found
+            result[row, column] = result[column, row] = apart
+    return result
 
 
 def _distances(apart: Array, labels: Labels) -> list[float]:

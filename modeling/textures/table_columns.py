@@ -220,17 +220,17 @@ def _written(cells: Sequence[str]) -> float:
 
 def headings(where: str, header: Sequence[str]) -> dict[str, Heading]:
     """The columns that are known, by name. Raises TextureDataError on a name that comes twice and a foreign unit."""
-    found: dict[str, Heading] = {}
+    result: dict[str, Heading] = {}
     for place, text in enumerate(header):
         read = _read(text)
         if read is None:
             continue
         name, what, unit = read
-        if name in found:
+        if name in result:
             raise TextureDataError(f"{where}: the column {name!r} stands there twice")
         scale = scale_of_unit(what, unit or PLAIN[what], f"{where}, column {text.strip()!r}")
-        found[name] = Heading(place, name, what, scale, bool(unit))
-    return found
+        result[name] = Heading(place, name, what, scale, bool(unit))
+    return result
 
 
 def _read(text: str) -> tuple[str, str, str] | None:
@@ -273,10 +273,10 @@ ALSO = {"m/s/s": "m/s2", "m/s/2": "m/s2", "sec": "s", "seconds": "s"}
 
 def scale_of_unit(what: str, unit: str, where: str) -> float:
     """Return what a number in that unit is multiplied by. Raises TextureDataError on a unit that is not known."""
-    found = known_scale(what, unit)
-    if found is None:
+    result = known_scale(what, unit)
+    if result is None:
         raise TextureDataError(f"{where}: {what} in {unit!r}; known are {', '.join(UNITS[what])}")
-    return found
+    return result
 
 
 def known_scale(what: str, unit: str) -> float | None:

@@ -34,8 +34,8 @@ class Adversaries(nn.Module):
 
     def forward(self, condition: Tensor, noise: Tensor) -> Tensor:
         """Return what the generator makes."""
-        made: Tensor = self.generator(condition, noise)
-        return made
+        result: Tensor = self.generator(condition, noise)
+        return result
 
 
 def two_adams(parameters: list[nn.Parameter], rate: float) -> Optimizer:
@@ -88,8 +88,8 @@ class Adversarial:
         (slope,) = torch.autograd.grad(said.sum(), real, create_graph=True)
         steep = slope.flatten(1).square().sum(dim=1).mean()
         wrong = functional.softplus(-said).mean() + functional.softplus(critic(condition, made)).mean()
-        found: Tensor = wrong + self.penalty * steep
-        return found
+        result: Tensor = wrong + self.penalty * steep
+        return result
 
 
 def _step(part: nn.Module, optimiser: Optimizer, loss: Tensor, epoch: int, batch: int) -> None:
@@ -113,5 +113,5 @@ def energy_distance(made: Tensor, real: Tensor) -> Tensor:
     if count < 2:
         return rows.new_zeros(())
     apart = 2 * torch.cdist(rows, others) - torch.cdist(rows, rows) - torch.cdist(others, others)
-    found: Tensor = (apart.sum() - apart.diagonal().sum()) / (count * (count - 1))
-    return found
+    result: Tensor = (apart.sum() - apart.diagonal().sum()) / (count * (count - 1))
+    return result

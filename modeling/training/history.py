@@ -47,8 +47,8 @@ HISTORY = TableFormat(error=TrainingError, unreadable=None, counted=lambda _cell
 
 def history_of(model: object) -> tuple[Epoch, ...]:
     """Return the epochs of a fitted model; none where it was not trained in epochs."""
-    found: tuple[Epoch, ...] = getattr(getattr(model, "trained", None), "history", ())
-    return found
+    result: tuple[Epoch, ...] = getattr(getattr(model, "trained", None), "history", ())
+    return result
 
 
 def write_history(history: Iterable[Epoch], path: Path) -> Path:
