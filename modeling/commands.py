@@ -100,8 +100,8 @@ def _told(way: Direction, metrics: Any) -> str:
     if way == "forward":
         return f"MAE {metrics['mae']:.2f}, RMSE {metrics['rmse']:.2f} of unseen stimuli (0 to 100)"
     loop = metrics.get("loop_fresh", metrics.get("loop_judge"))
-    told = "" if loop is None else f"loop error {loop:.2f} (0 to 100), "
-    return f"{told}waveform MAE {metrics['waveform_mae']:.2f} %"
+    text = "" if loop is None else f"loop error {loop:.2f} (0 to 100), "
+    return f"{text}waveform MAE {metrics['waveform_mae']:.2f} %"
 
 
 @evaluate.command("doors")

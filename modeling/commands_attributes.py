@@ -191,9 +191,9 @@ def train_attributes(
         echo_json({**written.plain(), "why": chosen.why})
         return
     print_banners(written.banners)
-    told = f"MAE {written.metrics['mae']:.2f}, RMSE {written.metrics['rmse']:.2f} of textures left out (0 to 100)"
-    told += f"; ResNet-50: {written.resnet} weights" if written.resnet is not None else ""
-    click.echo(f"{written.card}: {written.method}; {told}")
+    text = f"MAE {written.metrics['mae']:.2f}, RMSE {written.metrics['rmse']:.2f} of textures left out (0 to 100)"
+    text += f"; ResNet-50: {written.resnet} weights" if written.resnet is not None else ""
+    click.echo(f"{written.card}: {written.method}; {text}")
 
 
 @click.command("attributes")

@@ -173,8 +173,8 @@ def beside_a_table(given: dict[str, Any]) -> Recordings | None:
     demand_one(given, FILES)
     files = settings_lines(given, FILES)
     if files and given["folder"] is None:
-        told = "a folder with a table of ratings, and perhaps images, is expected"
-        raise click.UsageError(f"{files[0]} goes with --folder: {told}")
+        text = "a folder with a table of ratings, and perhaps images, is expected"
+        raise click.UsageError(f"{files[0]} goes with --folder: {text}")
     if given["trim_s"] is not None and not files:
         raise click.UsageError("--trim-s goes with --tables, --hatt or --cluster-data")
     tables, hatt, cluster_data, trim_s = (given.pop(name) for name in (*FILES, "trim_s"))

@@ -118,7 +118,7 @@ def _by_class(evaluation: AttributeEvaluation, method: str, title: str, name: st
 
 
 def _planned_figure(
-    kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], evaluation: AttributeEvaluation, folder: Path
+    kind: FigureKind, plain: dict[str, Any], rows: Sequence[Row], evaluation: AttributeEvaluation, folder: Path
 ) -> DrawnFigure:
     """Return a figure of an analysis plan, from rows of ours."""
     import pandas as pd
@@ -127,7 +127,7 @@ def _planned_figure(
 
     table = pd.DataFrame(list(rows))
     levels = {"attribute": tuple(names_of(evaluation)), "class": tuple(dict.fromkeys(table["class"]))}
-    settings = kind.settings.model_validate(asked)
+    settings = kind.settings.model_validate(plain)
     shown = kind.data(FigureInput(Selected(table, table.iloc[:0], tuple(names_of(evaluation)), levels)), settings)
     with drawing(settings.name):
         drawn = kind.draw(shown)

@@ -58,12 +58,12 @@ def leave_one_texture_out(
             f"leaving one texture out needs at least {LEAST} that share no recording and no picture; there are "
             f"{len(groups)} of {len(material.textures)} textures. Record and rate more."
         )
-    asked = material.ids if only is None else tuple(only)
-    unknown = [name for name in asked if name not in material.ids]
+    tested = material.ids if only is None else tuple(only)
+    unknown = [name for name in tested if name not in material.ids]
     if unknown:
         raise MaterialError(f"no texture {unknown[0]!r} can be left out: there are {some(material.ids)}.")
     classes = {texture.id: texture.category for texture in material.textures}
-    return tuple(_fold(name, groups, classes, seed, share) for name in asked)
+    return tuple(_fold(name, groups, classes, seed, share) for name in tested)
 
 
 def all_of_them(material: Material, seed: int = 0, share: float = HELD) -> Fold:

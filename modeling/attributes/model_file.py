@@ -110,12 +110,12 @@ def write_model(folder: Path, fitted: Saveable, card: Mapping[str, Any], methods
     """
     from safetensors.numpy import save
 
-    arrays, told = fitted.saved()
+    arrays, metadata = fitted.saved()
     name = str(card["name"])
     content = save({key: _plain_array(name, key, array) for key, array in arrays.items()})
     weights = Weights(file=f"{name}{NUMBERS}", sha256=hashlib.sha256(content).hexdigest(), bytes=len(content))
     try:
-        made = Card.model_validate({**card, "told": json.loads(canonical(told)), "tensors": weights.model_dump()})
+        made = Card.model_validate({**card, "told": json.loads(canonical(metadata)), "tensors": weights.model_dump()})
         text = _text(made)
     except (ValidationError, NotCanonical) as error:
         why = complaint(error) if isinstance(error, ValidationError) else str(error)
@@ -167,26 +167,26 @@ def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> Attri
 def read_card(path: Path) -> Card:
     """Return the card alone. Raises ModelFileError as `read_model` does for it."""
     try:
-        told = parse(path.read_bytes())
+        content = parse(path.read_bytes())
     except OSError:
         raise ModelFileError(
             f"{path}: there is no model of attributes. `palpate train attributes` makes one."
         ) from None
     except (ValueError, RecursionError) as error:
         raise ModelFileError(f"{path}: it cannot be read ({error}): cut short or damaged. {AGAIN}") from None
-    named = told.get("format") if isinstance(told, dict) else None
-    if not isinstance(told, dict) or not isinstance(named, str):
+    named = content.get("format") if isinstance(content, dict) else None
+    if not isinstance(content, dict) or not isinstance(named, str):
         raise ModelFileError(f"{path}: this is no model of attributes ({FORMAT} is expected).")
     if named != FORMAT:
         later = named.startswith(FORMAT.rpartition("/")[0] + "/")
         hint = "a later version wrote it: update palpate to use it." if later else f"{FORMAT!r} is expected."
         raise ModelFileError(f"{path}: format {named[:40]!r}; {hint}")
-    if told.pop("digest", None) != digest(told):
+    if content.pop("digest", None) != digest(content):
         raise ModelFileError(
             f"{path}: its content is not what was written (a digest tells): edited or damaged. {AGAIN}"
         )
     try:
-        return Card.model_validate_json(json.dumps(told), strict=True)
+        return Card.model_validate_json(json.dumps(content), strict=True)
     except ValidationError as error:
         raise ModelFileError(f"{path}: {complaint(error)}. {AGAIN}") from None
 
@@ -226,5 +226,5 @@ def _plain_array(name: str, key: str, array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _text(card: Card) -> bytes:
-    told = card.model_dump(mode="json")
-    return json_text({**told, "digest": digest(told)}, indent=1).encode()
+    plain = card.model_dump(mode="json")
+    return json_text({**plain, "digest": digest(plain)}, indent=1).encode()

@@ -66,8 +66,11 @@ class FittedNetwork:
         with training_state(0, 1), torch.no_grad():
             self.network.eval()
             scaled = iter(_answers(self.network, whole) if whole else [])
-        told = zip(textures, seen, strict=True)
-        return [self._told(each.id, next(scaled)) if isinstance(one, TextureTensors) else one for each, one in told]
+        shown_textures = zip(textures, seen, strict=True)
+        return [
+            self._told(each.id, next(scaled)) if isinstance(one, TextureTensors) else one
+            for each, one in shown_textures
+        ]
 
     def _shown(self, texture: Texture) -> TextureTensors | MaterialError:
         try:
@@ -198,8 +201,8 @@ class Look:
     def down(self, rows: NDArray[np.float32], name: str) -> Tensor:
         """Return rows (n, features), standardised. Raises MaterialError for another number of features."""
         if rows.shape[1] != len(self.mean):
-            told = f"{name}: {rows.shape[1]} features of {self.modality} ({', '.join(self.kinds)})"
-            raise MaterialError(f"{told}; the network was fitted to {len(self.mean)}.")
+            text = f"{name}: {rows.shape[1]} features of {self.modality} ({', '.join(self.kinds)})"
+            raise MaterialError(f"{text}; the network was fitted to {len(self.mean)}.")
         scaled = np.clip((rows - self.mean) * self.gain, -LIMIT, LIMIT)
         return torch.from_numpy(np.ascontiguousarray(scaled, dtype=np.float32))
 
@@ -367,11 +370,11 @@ def looks_metadata(looks: Iterable[Look]) -> list[list[Any]]:
     return [[look.modality, list(look.kinds), list(look.sizes)] for look in looks]
 
 
-def looks_in(arrays: Arrays, told: Iterable[tuple[Any, Iterable[str], Iterable[int]]]) -> tuple[Look, ...]:
+def looks_in(arrays: Arrays, metadata: Iterable[tuple[Any, Iterable[str], Iterable[int]]]) -> tuple[Look, ...]:
     """Return how features were seen. Raises KeyError where an array lacks."""
     return tuple(
         Look(modality, tuple(kinds), tuple(sizes), arrays[f"{modality}.mean"], arrays[f"{modality}.gain"])
-        for modality, kinds, sizes in told
+        for modality, kinds, sizes in metadata
     )
 
 

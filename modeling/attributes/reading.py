@@ -63,14 +63,14 @@ def read_material(
     parts = Parts(rated, felt, {photo.id: photo for photo in photos}, looked, touch, sight)
     textures = joined(parts)
     _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])], unfelt)
-    told = how.weights.description if any(texture.sight for texture in textures) else ""
+    weights_text = how.weights.description if any(texture.sight for texture in textures) else ""
     unseen = (f"no session of {study_photos}: {NOTHING['picture']}",) if sight and not photos else ()
     few = () if names is None else (FEW_READ,)
     notes = (*rated.notes, *unfelt, *unseen, *few, *((HURRIED,) if quick and photos else ()))
     # whether twins rated, recorded or photographed any of it
     recorded = any(texture.simulated for texture in parts.felt.values())
     simulated = rated.simulated or recorded or any(photo.simulated for photo in photos)
-    return Material(textures, rated.attributes, told, simulated, notes)
+    return Material(textures, rated.attributes, weights_text, simulated, notes)
 
 
 @dataclass(frozen=True)

@@ -118,10 +118,10 @@ def read_folder(
         why = f"{textures[0].id}: {textures[0].notes[0]}"
         raise MaterialError(f"{folder}: no recording and no picture of its textures can be used; {why}")
     loose = _nobodys(folder, albums) if sight else ()
-    told = (*aside, *columns.notes, *loose, f"ratings: {table.name} {picture_sha256(table)}")
+    file_notes = (*aside, *columns.notes, *loose, f"ratings: {table.name} {picture_sha256(table)}")
     photographed = any(album.pictures for album in albums)
     weights_told, hurried = (how.weights.description, (HURRIED,) if quick else ()) if photographed else ("", ())
-    return Material(textures, columns.pairs, weights_told, simulated, (*told, *hurried))
+    return Material(textures, columns.pairs, weights_told, simulated, (*file_notes, *hurried))
 
 
 def rated_lines(
@@ -194,15 +194,15 @@ def _felt(
 
 
 def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, looking: bool) -> Texture:
-    told = [*(felt.notes if felt else ()), *looked.notes, *untouched(felt)]
+    texture_notes = [*(felt.notes if felt else ()), *looked.notes, *untouched(felt)]
     if not album.pictures and looking:
-        told.append(NOT_PHOTOGRAPHED)
+        texture_notes.append(NOT_PHOTOGRAPHED)
     if not line.rated:
-        told.append("not rated")
+        texture_notes.append("not rated")
     files = frozenset(picture.sha256 for picture in album.pictures) - looked.blank
     return Texture(
         line.id, line.label, line.category, felt.touch if felt else {}, looked.sight, looked.variants, line.rated,
-        made_from=files | (felt.made_from if felt else frozenset()), notes=tuple(dict.fromkeys(told)),
+        made_from=files | (felt.made_from if felt else frozenset()), notes=tuple(dict.fromkeys(texture_notes)),
     )  # fmt: skip
 
 
@@ -319,8 +319,8 @@ def _demand_known(
     words = {word.lower(): pair for pair in pairs for word in (pair.low, pair.high)}
     for name, meant in found.items():
         if meant is None and name.lower() in words:
-            told = f"both its words say which end is which: {words[name.lower()].name}"
-            raise MaterialError(f"{place}: the column {name!r} names one word of an attribute; {told}")
+            text = f"both its words say which end is which: {words[name.lower()].name}"
+            raise MaterialError(f"{place}: the column {name!r} names one word of an attribute; {text}")
         if meant is None:
             known = (*KNOWN, *(pair.name for pair in pairs))
             raise MaterialError(f"{place}: no column is called {name!r}; {nearest(name, known)}")
@@ -332,8 +332,8 @@ def _demand_known(
 def _rating(place: str, pair: Pair, header: Sequence[str], found: Mapping[str, tuple[Pair, bool] | None]) -> Rating:
     names = [name for name, meant in found.items() if meant is not None and meant[0] == pair]
     if len(names) != 1:
-        told = f"two columns rate it: {', '.join(names)}" if names else f"found {', '.join(header)}"
-        raise MaterialError(f"{place}: one column {pair.name!r} is expected, the mean rating on it; {told}")
+        text = f"two columns rate it: {', '.join(names)}" if names else f"found {', '.join(header)}"
+        raise MaterialError(f"{place}: one column {pair.name!r} is expected, the mean rating on it; {text}")
     meant, sd = found[names[0]], f"{names[0]}{SD}"
     return Rating(pair, names[0], sd if sd in header else "", meant is not None and meant[1])
 

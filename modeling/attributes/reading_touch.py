@@ -56,9 +56,9 @@ def touch_of(
     notes: list[str] = []
     for each in touched:
         _demand_as_long(each)
-        found, told = filtered(each, way or filtering())
+        found, further = filtered(each, way or filtering())
         stretches += found
-        notes += told
+        notes += further
     if not stretches:
         raise TextureDataError(f"{texture}: there is no recording of it")
     longest = max(len(stretch.axes) for stretch in stretches)
@@ -247,8 +247,8 @@ def _samples_sha256(capture: Capture) -> str:
     found = hashlib.sha256()
     for act in capture.attempt.acts:
         for block in (block for event in act for block in event.samples if block.stream in STREAMS):
-            told = (block.stream, block.channels, block.units, float(block.rate_hz), block.first)
-            found.update(repr(told).encode() + block.sha256())
+            head = (block.stream, block.channels, block.units, float(block.rate_hz), block.first)
+            found.update(repr(head).encode() + block.sha256())
     return found.hexdigest()
 
 

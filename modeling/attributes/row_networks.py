@@ -178,13 +178,13 @@ def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
     kinds: dict[Modality, tuple[str, ...]] = {"touch": learning.touch, "sight": learning.sight}
     looks = tuple(look_of(textures, modality, kinds[modality]) for modality in plan.sees)
     target = target_of(textures)
-    asked = learning.training_settings(plan.settings, QUICK_EPOCHS)
-    network = seeded(lambda: _network(plan, looks, ratings.shape[1]), asked.seed)
+    chosen = learning.training_settings(plan.settings, QUICK_EPOCHS)
+    network = seeded(lambda: _network(plan, looks, ratings.shape[1]), chosen.seed)
     data = drawn(stacks_of(textures, looks, variants=True), target.down(ratings), plan.shows, plan.steps)
     held = None
     if learning.held:
         held = everything(stacks_of(learning.held, looks), target.down(ratings_of(learning.held)), plan.steps)
-    trained = train(network, data, held, _loss, asked, report=learning.report)
+    trained = train(network, data, held, _loss, chosen, report=learning.report)
     return FittedRows(plan, network, looks, target, trained)
 
 

@@ -210,7 +210,7 @@ def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
         whole = [rows for rows in entries if rows]
         return {kind: np.stack([rows[kind] for rows in whole]) for kind in SIGHT_KINDS} if whole else {}
 
-    told = [(picture.sha256, known[how.key(picture, 0)][1]) for picture in album.pictures]
-    notes = tuple(note for _, each in told for note in each["notes"])
-    blank = frozenset(sha256 for sha256, each in told if each.get("blank"))
+    looked = [(picture.sha256, known[how.key(picture, 0)][1]) for picture in album.pictures]
+    notes = tuple(note for _, each in looked for note in each["notes"])
+    blank = frozenset(sha256 for sha256, each in looked if each.get("blank"))
     return Seen(of([0]), of(range(1, how.variants + 1)), notes, blank)

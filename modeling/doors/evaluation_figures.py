@@ -172,9 +172,9 @@ def _violins(results: MethodResults, folder: Path) -> DrawnFigure:
 
 
 def _planned_figure(
-    kind: FigureKind, asked: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], results: MethodResults, folder: Path
+    kind: FigureKind, plain: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], results: MethodResults, folder: Path
 ) -> DrawnFigure:
-    settings = kind.settings.model_validate(asked)
+    settings = kind.settings.model_validate(plain)
     # the rows as a figure of a plan gets them, with the levels in the data's order
     import pandas as pd
 

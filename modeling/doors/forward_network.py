@@ -61,13 +61,13 @@ def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings:
     Raises ModelDataError for data that cannot be learned from, TrainingError for a training that does not converge.
     """
     rows, held = training_rows(learning)
-    asked = learning.training_settings(settings, QUICK_EPOCHS)
+    chosen = learning.training_settings(settings, QUICK_EPOCHS)
     attributes = len(learning.train.attributes)
     network = nn.Sequential(
-        Rescale.down(rows.force_N), seeded(lambda: inner(attributes), asked.seed), Rescale.up(rows.rating)
+        Rescale.down(rows.force_N), seeded(lambda: inner(attributes), chosen.seed), Rescale.up(rows.rating)
     )
     watched = None if held is None else _pairs(held)
-    trained = train(network, _pairs(rows), watched, huber, asked, report=learning.report)
+    trained = train(network, _pairs(rows), watched, huber, chosen, report=learning.report)
     return FeltThrough(network, trained)
 
 

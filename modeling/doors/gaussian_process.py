@@ -108,19 +108,19 @@ def _best_length(square: Array, y: Array, features: int) -> float:
 
 def _best_noise(values: Array, turned: Array) -> tuple[float, float, float]:
     """Noise, variance and log likelihood (less a constant) for these eigenvalues and turned outputs."""
-    asked = turned[:, np.any(turned != 0, axis=0)]
-    if not asked.size:
+    varying = turned[:, np.any(turned != 0, axis=0)]
+    if not varying.size:
         return 1.0, 1.0, 0.0
-    power = np.sum(asked**2, axis=1)
+    power = np.sum(varying**2, axis=1)
 
     def badness(log_noise: float) -> float:
         spread = values + np.exp(log_noise)
-        variance = np.sum(power / spread) / asked.size
-        return float(0.5 * (asked.size * np.log(variance) + asked.shape[1] * np.sum(np.log(spread))))
+        variance = np.sum(power / spread) / varying.size
+        return float(0.5 * (varying.size * np.log(variance) + varying.shape[1] * np.sum(np.log(spread))))
 
     log_noise = _least(badness, np.log(NOISES))
     noise = float(np.exp(log_noise))
-    return noise, float(np.sum(power / (values + noise)) / asked.size), -badness(log_noise)
+    return noise, float(np.sum(power / (values + noise)) / varying.size), -badness(log_noise)
 
 
 def _least(badness: Callable[[float], float], grid: Array) -> float:

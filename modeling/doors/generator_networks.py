@@ -133,8 +133,8 @@ def fresh(make: Callable[[], Net], seed: int) -> Net:
 def teach(student: nn.Sequential, code: Array, said: Array, settings: Settings) -> float:
     """Train the student on what a teacher says of codes (n, components); returns the loss of its best epoch."""
     student.requires_grad_(True)
-    told = np.c_[(said[:, :-1] - MIDDLE) / SPREAD, said[:, -1]]
-    return train(student, pairs(code, told), None, nn.HuberLoss(delta=STUDENT_HUBER / SPREAD), settings).best_loss
+    target = np.c_[(said[:, :-1] - MIDDLE) / SPREAD, said[:, -1]]
+    return train(student, pairs(code, target), None, nn.HuberLoss(delta=STUDENT_HUBER / SPREAD), settings).best_loss
 
 
 def aim(

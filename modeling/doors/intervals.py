@@ -76,12 +76,12 @@ def scaled_half_widths(residual: Array, sd: Array, new_sd: Array, coverage: floa
     """
     residual = _residuals(residual)
     known = _deviations(sd, residual.shape, "calibration")
-    asked = _deviations(new_sd, (*np.shape(new_sd)[:1], residual.shape[1]), "new answers")
+    expected = _deviations(new_sd, (*np.shape(new_sd)[:1], residual.shape[1]), "new answers")
     least = LEAST_SD * np.median(known, axis=0)
     if np.any(least <= 0):
         raise ModelDataError("half of the calibration's SDs or more are 0: no interval can be scaled by them.")
     factor = half_widths(residual / np.maximum(known, least), coverage)
-    widths: Array = factor * np.maximum(asked, least)
+    widths: Array = factor * np.maximum(expected, least)
     return widths
 
 

@@ -73,13 +73,13 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
     rows, held = training_rows(learning)
     if (found := rows.rating.shape[1]) != ATTRIBUTES:
         raise ModelDataError(f"the network of thesis 5.6 takes {ATTRIBUTES} ratings, this study has {found}.")
-    asked = learning.training_settings(settings, QUICK_EPOCHS)
-    inner = seeded(lambda: PerceptionToForce(_inner(forward).decoder), asked.seed)
+    chosen = learning.training_settings(settings, QUICK_EPOCHS)
+    inner = seeded(lambda: PerceptionToForce(_inner(forward).decoder), chosen.seed)
     scaled = learning.scaling.force_up(rows.force_N)
     network = nn.Sequential(Rescale.down(rows.rating), inner, Rescale.up(scaled))
     _hand_over(network, forward, rows)
     watched = None if held is None else _pairs(held, learning.scaling)
-    trained = train(network, _pairs(rows, learning.scaling), watched, mse_loss, asked, report=learning.report)
+    trained = train(network, _pairs(rows, learning.scaling), watched, mse_loss, chosen, report=learning.report)
     return MadeThrough(network, learning.scaling, trained)
 
 

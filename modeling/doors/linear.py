@@ -146,11 +146,11 @@ def _rating_errors(rows: Rows, train: Indices, test: Indices) -> Array:
     the answers of k components are a running sum.
     """
     found = components_of(rows.force_N[train], max(FORWARD_COMPONENTS))
-    codes, asked = found.codes(rows.force_N[train]), found.codes(rows.force_N[test])
+    codes, tested = found.codes(rows.force_N[train]), found.codes(rows.force_N[test])
     path = path_of(codes / _size(codes), rows.rating[train])
     errors = np.empty((len(FORWARD_COMPONENTS), len(PENALTIES)))
     for place, penalty in enumerate(PENALTIES):
-        terms = (asked / _size(codes))[:, :, None] * path.weights(penalty)
+        terms = (tested / _size(codes))[:, :, None] * path.weights(penalty)
         answers = np.concatenate([np.zeros_like(terms[:, :1]), np.cumsum(terms, axis=1)], axis=1)
         there = [min(count, terms.shape[1]) for count in FORWARD_COMPONENTS]
         errors[:, place] = np.sum((path.y_mean + answers[:, there] - rows.rating[test][:, None]) ** 2, axis=(0, 2))

@@ -163,5 +163,5 @@ def simulated_ratings(people: int = 40, seed: int = 1, study: Path | None = None
         raise ModelDataError(f"{people} simulated people: at least {LEAST_PEOPLE} are needed, one for each group")
     found = read_study(study or SHIPPED / "door_ratings" / STUDY_FILE)
     material = simulated_material(found.study, found.folder, pseudonyms(people), seed)
-    told = f"{people} simulated people, seed {seed}: {material.inputs[0].name} {material.inputs[0].sha256}"
-    return rated_material(material, found.folder, made_from=(told,))
+    text = f"{people} simulated people, seed {seed}: {material.inputs[0].name} {material.inputs[0].sha256}"
+    return rated_material(material, found.folder, made_from=(text,))

@@ -110,5 +110,5 @@ def printed_numbers(file: Path) -> Mapping[str, Any]:
     """Return the whole file, read once."""
     import yaml
 
-    told: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
-    return told
+    content: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
+    return content

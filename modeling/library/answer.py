@@ -49,14 +49,14 @@ class Beside:
 class Opened:
     """A lab's library, and the requested textures of it."""
 
-    asked: LibraryRequest
+    request: LibraryRequest
     library: Library
     entries: tuple[Entry, ...]
 
     @property
     def folder(self) -> Path:
         """Where the index lies, and the pictures beside it."""
-        return place_of(self.asked.lab).parent
+        return place_of(self.request.lab).parent
 
     def show(self, entries: Sequence[Entry], extra: Mapping[str, Sequence[str]] | None = None) -> None:
         """Print textures as a table."""
@@ -65,7 +65,7 @@ class Opened:
         console = Console(highlight=False)
         if not console.is_terminal:
             console = Console(highlight=False, width=WIDTH)
-        console.print(table(entries, self.library, self.asked.kind, extra))
+        console.print(table(entries, self.library, self.request.kind, extra))
         console.print(SURE, style="dim", soft_wrap=True)
 
     def close(self, files: Sequence[Path]) -> None:
@@ -93,7 +93,7 @@ class Opened:
         from palpate.modeling.library.contact_sheet import pictures_of, sheet, tiles_of, write_sheet
 
         foot = "simulated" if self.library.simulated else ""
-        tiles = tiles_of(entries, self.library, beside.wishes, self.asked.kind, beside.texts)
+        tiles = tiles_of(entries, self.library, beside.wishes, self.request.kind, beside.texts)
         write_sheet(path, sheet(tiles, pictures_of(entries, self.folder), beside.title, beside.below, foot))
         return [path]
 
@@ -103,13 +103,13 @@ class Opened:
             return []
         from palpate.modeling.library.map import map_data, write_map
 
-        return write_map(path, map_data(self.entries, self.library, self.asked.kind), found)
+        return write_map(path, map_data(self.entries, self.library, self.request.kind), found)
 
 
-def opened(asked: LibraryRequest) -> Opened:
+def opened(request: LibraryRequest) -> Opened:
     """Return the requested library. Raises LibraryError."""
-    library = read_library(asked.lab)
-    return Opened(asked, library, chosen(library, asked.classes, asked.kind))
+    library = read_library(request.lab)
+    return Opened(request, library, chosen(library, request.classes, request.kind))
 
 
 def tell_index(found: Indexed) -> None:

@@ -106,8 +106,8 @@ class Library(Strict):
 def _lengths(entry: Entry) -> set[int]:
     """Return how many attributes each part of a texture tells."""
     rated, predicted = entry.rated, entry.predicted
-    told = [len(each) for each in (rated.mean, rated.sd, rated.se)] if rated else []
-    return {*told, *(map(len, (predicted.value, predicted.low, predicted.high)) if predicted else ())}
+    lengths = [len(each) for each in (rated.mean, rated.sd, rated.se)] if rated else []
+    return {*lengths, *(map(len, (predicted.value, predicted.low, predicted.high)) if predicted else ())}
 
 
 def value_of(entry: Entry, at: int, kind: Kind | None = None) -> AttributeValue | None:

@@ -33,16 +33,16 @@ def read_library(lab: Path) -> Library:
     Raises LibraryError for a file that is missing, newer, foreign, cut short, or was changed since it was written.
     """
     path = place_of(lab)
-    told = _told(path)
-    written = told.pop("digest", None) if isinstance(told, dict) else None
-    if not isinstance(told, dict) or not isinstance(told.get("format"), str):
+    plain = _told(path)
+    written = plain.pop("digest", None) if isinstance(plain, dict) else None
+    if not isinstance(plain, dict) or not isinstance(plain.get("format"), str):
         raise LibraryError(f"{path}: this is no library of textures ({FORMAT} is expected). {AGAIN}")
-    if told["format"] != FORMAT:
-        raise _other_format(path, told["format"])
-    if written != digest(told):
+    if plain["format"] != FORMAT:
+        raise _other_format(path, plain["format"])
+    if written != digest(plain):
         raise LibraryError(f"{path}: its content is not what was written (a digest tells): damaged or edited. {AGAIN}")
     try:
-        return Library.model_validate(told)
+        return Library.model_validate(plain)
     except ValidationError as error:
         raise LibraryError(f"{path}: {complaint(error)}. {AGAIN}") from None
 
@@ -89,8 +89,8 @@ def _text(library: Library) -> str:
     """JSON in which the plain values of a texture stand on one line."""
     from palpate.analysis.regenerating.outputs import readable_json
 
-    told = library.model_dump(mode="json")
-    return readable_json({**told, "digest": digest(told)}) + "\n"
+    plain = library.model_dump(mode="json")
+    return readable_json({**plain, "digest": digest(plain)}) + "\n"
 
 
 def demand_folder(path: Path) -> None:

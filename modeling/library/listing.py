@@ -35,8 +35,8 @@ def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
     kinds = {found.kind for at in range(attributes) if (found := value_of(entry, at, kind))}
     people = entry.rated.raters if entry.rated else 0
     learned = ", learned" if entry.predicted and entry.predicted.learned else ""
-    said = f"{people} {'person' if people == 1 else 'people'}" if people else "people"
-    by = {"rated": said, "predicted": f"predicted{learned}"}
+    text = f"{people} {'person' if people == 1 else 'people'}" if people else "people"
+    by = {"rated": text, "predicted": f"predicted{learned}"}
     return " + ".join(by[each] for each in KINDS if each in kinds) or "-"
 
 
@@ -63,10 +63,10 @@ def _plain(found: AttributeValue | None) -> dict[str, Any] | None:
 
 def plain_found(found: Sequence[Match], wishes: Sequence[Wish], library: Library, kind: Kind | None) -> dict[str, Any]:
     """Return the answer to `find` as JSON."""
-    asked = [{"said": wish.said, "attribute": names_of(library)[wish.pair],
+    wished = [{"said": wish.said, "attribute": names_of(library)[wish.pair],
               "membership": [list(knot) for knot in wish.soft.knots]} for wish in wishes]  # fmt: skip
     rows = [{**plain_entry(each.entry, library, kind), "fit": each.fit, "fits": list(each.each)} for each in found]
-    return {"wished": asked, "found": rows, "simulated": library.simulated}
+    return {"wished": wished, "found": rows, "simulated": library.simulated}
 
 
 def plain_near(found: Sequence[Near], entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any]:
@@ -140,8 +140,8 @@ def whole_words(
         yield f"{name:{wide}}  {'  '.join(f'{_told(entry, at, each):30}' for each in kinds)}".rstrip()
     yield ""
     if alike := near(entry, others, len(library.attributes), kind)[:LIKE]:
-        told = ", ".join(f"{one.entry.id} {one.entry.label} ({one.distance:.1f} JND)" for one in alike)
-        yield f"most like it: {told}"
+        text = ", ".join(f"{one.entry.id} {one.entry.label} ({one.distance:.1f} JND)" for one in alike)
+        yield f"most like it: {text}"
     yield f"picture: {folder / entry.picture if entry.picture else 'none'}"
     if entry.made_from:
         sources = count(len(entry.made_from), "file or recording", "files or recordings")

@@ -26,8 +26,8 @@ def map_data(entries: Sequence[Entry], library: Library, kind: Kind | None = Non
     if not rows:
         raise LibraryError("no texture has all of its attributes: there is nothing to draw.")
     caption = f"Each bubble is a texture ({len(rows)}), brought to -100 to 100."
-    told = f"{len(rows)} texture{'s' if len(rows) > 1 else ''}{', simulated' if library.simulated else ''}"
-    return FigureData(tuple(rows), "The library.", caption, {"by": "texture", "roles": roles, "told": told})
+    text = f"{len(rows)} texture{'s' if len(rows) > 1 else ''}{', simulated' if library.simulated else ''}"
+    return FigureData(tuple(rows), "The library.", caption, {"by": "texture", "roles": roles, "told": text})
 
 
 def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
@@ -67,8 +67,8 @@ def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
 
     drawn = draw(data)
     axes = drawn.figure.axes[0]
-    told = f"{data.words['told']}{'; with a red edge: found' if found else ''}"
-    axes.set_title(told, fontsize=8.0, fontweight="normal", color=SOFT, loc="left")
+    title = f"{data.words['told']}{'; with a red edge: found' if found else ''}"
+    axes.set_title(title, fontsize=8.0, fontweight="normal", color=SOFT, loc="left")
     if found:
         keys = {mark.gid: mark.key for mark in drawn.marks}
         named = {text.get_text() for text in axes.texts}

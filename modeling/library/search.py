@@ -123,18 +123,18 @@ def none_fits(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | Non
     """In words that none of the textures fits, which wish leaves out most of them, and what would help."""
     every = excluded(entries, wishes, kind)
     whole, most = len(entries), max(each.out for each in every)
-    told = f"None of {whole} textures fits."
+    text = f"None of {whole} textures fits."
     if len(every) > 1 and most == 0:
-        told += " Each wish alone leaves out none; all at once, none is left."
+        text += " Each wish alone leaves out none; all at once, none is left."
     elif len(every) > 1:
         names = [repr(each.said) for each in every if each.out == most]
-        told += f" Most are left out by {' and '.join(names)}: {most} of {whole}{' each' if len(names) > 1 else ''}."
+        text += f" Most are left out by {' and '.join(names)}: {most} of {whole}{' each' if len(names) > 1 else ''}."
     helps = max(every, key=lambda each: each.without or 0)
     if helps.without:
-        told += f" Without {helps.said!r}, {helps.without} would fit."
+        text += f" Without {helps.said!r}, {helps.without} would fit."
     elif len(every) > 2:
-        told += " Giving up one wish does not help."
-    return told
+        text += " Giving up one wish does not help."
+    return text
 
 
 def _fit(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None) -> int:

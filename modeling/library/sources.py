@@ -197,12 +197,12 @@ def predictor_of(model: AttributeModel, lab: Path) -> Predictor:
     if half is None:
         half = np.full(len(model.attributes), Z90 * NOTHING_KNOWN[1])
         notes = (*notes, f"{model.card.name} has no intervals (too few textures): what it predicts counts as unsure.")
-    told = file_sha256(model.path)
+    sha256 = file_sha256(model.path)
     here, root = model.path.resolve(), lab.resolve()
     source = Source(
         what=f"model: {model.card.method}",
         file=here.relative_to(root).as_posix() if here.is_relative_to(root) else model.path.name,
-        sha256=told,
+        sha256=sha256,
     )
     learned = frozenset(model.card.learned)
     return Predictor(model.attributes, model.predictions, -half, half, learned, (source,), tuple(notes))

@@ -300,8 +300,8 @@ def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str
         yield f"{text!r}: 'find' takes how a texture feels, as 'very rough'. {ASK_NEAREST}"
     if tuple(words[:2]) == ("at", "all"):
         yield f"{text!r}: 'at all' goes with 'not': 'not rough at all', or 'not at all rough'."
-    if (told := _compared(words, known)) is not None:
-        yield f"{told} {ASK_NEAREST}"
+    if (comparison := _compared(words, known)) is not None:
+        yield f"{comparison} {ASK_NEAREST}"
     if any(phrase[0] == said for phrase in known.degrees):
         yield f"{text!r}: {said!r} cannot stand there; a word of an attribute is expected, as 'rough'."
     close = nearest(said, [" ".join(phrase) for phrase in (*known.words, *known.degrees)])

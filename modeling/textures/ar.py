@@ -276,8 +276,8 @@ def _costs(lags: Array, floor: float, total: int) -> Array:
         errors = _errors((sums[steps:] - sums[:-steps]) / (steps * taper), floor)
         size = steps * STEP
         orders = np.arange(1, HIGHEST + 1)
-        told = np.log(total) + np.log(orders) + (orders + 2) / 2 * np.log(size)
-        costs[steps, : count - steps + 1] = (size / 2 * np.log(2 * np.pi * errors) + told).min(axis=1)
+        code_length = np.log(total) + np.log(orders) + (orders + 2) / 2 * np.log(size)
+        costs[steps, : count - steps + 1] = (size / 2 * np.log(2 * np.pi * errors) + code_length).min(axis=1)
     return costs
 
 

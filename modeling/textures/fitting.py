@@ -114,14 +114,14 @@ def fit_windows(
     Raises TextureDataError for a recording that nothing can be learned from, TrainingError for a training that fails.
     """
     length = learning.window or window
-    asked = settings_for(learning, settings)
+    chosen = settings_for(learning, settings)
     rows = rows_of(learning, length)
-    network = seeded(lambda: make(length), asked.seed)
-    held = with_rest(rows.held, diet.rest, rows.scale, asked.seed + 1)
-    data = fed(rows, diet, asked.seed)
-    steps = asked.epochs * math.ceil(len(data) / asked.batch)
+    network = seeded(lambda: make(length), chosen.seed)
+    held = with_rest(rows.held, diet.rest, rows.scale, chosen.seed + 1)
+    data = fed(rows, diet, chosen.seed)
+    steps = chosen.epochs * math.ceil(len(data) / chosen.batch)
     how = optimiser or (cosine(steps) if diet.cosine else adam)
-    trained = train_network(network, data, held, loss, asked, optimiser=how, report=learning.report)
+    trained = train_network(network, data, held, loss, chosen, optimiser=how, report=learning.report)
     return FittedWindows(network, rows.scale, length, trained)
 
 

@@ -109,8 +109,8 @@ def _variant(spectral: Spectral | None, window: int, loss: str) -> Callable[[Lea
     """With the window and loss that served it best in the thesis, unless the settings name others."""
 
     def fit(learning: Learning) -> FittedWindows:
-        asked = loss_named(str(learning.settings.get("loss", loss)))
-        return fit_windows(lambda length: Foten(length, spectral), learning, asked, SETTINGS, window=window)
+        chosen = loss_named(str(learning.settings.get("loss", loss)))
+        return fit_windows(lambda length: Foten(length, spectral), learning, chosen, SETTINGS, window=window)
 
     return fit
 

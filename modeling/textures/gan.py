@@ -96,19 +96,19 @@ def fit(learning: Learning) -> FittedGan:
     """
     size = learning.window or SIZE
     frames = Frames(size, max(1, size // PARTS), FRAMES)
-    asked = settings_for(learning, for_length(SETTINGS, learning))
+    chosen = settings_for(learning, for_length(SETTINGS, learning))
     acceleration = samples_of(learning.recording, learning.parts.train)[0]
     if not acceleration.size or not np.ptp(acceleration) > 0:
         raise TextureDataError(f"{learning.recording.texture}: its acceleration does not vary: nothing to learn from.")
     found = _blocks(learning, learning.parts.train, frames, APART, "training")
     held = _blocks(learning, learning.parts.validation, frames, HELD_APART, "validation")
     scale = spectra_scale(found)
-    network = seeded(lambda: Adversaries(Generator(frames), Critic(frames)), asked.seed)
+    network = seeded(lambda: Adversaries(Generator(frames), Critic(frames)), chosen.seed)
     trained = train(
-        network, fed(found, scale), watched(held, scale, asked.seed), energy_distance, asked,
+        network, fed(found, scale), watched(held, scale, chosen.seed), energy_distance, chosen,
         optimiser=two_adams, train_one=STEP, report=learning.report,
     )  # fmt: skip
-    return FittedGan(network, frames, levelled(network, found, scale, asked.seed), trained)
+    return FittedGan(network, frames, levelled(network, found, scale, chosen.seed), trained)
 
 
 def _blocks(learning: Learning, stretches: Stretches, frames: Frames, apart: int, name: str) -> Spectra:

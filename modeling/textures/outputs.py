@@ -62,19 +62,19 @@ def write_texture(
 
     takes, gives = ports(fitted, method)
     exported = fitted.exported()
-    told: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "title": f"{recording.label}: {method.title}", "method": method.name, "takes": takes, "gives": gives,
         "metrics": metrics, "missed": getattr(fitted, "missed", ()), "training": training,
         "notes": (*recording.notes, *notes),
     }  # fmt: skip
     name = name or model_name(recording.texture, method.name)
     texture = texture_of(recording, parts, fitted, method)
-    card = write_model(folder, name, exported, texture=texture, **told)
+    card = write_model(folder, name, exported, texture=texture, **fields)
     if not with_start or method.kind == "block":
         return card
     start = started(card, fitted.window, seed)
     held = replace(exported, tensors={**exported.tensors, START: start})
-    return write_model(folder, name, held, texture=texture.model_copy(update={"start": START}), **told)
+    return write_model(folder, name, held, texture=texture.model_copy(update={"start": START}), **fields)
 
 
 def model_name(texture: str, method: str) -> str:

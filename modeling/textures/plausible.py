@@ -46,11 +46,11 @@ def demand_plausible(signal: Sampled) -> None:
         if len(still) == axes:
             raise TextureDataError(f"{signal.where}: acceleration is constant; was the accelerometer connected?")
         if len(still):
-            told = f"axis {still[0]} of {axes} is constant; was it connected?"
+            text = f"axis {still[0]} of {axes} is constant; was it connected?"
             if len(still) > 1:
-                told = f"axes {' and '.join(map(str, still))} of {axes} are constant; were they connected?"
+                text = f"axes {' and '.join(map(str, still))} of {axes} are constant; were they connected?"
             raise TextureDataError(
-                f"{signal.where}: acceleration, {told} Record again, or leave out what measured nothing"
+                f"{signal.where}: acceleration, {text} Record again, or leave out what measured nothing"
             )
         share = clipped_share(values)
         if share > CLIPPED:
@@ -101,11 +101,11 @@ def oddities(recording: Recording) -> tuple[str, ...]:
 
 def steady(speed_mm_s: Array, force_N: Array) -> tuple[str, ...]:
     """As `oddities`, of speed and force (n,)."""
-    told = []
+    notes = []
     for name, values, unit in (("speed", speed_mm_s, "mm/s"), ("force", force_N, "N")):
         if np.ptp(values) <= 1e-6 * max(1.0, float(np.abs(values).max())):
-            told.append(f"{name} never varies ({values.mean():.3g} {unit}): what it does cannot be learned")
-    return tuple(told)
+            notes.append(f"{name} never varies ({values.mean():.3g} {unit}): what it does cannot be learned")
+    return tuple(notes)
 
 
 def _demand_no_spike(signal: Sampled) -> None:

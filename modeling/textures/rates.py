@@ -77,12 +77,12 @@ def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_],
         raise TextureDataError(f"{signals[0].where}: its signals share no time: {error}") from None
     found = [_aligned(signal, grid_s) for signal, _ in evened]
     known = np.logical_and.reduce([np.isfinite(each.values).all(axis=1) for each in found])
-    notes = tuple(note for _, told in evened for note in told)
-    told = [(signal.what, int(each.bridged.sum())) for signal, each in zip(signals, found, strict=True)]
+    notes = tuple(note for _, notes in evened for note in notes)
+    bridged = [(signal.what, int(each.bridged.sum())) for signal, each in zip(signals, found, strict=True)]
     return (
         [each.values for each in found],
         known,
-        (*notes, *tuple(f"{what}: {count} samples bridged in short holes" for what, count in told if count)),
+        (*notes, *tuple(f"{what}: {count} samples bridged in short holes" for what, count in bridged if count)),
     )
 
 

@@ -120,8 +120,8 @@ def touched(slide: Slide) -> Touched:
         acceleration.written_s,
     )  # fmt: skip
     made_from = tuple(f"{file.parent.name}/{file.name} {file_sha256(file)}" for file in slide.files.values())
-    told = f"Cluster Haptic Texture Dataset: {slide.velocity_mm_s:g} mm/s, {slide.force_N:g} N are wished for"
-    return Touched(f"{slide.root}: {slide.stem}", scaled, force, position=position, made_from=made_from, notes=(told,))
+    text = f"Cluster Haptic Texture Dataset: {slide.velocity_mm_s:g} mm/s, {slide.force_N:g} N are wished for"
+    return Touched(f"{slide.root}: {slide.stem}", scaled, force, position=position, made_from=made_from, notes=(text,))
 
 
 def _accel(folder: Path) -> Path:
@@ -133,8 +133,8 @@ def _accel(folder: Path) -> Path:
 
 
 def _nothing(accel: Path) -> TextureDataError:
-    told = "no file named as 0_135_40_500_0.csv (texture_direction_velocity_force_repeat)"
-    return TextureDataError(f"{accel}: {told}")
+    text = "no file named as 0_135_40_500_0.csv (texture_direction_velocity_force_repeat)"
+    return TextureDataError(f"{accel}: {text}")
 
 
 def _named(accel: Path) -> list[tuple[str, re.Match[str], Path]]:

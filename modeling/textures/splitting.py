@@ -46,8 +46,8 @@ def split(
     """Return the recording's frames in training, validation and test parts that share speed-force regions.
 
     `frames` of equal length, none across a border of a joined recording; fewer where one would be shorter than five
-    windows (`frames_of`, `told`). Each part is so many frames as its share, at least one. The same recording, shares
-    and seed give the same parts. Raises TextureDataError where there are not three such frames.
+    windows (`frames_of`, `split_notes`). Each part is so many frames as its share, at least one. The same recording,
+    shares and seed give the same parts. Raises TextureDataError where there are not three such frames.
     """
     cut = frames_of(recording, frames, window)
     counts = _counts(len(cut), shares)

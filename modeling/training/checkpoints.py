@@ -138,8 +138,8 @@ def refuse_other(found: Checkpoint, identity: Mapping[str, Any], where: str) -> 
     """Raise CheckpointError where the checkpoint is of other data, settings, another network or loss."""
     theirs = found.plain["identity"]
     for name, ours in identity.items():
-        if told := difference(theirs.get(name), ours, name):
-            raise CheckpointError(f"{where} holds another training ({told}). Name another folder, or remove that one.")
+        if other := difference(theirs.get(name), ours, name):
+            raise CheckpointError(f"{where} holds another training ({other}). Name another folder, or remove that one.")
 
 
 def refuse_longer(found: Checkpoint, settings: Settings, where: str) -> None:

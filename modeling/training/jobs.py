@@ -269,8 +269,8 @@ def _refuse_versions(theirs: Mapping[str, Mapping[str, str | None]]) -> None:
     for worker, found in theirs.items():
         other = [name for name in ours if found.get(name) != ours[name]]
         if other:
-            told = ", ".join(f"{name} {found.get(name)} (here {ours[name]})" for name in other)
-            raise JobError(f"Worker {worker} has {told}: install the same versions there.")
+            text = ", ".join(f"{name} {found.get(name)} (here {ours[name]})" for name in other)
+            raise JobError(f"Worker {worker} has {text}: install the same versions there.")
 
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc

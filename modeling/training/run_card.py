@@ -40,7 +40,7 @@ def versions() -> dict[str, str | None]:
 
     None for one of `PACKAGES` that is not installed; one of `BESIDE` is not named then.
     """
-    beside = {name: told for name in BESIDE if (told := installed_version(name)) is not None}
+    beside = {name: version for name in BESIDE if (version := installed_version(name)) is not None}
     return {"python": platform.python_version(), **{name: installed_version(name) for name in PACKAGES}, **beside}
 
 
