@@ -106,9 +106,9 @@ def index_command(as_json: bool, **given: Any) -> None:
     demand_folder_alone(given)
     recordings = beside_a_table(given)
     only = only_simulated(given.pop("sessions"))
-    wanted = LibraryOptions(**given, recordings=recordings, simulated=only)
+    options = LibraryOptions(**given, recordings=recordings, simulated=only)
     with going_on("what is left"), progress_lines() as report:
-        found = index(wanted, report)
+        found = index(options, report)
     if as_json:
         left_out = dict(found.indexed.left_out)
         echo_json({**found.counts, "file": str(found.path), "changed": found.changed, "gone": found.gone,
@@ -152,14 +152,14 @@ def find_command(
         raise click.UsageError(f"--sheet and --map are both to be written to {sheet}: give two files")
     here.demand(sheet, plane)
     found = fitting(find(here.entries, wishes, request.kind), count)
-    entries, said = [each.entry for each in found], [wish_words(each, here.library) for each in wishes]
+    entries, texts = [each.entry for each in found], [wish_words(each, here.library) for each in wishes]
     fits = {each.entry.id: (percent(each.fit), each.fit) for each in found}
-    files = here.sheet(sheet, entries, Beside(", ".join(each.said for each in wishes), said, fits, wishes))
+    files = here.sheet(sheet, entries, Beside(", ".join(each.said for each in wishes), texts, fits, wishes))
     files += here.map(plane, fits)
     if request.as_json:
         echo_json({**plain_found(found, wishes, here.library, request.kind), "files": list(map(str, files))})
         return
-    click.echo("\n".join(said))
+    click.echo("\n".join(texts))
     if found:
         here.show(entries, {"fit": [text for text, _ in fits.values()]})
     else:

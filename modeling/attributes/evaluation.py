@@ -73,9 +73,9 @@ def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:
     for row in branches:
         chance = " (a difference that may be chance)" if row["ours_chance"] else ""
         parts.append(f"{row['title']} {row['mae']:.2f}{chance}")
-    met = all(ours < row["mae"] for row in branches)
+    is_reached = all(ours < row["mae"] for row in branches)
     sentence = f"Both senses {ours:.2f}, {' and '.join(parts)} (MAE; wanted: less than each branch by itself)"
-    return "Fusion", f"{sentence}: {'reached' if met else 'not reached'}."
+    return "Fusion", f"{sentence}: {'reached' if is_reached else 'not reached'}."
 
 
 QUICK_TEXTURES = 5

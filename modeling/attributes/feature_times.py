@@ -34,10 +34,10 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
     """
     from palpate.modeling.training.threads import limited
 
-    wanted, result = steps_of(kinds), {}
+    steps, result = steps_of(kinds), {}
     with limited(1):
-        for name, make, times in (*_of_touch(), *_of_sight(wanted)):
-            if name in wanted:
+        for name, make, times in (*_of_touch(), *_of_sight(steps)):
+            if name in steps:
                 make()
                 start = clock()
                 make()
@@ -60,7 +60,7 @@ def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
     yield "dwt", lambda: wavelets(cut.vibration), 1.0
 
 
-def _of_sight(wanted: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
+def _of_sight(steps: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
     # a JPEG file of noise
     from PIL import Image
 
@@ -74,7 +74,7 @@ def _of_sight(wanted: Collection[str]) -> Iterator[tuple[str, Callable[[], objec
     picture = square(photo, "made up").values
     yield PICTURE, lambda: square(photo, "made up"), float(PICTURES)
     yield "glcm", lambda: glcm(picture), float(PICTURES)
-    if "resnet" in wanted:
+    if "resnet" in steps:
         from palpate.modeling.attributes.resnet import BATCH, folded, loaded, pool_of_patches, random_state
 
         network, cut = folded(loaded(random_state(0))), patches(picture, Looking())

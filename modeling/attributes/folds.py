@@ -84,10 +84,10 @@ def _split(
     chance: np.random.Generator, share: float,
 ) -> Fold:  # fmt: skip
     # hold groups out until the share is reached, one class after the other; one group stays to learn from
-    wanted = max(1, round(share * sum(map(len, others)))) if share > 0 else 0
+    goal = max(1, round(share * sum(map(len, others)))) if share > 0 else 0
     held: list[tuple[str, ...]] = []
     for group in _in_turn(others, classes, chance):
-        short = wanted - sum(map(len, held))
+        short = goal - sum(map(len, held))
         if short > 0 and len(held) < len(others) - 1 and (len(group) <= short or not held):
             held.append(group)
     train = sorted(name for group in others if group not in held for name in group)

@@ -27,8 +27,8 @@ def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...]
     ordered = tuple(sorted(learning.train, key=lambda each: each.id))
     ratings = ratings_of(ordered)
     if ratings.shape[1] != len(learning.attributes) or not np.isfinite(ratings).all():
-        wanted = ", ".join(pair.name for pair in learning.attributes)
-        raise MaterialError(f"ratings are {ratings.shape}; a finite one of each texture on {wanted} is expected.")
+        names = ", ".join(pair.name for pair in learning.attributes)
+        raise MaterialError(f"ratings are {ratings.shape}; a finite one of each texture on {names} is expected.")
     return ordered, ratings
 
 

@@ -104,9 +104,9 @@ def read_folder(
     may_lack = recordings is not None
     albums = [Album(line.id, tuple(_pictures(folder, line, may_lack)) if sight else ()) for line in lines]
     # refuse a file that two textures claim (T1_2 and T1), and the same bytes under two names
-    met: dict[str, Picture] = {}
+    seen_before: dict[str, Picture] = {}
     for picture in (each for album in albums for each in album.pictures):
-        if (other := met.setdefault(picture.sha256, picture)) is not picture:
+        if (other := seen_before.setdefault(picture.sha256, picture)) is not picture:
             same = "claimed twice" if other.path == picture.path else f"the same picture as {other.path}"
             raise MaterialError(f"{picture.name}: {picture.path} is {same}; each picture shows one texture, once")
     looks = [in_a_hurry(each) if quick else each for each in albums]
@@ -139,15 +139,15 @@ def rated_lines(
     lines = [_line(row, decimal) for row in opened.rows()]
     if not lines:
         raise MaterialError(f"{table}: no texture stands under the header; one a line is expected")
-    met: dict[str, str] = {}
+    seen_before: dict[str, str] = {}
     for line in lines:
         if not line.id:
             raise MaterialError(f"{line.place}: the column 'id' is empty")
-        if line.id in met:
-            raise MaterialError(f"{line.place}: the texture {line.id!r} stood at {met[line.id]} already")
+        if line.id in seen_before:
+            raise MaterialError(f"{line.place}: the texture {line.id!r} stood at {seen_before[line.id]} already")
         if Path(line.id).name != line.id:
             raise MaterialError(f"{line.place}: {line.id!r} cannot name a file; letters, digits, - and _ can")
-        met[line.id] = line.place
+        seen_before[line.id] = line.place
     lines = [replace(line, rated=rated_in(line.cells, line.place, columns, (low, high))) for line in lines]
     if scale is None:
         # without a scale, ratings of 1 to 7 must not be read as the lowest of 0 to 100

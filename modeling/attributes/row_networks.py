@@ -232,8 +232,8 @@ class Stack:
 
         A texture with fewer rows begins anew.
         """
-        wanted = starts[:, None] + torch.arange(steps)
-        rows = self.rows[self.first[places, None] + wanted % self.count[places, None]]
+        offsets = starts[:, None] + torch.arange(steps)
+        rows = self.rows[self.first[places, None] + offsets % self.count[places, None]]
         return rows if steps > 1 else rows[:, 0]
 
 

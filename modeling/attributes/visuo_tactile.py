@@ -374,11 +374,11 @@ class VisuoTactile(nn.Module):
 
     def _told(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
         """Return the pictures and the segments among what was given."""
-        wanted = [dims for dims, branch in ((2, self.sight), (5, self.touch)) if branch is not None]
-        if [each.ndim for each in given] != wanted or len({len(each) for each in given}) != 1:
+        expected = [dims for dims, branch in ((2, self.sight), (5, self.touch)) if branch is not None]
+        if [each.ndim for each in given] != expected or len({len(each) for each in given}) != 1:
             found = ", ".join(str(tuple(each.shape)) for each in given)
             raise MaterialError(
-                f"a network was given {found}: as many rows each, with {wanted} dimensions, is expected."
+                f"a network was given {found}: as many rows each, with {expected} dimensions, is expected."
             )
         left = list(given)
         sight = left.pop(0) if self.sight is not None else None

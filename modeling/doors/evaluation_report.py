@@ -88,7 +88,9 @@ def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
     points: list[tuple[str, str]] = []
     if "forward" in evaluation.choices:
         row = _row(evaluation.forward, evaluation.choices["forward"].method)
-        met = row["mae"] <= TARGETS["mae"] and row["rmse"] <= TARGETS["rmse"] and (row["r2"] or 0) >= TARGETS["r2"]
+        is_reached = (
+            row["mae"] <= TARGETS["mae"] and row["rmse"] <= TARGETS["rmse"] and (row["r2"] or 0) >= TARGETS["r2"]
+        )
         ceiling = ""
         if evaluation.ceilings:
             least = evaluation.ceilings[0].mae[-1]
@@ -96,7 +98,7 @@ def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
         ratings = (
             f"Of unseen stimuli: MAE {row['mae']:.2f} (wanted: at most {TARGETS['mae']:g}), RMSE "
             f"{row['rmse']:.2f} ({TARGETS['rmse']:g}), R² {written(row['r2'], '3')} (at least {TARGETS['r2']:g}): "
-            f"{_reached_or_not(met)}.{ceiling}"
+            f"{_reached_or_not(is_reached)}.{ceiling}"
         )
         points.append(("Ratings", ratings))
     if "inverse" in evaluation.choices:
@@ -109,8 +111,8 @@ def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
     return points
 
 
-def _reached_or_not(met: bool) -> str:
-    return "reached" if met else "not reached"
+def _reached_or_not(is_reached: bool) -> str:
+    return "reached" if is_reached else "not reached"
 
 
 def _loop_reached(row: Row) -> list[str]:
@@ -120,9 +122,9 @@ def _loop_reached(row: Row) -> list[str]:
     ):
         if row[name] is not None:
             counts = row[name] if row["loop_attainable"] is None else row["loop_attainable"]
-            met, off = _reached_or_not(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
+            verdict, off = _reached_or_not(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
             some = "" if row["loop_attainable"] is None else f", {counts:.2f} where the wish can be had"
-            return [f"As {whose} it: {off}{some} (wanted: at most {TARGETS['loop']:g}): {met}."]
+            return [f"As {whose} it: {off}{some} (wanted: at most {TARGETS['loop']:g}): {verdict}."]
     return []
 
 
@@ -135,8 +137,8 @@ def _waveform_reached(evaluation: DoorEvaluation, row: Row) -> str:
         "" if oracle is None
         else f" An oracle that knows the very waveform and takes the nearest known one has {oracle['mae']:.2f} %."
     )  # fmt: skip
-    met = _reached_or_not(row["waveform_mae"] <= TARGETS["waveform"])
-    return f"Error {row['waveform_mae']:.2f} % (wanted: at most {TARGETS['waveform']:g} %): {met}.{floor}"
+    verdict = _reached_or_not(row["waveform_mae"] <= TARGETS["waveform"])
+    return f"Error {row['waveform_mae']:.2f} % (wanted: at most {TARGETS['waveform']:g} %): {verdict}.{floor}"
 
 
 def _row(rows: Sequence[Row], method: str) -> Row:

@@ -153,7 +153,7 @@ def balanced(counts: Counts, weight: Sequence[float], shares: Sequence[float]) -
     parts = len(shares)
     if groups < parts:
         raise ModelDataError(f"{groups} sources cannot be dealt into {parts} parts without leaving one empty")
-    wanted = np.outer(counts.sum(axis=1), shares).ravel()
+    targets = np.outer(counts.sum(axis=1), shares).ravel()
     spread = kron(csr_array(counts.astype(np.float64)), eye_array(parts))
     slack = eye_array(labels * parts)
     rows = [
@@ -162,13 +162,13 @@ def balanced(counts: Counts, weight: Sequence[float], shares: Sequence[float]) -
         [spread, -slack],
         [spread, slack],
     ]
-    low = np.r_[np.ones(groups + parts), np.full(len(wanted), -np.inf), np.floor(wanted + ROUNDING)]
-    high = np.r_[np.ones(groups), np.full(parts, np.inf), np.ceil(wanted - ROUNDING), np.full(len(wanted), np.inf)]
+    low = np.r_[np.ones(groups + parts), np.full(len(targets), -np.inf), np.floor(targets + ROUNDING)]
+    high = np.r_[np.ones(groups), np.full(parts, np.inf), np.ceil(targets - ROUNDING), np.full(len(targets), np.inf)]
     chosen = groups * parts
     found = milp(
         np.r_[np.zeros(chosen), np.repeat(np.asarray(weight, dtype=np.float64), parts)],
-        integrality=np.r_[np.ones(chosen), np.zeros(len(wanted))],
-        bounds=Bounds(0, np.r_[np.ones(chosen), np.full(len(wanted), np.inf)]),
+        integrality=np.r_[np.ones(chosen), np.zeros(len(targets))],
+        bounds=Bounds(0, np.r_[np.ones(chosen), np.full(len(targets), np.inf)]),
         constraints=LinearConstraint(block_array(rows, format="csr"), low, high),
         options={"node_limit": MOST_NODES},
     )

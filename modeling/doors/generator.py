@@ -161,8 +161,8 @@ class Teacher:
     def says(self, code: Array) -> Array:
         """(n, components) to (n, attributes + 1): ratings on 0..100, and how foreign the profile is."""
         force = self.profiles(code)
-        said: Array = np.c_[self.forward.predict(force), self.foreign(force)]
-        return said
+        answer: Array = np.c_[self.forward.predict(force), self.foreign(force)]
+        return answer
 
 
 def _distance(z: Array, inverse: Array) -> Array:
@@ -254,10 +254,10 @@ def _trained(recipe: Recipe, teacher: Teacher, codes: Array, had: Array, how: Ho
     size, (components, attributes) = recipe.size, (codes.shape[1], had.shape[1])
     student = fresh(lambda: networks.student_network(components, attributes, size.student), how.drawn("student", 99))
     generator = fresh(lambda: Generator(attributes, components, size.generator, recipe.span), how.drawn("aim", 99))
-    said, prices = teacher.says(codes), (recipe.code_price, recipe.foreign_price)
+    ratings, prices = teacher.says(codes), (recipe.code_price, recipe.foreign_price)
     for number in range(recipe.rounds + 1):
         epochs = size.student_epochs if number == 0 else size.student_epochs // 2
-        networks.teach(student, codes, said, how.settings("student", number, epochs, size))
+        networks.teach(student, codes, ratings, how.settings("student", number, epochs, size))
         networks.aim(generator, student, had, prices, size, how.settings("aim", number, size.generator_epochs, size))
         layers = generator.numbers()
         if number < recipe.rounds:
@@ -265,7 +265,7 @@ def _trained(recipe: Recipe, teacher: Teacher, codes: Array, had: Array, how: Ho
             own, chance = layers.code(wishes), _chance(how.seed, 2 + number)
             moved = STRAY * chance.standard_normal(own.shape) * (chance.random((len(own), 1)) < 0.5)
             own = np.clip(own + moved, -recipe.span, recipe.span)
-            codes, said = np.r_[codes, own], np.r_[said, teacher.says(own)]
+            codes, ratings = np.r_[codes, own], np.r_[ratings, teacher.says(own)]
         # how far the forward model's ratings of what is made lie from wishes that measured profiles have
         off = float(np.abs(teacher.says(layers.code(had))[:, :-1] - had).mean())
         how.report(f"generator: round {number + 1} of {recipe.rounds + 1}, {off:.2f} of 100 off")

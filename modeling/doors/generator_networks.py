@@ -114,8 +114,8 @@ class InLoop(nn.Module):
     def forward(self, wish: Tensor) -> Felt:
         """(n, attributes) to ratings of that shape, how foreign the profiles are (n,), codes (n, components)."""
         code = self.generator(wish)
-        said = self.student(code)
-        return said[:, :-1] * SPREAD + MIDDLE, said[:, -1], code
+        ratings = self.student(code)
+        return ratings[:, :-1] * SPREAD + MIDDLE, ratings[:, -1], code
 
 
 def student_network(components: int, attributes: int, width: int) -> nn.Sequential:
@@ -130,10 +130,10 @@ def fresh(make: Callable[[], Net], seed: int) -> Net:
     return seeded(make, seed)
 
 
-def teach(student: nn.Sequential, code: Array, said: Array, settings: Settings) -> float:
+def teach(student: nn.Sequential, code: Array, ratings: Array, settings: Settings) -> float:
     """Train the student on what a teacher says of codes (n, components); returns the loss of its best epoch."""
     student.requires_grad_(True)
-    target = np.c_[(said[:, :-1] - MIDDLE) / SPREAD, said[:, -1]]
+    target = np.c_[(ratings[:, :-1] - MIDDLE) / SPREAD, ratings[:, -1]]
     return train(student, pairs(code, target), None, nn.HuberLoss(delta=STUDENT_HUBER / SPREAD), settings).best_loss
 
 

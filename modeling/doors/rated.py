@@ -86,20 +86,20 @@ def rated_of(
     if not rated.all():
         names = [name for name, here in zip(questions.attributes, rated, strict=True) if not here]
         raise ModelDataError(f"nobody rated {', '.join(names)}: ratings on every attribute are expected")
-    met = _answered(individual).any(axis=0).all(axis=-1)
-    if not met.all() and not rated_only:
-        names = [stimulus.id for stimulus, here in zip(shown, met, strict=True) if not here]
+    is_rated = _answered(individual).any(axis=0).all(axis=-1)
+    if not is_rated.all() and not rated_only:
+        names = [stimulus.id for stimulus, here in zip(shown, is_rated, strict=True) if not here]
         raise ModelDataError(
             f"no ratings of {some(names, SHOWN)} on every attribute; collect them, or leave such stimuli out"
             " (rated_only)"
         )
-    kept = np.flatnonzero(met)
+    chosen = np.flatnonzero(is_rated)
     # the ratings of these stimuli only, without people who rated none of them
-    value = individual.value[:, kept]
+    value = individual.value[:, chosen]
     here = np.flatnonzero(~np.isnan(value).all(axis=(1, 2)))
     groups = tuple(individual.groups[i] for i in here)
     individual = Individual(tuple(individual.people[i] for i in here), groups, value[here])
-    data = _means([shown[i] for i in kept], questions, individual, simulated, tuple(made_from))
+    data = _means([shown[i] for i in chosen], questions, individual, simulated, tuple(made_from))
     demand_learnable(data)
     return Rated(data, individual)
 
@@ -136,8 +136,8 @@ def _means(
 ) -> DoorData:
     ids = tuple(each.id for each in shown)
     force = np.array([each.force_N for each in shown], dtype=np.float64).reshape(len(ids), POINTS)
-    met = _answered(individual)
-    count: Indices = met.sum(axis=0)
+    is_rated = _answered(individual)
+    count: Indices = is_rated.sum(axis=0)
     mean = np.nansum(individual.value, axis=0) / count
     # the SD between raters (n - 1), NaN where one person rated: an SD that nobody knows is not 0
     squares = np.nansum((individual.value - mean) ** 2, axis=0)
@@ -150,7 +150,7 @@ def _means(
         doors=tuple(each.door for each in shown),
         variants=tuple(each.variant for each in shown),
         source=merged_sources(ids, force),
-        groups=tuple(_whose(individual, met[:, i].any(axis=1)) for i in range(len(ids))),
+        groups=tuple(_whose(individual, is_rated[:, i].any(axis=1)) for i in range(len(ids))),
         force_N=force,
         rating=mean,
         sd=np.sqrt(variance),

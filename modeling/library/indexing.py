@@ -59,8 +59,8 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
         found.append(math.sqrt(sum(sd * sd for sd in known) / len(known)) if known else UNKNOWN_SD)
     usual, entries, left_out, unsaid = tuple(found), [], {}, []
     ordered = sorted(material.textures, key=lambda each: each.id)
-    said = _all_predicted(ordered, model)
-    for texture, (predicted, why) in zip(ordered, said, strict=True):
+    predicted_textures = _all_predicted(ordered, model)
+    for texture, (predicted, why) in zip(ordered, predicted_textures, strict=True):
         rated = None if texture.rated is None else _rated(texture.rated, usual)
         if rated is None and predicted is None:
             left_out[texture.id] = f"nobody rated it, and {why}"
@@ -124,8 +124,8 @@ def _believed(sd: float | None, usual: float, raters: int) -> float:
 def _all_predicted(textures: Sequence[Texture], model: Predictor | None) -> list[tuple[Predicted | None, str]]:
     if model is None:
         return [(None, "there is no model")] * len(textures)
-    said = model.predictions(textures)
-    return [_predicted(texture, model, rows) for texture, rows in zip(textures, said, strict=True)]
+    answers = model.predictions(textures)
+    return [_predicted(texture, model, rows) for texture, rows in zip(textures, answers, strict=True)]
 
 
 def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) -> tuple[Predicted | None, str]:

@@ -43,8 +43,8 @@ def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
 def wish_words(wish: Wish, library: Library) -> str:
     """Return what a wish was taken to mean: the values that fit it at least by half."""
     low, high = library.attributes[wish.pair]
-    met = wish.soft.met
-    return f"{wish.said}: {low}-{high} {met[0]:.0f} to {met[1]:.0f}" if met else f"{wish.said}: nowhere"
+    fits = wish.soft.met
+    return f"{wish.said}: {low}-{high} {fits[0]:.0f} to {fits[1]:.0f}" if fits else f"{wish.said}: nowhere"
 
 
 def plain_entry(entry: Entry, library: Library, kind: Kind | None = None) -> dict[str, Any]:
@@ -104,9 +104,9 @@ def table(
         values = (value_text(value_of(entry, at, kind)) for at in range(count))
         own = (column[place] for column in further.values())
         label = "" if entry.label == entry.id else entry.label
-        said = came_from(entry, count, kind)
+        source = came_from(entry, count, kind)
         names = map(escape, (entry.id, label, entry.category))
-        result.add_row(str(place + 1), *names, *own, *values, said)
+        result.add_row(str(place + 1), *names, *own, *values, source)
     return result
 
 

@@ -64,9 +64,9 @@ def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = No
     for name in classes:
         if name.lower() not in there:
             raise LibraryError(f"no class {name!r} in this library; {nearest(name.lower(), there.values())}")
-    wanted = {name.lower() for name in classes} or set(there)
+    names = {name.lower() for name in classes} or set(there)
     result = tuple(
-        texture for texture in library.textures if texture.category.lower() in wanted and known(texture, kind)
+        texture for texture in library.textures if texture.category.lower() in names and known(texture, kind)
     )
     if not result:
         how = {None: "", "rated": " that people rated", "predicted": " that a model predicted"}[kind]
@@ -79,11 +79,11 @@ def named(library: Library, name: str) -> Entry:
 
     Raises LibraryError where there is none, and for a label that several have.
     """
-    wanted = name.lower()
+    key = name.lower()
     for texture in library.textures:
-        if wanted == texture.id.lower():
+        if key == texture.id.lower():
             return texture
-    found = [texture for texture in library.textures if wanted == texture.label.lower()]
+    found = [texture for texture in library.textures if key == texture.label.lower()]
     if len(found) > 1:
         raise LibraryError(f"{len(found)} textures are called {name!r}: {some(each.id for each in found)}. Say which.")
     if found:
@@ -112,10 +112,10 @@ class Excluded:
 def excluded(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Excluded]:
     """What each wish leaves out, in the order in which they were said; what was said in one breath is one wish."""
     result = []
-    for said in dict.fromkeys(wish.said for wish in wishes):
-        own, others = [wish for wish in wishes if wish.said == said], [wish for wish in wishes if wish.said != said]
+    for text in dict.fromkeys(wish.said for wish in wishes):
+        own, others = [wish for wish in wishes if wish.said == text], [wish for wish in wishes if wish.said != text]
         out = len(entries) - _fit(entries, own, kind)
-        result.append(Excluded(said, out, _fit(entries, others, kind) if others else None))
+        result.append(Excluded(text, out, _fit(entries, others, kind) if others else None))
     return result
 
 

@@ -156,8 +156,8 @@ def in_words(known: Vocabulary, pair: int, value: float) -> str:
     if known.ranges["medium"].at(towards) >= 1:
         return f"neither {low.lower()} nor {high.lower()}"
     degree = next((each for each in TELLING if known.ranges[each].at(towards) >= 0.5), "slightly")
-    said = {"slightly": "a bit"}.get(degree, degree)
-    return f"{said} {word.lower()}".strip()
+    words = {"slightly": "a bit"}.get(degree, degree)
+    return f"{words} {word.lower()}".strip()
 
 
 def known_words(known: Vocabulary) -> str:
@@ -169,8 +169,8 @@ def known_words(known: Vocabulary) -> str:
         texts.append(f"{text.lower()} ({also})" if also else text.lower())
     degrees = []
     for name in filter(None, known.ranges):
-        said = [" ".join(phrase) for phrase, meant in known.degrees.items() if meant == name]
-        others = [each for each in said if each != name]
+        phrases = [" ".join(phrase) for phrase, meant in known.degrees.items() if meant == name]
+        others = [each for each in phrases if each != name]
         degrees.append(f"{name} ({', '.join(others[:2])})" if others else name)
     return (
         f"Words: {'; '.join(texts)}. Before them: {', '.join(degrees)}. After them a number from 0 to 100, as in "

@@ -82,9 +82,9 @@ def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
         wishes = [wish for wish in result if wish.pair == pair[0]]
         if len(wishes) > 1 and combined(wishes)[0][1].best < HALF_MET + ROUNDING:
             low, high = known.pairs[wishes[0].pair]
-            said = " and ".join(dict.fromkeys(repr(wish.said) for wish in wishes))
+            quoted = " and ".join(dict.fromkeys(repr(wish.said) for wish in wishes))
             raise LibraryError(
-                f"{said} contradict each other: they are about one attribute, {low}-{high}, and no value fits both. "
+                f"{quoted} contradict each other: they are about one attribute, {low}-{high}, and no value fits both. "
                 f"Leave one out, or say 'neither {low.lower()} nor {high.lower()}' for the middle."
             )
     return result
@@ -202,9 +202,9 @@ def _word(reader: _Reader) -> Word:
     result = reader.take(reader.known.words)
     if result is not None:
         return result
-    said = reader.peek()
-    if not said or said in SEPARATORS:
-        raise LibraryError(f"{reader.text!r}: a word is missing{f' before {said!r}' if said else ' at the end'}.")
+    word = reader.peek()
+    if not word or word in SEPARATORS:
+        raise LibraryError(f"{reader.text!r}: a word is missing{f' before {word!r}' if word else ' at the end'}.")
     raise not_expected(reader.text, reader.words[reader.at :], reader.known)
 
 
@@ -288,26 +288,26 @@ def not_expected(text: str, words: Sequence[str], known: Vocabulary) -> LibraryE
 
 def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str]:
     """Yield the explanations, the most particular first."""
-    said = words[0]
-    if said == "or":
+    word = words[0]
+    if word == "or":
         yield f"{text!r}: 'or' cannot be asked; ask once for each."
-    if said in known.classes:
-        yield f"{said!r} is a class, not a feeling: say --class {said}."
-    if said in known.foreign:
+    if word in known.classes:
+        yield f"{word!r} is a class, not a feeling: say --class {word}."
+    if word in known.foreign:
         have = ", ".join(f"{low}-{high}" for low, high in known.pairs)
-        yield f"{said!r}: these textures are not known as {known.foreign[said]} or not, only by {have}."
-    if said in LIKENESS:
+        yield f"{word!r}: these textures are not known as {known.foreign[word]} or not, only by {have}."
+    if word in LIKENESS:
         yield f"{text!r}: 'find' takes how a texture feels, as 'very rough'. {ASK_NEAREST}"
     if tuple(words[:2]) == ("at", "all"):
         yield f"{text!r}: 'at all' goes with 'not': 'not rough at all', or 'not at all rough'."
     if (comparison := _compared(words, known)) is not None:
         yield f"{comparison} {ASK_NEAREST}"
-    if any(phrase[0] == said for phrase in known.degrees):
-        yield f"{text!r}: {said!r} cannot stand there; a word of an attribute is expected, as 'rough'."
-    close = nearest(said, [" ".join(phrase) for phrase in (*known.words, *known.degrees)])
+    if any(phrase[0] == word for phrase in known.degrees):
+        yield f"{text!r}: {word!r} cannot stand there; a word of an attribute is expected, as 'rough'."
+    close = nearest(word, [" ".join(phrase) for phrase in (*known.words, *known.degrees)])
     if close.startswith("did"):
-        yield f"{said!r} is not known. {close[0].upper()}{close[1:]}"
-    yield f"{said!r} is not known. {known_words(known)}"
+        yield f"{word!r} is not known. {close[0].upper()}{close[1:]}"
+    yield f"{word!r} is not known. {known_words(known)}"
 
 
 def _compared(words: Sequence[str], known: Vocabulary) -> str | None:
@@ -325,10 +325,10 @@ def _compared(words: Sequence[str], known: Vocabulary) -> str | None:
     return None
 
 
-def _told(said: str, *instead: str) -> str:
+def _told(text: str, *instead: str) -> str:
     """Refuse a comparison: it has no texture to begin from, so that each wish is of one texture by itself."""
     shown = " or ".join(repr(each) for each in instead)
-    return f"{said!r} compares, and 'find' takes how a texture feels by itself: say {shown}."
+    return f"{text!r} compares, and 'find' takes how a texture feels by itself: say {shown}."
 
 
 def _forms(phrase: Phrase) -> Iterator[tuple[str, str]]:

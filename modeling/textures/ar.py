@@ -176,10 +176,10 @@ def _groups(learning: Learning, pieces: Sequence[tuple[int, int]]) -> list[list[
     hand = learning.recording.signals[1:].T / PER
     places = np.array([hand[a:b].mean(axis=0) for a, b in pieces])
     total = sum(b - a for a, b in pieces)
-    wanted = min(POINTS, total // SAMPLES, len(pieces))
-    if wanted < 2 or np.ptp(places, axis=0).max() < 1e-6:
+    points = min(POINTS, total // SAMPLES, len(pieces))
+    if points < 2 or np.ptp(places, axis=0).max() < 1e-6:
         return [list(pieces)]
-    labels = fcluster(ward(places), wanted, "maxclust")
+    labels = fcluster(ward(places), points, "maxclust")
     return [[pieces[row] for row in np.flatnonzero(labels == label)] for label in np.unique(labels)]
 
 

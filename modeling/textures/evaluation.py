@@ -55,12 +55,12 @@ def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
         )
         return Choice(DEFAULT, why)
     best = min(ran, key=lambda row: (-row["kept"], -row["ran"], row["felt_dB"]))
-    kept, of = int(best["kept"]), int(best["ran"])
+    within, of = int(best["kept"]), int(best["ran"])
     why = (
         f"No method keeps all limits of free running on any texture; {best['title']} has the least distance of felt "
         f"levels: {best['felt_dB']:.2f} dB."
-        if not kept
-        else f"{best['title']} keeps all limits of free running on {kept} of {of} textures, and its felt levels are "
+        if not within
+        else f"{best['title']} keeps all limits of free running on {within} of {of} textures, and its felt levels are "
         f"{best['felt_dB']:.2f} dB off."
     )
     sentences = _of_ours(ran, textures, best)

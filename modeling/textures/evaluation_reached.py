@@ -58,13 +58,13 @@ def _within_limits(
     sentence = f"{low:.3f} to {high:.3f} over the textures (wanted: {limit}{_again(evaluation, column)})".replace(
         "-", "−"
     )
-    met = f"reached on {len(values.keys() - off.keys())} of {len(evaluation.textures)}"
+    where = f"reached on {len(values.keys() - off.keys())} of {len(evaluation.textures)}"
     missed = "".join(
         f", {what} {', '.join(texture.replace('_', ' ') for texture in textures)}"
         for what, textures in (("not on", off), ("not judged on", blank))
         if textures
     )
-    return name, f"{sentence}: {f'{met}{missed}' if missed else 'reached'}."
+    return name, f"{sentence}: {f'{where}{missed}' if missed else 'reached'}."
 
 
 def _again(evaluation: TextureEvaluation, column: str) -> str:
@@ -76,12 +76,12 @@ def _again(evaluation: TextureEvaluation, column: str) -> str:
 
 def _failure(rows: Sequence[Row]) -> str:
     """Return how the deterministic network is on its own output."""
-    kept = sum(not row["beyond"] for row in rows)
+    within = sum(not row["beyond"] for row in rows)
     low, high = least(row["level"] for row in rows), most(row["level"] for row in rows)
     cycle = most(row["cycle_excess"] for row in rows)
     spread = "" if low is None or high is None else f" Level {low:.2f} to {high:.2f}"
     repeats = "" if cycle is None else f"; repeats itself by up to {cycle:.2f} more than the truth"
-    return f"Keeps all limits on {kept} of {len(rows)} textures when it runs on its own output.{spread}{repeats}."
+    return f"Keeps all limits on {within} of {len(rows)} textures when it runs on its own output.{spread}{repeats}."
 
 
 def _ran(rows: Sequence[Row], method: str) -> list[Row]:

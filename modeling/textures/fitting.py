@@ -235,6 +235,6 @@ def _float32(values: object) -> Tensor:
 def shaped(x: Tensor, *sides: int) -> Tensor:
     """(batch, *sides) as it is. Raises TextureDataError for another shape."""
     if x.shape[1:] != sides:
-        wanted = ", ".join(map(str, ("batch", *sides)))
-        raise TextureDataError(f"a network came to shape {tuple(x.shape)}: ({wanted}) is expected.")
+        expected = ", ".join(map(str, ("batch", *sides)))
+        raise TextureDataError(f"a network came to shape {tuple(x.shape)}: ({expected}) is expected.")
     return x

@@ -146,8 +146,8 @@ def levelled(network: Adversaries, found: Spectra, scale: SpectraScale, seed: in
     rows = watched(found, scale, seed)
     with training_state(0, 1), torch.no_grad():
         made = network(*rows.inputs).numpy().astype(np.float64)
-    power, wanted = (np.exp(2 * each).mean(axis=(0, 1)) for each in (scale.up(made), found.log_magnitude))
-    return replace(scale, mean=scale.mean + 0.5 * np.log(wanted / power))
+    power, true_power = (np.exp(2 * each).mean(axis=(0, 1)) for each in (scale.up(made), found.log_magnitude))
+    return replace(scale, mean=scale.mean + 0.5 * np.log(true_power / power))
 
 
 def watched(held: Spectra, scale: SpectraScale, seed: int) -> Pairs:

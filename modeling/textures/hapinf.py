@@ -64,10 +64,10 @@ class HapInf(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """Encode the window, ask it for the next place."""
-        begun = shaped(x, 3, self.window).flatten(1) @ self.pick.T
+        started = shaped(x, 3, self.window).flatten(1) @ self.pick.T
         memory = self.distilled(self.first(self.embedded(x)))
         memory = self.encoded(self.second(shaped(memory, self.newer, WIDTH)))
-        y = self.wanted(begun.view(-1, 3, self.asked))
+        y = self.wanted(started.view(-1, 3, self.asked))
         y = self.decoded(self.forward_layer(self.across(self.among(y), memory)))
         result: Tensor = self.last(shaped(y, self.asked, WIDTH)[:, -1])
         return result

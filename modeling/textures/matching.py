@@ -184,11 +184,11 @@ def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Arr
     recording's. A linear predictor of what was recorded would not do: it is fitted to the peaks of a spectrum, and what
     lies 15 dB below them is felt as well. Raises TextureDataError where either is too short for a spectrum.
     """
-    hertz, wanted = density(truth)
+    hertz, true_power = density(truth)
     found = density(made)[1]
     weigh = third_octaves(hertz) * (hertz[1] / np.array([[threshold_m_s2(middle)] for middle in BANDS_HZ]) ** 2)
     lags = np.exp(-2j * np.pi * hertz[:, None] / RATE_HZ * np.arange(len(own), 0, -1))
-    whitened, heard, goal = 1 - lags @ own, hertz >= LOWEST_HZ, _felt(weigh @ wanted)
+    whitened, heard, goal = 1 - lags @ own, hertz >= LOWEST_HZ, _felt(weigh @ true_power)
 
     def off(change: Array) -> Array:
         response = np.maximum(np.abs(whitened - lags @ change[:-1]), NEAREST)

@@ -122,13 +122,13 @@ def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], l
     length = len(known)
     first = round(way.trim_s * RATE_HZ)
     cut = [each.cut(max(0, first - each.first), max(0, length - first - each.first)) for each in found]
-    kept = [each for each in cut if len(each.axes)]
-    if not kept:
+    remaining = [each for each in cut if len(each.axes)]
+    if not remaining:
         raise TooShort(
             f"{touched.where}: nothing of its {length / RATE_HZ:.2f} s is left where {way.trim_s:g} s are trimmed at"
             " both ends: record longer"
         )
-    return kept, notes
+    return remaining, notes
 
 
 def _holes(
@@ -139,11 +139,11 @@ def _holes(
         raise TextureDataError(
             f"{where}: nowhere are acceleration, speed and force all known for {SHORTEST_S:g} s; record again"
         )
-    kept, longest_s = sum(b - a for a, b in runs), max(signal.lasts_s for signal in signals)
-    share = f"{kept / RATE_HZ:.2f} of {longest_s:.2f} s"
-    if kept < known.sum() or len(runs) > 1:
+    used, longest_s = sum(b - a for a, b in runs), max(signal.lasts_s for signal in signals)
+    share = f"{used / RATE_HZ:.2f} of {longest_s:.2f} s"
+    if used < known.sum() or len(runs) > 1:
         return [f"{len(runs)} stretches between holes, {share}"]
-    if longest_s - kept / RATE_HZ <= AT_ENDS_S:
+    if longest_s - used / RATE_HZ <= AT_ENDS_S:
         return []
     each_s = ", ".join(f"{signal.what} {signal.known_s:.2f} s" for signal in signals)
     return [f"all signals are known together for {share} ({each_s}): the rest is left out"]

@@ -69,11 +69,11 @@ def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
     names = [each.name for each in found]
     if missing := [name for name in textures if name not in names]:
         raise TextureDataError(f"{path}: no recording of {missing[0]!r}; there are {', '.join(names[:8])}")
-    wanted = [each for each in found if not textures or each.name in textures]
-    for file in (file for each in wanted for file in each.files.values()):
+    selected = [each for each in found if not textures or each.name in textures]
+    for file in (file for each in selected for file in each.files.values()):
         if not file.is_file():
             raise TextureDataError(f"{file}: no such file; every signal of a texture has one of the same name")
-    return wanted
+    return selected
 
 
 def names_in(path: Path) -> list[str]:
@@ -166,16 +166,16 @@ def _signal(what: str, document: Document, apart: bool, notes: list[str]) -> Sam
 
 
 def _rate(document: Document, notes: list[str]) -> float:
-    said = document.text(*RATES)
-    if not said:
+    text = document.text(*RATES)
+    if not text:
         notes.append(f"{RATE_HZ:g} Hz, as the toolkit documents: the file says no rate")
         return RATE_HZ
     try:
-        rate_hz = float(said)
+        rate_hz = float(text)
     except ValueError:
         rate_hz = float("nan")
     if not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise TextureDataError(f"{document.where}: SampleRate is {said[:40]!r}; a number above 0 is expected")
+        raise TextureDataError(f"{document.where}: SampleRate is {text[:40]!r}; a number above 0 is expected")
     return rate_hz
 
 

@@ -66,9 +66,9 @@ def frames_of(recording: Recording, frames: int = FRAMES, window: int = WINDOW) 
         raise TextureDataError(f"{frames} frames for windows of {window} samples: at least 3 and 1 are expected")
     least = LEAST_WINDOWS * window
     whole = sum(stop - start for start, stop in pieces_of(recording))
-    for wanted in (frames, *((frames // 2,) if frames >= 2 * len(NAMES) else ()), *range(frames // 2 - 1, 2, -1)):
-        length = whole // wanted
-        result = tuple(_cut(recording, wanted, length))
+    for number in (frames, *((frames // 2,) if frames >= 2 * len(NAMES) else ()), *range(frames // 2 - 1, 2, -1)):
+        length = whole // number
+        result = tuple(_cut(recording, number, length))
         if length >= least and len(result) >= len(NAMES):
             return result
     raise TextureDataError(
@@ -81,7 +81,7 @@ def split_notes(recording: Recording, parts: Parts, frames: int = FRAMES) -> tup
     """Return what a reader should know of parts: fewer frames than wanted, shares that whole frames do not reach."""
     fit = fit_of(recording, parts)
     notes = [f"{fit.frames} frames instead of {frames}: the recording is short"] if fit.frames < frames else []
-    if any(abs(found - wanted) > TOLERATED for found, wanted in zip(fit.shares, SHARES, strict=True)):
+    if any(abs(found - share) > TOLERATED for found, share in zip(fit.shares, SHARES, strict=True)):
         notes.append("parts of {:.0%} / {:.0%} / {:.0%}: whole frames give no nearer ones".format(*fit.shares))
     return tuple(notes)
 

@@ -84,10 +84,10 @@ class Adversarial:
     def _criticise(self, critic: nn.Module, condition: Tensor, real: Tensor, made: Tensor) -> Tensor:
         """Return the critic's loss."""
         real = real.detach().requires_grad_()
-        said = critic(condition, real)
-        (slope,) = torch.autograd.grad(said.sum(), real, create_graph=True)
+        judgement = critic(condition, real)
+        (slope,) = torch.autograd.grad(judgement.sum(), real, create_graph=True)
         steep = slope.flatten(1).square().sum(dim=1).mean()
-        wrong = functional.softplus(-said).mean() + functional.softplus(critic(condition, made)).mean()
+        wrong = functional.softplus(-judgement).mean() + functional.softplus(critic(condition, made)).mean()
         result: Tensor = wrong + self.penalty * steep
         return result
 

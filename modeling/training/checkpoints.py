@@ -43,12 +43,17 @@ class Checkpoint:
     plain: Mapping[str, Any]
 
 
-def write_checkpoint(folder: Path, kept: Checkpoint) -> None:
+def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
     """Write it beside the last one, and remove what is older than that one, or damaged and passed over."""
-    name = f"epoch-{kept.epoch:06d}"
-    tensors = save(dict(kept.tensors))
+    name = f"epoch-{checkpoint.epoch:06d}"
+    tensors = save(dict(checkpoint.tensors))
     write_bytes(folder / f"{name}.safetensors", tensors)
-    plain = {**kept.plain, "format": FORMAT, "epoch": kept.epoch, "tensors": hashlib.sha256(tensors).hexdigest()}
+    plain = {
+        **checkpoint.plain,
+        "format": FORMAT,
+        "epoch": checkpoint.epoch,
+        "tensors": hashlib.sha256(tensors).hexdigest(),
+    }
     write_bytes(folder / f"{name}.json", canonical({**plain, "digest": digest(plain)}))
     # Keep the newest and the one before it. One with a later name is damaged, or the training would have gone on from
     # there. The JSON file goes first: without it its tensors are nobody's.
