@@ -331,51 +331,59 @@ class FormKind:
     timed: bool = False
 
 
-_SIMULATED = "palpate.protocols.answering"
 FORMS: Registry[FormKind] = Registry(
     FORM_PLACES,
     parts={
-        "sliders": FormKind("rating {n} attribute(s)", lazy_function(f"{_SIMULATED}:rate"), timed=True),
+        "sliders": FormKind("rating {n} attribute(s)", lazy_function("palpate.protocols.answering:rate"), timed=True),
         "similarity": FormKind(
-            "switching sides and rating {n} attribute(s)", lazy_function(f"{_SIMULATED}:compare"), timed=True
+            "switching sides and rating {n} attribute(s)",
+            lazy_function("palpate.protocols.answering:compare"),
+            timed=True,
         ),
-        "authoring": FormKind("setting {n} slider(s)", lazy_function(f"{_SIMULATED}:author"), timed=True),
+        "authoring": FormKind("setting {n} slider(s)", lazy_function("palpate.protocols.answering:author"), timed=True),
         "adjectives": FormKind(
             "ticking adjectives, {n} word(s)",
-            lazy_function(f"{_SIMULATED}:tick_words"),
+            lazy_function("palpate.protocols.answering:tick_words"),
             table="words",
             title="words to tick",
         ),
         "lexicon": FormKind(
-            "writing adjectives", lazy_function(f"{_SIMULATED}:write_words"), table="words", title="words of one's own"
+            "writing adjectives",
+            lazy_function("palpate.protocols.answering:write_words"),
+            table="words",
+            title="words of one's own",
         ),
         "suggestions": FormKind(
             "suggesting further adjectives",
-            lazy_function(f"{_SIMULATED}:write_words"),
+            lazy_function("palpate.protocols.answering:write_words"),
             table="words",
             title="suggestions at the end",
         ),
         "demographics": FormKind(
             "answering {n} question(s) about themselves",
-            lazy_function(f"{_SIMULATED}:describe_oneself"),
+            lazy_function("palpate.protocols.answering:describe_oneself"),
             answer_kind="by question",
             title="about the person",
         ),
         "likert": FormKind(
             "answering {n} statement(s)",
-            lazy_function(f"{_SIMULATED}:rate_statements"),
+            lazy_function("palpate.protocols.answering:rate_statements"),
             answer_kind="points",
             title="the questionnaire",
         ),
         "interview": FormKind(
             "answering {n} question(s) in their own words",
-            lazy_function(f"{_SIMULATED}:leave_empty"),
+            lazy_function("palpate.protocols.answering:leave_empty"),
             title="free text",
         ),
-        "eligibility": FormKind("answering whether they can take part", lazy_function(f"{_SIMULATED}:agree")),
-        "consent": FormKind("reading the consent form", lazy_function(f"{_SIMULATED}:agree"), answer_kind="agreed"),
+        "eligibility": FormKind(
+            "answering whether they can take part", lazy_function("palpate.protocols.answering:agree")
+        ),
+        "consent": FormKind(
+            "reading the consent form", lazy_function("palpate.protocols.answering:agree"), answer_kind="agreed"
+        ),
         "anchor": FormKind(
-            "getting to know a reference", lazy_function(f"{_SIMULATED}:feel_reference"), table="anchors"
+            "getting to know a reference", lazy_function("palpate.protocols.answering:feel_reference"), table="anchors"
         ),
     },
 )
