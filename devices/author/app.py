@@ -79,7 +79,7 @@ class DesignerApp(WindowApp):
             self._beside(RecoverScreen(self.page, left.name), lambda page: self._recovered(page, left))
 
     def turn(self) -> None:
-        """One look at the window: what was done, drawn, kept, and acted upon."""
+        """Handle inputs, paint, save the work, and act on what was requested, once."""
         (self.on or self._scene).turn()
         self._keep()
         # Say why the door in the hand stays as it is, where it took a change last and could not.
@@ -111,7 +111,7 @@ class DesignerApp(WindowApp):
         main.show_status(status)
 
     def hand_at(self, place: tuple[float, float] | None) -> None:
-        """Where the door is while it plays."""
+        """Show where the door is while it plays."""
         self.main.show_status(replace(self.main.status, hand=place))
 
     def _act(self, act: str) -> None:
@@ -157,7 +157,7 @@ class DesignerApp(WindowApp):
             self.main.say(words, wrong=played.wrong)
 
     def _forces(self, setting: Setting) -> tuple[float, ...]:
-        """The door of a setting, as the view draws it."""
+        """Return the forces of a setting's door in newtons, as the view draws it."""
         return tuple(self.main.view.made(setting).force_N.tolist())
 
     def _name_screen(self, prompt: str) -> NameScreen:
@@ -192,9 +192,10 @@ class DesignerApp(WindowApp):
         return designs.design_of(name, setting, self.maker, self.main.view.made(setting))
 
     def _open(self, name: str) -> None:
-        """The design's wishes, on the sliders; the door is made of them by the models that are loaded.
+        """Put a design's wishes on the sliders; the loaded models make the door.
 
-        Where these are others, it has no name: saved or exported as it was called, it would replace the old door.
+        Where these are other models than the design's, the work has no name: saved or exported under the old one, it
+        would replace the old door.
         """
         design = designs.read_design(designs.designs_folder(self.lab) / f"{name}.json")
         setting = designs.setting_of(design, self.maker)
@@ -214,14 +215,14 @@ class DesignerApp(WindowApp):
         self.put_on(self.scene(page, type(page).__name__))
 
     def _keep(self) -> None:
-        """The work on disk is the work on the screen."""
+        """Save the work on the screen to disk."""
         if self.main.work is not self._kept and self.main.work != self._kept:
             self._kept = self.main.work
             designs.keep(self.lab, self.main.work, self.maker)
 
 
 def _door(options: WindowOptions) -> tuple[DoorSimulator | None, str]:
-    """The door to play on, not opened yet; None, and why, where the station has none. Raises RigFileError."""
+    """Return the door to play on, not opened yet, or None and the reason why there is none. Raise RigFileError."""
     from palpate.devices.kinds import KINDS
     from palpate.devices.rig.file import read_rig, rig_path
 
@@ -240,7 +241,7 @@ def _door(options: WindowOptions) -> tuple[DoorSimulator | None, str]:
 
 @contextmanager
 def _alone(lab: Path) -> Iterator[None]:
-    """One window for a lab at a time: two would keep their work in one file. Raises DesignError."""
+    """Hold the lab's lock, because two windows would save to one file. Raise DesignError where it is held."""
     from filelock import FileLock, Timeout
 
     folder = designs.designs_folder(lab)

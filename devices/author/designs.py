@@ -64,12 +64,12 @@ class Kept(Strict):
 
 
 def designs_folder(lab: Path) -> Path:
-    """Where a lab's designs lie."""
+    """Return the folder of a lab's designs."""
     return lab / FOLDER
 
 
 def name_problem(name: str) -> str:
-    """Why a design cannot have this name, as a key of the texts; "" where it can."""
+    """Return the texts' key of why a design cannot have this name; "" where it can."""
     if not name:
         return "name_missing"
     if len(name) > LONGEST_NAME:
@@ -79,7 +79,7 @@ def name_problem(name: str) -> str:
 
 
 def design_of(name: str, setting: Setting, maker: Maker, made: Made) -> Design:
-    """What is to be saved. Raises DesignError on a name that cannot be."""
+    """Return the design to save. Raise DesignError on a name that is not allowed."""
     if problem := name_problem(name):
         raise DesignError(f"a design cannot be called {name!r:.80} ({problem}): letters, digits, blanks, - and _")
     predicted = {low: round(float(value), 2) for low, value in zip(maker.attributes, made.predicted, strict=True)}
@@ -103,18 +103,18 @@ def export(lab: Path, design: Design) -> Path:
 
 
 def names(lab: Path) -> list[str]:
-    """The lab's designs, in the order of the alphabet."""
+    """Return the names of the lab's designs in alphabetical order."""
     return sorted(path.stem for path in designs_folder(lab).glob("*.json") if not path.name.startswith("."))
 
 
 def read_design(path: Path) -> Design:
-    """A saved design. Raises DesignError naming file and place where it is none."""
+    """Return a saved design. Raise DesignError naming file and place where the file is not a valid design."""
     design: Design = _read(path, Design)
     return design
 
 
 def setting_of(design: Design, maker: Maker) -> Setting:
-    """The setting that makes a design. Raises DesignError where it was made for other attributes."""
+    """Return the setting that makes a design. Raise DesignError where the design has other attributes."""
     if set(design.wish) != set(maker.attributes):
         theirs, ours = ", ".join(design.wish), ", ".join(maker.attributes)
         raise DesignError(f"{design.name}: this design wishes for {theirs}; these models make doors from {ours}")
@@ -131,9 +131,9 @@ def keep(lab: Path, work: Work, maker: Maker) -> None:
 
 
 def kept_work(lab: Path, maker: Maker) -> Work | None:
-    """The work that was under way when the window was last closed; None where there is none.
+    """Return the work that was under way when the window was last closed; None where there is none.
 
-    Raises DesignError where the file is damaged, or is work on doors of other attributes.
+    Raise DesignError where the file is damaged, or is work on doors of other attributes.
     """
     path = designs_folder(lab) / KEPT
     if not path.is_file():
@@ -148,14 +148,14 @@ def kept_work(lab: Path, maker: Maker) -> Work | None:
 
 
 def put_aside(lab: Path) -> None:
-    """The work that was kept is not gone on with; until the next time it lies beside."""
+    """Rename the kept work, so that it is not resumed; it stays beside until the next time."""
     path = designs_folder(lab) / KEPT
     if path.is_file():
         path.replace(path.with_name(BEFORE))
 
 
 def forget(lab: Path) -> None:
-    """Everything is saved: nothing needs to be kept."""
+    """Delete the kept work, because everything is saved."""
     (designs_folder(lab) / KEPT).unlink(missing_ok=True)
 
 

@@ -57,11 +57,11 @@ class Upright(Target):
         return max(9, self.box.width // 7) | 1
 
     def row(self, value: float) -> int:
-        """The row of a value."""
+        """Return the row of a value."""
         return self.line.bottom - 1 - round(value / 100 * (self.line.height - 1))
 
     def value_at(self, y: float) -> float:
-        """The value at a row; beyond the line's ends, the nearer end."""
+        """Return the value at a row; beyond the line's ends, that of the nearer end."""
         return min(max(100 * (self.line.bottom - 1 - y) / (self.line.height - 1), 0.0), 100.0)
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
@@ -84,7 +84,7 @@ class Upright(Target):
         self._ring(image, page)
 
     def _beside(self, image: Image.Image, page: Page) -> None:
-        """The other design's wish: a short stroke to the left of the line."""
+        """Draw the other design's wish: a short stroke to the left of the line."""
         if self.beside is None:
             return
         width, thick = round(0.16 * self.box.width), 2 * hair(page) + 1
@@ -104,7 +104,7 @@ class Felt(Element):
 
     @classmethod
     def beside(cls, name: str, slider: Upright, value: float, page: Page) -> Felt:
-        """The dot of a slider at a value."""
+        """Return the dot of a slider at a value."""
         side = max(7, round(0.115 * slider.box.width)) | 1
         reach, x = side // 2 + hair(page), slider.box.left + round(0.85 * slider.box.width)
         felt, wish = slider.row(value), slider.row(slider.wish)
@@ -112,7 +112,7 @@ class Felt(Element):
         return cls(name, Box(x - reach, top, 2 * reach + 1, bottom - top), slider.name, felt - top, wish - top)
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
-        """It lies on the slider, with the slider's marker beside it."""
+        """Yield the dot, which lies on the slider with the slider's marker beside it."""
         return iter(())
 
     def paint(self, image: Image.Image, page: Page) -> None:
@@ -144,7 +144,7 @@ class Dot(Element):
     colour: Colour = INK
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
-        """It lies on the plot, with whatever else is drawn there."""
+        """Yield the mark, which lies on the plot with whatever else is drawn there."""
         return iter(())
 
     def paint(self, image: Image.Image, page: Page) -> None:

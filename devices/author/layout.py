@@ -59,7 +59,7 @@ class Layout:
 
 
 def lay_out(page: Page, count: int) -> Layout:
-    """The layout for so many sliders."""
+    """Return the layout for so many sliders."""
     metrics, unit = page.metrics, page.metrics.unit
     margin = unit(7)
     head = Box(margin, unit(3.5), metrics.width_px - 2 * margin, metrics.target(10))
@@ -111,8 +111,10 @@ def _panel(page: Page, card: Box) -> Panel:
 
 
 def buttons(page: Page, foot: Box, words: dict[str, str], play: str) -> dict[str, tuple[Box, Laid]]:
-    """Places and words of the foot's buttons: the main one to the right, as wide as whatever it may say, and the others
-    from the left. `play` is the key of what it says now."""
+    """Return boxes and words of the foot's buttons: the main one to the right, the others from the left.
+
+    The main button is as wide as the widest of its wordings; `play` is the key of the present one.
+    """
     unit = page.metrics.unit
     answers = {key: fitted(page, page.texts(key), unit(80), foot.height, LABEL_STEPS, bold=True) for key in PLAYS}
     main = max(unit(46), *(text.width + unit(8) for text in answers.values()))

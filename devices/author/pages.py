@@ -31,7 +31,7 @@ class Aside(Base):
         return {}
 
     def leave(self) -> None:
-        """Back, and nothing has come of it."""
+        """Go back without a result."""
         self.reply = Reply({"left": True})
 
     def chosen(self, _name: str, /) -> None:
@@ -178,4 +178,4 @@ class RecoverScreen(Aside):
         yield from self._pages[0]
 
     def go_back(self) -> None:
-        """Only a button decides this."""
+        """Do nothing: on this page only a button decides."""

@@ -31,10 +31,10 @@ class Screen(Protocol):
         """Take in what the designer did, and draw it."""
 
     def door_is(self, state: str, problem: str = "") -> None:
-        """The door's state has changed (a key of the texts); `problem` is for a person to put right and confirm."""
+        """Show the door's new state (a key of the texts); `problem` is what a person has to put right and confirm."""
 
     def hand_at(self, place: tuple[float, float] | None) -> None:
-        """The door stands at this angle in degrees, with this force in newtons at its handle."""
+        """Show the door's angle in degrees and the force in newtons at its handle."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class OneDesk:
     leaving: bool = False
 
     def poll(self) -> Aside | None:
-        """Closing the window ends a presentation."""
+        """Return an end of the presentation once the window is closed."""
         return Aside({"do": "abort", "text": "the window is closed"}) if self.leaving else None
 
     def demand(self, prompt: Prompt | None) -> None:
@@ -69,11 +69,11 @@ class OneDesk:
             self.asked, self.confirmed = prompt, False
 
     def answer(self) -> float | bool | str | None:
-        """True once the main button was pressed."""
+        """Return True once the main button was pressed."""
         return True if self.confirmed else None
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Devices tell their state; the window knows it from elsewhere."""
+        """Do nothing: the window learns the devices' states elsewhere."""
 
 
 @dataclass
@@ -106,7 +106,7 @@ class Seen:
         self.door.start(self.now_ns)
 
     def due(self) -> bool:
-        """Nothing is kept, so nothing is ever due; the newest sample says where the door is."""
+        """Return False, because nothing is kept; take the newest sample as the place of the door."""
         with suppress(DeviceFault):  # Whoever presents sees it as well, and deals with it.
             blocks = [block.data for block in self.door.read(0.0)["telemetry"] if block.data]
             if blocks:
@@ -115,11 +115,11 @@ class Seen:
         return False
 
     def take(self) -> Chunk:
-        """Nothing is kept."""
+        """Return an empty chunk, because nothing is kept."""
         return Chunk({}, ())
 
     def fault(self) -> DeviceFault | None:
-        """What failed is seen on the link."""
+        """Return None, because failures show on the link."""
         return None
 
     def stop(self) -> Mapping[str, Any]:
@@ -163,11 +163,11 @@ class Player:
             self.screen.door_is("rest")
 
     def press(self) -> None:
-        """The main button while it plays: stop, or confirm what is asked for."""
+        """Handle the main button while it plays: stop, or confirm what is requested."""
         self.desk.confirmed = True
 
     def leave(self) -> None:
-        """The window is being closed."""
+        """End the presentation, because the window is being closed."""
         self.desk.leaving = True
 
     def close(self) -> None:

@@ -44,7 +44,7 @@ class Plotter:
         return least.tobytes(), most.tobytes()
 
     def elements(self, work: Work, force_N: Array, beside_N: Array | None, hand: Hand | None) -> Iterator[Element]:
-        """The axes, the doors on them and the legend."""
+        """Yield the axes, the doors on them and the legend."""
         axes = axes_for(self.layout.panel.plot, *(profile for profile in (force_N, beside_N) if profile is not None))
         force_axis = self.setter.page.texts("force_axis")
         yield self.setter.label("force axis", force_axis, self.layout.panel.force_axis, QUIET, within="door")
@@ -93,7 +93,7 @@ class Plotter:
 
 
 def rated_range() -> tuple[Array, Array]:
-    """Least and greatest force at each of the 621 angles, in newtons."""
+    """Return the least and greatest force of the rated doors at each of the 621 angles, in newtons."""
     _angles, least, most = map(np.asarray, read_table(FILE, COLUMNS).numbers(COLUMNS).values())
     if len(least) != POINTS:
         raise DoorDataError(f"{FILE}: {len(least)} rows found, {POINTS} expected")
@@ -101,7 +101,7 @@ def rated_range() -> tuple[Array, Array]:
 
 
 def range_text(profiles: Array) -> str:
-    """The file's content for profiles (n, 621)."""
+    """Return the range file's content for profiles (n, 621)."""
     rows = zip(profiles.min(axis=0), profiles.max(axis=0), strict=True)
     lines = (f"{number / 10:.1f},{low:.2f},{high:.2f}" for number, (low, high) in enumerate(rows))
     return "\n".join((",".join(COLUMNS), *lines)) + "\n"

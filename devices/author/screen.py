@@ -51,21 +51,21 @@ class DesignerScreen(AppScreen):
         self.say(self.page.texts(key, **values))
 
     def say(self, notice: str, wrong: bool = False) -> None:
-        """The same with words of its own; `wrong` in the colour of alerts."""
+        """Show a notice in its own words, in the colour of alerts if `wrong`."""
         self.show_status(replace(self.status, notice=notice, wrong=wrong))
 
     def show_status(self, status: DesignerStatus) -> None:
-        """Say this beside the work from now on."""
+        """Show this status beside the work from now on."""
         if status != self.status:
             self.status, self._stale = status, True
 
     def take_up(self, work: Work) -> None:
-        """Another work is on, which can be undone."""
+        """Replace the work by another, which can be undone."""
         self.history.put(work)
         self._stale = True
 
     def stops(self) -> list[str]:
-        """Sliders first, then the smoothing, the two that are compared, and the buttons."""
+        """Return the focus order: sliders, the smoothing, the two that are compared, and the buttons."""
         names = super().stops()
         return sorted(names, key=lambda name: not name.startswith(("wish", "smoothing")))
 

@@ -65,7 +65,7 @@ class DesignerView(AppView):
         return Plotter(self.setter, self.layout)
 
     def made(self, setting: Setting) -> Made:
-        """The door of a setting."""
+        """Return the door of a setting."""
         if setting not in self._made:
             if len(self._made) >= KEPT:
                 del self._made[next(iter(self._made))]
@@ -73,7 +73,7 @@ class DesignerView(AppView):
         return self._made[setting]
 
     def elements(self, work: Work, status: DesignerStatus) -> Iterator[Element]:
-        """Everything, from the ground up."""
+        """Yield every element, from the ground up."""
         head, unit, close = self.layout.head, self.page.metrics.unit, self.layout.close
         yield (title := self.title(head))
         left, right = title.box.right + unit(6), close.left - unit(5)
@@ -96,7 +96,7 @@ class DesignerView(AppView):
         yield from self._foot(work, status)
 
     def slider(self, work: Work, number: int) -> Upright:
-        """One of the upright sliders."""
+        """Return one of the upright sliders."""
         other = work.other
         return Upright(
             f"wish {number}", self.layout.columns.sliders[number], "wishes", wish=work.setting.wish[number],
@@ -105,7 +105,7 @@ class DesignerView(AppView):
         )  # fmt: skip
 
     def smoother(self, work: Work) -> Track:
-        """The slider of the smoothing."""
+        """Return the slider of the smoothing."""
         box = self.layout.panel.smoothing
         share = work.setting.smoothing_deg / MOST_SMOOTHING_DEG
         return Track("smoothing", box, "door", line_px=box.width - self.page.metrics.unit(8), share=share)
@@ -165,17 +165,17 @@ class DesignerView(AppView):
 
 
 def author_texts(language: str = MASTER) -> Texts:
-    """The words of the window and of the pages that it shares with others. Raises WindowError."""
+    """Return the texts of the window and of the pages that it shares with others. Raise WindowError."""
     return window_texts(FOLDER, "designer", language)
 
 
 def word(texts: Texts, name: str) -> str:
-    """An attribute's word in the language; as the model has it where there is none."""
+    """Return an attribute's word in the language, or the model's own where there is none."""
     return texts.words.get(f"word.{name}", name)
 
 
 def what_is_off(texts: Texts, maker: Maker, wish: tuple[float, ...], predicted: Array) -> str:
-    """In the language's own words: which wishes the nearest door misses most."""
+    """Describe, in the language's own words, which wishes the nearest door misses most."""
     off = [abs(felt - wished) for felt, wished in zip(predicted.tolist(), wish, strict=True)]
     misses = sorted((number for number in range(len(wish)) if off[number] > NOTICED), key=lambda number: -off[number])
     parts = [
@@ -189,5 +189,5 @@ def what_is_off(texts: Texts, maker: Maker, wish: tuple[float, ...], predicted: 
 
 
 def _end(maker: Maker, number: int, wish: float) -> str:
-    """The word of the slider's end that is wished towards."""
+    """Return the word of the slider's end that the wish is nearer to."""
     return (maker.antonyms if wish >= NEUTRAL else maker.attributes)[number]

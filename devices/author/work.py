@@ -23,17 +23,17 @@ class Setting:
     smoothing_deg: float = 0.0
 
     def wished(self, number: int, value: float) -> Setting:
-        """The same with one wish put to a whole number within its range."""
+        """Return the setting with one wish set to a whole number within its range."""
         put = float(round(min(max(value, LOWEST), HIGHEST)))
         return replace(self, wish=(*self.wish[:number], put, *self.wish[number + 1 :]))
 
     def smoothed(self, degrees: float) -> Setting:
-        """The same with another smoothing, in tenths of a degree."""
+        """Return the setting with another smoothing, in tenths of a degree."""
         return replace(self, smoothing_deg=round(min(max(degrees, 0.0), MOST_SMOOTHING_DEG), 1))
 
 
 def neutral(count: int) -> Setting:
-    """Every wish in the middle."""
+    """Return the setting with every wish in the middle."""
     return Setting((NEUTRAL,) * count)
 
 
@@ -67,7 +67,7 @@ class Work:
         return self.b is None and self.a in (begun, self.saved)
 
     def put(self, setting: Setting) -> Work:
-        """The edited one replaced."""
+        """Return the work with the edited setting replaced."""
         return replace(self, b=setting) if self.on == "B" else replace(self, a=setting)
 
     def compared(self) -> Work:
@@ -75,11 +75,11 @@ class Work:
         return self if self.b is not None else replace(self, b=self.a, on="B")
 
     def switched(self, to: Letter) -> Work:
-        """Edit and play the other one."""
+        """Return the work with the other setting edited and played."""
         return self if self.b is None else replace(self, on=to)
 
     def kept(self) -> Work:
-        """Only the one that is on."""
+        """Return the work with only the setting that is on."""
         return replace(self, a=self.setting, b=None, on="A")
 
 
@@ -93,7 +93,7 @@ class History:
     _gesture: Hashable = None
 
     def put(self, work: Work, gesture: Hashable = None) -> None:
-        """The work becomes this; steps of one gesture are one."""
+        """Replace the work; steps of one gesture are undone as one."""
         if work == self.now:
             return
         if gesture is None or gesture != self._gesture:
@@ -103,15 +103,15 @@ class History:
         self.now = work
 
     def note(self, work: Work) -> None:
-        """The work is named or saved: there is nothing to undo about that."""
+        """Replace the work where it was only named or saved, which cannot be undone."""
         self.now, self._gesture = work, None
 
     def undo(self) -> bool:
-        """One step back, if there is one."""
+        """Undo one step; return whether there was one."""
         return self._step(self.past, self.undone)
 
     def redo(self) -> bool:
-        """One step on again, if one was undone."""
+        """Redo one step; return whether there was one."""
         return self._step(self.undone, self.past)
 
     def _step(self, start: list[Work], end: list[Work]) -> bool:

@@ -51,7 +51,7 @@ class CalibrationJob:
 
 
 def yaml_value(value: Any) -> str:
-    """A setting's value as it stands in a rig file, on one line."""
+    """Return a setting's value as it is written in a rig file, on one line."""
     if isinstance(value, Mapping):
         return f"{{{', '.join(f'{key}: {yaml_value(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, list | tuple):
@@ -79,17 +79,17 @@ def write_settings(path: Path, device: str, settings: Mapping[str, Any]) -> None
 
 
 def settings_text(settings: Mapping[str, Any], braces: bool = False) -> str:
-    """The settings as lines of a rig file, with commas where the entry is written in braces."""
+    """Return the settings as lines of a rig file, with commas where the entry is written in braces."""
     return (",\n" if braces else "\n").join(f"  {key}: {yaml_value(value)}" for key, value in settings.items())
 
 
 def is_in_braces(path: Path, device: str) -> bool:
-    """Whether a device's entry is written as {key: value, ...}."""
+    """Return whether a device's entry is written as {key: value, ...}."""
     return bool(_entry(path.read_text(encoding="utf-8-sig"), device).flow_style)
 
 
 def edit_entry(text: str, device: str, settings: Mapping[str, Any]) -> str:
-    """The text with these settings in the device's entry. Raises ValueError where its layout is beyond this."""
+    """Return the text with these settings in the device's entry. Raise ValueError where the layout is not supported."""
     entry = _entry(text, device)
     there = {key.value: value for key, value in entry.value}
     spans: list[Span] = []
@@ -118,7 +118,7 @@ def _entry(text: str, device: str) -> yaml.MappingNode:
 
 
 def _insert_values(text: str, entry: yaml.MappingNode, new: Mapping[str, str]) -> Span:
-    """After the last value that ends where its own text does; in braces behind a comma, else on lines of their own."""
+    """Return where and what to insert after the last value: in braces after a comma, else on new lines."""
     key, value = next((pair for pair in reversed(entry.value) if not _is_in_block(pair[1])), (None, None))
     if key is None or value is None:
         raise ValueError("it has no value on its own line")
@@ -132,7 +132,7 @@ def _insert_values(text: str, entry: yaml.MappingNode, new: Mapping[str, str]) -
 
 
 def _is_in_block(value: yaml.Node) -> bool:
-    """Whether a value goes over lines of its own, so that its end is not the end of its text."""
+    """Return whether a value spans lines of its own, so that its end is not the end of its text."""
     if isinstance(value, yaml.ScalarNode):
         return value.style in ("|", ">")
     return not getattr(value, "flow_style", False)

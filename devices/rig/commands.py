@@ -92,7 +92,7 @@ def _as_data(file: RigFile, name: str, health: Health) -> dict[str, Any]:
 def _echo_json(data: Any) -> None:
 
     def plain(value: Any) -> Any:
-        """JSON has no NaN: a number that could not be had is null."""
+        """Return the value for JSON, with null for NaN: a number that could not be measured."""
         if isinstance(value, dict):
             return {key: plain(inner) for key, inner in value.items()}
         if isinstance(value, list):

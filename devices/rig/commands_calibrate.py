@@ -109,7 +109,7 @@ def _demand_usable(file: RigFile, device: str, given: dict[str, Any]) -> None:
 
 
 def _may_skip(file: RigFile, device: str) -> bool:
-    """Whether it can be calibrated without anybody at hand: only a real sensor has to be turned."""
+    """Return whether the device can be calibrated unattended: only a real sensor has to be turned."""
     from palpate.devices.kinds import KINDS, CalibrationMethod
 
     calibration = KINDS[file.kind(device)].calibration
@@ -117,7 +117,7 @@ def _may_skip(file: RigFile, device: str) -> bool:
 
 
 def _measure(job: CalibrationJob, given: dict[str, Any]) -> CalibrationResult:
-    """What calibrating gives; exit code 1 where it gives nothing."""
+    """Return the result of calibrating; exit with code 1 where there is none."""
     from palpate.devices.device import DeviceFault
     from palpate.devices.kinds import KINDS
     from palpate.devices.rig.calibration import UnfitMeasurement
@@ -140,7 +140,7 @@ def _say(text: str) -> None:
 
 
 def _make_ask(yes: bool, may_skip: bool) -> Callable[[str], None]:
-    """Asks for an Enter at the terminal, unless there is nothing to do by hand."""
+    """Return a function that asks for Enter at the terminal, unless there is nothing to do by hand."""
 
     def ask(text: str) -> None:
         if yes:

@@ -39,22 +39,22 @@ class RigFile:
     needs: Mapping[str, tuple[str, ...]]
 
     def kind(self, name: str) -> str:
-        """The kind of a device."""
+        """Return the kind of a device."""
         return str(getattr(self.devices[name], "kind", ""))
 
     def is_twin(self, name: str) -> bool:
-        """Whether a device is simulated."""
+        """Return whether a device is simulated."""
         return getattr(self.devices[name], "driver", None) == "twin"
 
     def names_for(self, need: str) -> tuple[str, ...]:
-        """The devices that a need takes. Raises RigFileError where the file provides none."""
+        """Return the devices for a need. Raise RigFileError where the file provides none."""
         if need not in self.needs:
             takes = _of(NEEDS[need].takes)
             raise RigFileError(f"{self.path}: the need {need!r} is not provided: needs: {{{need}: [...]}} with {takes}")
         return self.needs[need]
 
     def definition(self, names: Sequence[str]) -> dict[str, Any]:
-        """The settings of some devices as JSON data, with the digests of the files that they name, for the ledger."""
+        """Return some devices' settings as JSON data, with the digests of the files that they name, for the ledger."""
         settings = {}
         for name in names:
             # A file may become another one under its old name: a calibration, a recording.
@@ -66,12 +66,12 @@ class RigFile:
 
 
 def rig_path(lab: Path, host: str | None = None) -> Path:
-    """Where a station's rig file lies: LAB/stations/HOST/rig.yaml."""
+    """Return the path of a station's rig file: LAB/stations/HOST/rig.yaml."""
     return station_folder(lab, host) / "rig.yaml"
 
 
 def read_rig(path: Path) -> RigFile:
-    """The rig in a file. Raises RigFileError with every problem found: file, line, key and nearest valid name."""
+    """Return the rig in a file. Raise RigFileError with every problem: file, line, key and nearest valid name."""
     if not path.is_file():
         raise RigFileError(f"{path}: no rig file there; write one of twins to begin with: {SIMULATE} --out {path}")
     try:

@@ -50,7 +50,7 @@ def _model_in(annotation: Any) -> type[Strict] | None:
 
 
 def _plain(value: Any) -> str:
-    """A default as it would stand in the file."""
+    """Return a default as it would be written in the file."""
     if isinstance(value, Strict):
         return f"{{{', '.join(f'{key}: {_plain(inner)}' for key, inner in value)}}}"
     if isinstance(value, tuple):
@@ -66,7 +66,7 @@ WORDS = {str: "text", float: "number", int: "whole number", bool: "yes or no", P
 
 
 def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
-    """What may be given, with its bounds."""
+    """Describe the type of a setting, with its bounds."""
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Literal:
         return f"one of {', '.join(map(str, arguments))}" if len(arguments) > 1 else str(arguments[0])
@@ -84,7 +84,7 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
 
 
 def _bounds(metadata: Sequence[Any]) -> str:
-    """The bounds of a number: from 0.2 to 2, above 0."""
+    """Describe the bounds of a number: from 0.2 to 2, above 0."""
     given = [inner for bound in metadata for inner in (getattr(bound, "metadata", None) or [bound])]
     bounds = {key: getattr(bound, key) for bound in given for key in ("ge", "gt", "le") if hasattr(bound, key)}
     low = f" from {bounds['ge']:.10g}" if "ge" in bounds else f" above {bounds['gt']:.10g}" if "gt" in bounds else ""

@@ -21,11 +21,11 @@ class OpenRig:
     let_go: Callable[[], None]
 
     def of(self, need: str) -> dict[str, Device]:
-        """The devices that a need takes, by their kinds."""
+        """Return the open devices of a need, by their kinds."""
         return {self.file.kind(name): self.devices[name] for name in self.file.names_for(need)}
 
     def describe(self) -> dict[str, Any]:
-        """What the ledger keeps of each device."""
+        """Return each device's description, for the ledger."""
         return {name: dict(device.describe()) for name, device in self.devices.items()}
 
     def safe(self) -> None:
@@ -59,7 +59,7 @@ def open_rig(file: RigFile, names: Sequence[str]) -> OpenRig:
 
 @contextmanager
 def opened_device(file: RigFile, name: str) -> Iterator[Device]:
-    """One device, for as long as it is looked at."""
+    """Open one device of a rig file on its own, and close it afterwards."""
     rig = open_rig(file, [name])
     try:
         yield rig.devices[name]

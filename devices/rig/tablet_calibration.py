@@ -19,9 +19,9 @@ Row = dict[str, Any]
 
 
 def calibrate_tablet(job: CalibrationJob, pairs: Path, figure: Path | None = None) -> CalibrationResult:
-    """The curve F = a exp(b y) of a CSV with the columns pressure, force_N; `figure` is the picture to write of it.
+    """Fit F = a exp(b y) to a CSV with the columns pressure, force_N, and write its picture to `figure`.
 
-    Raises DeviceError naming the file.
+    Raise DeviceError naming the file.
     """
     pressures, forces_N = read_pairs(pairs)
     try:

@@ -99,7 +99,7 @@ class Bench:
 
     @staticmethod
     def of(job: CalibrationJob, sensor: DaqSensor, scaling: Scaling, seconds: float) -> Bench:
-        """The bench of a sensor. Raises DeviceError where so few seconds hold too few samples."""
+        """Return the bench of a sensor. Raise DeviceError where so few seconds hold too few samples."""
         rate_hz = sensor.signals[0].rate_hz
         if (wanted := round(seconds * rate_hz)) < FEWEST_SAMPLES:
             problem = f"{seconds:g} s at {rate_hz:g} Hz are {wanted} samples a position; {FEWEST_SAMPLES} are needed"
@@ -156,7 +156,7 @@ class Bench:
 
 
 def _movement(position: str, g: Array) -> str | None:
-    """What says that it did not lie still; None where it did."""
+    """Return the message that the sensor did not lie still; None where it did."""
     means = np.array([part.mean(axis=0) for part in np.array_split(g, PARTS)])
     wander, noise = np.ptp(means, axis=0), g.std(axis=0)
     if wander.max() > STILL_G:
@@ -168,7 +168,7 @@ def _movement(position: str, g: Array) -> str | None:
 
 
 def _misplacement(position: str, g: Array) -> str | None:
-    """What says that another axis is up; None where this one may be."""
+    """Return the message that another axis is up; None where this one may be."""
     if (np.abs(g - _expected_g(position)) <= FAR_G).all():
         return None
     nearest = min(POSITIONS, key=lambda position: float(np.abs(g - _expected_g(position)).max()))
@@ -183,7 +183,7 @@ def _expected_g(position: str) -> Array:
 
 
 def _worst_position(readings: Mapping[str, Array]) -> str | None:
-    """The position that lies furthest from the fit; None where the sensitivities themselves cannot be."""
+    """Return the position that lies furthest from the fit; None where the sensitivities themselves are impossible."""
     means = np.array([readings[position] for position in POSITIONS])
     g = np.array([_expected_g(position) for position in POSITIONS])
     sensitivity = (means * g).sum(axis=0) / 2
@@ -238,7 +238,7 @@ def calibrate_coil(
 
 
 def _sensor(file: RigFile, coil: str, sensor: str | None) -> str:
-    """The accelerometer that is asked for, or the rig's only one. Raises DeviceError."""
+    """Return the name of the requested accelerometer, or of the rig's only one. Raise DeviceError."""
     there = [name for name in file.devices if file.kind(name) == "accelerometer"]
     if sensor is None and len(there) == 1:
         sensor = there[0]
@@ -283,7 +283,7 @@ def _identify(job: CalibrationJob, sensor: str, shaking: Shaking) -> Identified:
 
 
 def _refuse_clipped(play_and_record: PlayAndRecord, sensor: DaqSensor) -> PlayAndRecord:
-    """The same, refused where the sensor was shaken beyond its range: noise hides flat tops from a later look."""
+    """Wrap the measurement to refuse clipped recordings: noise hides flat tops from a later check."""
 
     def checked(volts: Array) -> tuple[Array, int]:
         recorded, rate_hz = play_and_record(volts)
@@ -315,11 +315,11 @@ class Passing:
     s: float = 0.0
 
     def __call__(self) -> float:
-        """Seconds so far."""
+        """Return the seconds so far."""
         return self.s
 
     def ns(self) -> int:
-        """The same in nanoseconds."""
+        """Return the nanoseconds so far."""
         return round(self.s * NS)
 
 
@@ -334,11 +334,11 @@ class Hastened(DaqSensor):
 
     @staticmethod
     def of(twin: DaqSensor) -> Hastened:
-        """The same twin, on the same card."""
+        """Return the same twin, on the same card, with a time that only reading advances."""
         return Hastened(twin.name, twin.kind, twin.driver, twin.daq, twin.transducer)
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """What comes within that time."""
+        """Let the time pass and return what comes within it."""
         self.clock.s += timeout_s
         return super().read(timeout_s)
 
@@ -348,11 +348,11 @@ class _Still:
     """A scene of which only the acceleration is used."""
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:  # noqa: ARG002 - a scene is asked so
-        """Nothing pulls."""
+        """Yield zeros, because nothing pulls."""
         return repeat(np.zeros((PIECE, 6)))
 
     def position_mm(self, rate_hz: float) -> Iterator[Array]:  # noqa: ARG002 - a scene is asked so
-        """Nothing moves away."""
+        """Yield zeros, because nothing moves away."""
         return repeat(np.zeros((PIECE, 3)))
 
 
@@ -363,7 +363,7 @@ class Lying(_Still):
     up: str
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:  # noqa: ARG002 - a scene is asked so
-        """Gravity, without end."""
+        """Yield gravity, without end."""
         g = np.zeros((PIECE, 3))
         g[:, "xyz".index(self.up[1])] = GRAVITY_M_S2 if self.up[0] == "+" else -GRAVITY_M_S2
         return repeat(g)
@@ -377,7 +377,7 @@ class Fastened(_Still):
     fresh: list[Array] = field(default_factory=list)
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """What the coil does from now on, held between its milliseconds; the last value where nothing new is there."""
+        """Yield the coil's acceleration from now on, holding the last value between and after its milliseconds."""
         self.fresh.clear()
         g, passed, number = np.zeros(1), -1, 0  # felt[0] was felt in millisecond `passed`; before the first, rest.
         while True:
@@ -391,7 +391,7 @@ class Fastened(_Still):
 
 
 def fastened(coil: VoiceCoil, sensor: DaqSensor) -> Hastened:
-    """The sensor's twin on the coil's twin, in one time. Raises DeviceError where only one of them is a twin."""
+    """Return the sensor's twin on the coil's twin, on one clock. Raise DeviceError where only one of them is a twin."""
     output = coil.output
     if not isinstance(output, Felt) or sensor.driver != "twin":
         twin, real = (coil.name, sensor.name) if isinstance(output, Felt) else (sensor.name, coil.name)

@@ -58,7 +58,7 @@ class Act:
     lock: Lock = field(default_factory=Lock)
 
     def batch(self, number: int) -> Batch:
-        """A batch; what lies before it is computed first where it has not been yet."""
+        """Return batch `number`, computing the batches before it first where that is not done yet."""
         with self.lock:
             for before in range(len(self.starts) - 1, number):
                 self._make(max(before, 0))

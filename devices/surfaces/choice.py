@@ -16,11 +16,11 @@ AVERAGE = "50"
 
 
 def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
-    """The surface of that id; for any other stimulus, the nearest of its class, with what its sim_ columns say.
+    """Return the surface with the stimulus' id, or else the nearest surface of its class by its sim_ columns.
 
-    `columns` are the stimulus' own: class, sim_roughness, sim_bumpiness, sim_slipperiness, sim_softness; a column that
-    is not there counts as 50, a class that the table does not know as any. Raises SurfaceDataError on anything but a
-    number from 0 to 100 in a sim_ column.
+    `columns` are the stimulus' own: class, sim_roughness, sim_bumpiness, sim_slipperiness, sim_softness. A missing
+    column counts as 50, an unknown class as any class. Raise SurfaceDataError on anything but a number from 0 to 100
+    in a sim_ column.
     """
     table = read_surfaces()
     if stimulus in table:
@@ -29,7 +29,7 @@ def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
     kin = [surface for surface in table.values() if surface.category == columns.get("class")]
 
     def distance(surface: Surface) -> float:
-        """How far a surface is from the estimate, in bumps and in stiffness."""
+        """Return how far a surface is from the estimate, in bumps and in stiffness."""
         stiffer = math.log10(surface.stiffness_N_mm / stiffness_N_mm(estimate)) / 3.4
         return abs(surface.bumps_um / BUMPS_UM - estimate.bumpiness) / 100 + abs(stiffer)
 
@@ -43,7 +43,7 @@ def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
 
 
 def stiffness_N_mm(sample: Estimate) -> float:
-    """1000 N/mm where it is hard, 0.4 N/mm where it is soft (sim_softness 0 to 100): the law of the shipped table."""
+    """Return the stiffness for sim_softness, 1000 N/mm (at 0) to 0.4 N/mm (at 100), as in the shipped table."""
     return float(10 ** (3.0 - 0.034 * sample.softness))
 
 
@@ -66,10 +66,10 @@ class Estimate:
 
 
 def estimate_of(columns: Mapping[str, str], where: str) -> Estimate:
-    """The estimate in the columns sim_roughness, sim_bumpiness, sim_slipperiness and sim_softness of a stimulus.
+    """Return the estimate in a stimulus' columns sim_roughness, sim_bumpiness, sim_slipperiness and sim_softness.
 
-    A column that is not there counts as 50. Raises SurfaceDataError naming the stimulus `where` and the column that
-    holds anything but a number from 0 to 100.
+    A missing column counts as 50. Raise SurfaceDataError naming the stimulus `where` and the column that holds
+    anything but a number from 0 to 100.
     """
     values = []
     for name in (PREFIX + field.name for field in fields(Estimate)):

@@ -66,7 +66,7 @@ class Law:
 
 
 def law(surface: Surface, tool: Tool = HELD) -> Law:
-    """Surface and tool in series; damping as a ratio of the critical one of the mass on the contact."""
+    """Return the law of surface and tool in series; damping is a ratio of the critical one of the mass."""
     stiffness = 1000 / (1 / surface.stiffness_N_mm + 1 / tool.body_N_mm)
     ratio = surface.damping_ratio + tool.body_damping
     side = 1000 * tool.side_N_mm
@@ -89,11 +89,11 @@ class Drive:
     turn: Array
 
     def blocks(self, count: int) -> Drive:
-        """The same cut into blocks of equal length, that lie side by side: (..., steps, count)."""
+        """Return the drive cut into blocks of equal length that lie side by side: (..., steps, count)."""
         return Drive(*(_side_by_side(column, count) for column in vars(self).values()))
 
     def of(self, chosen: NDArray[np.intp]) -> Drive:
-        """Some of the blocks."""
+        """Return the drive of the chosen blocks."""
         return Drive(*(np.ascontiguousarray(column[..., chosen]) for column in vars(self).values()))
 
 
@@ -107,14 +107,14 @@ class Ride:
 
 
 def at_rest(drive: Drive, law: Law) -> Array:
-    """The state in which the tip lies still on the ground under the force; of shape (7,) or (7, blocks)."""
+    """Return the state in which the tip lies still on the ground under the force, of shape (7,) or (7, blocks)."""
     state = np.zeros((STATES, *drive.ground.shape[1:]))
     state[0] = drive.ground[0] - drive.force[0] / law.stiffness
     return state
 
 
 def ride(drive: Drive, start: Array, law: Law, blocks: int) -> Ride:
-    """Every step in order from a state; n must be a multiple of `blocks`.
+    """Compute every step in order from a state; n must be a multiple of `blocks`.
 
     The blocks are computed side by side from guessed states, and again from the states that their predecessors ended
     in, until all agree: the first k are exact after k rounds, and all soon, because the contact forgets (see AGREE).
@@ -139,7 +139,7 @@ def ride(drive: Drive, start: Array, law: Law, blocks: int) -> Ride:
 
 
 def _steps(drive: Drive, start: Array, law: Law, out: Ride, todo: NDArray[np.intp]) -> None:
-    """All steps of some blocks, into their columns of `out`."""
+    """Compute all steps of the blocks `todo` and write them into their columns of `out`."""
     steps = drive.ground.shape[0]
     states = np.empty((steps, STATES, todo.size))
     normal, friction = np.empty((steps, todo.size)), np.empty((steps, 2, todo.size))
@@ -168,7 +168,7 @@ class _Normal:
 
     @classmethod
     def of(cls, drive: Drive, law: Law) -> _Normal:
-        """The constants, and the inputs of every step."""
+        """Return the constants, and the inputs of every step."""
         inertia = law.mass / (THETA * law.step_s)
         free, resists = inertia + law.grip, law.stiffness * THETA * law.step_s + law.damping
         gives = 1 / (1 + resists / free)
@@ -178,7 +178,7 @@ class _Normal:
         )  # fmt: skip
 
     def step(self, n: int, state: Array) -> Array:
-        """The normal force; moves the state on."""
+        """Advance the state by step `n` and return the normal force in newtons."""
         z, v = state[0], state[1]
         free = self.keeps * v
         free -= self.pressed[n]
@@ -208,7 +208,7 @@ class _Sideways:
 
     @classmethod
     def of(cls, drive: Drive, law: Law) -> _Sideways:
-        """The constants, and the inputs of every step, as (steps, 2, blocks)."""
+        """Return the constants, and the inputs of every step, as (steps, 2, blocks)."""
         inertia, whole = law.side_mass / (THETA * law.step_s), _whole(law)
         base = drive.velocity - (law.side_mass / whole) * drive.turn
         base, slope, velocity = (
@@ -218,7 +218,7 @@ class _Sideways:
         return cls(base, slope, velocity, inertia / whole, law.side_stiffness / whole, law.kinetic / whole, more, law)
 
     def step(self, n: int, state: Array, normal: Array) -> Array:
-        """How much slower the tip slides for its friction (m/s); moves the state on."""
+        """Advance the state by step `n` and return how much friction slows the tip (m/s)."""
         u, rate, velocity = state[2:4], state[4:6], self.velocity[n]
         free = self.keeps * rate
         free -= self.pulls * u
@@ -243,7 +243,7 @@ class _Sideways:
 
 
 def _whole(law: Law) -> float:
-    """Force along the surface for a change of the tip's speed within a step."""
+    """Return the force along the surface per change of the tip's speed within a step."""
     return law.side_mass / (THETA * law.step_s) + law.side_damping + law.side_stiffness * THETA * law.step_s
 
 

@@ -22,26 +22,26 @@ PIXELS = 1568
 
 
 def chance(count: int, *key: Key) -> NDArray[np.float64]:
-    """Uniform numbers in [0, 1) that the key decides."""
+    """Return uniform random numbers in [0, 1), seeded by the key."""
     raw = np.random.PCG64(keyed_bits(*key)).random_raw(count)
     return np.asarray((raw >> np.uint64(11)) * 2.0**-53, dtype=np.float64)
 
 
 def wave_numbers(pixels: int) -> tuple[Field, Field]:
-    """Cycles a millimetre along x (columns of rfft2) and along y, which points up while rows go down."""
+    """Return the wave numbers in cycles/mm along x (columns of rfft2) and y (which points up, as rows go down)."""
     along_x = scipy.fft.rfftfreq(pixels, SIZE_MM / pixels).astype(np.float32)
     along_y = -scipy.fft.fftfreq(pixels, SIZE_MM / pixels).astype(np.float32)
     return along_x[np.newaxis, :], along_y[:, np.newaxis]
 
 
 def noise(pixels: int, *key: Key) -> NDArray[np.complex64]:
-    """White noise that the key decides, as its Fourier transform (rfft2)."""
+    """Return white noise, seeded by the key, as its Fourier transform (rfft2)."""
     drawn = chance(pixels * pixels, *key).astype(np.float32).reshape(pixels, pixels)
     return np.asarray(scipy.fft.rfft2(drawn, workers=-1), dtype=np.complex64)
 
 
 def coloured(pixels: int, amplitude: Field, spectrum: NDArray[np.complex64]) -> Field:
-    """White noise shaped by an amplitude over wave numbers; mean 0, RMS 1."""
+    """Return white noise shaped by an amplitude over wave numbers; mean 0, RMS 1."""
     spectrum = spectrum * amplitude
     spectrum[0, 0] = 0
     shaped = scipy.fft.irfft2(spectrum, s=(pixels, pixels), overwrite_x=True, workers=-1)
@@ -53,8 +53,10 @@ def coloured(pixels: int, amplitude: Field, spectrum: NDArray[np.complex64]) -> 
 def self_affine(
     pixels: int, correlation_mm: float, hurst: float, finest_mm: float, stretch: float, grain_deg: float, *key: Key
 ) -> Field:
-    """A field whose power falls as (1 + (2 pi q L)^2)^-(1+H) beyond the correlation length L, cut off at the finest
-    wavelength, and drawn out `stretch` times along the grain. RMS 1. Source: the k-correlation (ABC) surface spectrum.
+    """Return a self-affine field of RMS 1, drawn out `stretch` times along the grain.
+
+    Its power falls as (1 + (2 pi q L)^2)^-(1+H) beyond the correlation length L, and is cut off at the finest
+    wavelength. Source: the k-correlation (ABC) surface spectrum.
     """
     shape = k_correlation(pixels, correlation_mm, hurst, finest_mm, stretch, grain_deg)
     return coloured(pixels, shape, noise(pixels, *key))
@@ -63,7 +65,7 @@ def self_affine(
 def k_correlation(
     pixels: int, correlation_mm: float, hurst: float, finest_mm: float, stretch: float, grain_deg: float
 ) -> Field:
-    """The amplitude of `self_affine` over wave numbers."""
+    """Return the amplitude of `self_affine` over wave numbers."""
     along, across = turned(*wave_numbers(pixels), grain_deg)
     # Drawn out along the grain: its wave numbers count `stretch` times more.
     square = (along * np.float32(stretch)) ** 2 + across**2
@@ -75,14 +77,14 @@ def k_correlation(
 
 
 def narrow(pixels: int, wavelength_mm: float, *key: Key) -> Field:
-    """A field of about one wavelength in every direction (Gaussian band of 25 %). RMS 1."""
+    """Return a field of about one wavelength in every direction (Gaussian band of 25 %). RMS 1."""
     x, y = wave_numbers(pixels)
     off = (np.hypot(x, y) * np.float32(wavelength_mm) - 1) / np.float32(0.25)
     return coloured(pixels, np.exp(-0.25 * off**2).astype(np.float32), noise(pixels, *key))
 
 
 def felted(pixels: int, width_mm: float, length_mm: float, layers: int, *key: Key) -> tuple[Field, Field]:
-    """Fibres in every direction, pressed: the highest of several drawn-out fields (0..1), and which one is on top.
+    """Return pressed fibres in every direction: the highest of several drawn-out fields (0..1), and which is on top.
 
     The layers share one noise: each keeps waves of another direction, so they have little in common all the same.
     """
@@ -98,13 +100,13 @@ def felted(pixels: int, width_mm: float, length_mm: float, layers: int, *key: Ke
 
 
 def turned(x: Field, y: Field, degrees: float) -> tuple[Field, Field]:
-    """Coordinates along a direction and across it."""
+    """Return the coordinates along a direction and across it."""
     cosine, sine = np.float32(math.cos(math.radians(degrees))), np.float32(math.sin(math.radians(degrees)))
     return x * cosine + y * sine, y * cosine - x * sine
 
 
 def shares(pixels: int) -> tuple[Field, Field]:
-    """Where each point lies, as shares of the side: x to the right, y up."""
+    """Return where each point lies, as shares of the side: x to the right, y up."""
     middle = ((np.arange(pixels) + 0.5) / pixels).astype(np.float32)
     return middle[np.newaxis, :], middle[::-1, np.newaxis]
 
@@ -112,7 +114,7 @@ def shares(pixels: int) -> tuple[Field, Field]:
 def lattice(
     pixels: int, pitch_mm: float, aspect: float, degrees: float, irregular: float, repeat: int, *key: Key
 ) -> tuple[Field, Field]:
-    """Coordinates counted in periods, along a direction (`pitch_mm`) and across it (`pitch_mm` times `aspect`).
+    """Return coordinates counted in periods, along a direction (`pitch_mm`) and across it (`pitch_mm` times `aspect`).
 
     Whole multiples of `repeat` periods fit the sample: pitch and direction are the nearest that repeat at its borders.
     `irregular` shifts each place by that many periods (RMS), smoothly over about three periods.

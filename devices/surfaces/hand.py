@@ -41,7 +41,7 @@ class Hand(Protocol):
     """What moves the tool."""
 
     def at(self, t_s: Array) -> Motion:
-        """The motion at some times; arrays of shape (2, n), force (n,)."""
+        """Return the motion at these times; arrays of shape (2, n), force (n,)."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class SteadyHand:
     degrees: float = 31.0
 
     def at(self, t_s: Array) -> Motion:
-        """The motion at some times."""
+        """Return the motion at these times."""
         way = np.array([math.cos(math.radians(self.degrees)), math.sin(math.radians(self.degrees))])[:, np.newaxis]
         velocity = np.broadcast_to(self.speed_mm_s * way, (2, len(t_s)))
         return Motion(velocity * t_s, velocity, np.zeros((2, len(t_s))), np.full(len(t_s), self.force_N))
@@ -68,7 +68,7 @@ class Wave:
     phases: Array
 
     def at(self, t_s: Array) -> Array:
-        """Value, first and second derivative over time, of shape (3, n)."""
+        """Return value, first and second derivative over time, of shape (3, n)."""
         angle = np.outer(self.omegas, t_s) + self.phases[:, np.newaxis]
         sine, cosine = np.sin(angle), np.cos(angle)
         return np.stack([self.sizes @ sine, (self.sizes * self.omegas) @ cosine, -(self.sizes * self.omegas**2) @ sine])
@@ -104,7 +104,7 @@ class FreeHand:
     pauses: Pauses
 
     def at(self, t_s: Array) -> Motion:
-        """The motion at some times."""
+        """Return the motion at these times."""
         run, rate, bend = self.pauses.run(t_s)
         ways = np.stack([self.x_mm.at(run), self.y_mm.at(run)])
         share = np.clip(np.minimum(t_s, self.seconds - t_s) / LANDS_S, 0, 1)
@@ -115,7 +115,7 @@ class FreeHand:
 
 
 def free_hand(seconds: float, *key: Key) -> FreeHand:
-    """The exploration that the key decides."""
+    """Return the exploration of so many seconds, seeded by the key."""
     return FreeHand(
         seconds,
         slow_wave(REACH_MM, STROKES_HZ, *key, "x"),
@@ -126,7 +126,7 @@ def free_hand(seconds: float, *key: Key) -> FreeHand:
 
 
 def slow_wave(largest: float, band_hz: tuple[float, float], *key: Key) -> Wave:
-    """Sines of different frequencies in the band; together they never exceed `largest`."""
+    """Return a sum of sines of different frequencies in the band, which never exceeds `largest`."""
     low, high = band_hz
     shares = np.array([0.5 + uniform(*key, "size", n) for n in range(TERMS)])
     hertz = [low + (high - low) * (n + uniform(*key, "frequency", n)) / TERMS for n in range(TERMS)]
@@ -135,7 +135,7 @@ def slow_wave(largest: float, band_hz: tuple[float, float], *key: Key) -> Wave:
 
 
 def _pauses(seconds: float, *key: Key) -> Pauses:
-    """One in each window that lies within the act, and rest before it and after it."""
+    """Return one pause in each window that lies within the act, and rest before the act and after it."""
     begins, ends = [-1.0], [min(LANDS_S, seconds / 4)]
     for window in range(1, int(seconds / WINDOW_S)):
         length = PAUSE_S[0] + (PAUSE_S[1] - PAUSE_S[0]) * uniform(*key, "length", window)
@@ -148,7 +148,7 @@ def _pauses(seconds: float, *key: Key) -> Pauses:
 
 
 def _flank(t_s: Array) -> Array:
-    """A smooth step at 0, RAMP_S wide: its integral, itself, its slope."""
+    """Return a smooth step at 0, RAMP_S wide: its integral, itself, its slope."""
     share = np.clip(t_s / RAMP_S + 0.5, 0, 1)
     integral = RAMP_S * (share**3 - share**4 / 2) + np.maximum(t_s - RAMP_S / 2, 0)
     return np.stack([integral, share * share * (3 - 2 * share), 6 * share * (1 - share) / RAMP_S])

@@ -63,9 +63,9 @@ class Light:
 
 
 def light(number: int, *key: Key) -> Light:
-    """The light of a photo, 0 to 9: all around, from 14 to 44 degrees high; the key varies them a little.
+    """Return the light of photo 0 to 9: azimuths all around, 14 to 44 degrees high, varied a little by the key.
 
-    Raises SurfaceDataError on another number.
+    Raise SurfaceDataError on another number.
     """
     if not 0 <= number < LIGHTS:
         raise SurfaceDataError(f"light {number}: from 0 to {LIGHTS - 1} are expected")
@@ -76,12 +76,15 @@ def light(number: int, *key: Key) -> Light:
 
 
 def photograph(surface: Surface, field: Relief, lamp: Light, *key: Key) -> Image:
-    """The photo, of shape (pixels, pixels, 3), sRGB; the key decides paint and noise, the paint without the light."""
+    """Return the photo, of shape (pixels, pixels, 3), in sRGB.
+
+    The key seeds paint and noise; the paint does not depend on the light.
+    """
     return next(photographs(surface, field, (lamp,), *key))
 
 
 def photographs(surface: Surface, field: Relief, lamps: Iterable[Light], *key: Key) -> Iterator[Image]:
-    """The photos under one light after the other; what no light changes is computed once (0.8 of a photo's time)."""
+    """Yield the photo under each light, computing only once what no light changes (0.8 of a photo's time)."""
     right, up = slopes(field.height_um)
     open_sky = 1 - np.float32(0.75) * hollowness(field.height_um)
     painted = albedo(surface, field, *key)
@@ -125,7 +128,7 @@ def save_photo(image: Image, path: Path) -> None:
 
 
 def _falloff(pixels: int, lamp: Light) -> Field:
-    """Inverse square of the distance to the lamp, 1 in the middle."""
+    """Return the inverse square of the distance to the lamp, 1 in the middle."""
     x, y = ((share - np.float32(0.5)) * np.float32(SIZE_MM) for share in shares(pixels))
     to_x, to_y, to_z = (part * LAMP_MM for part in lamp.toward)
     square = (x - to_x) ** 2 + (y - to_y) ** 2 + to_z**2
@@ -133,7 +136,7 @@ def _falloff(pixels: int, lamp: Light) -> Field:
 
 
 def _glint(surface: Surface, still: _Still, lamp: Light) -> Field:
-    """Blinn-Phong, seen from straight above."""
+    """Return the Blinn-Phong highlights, seen from straight above."""
     x, y, z = lamp.toward
     length = math.sqrt(x * x + y * y + (z + 1) ** 2)
     tilted = np.float32((z + 1) / length) - still.right * np.float32(x / length) - still.up * np.float32(y / length)
@@ -144,7 +147,7 @@ def _glint(surface: Surface, still: _Still, lamp: Light) -> Field:
 
 
 def _developed(colour: Field, name: str, lamp: Light, *key: Key) -> Image:
-    """Automatic exposure, noise, and the sRGB curve."""
+    """Apply automatic exposure, noise and the sRGB curve."""
     bright = float(colour.mean(axis=(0, 1), dtype=np.float64) @ LUMINANCE)
     exposed = np.float32(GRAY / max(bright, 1e-6)) * colour
     # The sum of three uniform numbers is bell enough for a camera's noise.
@@ -158,7 +161,7 @@ def _developed(colour: Field, name: str, lamp: Light, *key: Key) -> Image:
 
 
 def albedo(surface: Surface, field: Relief, *key: Key) -> Field:
-    """Linear reflectance, of shape (pixels, pixels, 3).
+    """Return the linear reflectance, of shape (pixels, pixels, 3).
 
     `pattern` and `height` follow the relief (threads, wires, grains); `grain` and `speckle` and the mottle do not.
     """
@@ -174,13 +177,13 @@ def albedo(surface: Surface, field: Relief, *key: Key) -> Field:
 
 
 def linear(colour: str) -> Field:
-    """#rrggbb as linear reflectance: the sRGB curve undone."""
+    """Return #rrggbb as linear reflectance, with the sRGB curve undone."""
     coded = np.array([int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5)])
     return np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def _share(surface: Surface, field: Relief, key: tuple[Key, ...]) -> Field:
-    """Where the second colour lies, 0 to 1."""
+    """Return the share of the second colour at each point, 0 to 1."""
     if surface.paint == "pattern":
         return field.mix
     if surface.paint == "height":
@@ -203,7 +206,7 @@ def _share(surface: Surface, field: Relief, key: tuple[Key, ...]) -> Field:
 
 
 def slopes(height_um: Field) -> tuple[Field, Field]:
-    """Rise per length to the right and upward, by central differences."""
+    """Return the rise per length to the right and upward, by central differences."""
     step_um = np.float32(2000 * SIZE_MM / height_um.shape[0])
     right = (np.roll(height_um, -1, 1) - np.roll(height_um, 1, 1)) / step_um
     up = (np.roll(height_um, 1, 0) - np.roll(height_um, -1, 0)) / step_um
@@ -211,7 +214,7 @@ def slopes(height_um: Field) -> tuple[Field, Field]:
 
 
 def shadow(height_um: Field, azimuth_deg: float, elevation_deg: float, penumbra_deg: float) -> Field:
-    """Share of the lamp that each point sees: 1 in full light, 0 in full shadow.
+    """Return the share of the lamp that each point sees: 1 in full light, 0 in full shadow.
 
     The steepest rise towards the lamp, on steps that grow by a quarter, against the lamp's height. Between steps
     nothing is looked at: an object thinner than a step may cast no shadow beyond five times its breadth.
@@ -230,7 +233,7 @@ def shadow(height_um: Field, azimuth_deg: float, elevation_deg: float, penumbra_
 
 
 def _steps(step_mm: float) -> list[float]:
-    """Distances in points: 1, 2, 3, ... then growing by a quarter."""
+    """Return distances in points: 1, 2, 3, ... then growing by a quarter."""
     reaches, reach = [], 1.0
     while reach * step_mm <= REACH_MM:
         reaches.append(reach)
@@ -239,7 +242,7 @@ def _steps(step_mm: float) -> list[float]:
 
 
 def hollowness(height_um: Field) -> Field:
-    """How far each point lies in a hollow, 0 (open) to 1: depth below its surroundings of three sizes."""
+    """Return how far each point lies in a hollow, 0 (open) to 1: depth below its surroundings of three sizes."""
     deep = np.zeros_like(height_um)
     for size_mm in HOLLOWS_MM:
         around = gaussian_filter(height_um, size_mm * height_um.shape[0] / SIZE_MM / 2, mode="wrap", truncate=3)

@@ -19,9 +19,9 @@ POINTS = 10
 
 
 def at_rate(pieces: Iterator[Array], internal_hz: float, rate_hz: float) -> Iterator[Array]:
-    """Rows (n, channels) at a rate, from endless pieces at the internal rate; the first row is at the same time.
+    """Yield rows (n, channels) at a rate from endless pieces at the internal rate, beginning at the same time.
 
-    What was before the first row counts as equal to it. Delay none: the filter is symmetric and looks ahead.
+    Before the first row the signal counts as equal to it. There is no delay: the filter is symmetric and looks ahead.
     """
     taps = low_pass(internal_hz, rate_hz)
     thin = max(1, int(internal_hz / (8 * min(rate_hz, internal_hz / 8))))
@@ -29,7 +29,7 @@ def at_rate(pieces: Iterator[Array], internal_hz: float, rate_hz: float) -> Iter
 
 
 def low_pass(internal_hz: float, rate_hz: float) -> Array:
-    """A symmetric filter of odd length (Kaiser window) that keeps the band a sensor of this rate can show."""
+    """Return a symmetric filter of odd length (Kaiser window) that keeps the band a sensor of this rate can show."""
     from scipy.signal import firwin, kaiserord
 
     low, high = (min(share * rate_hz, band) for share, band in zip(SHARE, BAND_HZ, strict=True))
@@ -38,7 +38,7 @@ def low_pass(internal_hz: float, rate_hz: float) -> Array:
 
 
 def _thinned(pieces: Iterator[Array], taps: Array, thin: int) -> Iterator[Array]:
-    """Filtered, and every `thin`-th kept."""
+    """Yield the filtered pieces with only every `thin`-th row."""
     from scipy.signal import oaconvolve
 
     buffer, skip = None, 0
@@ -76,7 +76,7 @@ def _between(pieces: Iterator[Array], have_hz: float, want_hz: float) -> Iterato
 
 
 def weights(share: Array) -> list[Array]:
-    """What each of the points counts, `share` of a step after the middle one."""
+    """Return the weight of each interpolation point, at `share` of a step after the middle one."""
     offsets = [n - (POINTS // 2 - 1) for n in range(POINTS)]
     away = [share - offset for offset in offsets]
     factors = []

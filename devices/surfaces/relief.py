@@ -32,7 +32,7 @@ class Relief:
 
 
 def relief(surface: Surface, *key: Key, pixels: int = PIXELS) -> Relief:
-    """The field of a surface: self-affine roughness, pattern and bumps, mean 0; id and key decide it."""
+    """Return the relief of a surface, mean 0: self-affine roughness, pattern and bumps, seeded by its id and key."""
     key = ("relief", surface.id, *key)
     shape = patterned(surface, pixels, *key)
     height = np.float32(surface.pattern_um) * shape.height
@@ -55,7 +55,7 @@ class Pattern:
 
 
 def patterned(surface: Surface, pixels: int, *key: Key) -> Pattern:
-    """The surface's pattern; the key decides where it is irregular."""
+    """Return the surface's pattern; the key seeds its irregularity."""
     return MADE[surface.pattern](surface, pixels, ("pattern", *key))
 
 
@@ -86,7 +86,7 @@ def _knurl(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _studs(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Domes, every second row shifted by half a pitch."""
+    """Return domes, every second row shifted by half a pitch."""
     along, across = _lattice(surface, pixels, key, 2)
     shifted = along + np.float32(0.5) * (np.floor(across) % 2)
     off = np.hypot(shifted % 1 - np.float32(0.5), (across % 1 - np.float32(0.5)) * np.float32(surface.aspect))
@@ -95,12 +95,12 @@ def _studs(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _thread(place: Field) -> Field:
-    """A thread seen across: round, one a period."""
+    """Return the height of threads seen across: round, one a period."""
     return np.asarray(np.sqrt(np.abs(np.sin(np.float32(np.pi) * place))), dtype=np.float32)
 
 
 def _plain(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Plain weave: each thread goes over one and under the next."""
+    """Return plain weave: each thread goes over one and under the next."""
     along, across = _lattice(surface, pixels, key, 2)
     half = np.float32(0.5)
     warp = _thread(along) * (half + half * np.cos(np.float32(np.pi) * (across - half + np.floor(along))))
@@ -109,7 +109,7 @@ def _plain(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _twill(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Three over, one under, each thread one further than its neighbour: the diagonal of denim."""
+    """Return twill: three over, one under, each thread one further than its neighbour, as the diagonal of denim."""
     along, across = _lattice(surface, pixels, key, 4)
     half = np.float32(0.5)
     warp = _thread(along) * (1 - _under(across - half + np.floor(along)))
@@ -118,13 +118,13 @@ def _twill(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _under(place: Field) -> Field:
-    """1 where a warp thread dives under, once in four."""
+    """Return 1 where a warp thread dives under, once in four."""
     off = (place + 2) % 4 - 2
     return np.where(np.abs(off) < 1, np.cos(np.float32(np.pi / 2) * off) ** 2, np.float32(0)).astype(np.float32)
 
 
 def _mesh(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Crossing wires with holes between; the second colour is what is seen through the holes."""
+    """Return crossing wires with holes between, seen in the second colour."""
     along, across = _lattice(surface, pixels, key, 2)
     first = _wire(along) * _bent(across + np.floor(along))
     second = _wire(across) * _bent(along + np.floor(across) + 1)
@@ -147,7 +147,7 @@ def _grit(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _foam(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Bubbles cut open, large ones with small ones in their walls."""
+    """Return foam: bubbles cut open, large ones with small ones in their walls."""
     large = hollows(pixels, surface.pitch_mm, surface.regularity, *key)
     small = hollows(pixels, 0.4 * surface.pitch_mm, surface.regularity, *key, "small")
     depth = np.maximum(large, np.float32(0.45) * small)
@@ -172,12 +172,12 @@ def _laid(
 
 
 def _loops(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Loops of terry: short, thick, in every direction."""
+    """Return loops of terry: short, thick, in every direction."""
     return _laid(surface, pixels, key, 0.45, 1.3, 1.6, 1 - 0.8 * surface.regularity)
 
 
 def _pile(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Tufts of carpet: soft heaps of yarn that run into each other, and their fibres in every direction."""
+    """Return tufts of carpet: soft heaps of yarn that run into each other, and their fibres in every direction."""
     heap, lot = heaps(pixels, surface.pitch_mm, surface.regularity, *key)
     fibres, which = felted(pixels, 0.07 * surface.pitch_mm, 0.7 * surface.pitch_mm, 7, *key, "yarn")
     height = np.float32(0.5) * heap + np.float32(0.5) * fibres * (np.float32(0.4) + heap)
@@ -185,17 +185,17 @@ def _pile(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _blades(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Blades of artificial grass, lying over each other."""
+    """Return blades of artificial grass, lying over each other."""
     return _laid(surface, pixels, key, 0.35, 4.0, 3.0, 1.0)
 
 
 def _fibres(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Fibres pressed into a sheet."""
+    """Return fibres pressed into a sheet."""
     return Pattern(*felted(pixels, 0.08 * surface.pitch_mm, 1.6 * surface.pitch_mm, 7, *key))
 
 
 def _pores(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Vessels of wood, cut open along the grain: short furrows."""
+    """Return vessels of wood, cut open along the grain: short furrows."""
     furrow = _laid(surface, pixels, key, 0.14, 2.5, 0.22, 0.06 * (1 - surface.regularity))
     return Pattern(1 - furrow.height, furrow.height)
 
@@ -217,7 +217,7 @@ class Cells:
 
 
 def cells(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> Cells:
-    """Seeds on a square grid, each moved about its place: not at all (regularity 1) to anywhere in its cell (0)."""
+    """Return cells around seeds on a square grid, each moved within its cell; regularity 1 moves none."""
     first = np.full((pixels, pixels), 9, np.float32)
     second, lot = first.copy(), np.zeros_like(first)
     for distance, drawn in neighbours(pixels, pitch_mm, regularity, *key):
@@ -229,7 +229,7 @@ def cells(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> Cells:
 
 
 def grains(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> tuple[Field, Field]:
-    """Sharp grains of different height and breadth (0..1), and the chance number of the one on top."""
+    """Return sharp grains of different height and breadth (0..1), and the random number of the one on top."""
     height, lot = np.zeros((pixels, pixels), np.float32), np.zeros((pixels, pixels), np.float32)
     for distance, drawn, tall, broad in neighbours(pixels, pitch_mm, regularity, *key, of=_grain):
         one = tall * (1 - distance / broad)
@@ -275,7 +275,7 @@ def _chance_alone(lot: Field) -> tuple[Field, ...]:
 def neighbours(
     pixels: int, pitch_mm: float, regularity: float, *key: Key, of: Callable[[Field], tuple[Field, ...]] = _chance_alone
 ) -> Iterator[tuple[Field, ...]]:
-    """For each of the nine cells around a point: its seed's distance in pitches, and what `of` makes of its chance."""
+    """Yield each neighbouring cell's seed distance in pitches, and `of` applied to its random number (nine cells)."""
     count = max(1, round(SIZE_MM / pitch_mm))
     drawn = chance(3 * count * count, *key).astype(np.float32).reshape(3, count, count)
     moved = np.float32(1 - regularity) * (drawn[:2] - np.float32(0.5)) + np.float32(0.5)
@@ -294,7 +294,7 @@ def neighbours(
 def strands(
     length_mm: float, width_mm: float, count: int, degrees: float, spread: float, *key: Key, pixels: int = PIXELS
 ) -> tuple[Field, Field]:
-    """Rounded strands laid over each other: height (0..1), and the chance number of the one on top.
+    """Return rounded strands laid over each other: height (0..1), and the random number of the one on top.
 
     They lie along `degrees`, turned at random by up to `spread` quarter turns to either side, and bend.
     """
@@ -318,7 +318,7 @@ def _lay(shape: Field, drawn: Field | float, height: Field, lot: Field) -> None:
 
 
 def _folded(height: Field, lot: Field, beyond: int) -> tuple[Field, Field]:
-    """What lies beyond the borders, laid over the other side, as the sample repeats."""
+    """Fold the strips beyond the borders onto the opposite side, because the sample repeats."""
     for _axis in (0, 1):
         for outside, inside in (
             (slice(beyond), slice(-2 * beyond, -beyond)),
@@ -340,13 +340,13 @@ class Strand:
     bent: float
 
     def reach(self, step_mm: float) -> tuple[int, int]:
-        """Points that it takes up and to the right at most."""
+        """Return how many points the strand takes up and to the right at most."""
         half, aside = self.length_mm / 2, self.width_mm / 2 + 0.125 * self.length_mm
         cosine, sine = abs(math.cos(self.angle)), abs(math.sin(self.angle))
         return math.ceil((half * sine + aside * cosine) / step_mm), math.ceil((half * cosine + aside * sine) / step_mm)
 
     def height(self, up: int, right: int, step_mm: float) -> Field:
-        """Its height on points around its middle."""
+        """Return the strand's height on points around its middle."""
         x = (np.arange(-right, right + 1) * step_mm).astype(np.float32)[np.newaxis, :]
         y = -(np.arange(-up, up + 1) * step_mm).astype(np.float32)[:, np.newaxis]
         cosine, sine = np.float32(math.cos(self.angle)), np.float32(math.sin(self.angle))

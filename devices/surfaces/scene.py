@@ -24,7 +24,7 @@ SWAY_HZ = (0.1, 0.7)
 
 
 def ground_of(texture: Surface) -> Ground:
-    """What the tip feels of a surface's relief; made once, it serves every scene on that surface (10 MB)."""
+    """Return what the tip feels of a surface's relief (10 MB), to be shared by every scene on that surface."""
     return ground(relief(texture).height_um, texture.stiffness_N_mm)
 
 
@@ -52,18 +52,20 @@ class SurfaceScene:
         )  # fmt: skip
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """What an ideal accelerometer on the tool feels, in its axes, gravity included: pieces of shape (n, 3)."""
+        """Yield what an ideal accelerometer on the tool measures, in its axes, gravity included: pieces of shape (n,
+        3).
+        """
         return self._pieces(lambda batch: batch.acceleration, rate_hz)
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:
-        """Force of the surface on the tip (x, y along it, z out of it) and its torque about the sensor: (n, 6).
+        """Yield the surface's force on the tip (x, y along it, z out of it) and its torque about the sensor: (n, 6).
 
         In the sample's axes, so that the third column is the normal force.
         """
         return (np.hstack([force, torque(force)]) for force in self._pieces(lambda batch: batch.force, rate_hz))
 
     def position_mm(self, rate_hz: float) -> Iterator[Array]:
-        """Where the tip is, from the middle of the sample and of its height: pieces of shape (n, 3)."""
+        """Yield the tip's position, from the middle of the sample and of its height: pieces of shape (n, 3)."""
         return self._pieces(lambda batch: batch.place, rate_hz)
 
     def _pieces(self, part: Callable[[Batch], Array], rate_hz: float) -> Iterator[Array]:
@@ -75,12 +77,12 @@ class SurfaceScene:
 
 
 def cut(pieces: Iterator[Array], rows: int) -> Iterator[Array]:
-    """Each piece in parts of at most so many rows."""
+    """Yield each piece in parts of at most so many rows."""
     return (piece[first : first + rows] for piece in pieces for first in range(0, len(piece), rows))
 
 
 def first_rows(pieces: Iterator[Array], rows: int) -> Array:
-    """The first rows of an endless signal in one array."""
+    """Return the first rows of an endless signal in one array."""
     taken: list[Array] = []
     while sum(map(len, taken)) < rows:
         taken.append(next(pieces))

@@ -127,11 +127,11 @@ FORMAT = TableFormat(
 
 
 def read_surfaces(path: Path | str = SHIPPED) -> dict[str, Surface]:
-    """The surfaces of a table, by id, in its order.
+    """Return the surfaces of a table, by id, in its order.
 
     Raises:
-        SurfaceDataError: naming file, line and column, where a column is missing or unknown, a number is none or out
-            of its range, a name is not known, or an id stands twice.
+        SurfaceDataError: naming file, line and column, where a column is missing or unknown, a value is not a number
+            or out of its range, a name is not known, or an id occurs twice.
     """
     table = read_table(Path(path), (), FORMAT)
     _demand_columns(table.path, table.header)

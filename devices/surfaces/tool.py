@@ -29,7 +29,7 @@ SENSOR_ABOVE_TIP_M = 0.045
 
 
 def traced(height_um: Field, radius_mm: float = RADIUS_MM) -> Field:
-    """Height of a sphere's lowest point as it rolls over the field without load: grey dilation by the sphere.
+    """Return the height of a sphere's lowest point as it rolls over the field without load: grey dilation by it.
 
     Done along rows and then along columns, which takes the sphere's drop r(x, y) for r(x, 0) + r(0, y): heights come
     out too high by at most 4 % of the drop where the sphere touches within half its radius (5 um of 134), more beyond.
@@ -50,7 +50,7 @@ def traced(height_um: Field, radius_mm: float = RADIUS_MM) -> Field:
 
 
 def patch_mm(stiffness_N_mm: float, radius_mm: float = RADIUS_MM) -> float:
-    """Radius of the contact at the nominal force: that of a sphere pressed in by its depth (a^2 = R d, as in Hertz)."""
+    """Return the contact's radius at the nominal force: a sphere pressed in by its depth (a^2 = R d, as in Hertz)."""
     return math.sqrt(radius_mm * min(NOMINAL_N / stiffness_N_mm, radius_mm))
 
 
@@ -61,7 +61,7 @@ class Ground:
     splined: Field
 
     def at(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array, Array]:
-        """Height in metres, and its slopes along x and y, at places counted from the sample's middle."""
+        """Return the height in metres, and its slopes along x and y, at places counted from the sample's middle."""
         here = self._height(x_mm, y_mm)
         little = 0.02
         right, up = self._height(x_mm + little, y_mm), self._height(x_mm, y_mm + little)
@@ -77,7 +77,9 @@ class Ground:
 
 
 def ground(height_um: Field, stiffness_N_mm: float) -> Ground:
-    """The field as the tip feels it: traced by the sphere, then averaged over the patch that gives way under it."""
+    """Return the field as the tip feels it: traced by the sphere, then averaged over the patch that gives way under
+    it.
+    """
     traced_um = traced(height_um)
     sigma = 0.5 * patch_mm(stiffness_N_mm) * height_um.shape[0] / SIZE_MM
     if sigma > 0.3:
@@ -104,7 +106,10 @@ MODES = (
 
 
 def mode_filter(mode: Mode, rate_hz: float) -> tuple[Array, Array]:
-    """Acceleration of a mode for a force: s^2 / (s^2 + 2 zeta w s + w^2) / m, bilinear and warped to be true at w."""
+    """Return the filter from force to a mode's acceleration.
+
+    It is s^2 / (s^2 + 2 zeta w s + w^2) / m, bilinear and warped to be true at w.
+    """
     warped = 1 / math.tan(math.pi * mode.hertz / rate_hz)
     square, cross = warped * warped, 2 * mode.ratio * warped
     first = square + cross + 1
@@ -113,13 +118,13 @@ def mode_filter(mode: Mode, rate_hz: float) -> tuple[Array, Array]:
 
 
 def to_tool() -> Array:
-    """The rotation from the sample's axes into the tool's: the shortest that takes upward to LEAN."""
+    """Return the rotation from the sample's axes into the tool's: the shortest that takes upward to LEAN."""
     x, y, z = LEAN
     cross = np.array([[0, 0, x], [0, 0, y], [-x, -y, 0]])
     return np.asarray(np.eye(3) + cross + cross @ cross / (1 + z), dtype=np.float64)
 
 
 def torque(force: Array) -> Array:
-    """Torque in N m about the force sensor's origin of forces (n, 3) at the tip, in the sample's axes."""
+    """Return the torque in N m about the force sensor's origin of forces (n, 3) at the tip, in the sample's axes."""
     tip = -SENSOR_ABOVE_TIP_M * (to_tool().T @ np.array([0.0, 0.0, 1.0]))
     return np.asarray(np.cross(tip, force), dtype=np.float64)
