@@ -104,7 +104,7 @@ class AppView:
 
     @cached_property
     def setter(self) -> Typesetter:
-        """What lays texts out."""
+        """The typesetter of the page, which lays texts out."""
         return Typesetter(self.page)
 
     def title(self, head: Box) -> Label:

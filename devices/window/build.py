@@ -36,9 +36,9 @@ RESTING = "resting"
 
 
 def screen_for(request: Ask | Instruct | Rest | Confirm | Present, page: Page, t0_ns: int) -> Screen:
-    """A new screen, nothing answered but what was answered before; t0_ns is when it is shown, for its samples.
+    """Return a new screen with only the earlier answers given; its samples count from t0_ns, when it is shown.
 
-    Raises WindowError where it cannot be shown: a text that does not fit, a line wider than the screen.
+    Raise WindowError where it cannot be shown: a text that does not fit, a line wider than the screen.
     """
     match request:
         case Ask():
@@ -56,10 +56,9 @@ def screen_for(request: Ask | Instruct | Rest | Confirm | Present, page: Page, t
 
 
 def page_for(key: str, page: Page) -> Screen:
-    """A page by its key among the texts: changing_sample, feel_now, recording, pause, end, ...; or RESTING.
+    """Return a page by its key among the texts: changing_sample, feel_now, recording, pause, end, ...; or RESTING.
 
-    Only the page of a rest has an answer: the participant goes on.
-    Raises WindowError on a key that there is no page for.
+    Only the page of a rest has an answer: the participant goes on. Raise WindowError on an unknown key.
     """
     return RestScreen(None, page) if key == RESTING else MessageScreen(key, page)
 

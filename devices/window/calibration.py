@@ -37,16 +37,16 @@ class Calibration:
 
     @property
     def metrics(self) -> Metrics:
-        """What layout needs of it."""
+        """The screen's size and density, as layout needs them."""
         return Metrics(*self.size_px, self.px_per_mm)
 
     def definition(self) -> dict[str, Any]:
-        """The calibration as JSON data, for the ledger."""
+        """Return the calibration as JSON data, for the ledger."""
         return asdict(self) | {"size_px": list(self.size_px)}
 
     @classmethod
     def from_definition(cls, data: Mapping[str, Any], where: str = "calibration") -> Calibration:
-        """The calibration that a ledger or a file holds. Raises WindowError naming the key that is wrong."""
+        """Return the calibration that a ledger or a file holds. Raise WindowError naming the key that is wrong."""
         for key in data:
             if key not in KEYS:
                 raise WindowError(f"{where}: unknown key {key!r}, {nearest(str(key), KEYS)}")
@@ -76,7 +76,7 @@ def demand_reading(read_mm: float, nominal_mm: float) -> None:
 
 
 def density_from(bar_px: int, read_mm: float) -> float:
-    """Pixels per millimetre, where a bar of so many pixels reads so many millimetres. Raises WindowError."""
+    """Return the pixels per millimetre where a bar of so many pixels reads so many millimetres. Raise WindowError."""
     if not (math.isfinite(read_mm) and read_mm > 0 and _dense(bar_px / read_mm)):
         low, high = DENSITIES
         raise WindowError(
@@ -87,12 +87,12 @@ def density_from(bar_px: int, read_mm: float) -> float:
 
 
 def station_file(lab: Path, host: str | None = None) -> Path:
-    """Where a station's calibration lies: LAB/stations/HOST/window.yaml."""
+    """Return the path of a station's calibration: LAB/stations/HOST/window.yaml."""
     return station_folder(lab, host) / "window.yaml"
 
 
 def read_calibration(lab: Path, host: str | None = None) -> Calibration:
-    """This station's calibration. Raises WindowError if there is none, or if the file is wrong: line and key."""
+    """Return this station's calibration. Raise WindowError if there is none, or naming line and key of an error."""
     file = station_file(lab, host)
     if not file.is_file():
         raise WindowError(f"{file}: this station's screen is not calibrated; do it first: {_command(lab)}")

@@ -31,9 +31,9 @@ MOST_READINGS = 6
 def calibrated(
     screen: int, language: str, width_mm: float | None, measured: float | None, windowed: tuple[int, int] | None
 ) -> Calibration:
-    """The calibration of a screen, by the readings typed at the terminal or by the one that is given.
+    """Return the screen's calibration, from the readings typed at the terminal or from a given width.
 
-    Raises WindowError where the screen or the display is not to be had, or the readings come to nothing.
+    Raise WindowError where the screen or the display is not available, or the readings do not agree.
     """
     from palpate.devices.window.shell import screen_sizes
 
@@ -51,14 +51,14 @@ def calibrated(
 
 
 def describe_calibration(calibration: Calibration) -> str:
-    """The calibration in words."""
+    """Describe the calibration in words."""
     width, height = calibration.size_px
     size_mm = f"{width / calibration.px_per_mm:.0f} x {height / calibration.px_per_mm:.0f} mm"
     return f"screen {calibration.screen}: {width}x{height} px, {calibration.px_per_mm:.4f} px per mm ({size_mm})"
 
 
 def _read_until_right(shell: Shell, guess: Calibration, language: str) -> Calibration:
-    """Each reading corrects the density; the one that reads right confirms what was drawn."""
+    """Read the line until it measures what was drawn; each reading corrects the density."""
     lines = Lines()
     for _ in range(MOST_READINGS):
         read_mm = _reading(shell, guess, language, lines)
@@ -103,7 +103,7 @@ class Lines:
     pending: bytearray = field(default_factory=bytearray)
 
     def poll(self) -> str | None:
-        """The next line if it has been typed. Raises click.Abort where the input has come to its end."""
+        """Return the next line if it has been typed. Raise click.Abort at the end of the input."""
         if b"\n" not in self.pending:
             self.pending += self._piece()
         line, found, rest = self.pending.partition(b"\n")

@@ -16,7 +16,7 @@ SAMPLES = {"Latin": "Aéß", "Hangul": "가힣", "Devanagari": "कि", "Greek"
 
 
 def findings(lab: Path) -> dict[str, Any]:
-    """The calibration, the screens, the fonts by script and the languages; `problems` are what keeps a window away."""
+    """Return calibration, screens, fonts by script and languages; `problems` are what keeps a window from opening."""
     from palpate.devices.window.texts import languages
 
     problems: list[str] = []
@@ -38,7 +38,7 @@ def findings(lab: Path) -> dict[str, Any]:
 
 
 def describe_findings(state: dict[str, Any]) -> str:
-    """The findings in words."""
+    """Describe the state in words."""
     calibration = state["calibration"]
     lines = [f"calibration  {state['file']}"]
     if calibration is not None:
@@ -72,7 +72,7 @@ def _sizes(problems: list[str]) -> list[tuple[int, int]] | None:
 
 
 def _fonts(problems: list[str]) -> dict[str, str | None]:
-    """Which file writes each script."""
+    """Return which font file writes each script, adding to `problems`."""
     from palpate.devices.window.fonts import find_fonts
 
     try:

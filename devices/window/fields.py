@@ -27,7 +27,7 @@ class Writing:
         return self._put(clean) if clean else True
 
     def new_line(self) -> bool:
-        """Break the line at the caret where the field has many."""
+        """Break the line at the caret where the field has many lines."""
         return self.many_lines and self._put("\n")
 
     def backspace(self) -> None:
@@ -62,7 +62,7 @@ class Writing:
         return key in places
 
     def words(self, separators: str = "") -> list[str]:
-        """What is written, one on each line or between separators: trimmed, without blanks and repetitions."""
+        """Return what is written, one entry a line or between separators: trimmed, without blanks and repetitions."""
         text = self.text
         for separator in separators:
             text = text.replace(separator, "\n")
@@ -88,7 +88,7 @@ class View:
 
 
 def view(fonts: Fonts, writing: Writing, size: int, width: int, height_lines: int) -> View:
-    """What of the text is in view: wrapped lines around the caret, or as much of a single line as fits."""
+    """Return the part of the text in view: wrapped lines around the caret, or as much of a single line as fits."""
     lines = _wrapped(fonts, writing, size, width) if writing.many_lines else [_window(fonts, writing, size, width)]
     starts = [start for start, _ in lines]
     on = max(n for n, start in enumerate(starts) if start <= writing.caret)
@@ -101,7 +101,7 @@ def view(fonts: Fonts, writing: Writing, size: int, width: int, height_lines: in
 
 
 def place_at(fonts: Fonts, seen: View, size: int, line: int, x: float) -> int:
-    """The place in the text nearest to a point of a line in view."""
+    """Return the place in the text nearest to a point of a line in view."""
     line = min(max(line, 0), len(seen.lines) - 1)
     return seen.starts[line] + _nearest(fonts, seen.lines[line], size, x)
 
@@ -117,7 +117,7 @@ def step(fonts: Fonts, writing: Writing, size: int, width: int, by: int) -> None
 
 
 def _nearest(fonts: Fonts, text: str, size: int, x: float) -> int:
-    """Between which letters a distance from the left falls."""
+    """Return the number of letters to the left of a distance, rounded to the nearest gap."""
     places = [0]
     while places[-1] < len(text):
         places.append(after(text, places[-1]))
@@ -125,14 +125,14 @@ def _nearest(fonts: Fonts, text: str, size: int, x: float) -> int:
 
 
 def shown(fonts: Fonts, text: str) -> str:
-    """The text with a box for every character that no font draws."""
+    """Return the text with a box for every character that no font draws."""
     return "".join(
         c if unicodedata.category(c) in {"Cf", "Zs"} or fonts.face(c) is not None else PLACEHOLDER for c in text
     )
 
 
 def before(text: str, place: int) -> int:
-    """Where the letter before a place begins: marks and joiners belong to the letter before them."""
+    """Return where the letter before a place begins: marks and joiners belong to the letter before them."""
     place = max(0, place - 1)
     while place > 0 and (_joins(text[place]) or text[place - 1] == JOINERS[1]):
         place -= 1
@@ -140,7 +140,7 @@ def before(text: str, place: int) -> int:
 
 
 def after(text: str, place: int) -> int:
-    """Where the letter at a place ends."""
+    """Return where the letter at a place ends."""
     place = min(len(text), place + 1)
     while place < len(text) and (_joins(text[place]) or text[place - 1] == JOINERS[1]):
         place += 1
@@ -171,7 +171,7 @@ def _wrapped(fonts: Fonts, writing: Writing, size: int, width: int) -> list[tupl
 
 
 def _fitting(fonts: Fonts, text: str, size: int, width: int) -> int:
-    """How many characters fit, at least one letter."""
+    """Return how many characters fit, at least one letter."""
     stop = after(text, 0)
     while stop < len(text) and _width(fonts, text[: after(text, stop)], size) <= width:
         stop = after(text, stop)
@@ -179,7 +179,7 @@ def _fitting(fonts: Fonts, text: str, size: int, width: int) -> int:
 
 
 def _window(fonts: Fonts, writing: Writing, size: int, width: int) -> tuple[int, str]:
-    """The part of a single line that holds the caret."""
+    """Return the part of a single line that holds the caret, and where it begins."""
     start = 0
     while _width(fonts, writing.text[start : writing.caret], size) > width:
         start = after(writing.text, start)

@@ -140,7 +140,7 @@ class Fonts:
             raise WindowError(f"no font on this machine draws {_named(missing)}; install {packages_for(missing)}")
 
     def face(self, character: str, bold: bool = False) -> Face | None:
-        """The first font that has the character; a bold one where there is one."""
+        """Return the first font that has the character; a bold one where there is one."""
         key = character, bold
         if key not in self._faces:
             faces = (*self.bold, *self.regular) if bold else self.regular
@@ -148,7 +148,7 @@ class Fonts:
         return self._faces[key]
 
     def runs(self, text: str, bold: bool = False) -> tuple[Run, ...]:
-        """The text (NFC) split by font; a mark or a space stays with the letter before it. Raises WindowError."""
+        """Return the text (NFC) split by font; a mark or a space stays with the letter before it. Raise WindowError."""
         runs: list[Run] = []
         for character in unicodedata.normalize("NFC", text):
             before = runs[-1].face if runs else None
@@ -162,7 +162,7 @@ class Fonts:
         return tuple(runs)
 
     def width(self, text: str, size: int, bold: bool = False) -> float:
-        """How far the text advances, in pixels."""
+        """Return how far the text advances, in pixels."""
         key = text, size, bold
         if key not in self._widths:
             runs = self.runs(text, bold)
@@ -170,7 +170,7 @@ class Fonts:
         return self._widths[key]
 
     def mask(self, face: Face, size: int, text: str) -> Mask:
-        """The text drawn once, to be painted in any colour: shaping it is what takes time."""
+        """Return the text drawn once, to be painted in any colour, because shaping it takes the time."""
         key = face, size, text
         if key not in self._masks:
             font = self.font(face, size)
@@ -184,7 +184,7 @@ class Fonts:
         return self._masks[key]
 
     def font(self, face: Face, size: int) -> FreeTypeFont:
-        """The font at an em size in pixels."""
+        """Return the font at an em size in pixels."""
         from PIL import ImageFont
 
         if (face, size) not in self._opened:
@@ -193,7 +193,7 @@ class Fonts:
         return font
 
     def _face_after(self, before: Face | None, character: str, bold: bool) -> Face | None:
-        """A run goes on through what belongs to no script of its own, if its font has it."""
+        """Return the font of the next character; neutral characters stay in the run before if its font has them."""
         neutral = unicodedata.category(character)[0] in "ZMC" or unicodedata.combining(character)
         if before is not None and neutral and (_invisible(character) or self._draws(before, character)):
             return before
@@ -210,7 +210,7 @@ class Fonts:
 
 
 def find_fonts(language: str = "en", folders: Sequence[Path] | None = None) -> Fonts:
-    """The fonts of this machine (or of some folders) that Palpate writes with. Raises WindowError if there are none."""
+    """Return the fonts of this machine (or of some folders) that Palpate writes with. Raise WindowError if none."""
     from PIL import features
 
     files = font_files(folders)
@@ -225,7 +225,7 @@ def _face(path: Path, language: str) -> Face:
 
 
 def _invisible(character: str) -> bool:
-    """Controls, joiners and line breaks, which no font needs to draw."""
+    """Return whether no font needs to draw the character: controls, joiners and line breaks."""
     return unicodedata.category(character) in {"Cc", "Cf", "Zl", "Zp"}
 
 
@@ -245,13 +245,13 @@ class Coverage:
     last: tuple[int, ...]
 
     def holds(self, character: str) -> bool:
-        """Whether the font has a glyph for the character."""
+        """Return whether the font has a glyph for the character."""
         place = bisect_right(self.first, ord(character)) - 1
         return place >= 0 and ord(character) <= self.last[place]
 
 
 def coverage(path: Path, index: int = 0) -> Coverage:
-    """The characters that font number `index` of a file can draw. Raises NotAFont; OSError if it cannot be read."""
+    """Return the characters that font `index` of a file can draw. Raise NotAFont, or OSError if it cannot be read."""
     try:
         with path.open("rb") as file:
             data = _subtable(_table(file, index))
@@ -265,7 +265,7 @@ def coverage(path: Path, index: int = 0) -> Coverage:
 
 
 def _table(file: BinaryIO, index: int) -> bytes:
-    """The bytes of the cmap table."""
+    """Return the bytes of the cmap table."""
     start = 0
     if file.read(4) == b"ttcf":
         _, count = struct.unpack(">II", file.read(8))
@@ -285,7 +285,7 @@ def _table(file: BinaryIO, index: int) -> bytes:
 
 
 def _subtable(table: bytes) -> bytes:
-    """The widest Unicode subtable of a format that is read here."""
+    """Return the widest Unicode subtable of a format that is read here."""
     _, count = struct.unpack_from(">HH", table)
     tables = {}
     for number in range(count):
@@ -319,7 +319,7 @@ def _segments(data: bytes) -> Iterator[tuple[int, int]]:
 
 
 def _glyph(data: bytes, code: int, first: int, delta: int, offset: int, where: int) -> int:
-    """The glyph of a code point; 0 is none."""
+    """Return the glyph of a code point; 0 is none."""
     if offset == 0:
         return (code + delta) & 0xFFFF
     place = where + 2 * (code - first)
@@ -330,7 +330,7 @@ def _glyph(data: bytes, code: int, first: int, delta: int, offset: int, where: i
 
 
 def font_files(folders: Sequence[Path] | None = None) -> dict[str, Path]:
-    """Font files by name below the folders (default: the system's); of equal names the first one found counts."""
+    """Return font files by name below the folders (default: the system's); of equal names the first one counts."""
     files: dict[str, Path] = {}
     for folder in system_folders() if folders is None else folders:
         for place, inner, names in os.walk(folder):
@@ -342,7 +342,7 @@ def font_files(folders: Sequence[Path] | None = None) -> dict[str, Path]:
 
 
 def in_order(files: dict[str, Path], patterns: Sequence[str]) -> list[Path]:
-    """The files that a list of name patterns asks for, in its order, each once."""
+    """Return the files that match a list of name patterns, in the patterns' order, each once."""
     chosen: dict[Path, None] = {}
     for pattern in patterns:
         exact = pattern in files
@@ -352,7 +352,7 @@ def in_order(files: dict[str, Path], patterns: Sequence[str]) -> list[Path]:
 
 
 def system_folders(platform: str = sys.platform) -> tuple[Path, ...]:
-    """Where this kind of system keeps fonts; last, those of matplotlib, so that Latin can be drawn."""
+    """Return where this kind of system keeps fonts; last, those of matplotlib, so that Latin can be drawn."""
     home = Path.home()
     own: tuple[Path, ...]
     if platform == "win32":
@@ -371,12 +371,12 @@ def system_folders(platform: str = sys.platform) -> tuple[Path, ...]:
 
 
 def is_complex(character: str) -> bool:
-    """Whether the script joins or reorders letters, so that one glyph after another would be wrong."""
+    """Return whether the script joins or reorders letters, so that one glyph after another would be wrong."""
     return any(first <= ord(character) <= last for first, last in COMPLEX)
 
 
 def packages_for(characters: Sequence[str]) -> str:
-    """What to install for characters that no font has: Debian's packages, and what other systems call it."""
+    """Describe what to install for characters that no font has: Debian's packages, and their names elsewhere."""
     sources: dict[tuple[str, str], None] = {}
     for character in characters:
         rows = ((debian, other) for first, last, debian, other in SOURCES if first <= ord(character) <= last)

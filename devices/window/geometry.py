@@ -43,25 +43,25 @@ class Metrics:
 
     @property
     def scale(self) -> float:
-        """How much larger than designed everything is drawn but lengths that are prescribed."""
+        """How much larger than designed everything is drawn, except prescribed lengths."""
         width_mm, height_mm = self.width_px / self.px_per_mm, self.height_px / self.px_per_mm
         fits = min(width_mm / DESIGN_MM[0], height_mm / DESIGN_MM[1])
         return min(max(fits, SMALLEST_SCALE), LARGEST_SCALE)
 
     def mm(self, length_mm: float) -> int:
-        """A prescribed length in pixels."""
+        """Return a prescribed length in pixels."""
         return round(length_mm * self.px_per_mm)
 
     def unit(self, design_mm: float) -> int:
-        """A distance of the design in pixels, at least one."""
+        """Return a distance of the design in pixels, at least one."""
         return max(1, round(design_mm * self.px_per_mm * self.scale))
 
     def target(self, design_mm: float = SMALLEST_TARGET_MM) -> int:
-        """A target's side in pixels: as designed, never smaller than may be pressed."""
+        """Return a target's side in pixels: as designed, but never smaller than can be pressed."""
         return max(self.unit(design_mm), self.mm(SMALLEST_TARGET_MM) + 1)
 
     def text(self, design_mm: float) -> int:
-        """An em size in pixels: as designed, never below what can be read."""
+        """Return an em size in pixels: as designed, but never below what can be read."""
         return max(self.unit(design_mm), round(SMALLEST_TEXT_MM * self.px_per_mm + 0.5))
 
     @property
@@ -93,41 +93,41 @@ class Box:
         return self.left + self.width // 2, self.top + self.height // 2
 
     def holds(self, x: float, y: float) -> bool:
-        """Whether the point lies inside."""
+        """Return whether the point lies inside."""
         return self.left <= x < self.right and self.top <= y < self.bottom
 
     def contains(self, other: Box) -> bool:
-        """Whether all of the other box lies inside."""
+        """Return whether all of the other box lies inside."""
         inside = self.left <= other.left and self.top <= other.top
         return inside and other.right <= self.right and other.bottom <= self.bottom
 
     def overlaps(self, other: Box) -> bool:
-        """Whether the two share a pixel."""
+        """Return whether the two share a pixel."""
         beside = self.right <= other.left or other.right <= self.left
         return not (beside or self.bottom <= other.top or other.bottom <= self.top)
 
     def moved(self, x: int, y: int) -> Box:
-        """The box shifted by pixels."""
+        """Return the box shifted by pixels."""
         return Box(self.left + x, self.top + y, self.width, self.height)
 
     def grown(self, by: int) -> Box:
-        """The box with `by` pixels more on every side (fewer if negative, never below nothing)."""
+        """Return the box with `by` pixels more on every side (fewer if negative, but never below an empty box)."""
         width, height = max(0, self.width + 2 * by), max(0, self.height + 2 * by)
         return Box(self.left - by, self.top - by, width, height)
 
     def joined(self, other: Box) -> Box:
-        """The smallest box around both."""
+        """Return the smallest box around both."""
         left, top = min(self.left, other.left), min(self.top, other.top)
         return Box(left, top, max(self.right, other.right) - left, max(self.bottom, other.bottom) - top)
 
     def common(self, other: Box) -> Box:
-        """What both share; of no size where they share nothing."""
+        """Return the intersection of both, of no size where they share nothing."""
         left, top = max(self.left, other.left), max(self.top, other.top)
         width, height = min(self.right, other.right) - left, min(self.bottom, other.bottom) - top
         return Box(left, top, max(0, width), max(0, height))
 
     def gap(self, other: Box) -> int:
-        """Pixels between two boxes, across or down, whichever is more; negative where they overlap."""
+        """Return the pixels between two boxes, across or down, whichever is more; negative where they overlap."""
         across = max(self.left, other.left) - min(self.right, other.right)
         down = max(self.top, other.top) - min(self.bottom, other.bottom)
         return max(across, down)
@@ -153,7 +153,7 @@ class Placed:
 
 
 def problems(placed: Sequence[Placed], metrics: Metrics) -> list[str]:
-    """What is wrong with a layout, in words: outside, clipped, overlapping, too small or too near; [] if nothing is."""
+    """Describe what is wrong with a layout: outside, clipped, overlapping, too small or too near; [] if nothing."""
     return [*_alone(placed, metrics), *_against_each_other(placed, metrics)]
 
 

@@ -24,12 +24,12 @@ KEYS = _PLAIN | {key.upper(): jamo for key, jamo in _PLAIN.items()} | _SHIFTED
 
 
 def needed(language: str, platform: str) -> bool:
-    """Whether Hangul must be composed here: Windows and macOS have input methods that reach the window."""
+    """Return whether Hangul must be composed here: Windows and macOS have input methods that reach the window."""
     return language.split("-", maxsplit=1)[0] == "ko" and platform not in ("win32", "darwin")
 
 
 def joined(before: str, jamo: str) -> str:
-    """What the character being composed becomes with one more letter: itself, changed, or itself and a new one."""
+    """Return the composed character after one more letter: itself, changed, or itself and a new one."""
     lead, vowel, tail = parts(before)
     if jamo in VOWELS and tail:
         moves = PARTS.get(tail, tail)[-1]
@@ -46,7 +46,7 @@ def joined(before: str, jamo: str) -> str:
 
 
 def shortened(before: str) -> str:
-    """What the character being composed becomes when its last key is taken back; "" where it was the only one."""
+    """Return the composed character after its last key is taken back; "" where it was the only one."""
     lead, vowel, tail = parts(before)
     if tail:
         return syllable(lead, vowel, PARTS[tail][0] if tail in PARTS else "")
@@ -56,7 +56,10 @@ def shortened(before: str) -> str:
 
 
 def parts(character: str) -> tuple[str, str, str]:
-    """(lead, vowel, tail) of a syllable or a lone letter; empty where there is none, all empty for other characters."""
+    """Return (lead, vowel, tail) of a syllable or a lone letter.
+
+    A missing part is empty; all are empty for other characters.
+    """
     if len(character) == 1 and FIRST <= ord(character) <= LAST:
         rest, tail = divmod(ord(character) - FIRST, len(TAILS))
         lead, vowel = divmod(rest, len(VOWELS))
@@ -67,7 +70,7 @@ def parts(character: str) -> tuple[str, str, str]:
 
 
 def syllable(lead: str, vowel: str, tail: str = "") -> str:
-    """The character of these letters; without a lead the vowel alone."""
+    """Return the character of these letters; without a lead the vowel alone."""
     if not lead:
         return vowel
     place = (LEADS.index(lead) * len(VOWELS) + VOWELS.index(vowel)) * len(TAILS)

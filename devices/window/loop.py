@@ -26,17 +26,17 @@ class Stopwatch:
     lost_s: float = 0.0
 
     def at(self, now_s: float) -> float:
-        """Seconds shown until then, never below 0."""
+        """Return the seconds that the screen was shown until then, never below 0."""
         until = now_s if self.covered_s is None else min(now_s, self.covered_s)
         return max(0.0, until - self.shown_s - self.lost_s)
 
     def stop(self, now_s: float) -> None:
-        """The screen is covered."""
+        """Stop the time, because the screen is covered."""
         if self.covered_s is None:
             self.covered_s = now_s
 
     def go_on(self, now_s: float) -> None:
-        """The screen is seen again."""
+        """Resume the time, because the screen is seen again."""
         if self.covered_s is not None:
             self.lost_s += now_s - self.covered_s
             self.covered_s = None
@@ -62,11 +62,11 @@ class Scene:
     switched: list[str] = field(default_factory=list)
 
     def seconds(self) -> float:
-        """How long the participant has seen the screen."""
+        """Return how long the participant has seen the screen, in seconds."""
         return 0.0 if self.watch is None else self.watch.at(self.shell.now_s())
 
     def since_s(self) -> float:
-        """How long ago the screen was first seen, whatever covered it meanwhile."""
+        """Return the seconds since the screen was first seen, including those when it was covered."""
         return 0.0 if self.watch is None else self.shell.now_s() - self.watch.shown_s
 
     def appear(self) -> None:
@@ -81,7 +81,7 @@ class Scene:
             self.watch.go_on(self.shell.now_s())
 
     def vanish(self) -> None:
-        """Something else is to be shown: what is held is let go where it is, and the time stands still."""
+        """Release what is held and stop the time, because something else is to be shown."""
         if self.watch is None or self.watch.covered_s is not None:
             return
         now_s = self.shell.now_s()
@@ -91,7 +91,7 @@ class Scene:
         self.watch.stop(now_s)
 
     def turn(self) -> None:
-        """Hand over what the participant did and paint what it changed; return at once when there is a reply."""
+        """Pass inputs to the screen and paint what they changed; return at once when there is a reply."""
         for event in self.shell.gather():
             if not self.deaf and self.watch is not None and self._belongs(event):
                 self.screen.handle(replace(event, t_s=self.watch.at(event.t_s)))
@@ -110,7 +110,7 @@ class Scene:
             self.switched.append(side)
 
     def _belongs(self, event: Input) -> bool:
-        """Whether the input is this screen's; keeps track of the press."""
+        """Return whether the input is for this screen, and keep track of the press."""
         match event:
             case Pressed():
                 self.press = event

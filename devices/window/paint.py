@@ -33,15 +33,15 @@ class Shapes:
     _masks: dict[tuple[object, ...], Image.Image] = field(default_factory=dict, repr=False)
 
     def fill(self, image: Image.Image, box: Box, radius: int, colour: Colour) -> None:
-        """A filled rectangle with round corners."""
+        """Fill a rectangle with round corners."""
         image.paste(colour, (box.left, box.top), self._rounded(box.width, box.height, radius, 0))
 
     def frame(self, image: Image.Image, box: Box, radius: int, width: int, colour: Colour) -> None:
-        """The outline of a rectangle with round corners, inside the box."""
+        """Draw the outline of a rectangle with round corners, inside the box."""
         image.paste(colour, (box.left, box.top), self._rounded(box.width, box.height, radius, width))
 
     def tick(self, image: Image.Image, box: Box, width: int, colour: Colour) -> None:
-        """A tick mark that fills the box."""
+        """Draw a tick mark that fills the box."""
         image.paste(colour, (box.left, box.top), self._tick(box.width, box.height, width))
 
     def _rounded(self, width: int, height: int, radius: int, outline: int) -> Image.Image:
@@ -58,12 +58,12 @@ class Shapes:
 
 
 def plain(image: Image.Image, box: Box, colour: Colour) -> None:
-    """A filled rectangle with sharp edges: exactly these pixels."""
+    """Fill a rectangle with sharp edges: exactly these pixels."""
     image.paste(colour, (box.left, box.top, box.right, box.bottom))
 
 
 def contrast(one: Colour, other: Colour) -> float:
-    """The contrast ratio of two colours, 1 to 21 (WCAG 2.2)."""
+    """Return the contrast ratio of two colours, 1 to 21 (WCAG 2.2)."""
     lighter, darker = sorted((_luminance(one), _luminance(other)), reverse=True)
     return (lighter + 0.05) / (darker + 0.05)
 
@@ -74,7 +74,7 @@ def _luminance(colour: Colour) -> float:
 
 
 def _rounded(width: int, height: int, radius: int, outline: int) -> Image.Image:
-    """Only the corners are smoothed; straight edges lie on whole pixels."""
+    """Return the mask of a round rectangle: only the corners are smoothed, straight edges lie on whole pixels."""
     from PIL import Image
 
     radius = min(radius, width // 2, height // 2)
@@ -89,7 +89,7 @@ def _rounded(width: int, height: int, radius: int, outline: int) -> Image.Image:
 
 
 def _corner(radius: int, outline: int) -> Image.Image:
-    """The top left corner of a round rectangle, `radius` pixels square."""
+    """Return the top left corner of a round rectangle, `radius` pixels square."""
     from PIL import Image, ImageDraw
 
     big = radius * SMOOTHING

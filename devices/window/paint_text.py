@@ -60,7 +60,7 @@ BLANK = Laid((), 1, 0)
 def lay(
     fonts: Fonts, text: str, size: int, width: int | None = None, bold: bool = False, even: bool = False
 ) -> Laid | None:
-    """The text wrapped to a width in pixels; None where one unbreakable word is wider. Line breaks stay.
+    """Return the text wrapped to a width in pixels, or None where one word is wider; line breaks stay.
 
     `even` makes lines of like length, for labels.
     """
@@ -94,7 +94,7 @@ def draw(image: Image.Image, fonts: Fonts, laid: Laid, box: Box, colour: Colour,
 
 
 def ink(fonts: Fonts, laid: Laid, box: Box, align: Align = "left") -> Box | None:
-    """The pixels that `draw` covers; None where there is nothing to see."""
+    """Return the pixels that `draw` covers; None where there is nothing to see."""
     covered: Box | None = None
     for run, x, baseline in _placed_runs(fonts, laid, box, align):
         bounds = fonts.font(run.face, laid.size).getbbox(run.text, anchor="ls")
@@ -106,17 +106,17 @@ def ink(fonts: Fonts, laid: Laid, box: Box, align: Align = "left") -> Box | None
 
 
 def bearing(size: int) -> int:
-    """The free room on either side of a line at an em size, in pixels."""
+    """Return the free room on either side of a line at an em size, in pixels."""
     return round(BEARING * size)
 
 
 def ceiled(width: float) -> int:
-    """A width in whole pixels, never less than it is."""
+    """Return a width in whole pixels, rounded up."""
     return int(-(-width // 1))
 
 
 def _placed_runs(fonts: Fonts, laid: Laid, box: Box, align: Align) -> Iterator[tuple[Run, float, int]]:
-    """(run, x, baseline) of every run of every line."""
+    """Yield (run, x, baseline) of every run of every line."""
     for line, start, baseline in _places(fonts, laid, box, align):
         x = start
         for run in fonts.runs(line, laid.bold):
@@ -125,7 +125,7 @@ def _placed_runs(fonts: Fonts, laid: Laid, box: Box, align: Align) -> Iterator[t
 
 
 def _places(fonts: Fonts, laid: Laid, box: Box, align: Align) -> Iterator[tuple[str, float, int]]:
-    """(line, x, baseline) of every line."""
+    """Yield (line, x, baseline) of every line."""
     top = box.top + (box.height - laid.height) // 2
     for number, line in enumerate(laid.lines):
         spare = box.width - fonts.width(line, laid.size, laid.bold)
@@ -148,7 +148,7 @@ def _wrapped(fonts: Fonts, text: str, size: int, width: int, bold: bool) -> list
 
 
 def _evened(fonts: Fonts, text: str, size: int, width: int, bold: bool) -> list[str] | None:
-    """Lines of like length, as few as there must be."""
+    """Return lines of similar length, as few as possible; None where one word is too wide."""
     lines = _wrapped(fonts, text, size, width, bold)
     if lines is None or len(lines) < 2:
         return lines

@@ -37,13 +37,13 @@ def pictures(
 
 
 def specimen_page(metrics: Metrics, language: str = "en", words: Wording | None = None) -> Page:
-    """The page that specimens are shown on."""
+    """Return the page that specimens are shown on."""
     pages = {"instructions": (words or wording(language)).instructions}
     return Page(metrics, load_texts(language), find_fonts(language), pages=pages, total=TRIALS, force_of=_specimen_door)
 
 
 def _specimen_door(setting: Mapping[str, float]) -> Sequence[float]:
-    """The shipped models' door for a setting, by the order of its values: specimens have words of any language."""
+    """Return the shipped models' door for a setting, by the order of its values, because words vary by language."""
     from palpate.devices.door.making import maker_for
 
     forces: list[float] = maker_for(None).design(list(setting.values())).force_N.tolist()
@@ -51,7 +51,7 @@ def _specimen_door(setting: Mapping[str, float]) -> Sequence[float]:
 
 
 def shown(specimen: Specimen, page: Page) -> Screen:
-    """The specimen's screen as it looks half way."""
+    """Return the specimen's screen as it looks half way."""
     request = specimen.request
     if isinstance(request, str):
         return page_for(request, page)
@@ -64,7 +64,7 @@ def shown(specimen: Specimen, page: Page) -> Screen:
 
 
 def picture(screen: Screen, page: Page) -> Image.Image:
-    """The screen painted whole."""
+    """Paint the whole screen and return the picture."""
     from PIL import Image
 
     image = Image.new("RGB", (page.metrics.width_px, page.metrics.height_px))
@@ -74,7 +74,7 @@ def picture(screen: Screen, page: Page) -> Image.Image:
 
 
 def _saved(path: Path, specimen: Specimen, page: Page) -> Path:
-    """The picture with as few colours as it needs: text stays sharp, the file small."""
+    """Save the picture with as few colours as it needs: text stays sharp, the file small."""
     from PIL import Image
 
     image = picture(shown(specimen, page), page)

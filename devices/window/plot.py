@@ -41,22 +41,22 @@ class Axes:
     high_N: float = MOST_N
 
     def x(self, angle_deg: float) -> int:
-        """The column of an angle."""
+        """Return the column of an angle."""
         return self.box.left + round(angle_deg / MAX_ANGLE_DEG * (self.box.width - 1))
 
     def y(self, force_N: float) -> int:
-        """The row of a force."""
+        """Return the row of a force."""
         return self.box.top + round((self.high_N - force_N) / (self.high_N - self.low_N) * (self.box.height - 1))
 
     @cached_property
     def forces_N(self) -> tuple[float, ...]:
-        """Where the grid's lines are."""
+        """The forces at the grid's lines, in newtons."""
         steps = round((self.high_N - self.low_N) / STEP_N)
         return tuple(self.low_N + STEP_N * step for step in range(steps + 1))
 
 
 def axes_for(box: Box, *profiles: Array) -> Axes:
-    """Axes that hold all of these profiles."""
+    """Return axes that hold all of these profiles."""
     low = min([LEAST_N, *(float(profile.min()) for profile in profiles)])
     high = max([MOST_N, *(float(profile.max()) for profile in profiles)])
     return Axes(box, STEP_N * math.floor(low / STEP_N + 1e-9), STEP_N * math.ceil(high / STEP_N - 1e-9))
@@ -71,12 +71,12 @@ class Piece:
 
 
 def line_mask(force_N: Array, axes: Axes, thick_px: float) -> tuple[int, Mask]:
-    """How much each pixel is covered by the profile's line, 0 to 255: the first row that it touches, and those rows."""
+    """Return the first row that the profile's line touches, and how much it covers each pixel from there, 0 to 255."""
     return _cover(_course(force_N, axes), axes.box.height, thick_px)
 
 
 def line_pieces(force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...]:
-    """The same line where it lies on the screen, from left to right."""
+    """Return the same line in pieces where it lies on the screen, from left to right."""
     course, width = _course(force_N, axes), axes.box.width
     ends, pieces = [width * number // PIECES for number in range(PIECES + 1)], []
     for left, right in itertools.pairwise(ends):
@@ -87,7 +87,7 @@ def line_pieces(force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...
 
 
 def _course(force_N: Array, axes: Axes) -> Rows:
-    """Of each column: the line's row in the middle, how it leans there (1: flat), its lowest and its highest row."""
+    """Return, by column, the line's row in the middle, its lean there (1: flat), its lowest and its highest row."""
     rows = _rows(force_N, axes)
     middle = rows[:, PER_COLUMN // 2]
     lean = 1.0 / np.sqrt(1.0 + np.gradient(middle) ** 2)
@@ -99,7 +99,7 @@ def _course(force_N: Array, axes: Axes) -> Rows:
 
 
 def _cover(course: Rows, height: int, thick_px: float) -> tuple[int, Mask]:
-    """First row and mask of a line's columns."""
+    """Return the first row and the mask of a line's columns."""
     middle, lean, lowest, highest = course
     half = np.float32(thick_px / 2 + 0.5)
     first = max(0, int(lowest.min() - half) - 1)
@@ -114,7 +114,7 @@ def _cover(course: Rows, height: int, thick_px: float) -> tuple[int, Mask]:
 
 
 def band_mask(low_N: Array, high_N: Array, axes: Axes) -> Mask:
-    """The pixels between two profiles."""
+    """Return the mask of the pixels between two profiles."""
     top, bottom = _rows(high_N, axes)[:, PER_COLUMN // 2], _rows(low_N, axes)[:, PER_COLUMN // 2]
     y = np.arange(axes.box.height, dtype=np.float32)[:, None]
     cover = np.clip(np.minimum(y - top + 0.5, bottom - y + 0.5), 0.0, 1.0)
@@ -122,7 +122,7 @@ def band_mask(low_N: Array, high_N: Array, axes: Axes) -> Mask:
 
 
 def _rows(force_N: Array, axes: Axes) -> Rows:
-    """The row of the profile at some places of every column, from the top of the box."""
+    """Return the row of the profile at some places of every column, from the top of the box."""
     width = axes.box.width
     columns = np.arange(width * PER_COLUMN) / PER_COLUMN - 0.5
     places = np.clip(columns, 0, width - 1) / (width - 1) * MAX_ANGLE_DEG * POINTS_PER_DEG
@@ -139,7 +139,7 @@ class Masks:
     pictures: dict[tuple[object, ...], Image.Image] = field(default_factory=dict)
 
     def line(self, force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...]:
-        """The pieces of a line."""
+        """Return the pieces of a line, painted once."""
         key = force_N.tobytes(), axes, thick_px
         if key not in self.lines:
             _make_room(self.lines)
@@ -147,7 +147,7 @@ class Masks:
         return self.lines[key]
 
     def picture(self, key: tuple[object, ...], make: Callable[[], Image.Image]) -> Image.Image:
-        """A picture by its key, made where there is none yet."""
+        """Return a picture by its key, calling `make` where there is none yet."""
         if key not in self.pictures:
             _make_room(self.pictures)
             self.pictures[key] = make()
@@ -155,6 +155,6 @@ class Masks:
 
 
 def _make_room(kept: dict[tuple[object, ...], Any]) -> None:
-    """The oldest goes."""
+    """Drop the oldest entry where the memory is full."""
     while len(kept) >= KEPT:
         del kept[next(iter(kept))]

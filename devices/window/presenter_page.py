@@ -27,9 +27,9 @@ def prepare(
     study: Study, calibration: Calibration, language: str, folder: Path,
     pages: Mapping[str, str] | None = None, plan: Plan | None = None, texts_file: Path | None = None,
 ) -> Page:  # fmt: skip
-    """The texts in the language, fonts that draw them all, and the plan's forms laid out on the calibrated screen.
+    """Return the page with the texts in the language and fonts for them; check that the plan's forms fit the screen.
 
-    Raises WindowError naming the text, the characters or the form that cannot be shown.
+    Raise WindowError naming the text, the characters or the form that cannot be shown.
     """
     texts, words = load_texts(language, texts_file), load_study_texts(study, folder, language)
     fonts = find_fonts(language)
@@ -47,7 +47,7 @@ def prepare(
 
 
 def describe(page: Page) -> dict[str, Any]:
-    """The window for the ledger: its size, its density, the language and a digest of every text that can be read."""
+    """Return the window's size, density, language and a digest of every readable text, for the ledger."""
     texts = {"screens": dict(page.texts.words), "study": dict(page.words), "pages": dict(page.pages)}
     return {
         "size_px": [page.metrics.width_px, page.metrics.height_px],

@@ -106,7 +106,7 @@ class WindowPresenter(Stage):
         self.shell.close()
 
     def _turn(self, scene: Scene, desk: Desk) -> Aside | None:
-        """One look at the desk and one at the window; the scene, or the page of a pause or rest, is what is seen."""
+        """Poll the desk and the window once; show the scene, or the page of a pause or rest."""
         if (aside := desk.poll()) is not None:
             return self._heed(aside, desk)
         seen = self._cover(RESTING if self.resting else PAUSE) if self.paused else scene
@@ -120,7 +120,7 @@ class WindowPresenter(Stage):
         return None
 
     def _rests(self, seen: Scene) -> str | None:
-        """Whether the participant has just begun a rest, or ended it."""
+        """Return "pause" or "go_on" where the participant has just begun or ended a rest, else None."""
         if self.resting and seen.screen.reply is not None:
             return "go_on"
         begins, seen.screen.wants_rest = seen.screen.wants_rest, False
@@ -143,7 +143,7 @@ class WindowPresenter(Stage):
         return scene.screen.reply
 
     def _measured(self, desk: Desk) -> Reply | None:
-        """The ruler's reading from the desk; one that is off is asked for once more. Raises WindowError."""
+        """Return the ruler's reading from the desk, asking once more where it is off. Raise WindowError."""
         again = "" if self.misread_mm is None else f"{self.misread_mm:g} mm is not {NOMINAL_MM:g}: measure once more. "
         question = f"{again}How many mm does the line on the participant's screen measure?"
         desk.demand(Prompt(question, "number", NOMINAL_MM))
@@ -165,7 +165,7 @@ class WindowPresenter(Stage):
         return self.request_scene
 
     def _cover(self, key: str) -> Scene:
-        """The page of a text key; made once."""
+        """Return the scene of a page by its text key, created once."""
         if key not in self.covers:
             self.covers[key] = self.scene(page_for(key, self.page), key)
         return self.covers[key]
@@ -183,7 +183,7 @@ class WindowPresenter(Stage):
 
 
 def _timed(reply: Reply, t0_ns: int) -> Reply:
-    """The reply, its samples counted from the moment that the screen was first seen."""
+    """Return the reply with its samples counted from the moment that the screen was first seen."""
     return replace(reply, samples=tuple(replace(block, t0_ns=t0_ns) for block in reply.samples))
 
 

@@ -40,16 +40,16 @@ class Screen(Protocol):
         """
 
     def repaint(self) -> None:
-        """Something else was shown meanwhile: the next `paint` paints everything."""
+        """Paint everything at the next `paint`, because something else was shown meanwhile."""
 
     def scene(self) -> Sequence[object]:
-        """Everything as it looks now, compared to see what changed. Raises WindowError where a text does not fit."""
+        """Return everything as it looks now, to compare for changes. Raise WindowError where a text does not fit."""
 
     def placed(self) -> tuple[Placed, ...]:
-        """Every element as it stands now, for checks of the geometry."""
+        """Return every element's place now, for checks of the geometry."""
 
     def so_far(self) -> Mapping[str, float]:
-        """What is set on its lines now; {} on a screen without lines."""
+        """Return the values set on its lines now; {} on a screen without lines."""
 
     def fill(self, value: Mapping[str, Any]) -> None:
         """Show the form as answered with a reply's value."""
@@ -79,5 +79,5 @@ class Page:
     shapes: Shapes = field(default_factory=Shapes)
 
     def say(self, text: str) -> str:
-        """A text of the study in the participant's language."""
+        """Return a text of the study in the participant's language."""
         return self.words.get(" ".join(text.split()), text)

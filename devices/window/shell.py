@@ -43,16 +43,16 @@ class Shell(Protocol):
     renderer: str
 
     def now_s(self) -> float:
-        """Seconds on the clock that inputs are timed with."""
+        """Return the seconds on the clock that inputs are timed with."""
 
     def gather(self) -> list[Input]:
-        """What the participant did since the last call, timed on the shell's clock.
+        """Return the participant's inputs since the last call, timed on the shell's clock.
 
-        Raises WindowError if the window is no longer what was calibrated.
+        Raise WindowError if the window is no longer what was calibrated.
         """
 
     def forget(self) -> None:
-        """What was done until now belongs to no screen, nor does the repeating of a key that is held now."""
+        """Drop the inputs until now, and the repeats of a key that is held now: they belong to no screen."""
 
     def show(self, picture: Image.Image, boxes: Sequence[Box]) -> None:
         """Take over the touched boxes of the whole-screen picture, and have them seen."""
@@ -81,7 +81,7 @@ class PsychopyShell:
     checked_s: dict[str, float] = field(default_factory=dict)
 
     def now_s(self) -> float:
-        """Seconds on a clock that never runs backwards."""
+        """Return the seconds on a clock that never runs backwards."""
         return time.perf_counter()
 
     def gather(self) -> list[Input]:
@@ -101,7 +101,7 @@ class PsychopyShell:
         self.ears.forget()
 
     def show(self, picture: Image.Image, boxes: Sequence[Box]) -> None:
-        """Upload the boxes and bring them before the eye."""
+        """Upload the boxes and show them on the screen."""
         self.window.backend.setCurrent()
         inside = [box.common(self._whole) for box in boxes if box.overlaps(self._whole)]
         for box in inside:
@@ -155,7 +155,7 @@ class PsychopyShell:
 
 
 def screen_sizes() -> list[tuple[int, int]]:
-    """The sizes of this machine's screens, in pixels. Raises WindowError: no display, PsychoPy missing."""
+    """Return the sizes of this machine's screens, in pixels. Raise WindowError: no display, PsychoPy missing."""
     demand_display()
     with _quiet_import():
         return _screens(_psychopy()[2])
@@ -195,7 +195,7 @@ def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> Psych
 
 @contextmanager
 def _quiet_import() -> Iterator[None]:
-    """PsychoPy's modules warn about themselves while they are imported; that tells an experimenter nothing.
+    """Silence the warnings that PsychoPy's modules give about themselves while they are imported.
 
     Collecting garbage between thousands of new modules finds none and takes a tenth of the time.
     """
@@ -212,7 +212,7 @@ def _quiet_import() -> Iterator[None]:
 
 
 def _psychopy() -> tuple[Any, Any, Any]:
-    """PsychoPy's windows and monitors, and pyglet, imported here and nowhere else. Raises WindowError."""
+    """Import PsychoPy's windows and monitors, and pyglet, here and nowhere else. Raise WindowError."""
     try:
         from psychopy import logging
 
@@ -237,7 +237,7 @@ def _screens(pyglet: Any) -> list[tuple[int, int]]:
 
 
 def _true_size(handle: Any) -> tuple[int, int]:
-    """The window's size as the window system has it: pyglet hears of no change while full-screen under X11."""
+    """Return the window system's size of the window: full-screen under X11, pyglet is told of no change."""
     if not hasattr(handle, "_x_display"):
         width, height = handle.get_size()
         return int(width), int(height)
@@ -251,11 +251,11 @@ def _true_size(handle: Any) -> tuple[int, int]:
 
 
 def copier(handle: Any, renderer: str, height: int) -> Copy | None:
-    """What copies a box of the drawn picture to the window of `handle` and leaves the drawn picture as it is.
+    """Return what copies a box of the drawn picture to the window of `handle` and leaves the drawn picture as it is.
 
-    None where there is nothing but a flip: on a graphics card only a flip waits for the screen to be through, so that
-    no frame is seen half old, and what was drawn before is then lost. A software renderer has no screen to wait for,
-    and each pixel that it need not draw again is time won.
+    Return None where there is nothing but a flip: on a graphics card only a flip waits for the screen to be through,
+    so that no frame is seen half old, and what was drawn before is then lost. A software renderer has no screen to
+    wait for, and each pixel that it need not draw again is time won.
     """
     if not any(name in renderer.lower() for name in SOFTWARE) or not hasattr(handle, "_x_display"):
         return None
@@ -326,7 +326,7 @@ class Texture:
         gl.glDisable(gl.GL_TEXTURE_2D)
 
     def _plain_state(self) -> None:
-        """No shader, no blending, no view but the window's own: PsychoPy leaves its own behind."""
+        """Reset shader, blending and view to the window's own: PsychoPy leaves its own behind."""
         gl = self._gl
         gl.glUseProgram(0)
         for matrix in (gl.GL_PROJECTION, gl.GL_MODELVIEW):

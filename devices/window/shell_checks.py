@@ -48,7 +48,7 @@ def demand_unscaled(pixel_ratio: float, dpi: int | None = None) -> None:
 
 
 def _system_dpi() -> int:
-    """Dots per inch by which Windows scales; elsewhere what is not scaled."""
+    """Return the dots per inch by which Windows scales; on other systems those of an unscaled display."""
     if sys.platform == "win32":
         from ctypes import windll
 

@@ -71,7 +71,7 @@ class Ears:
     uncovered: bool = False
 
     def hand_over(self) -> list[Input]:
-        """What was heard since the last time."""
+        """Return the inputs since the last call."""
         heard, self.heard = self.heard, []
         return heard
 
@@ -81,7 +81,7 @@ class Ears:
         self.stale = set(self.down)
 
     def handlers(self) -> dict[str, Callable[..., Handled]]:
-        """The handlers by the names of pyglet's events."""
+        """Return the handlers by the names of pyglet's events."""
         heard: dict[str, Callable[..., Handled]] = {
             "on_mouse_press": self.press, "on_mouse_release": self.release,
             "on_mouse_drag": self.drag, "on_mouse_motion": self.motion,
@@ -93,20 +93,20 @@ class Ears:
         return {**heard, **dict.fromkeys(unheard, self.ignore)}
 
     def press(self, x: float, y: float, button: int, _modifiers: int) -> Handled:
-        """A button went down."""
+        """Record that a button went down."""
         if button == LEFT and not self.held:
             self.held = True
             self.heard.append(Pressed(x, self._down(y), self.now_s()))
         return True
 
     def release(self, x: float, y: float, button: int, _modifiers: int) -> Handled:
-        """A button came up."""
+        """Record that a button came up."""
         if button == LEFT:
             self._let_go(x, y)
         return True
 
     def drag(self, x: float, y: float, _dx: float, _dy: float, buttons: int, _modifiers: int) -> Handled:
-        """The pointer moved with some button held."""
+        """Record that the pointer moved with some button held."""
         if not buttons & LEFT:
             self._let_go(x, y)
         elif self.held:
@@ -114,12 +114,12 @@ class Ears:
         return True
 
     def motion(self, x: float, y: float, _dx: float, _dy: float) -> Handled:
-        """The pointer moved with no button held: had the release been lost, this is it."""
+        """Record that the pointer moved with no button held, which also ends a press whose release was lost."""
         self._let_go(x, y)
         return True
 
     def key(self, symbol: int, modifiers: int) -> Handled:
-        """A key went down; those that repeat are heard as motions."""
+        """Record that a key went down; repeats come as motions."""
         if (held := self.keys.repeating.get(symbol)) is not None:
             self.down.add(held)
         if (name := self.keys.plain.get(symbol)) is not None:
@@ -127,30 +127,30 @@ class Ears:
         return True
 
     def key_up(self, symbol: int, _modifiers: int) -> Handled:
-        """A key came up."""
+        """Record that a key came up."""
         if (held := self.keys.repeating.get(symbol)) is not None:
             self.down.discard(held)
             self.stale.discard(held)
         return True
 
     def text(self, text: str) -> Handled:
-        """Text came in; keys that write nothing come as keys."""
+        """Record text; keys that write nothing come as keys."""
         if written := "".join(character for character in text if character.isprintable()):
             self.heard.append(Typed(written, self.now_s()))
         return True
 
     def repeating(self, motion: int, shift: bool = False) -> Handled:
-        """An arrow or its like went down, or repeats."""
+        """Record that an arrow or its like went down, or repeats."""
         if (name := self.keys.motions.get(motion)) is not None and name not in self.stale:
             self.heard.append(Key(name, shift, self.now_s()))
         return True
 
     def repeating_with_shift(self, motion: int) -> Handled:
-        """The same with shift held."""
+        """Record the same with shift held."""
         return self.repeating(motion, shift=True)
 
     def resized(self, width: int, height: int) -> Handled:
-        """The window has a size: another than the calibrated one is trouble."""
+        """Check the window's size: another than the calibrated one is trouble."""
         if (width, height) != self.size:
             then, now = f"{self.size[0]}x{self.size[1]}", f"{width}x{height}"
             self.trouble = (
@@ -160,12 +160,12 @@ class Ears:
         return True
 
     def expose(self) -> Handled:
-        """The window was uncovered."""
+        """Note that the window was uncovered."""
         self.uncovered = True
         return True
 
     def ignore(self, *_details: Any) -> Handled:
-        """Heard, and nothing to do: a participant cannot close the window."""
+        """Ignore the event: a participant cannot close the window."""
         return True
 
     def _let_go(self, x: float, y: float) -> None:
@@ -174,12 +174,12 @@ class Ears:
             self.heard.append(Released(x, self._down(y), self.now_s()))
 
     def _down(self, y: float) -> float:
-        """Pixels from the top; pyglet counts from the bottom."""
+        """Return the pixels from the top; pyglet counts from the bottom."""
         return self.size[1] - 1 - y
 
 
 def keys_of(key: Any, handle: Any) -> Keys:
-    """The keys by the numbers of `key` (pyglet.window.key), for the window of `handle`."""
+    """Return the keys by the numbers of `key` (pyglet.window.key), for the window of `handle`."""
 
     def numbered(names: Mapping[str, KeyName]) -> dict[int, KeyName]:
         return {int(getattr(key, name)): ours for name, ours in names.items() if hasattr(key, name)}
@@ -191,7 +191,7 @@ def keys_of(key: Any, handle: Any) -> Keys:
 
 
 def _by_code(key: Any, handle: Any) -> dict[int, KeyName]:
-    """X11 has symbols that pyglet does not know, as that of Shift-Tab; it then reports the physical key."""
+    """Return keys by the physical key, because X11 has symbols that pyglet does not know, as that of Shift-Tab."""
     from pyglet.libs.x11 import xlib
 
     names: dict[int, KeyName] = {}

@@ -25,17 +25,20 @@ class Texts:
     words: Mapping[str, str]
 
     def __call__(self, key: str, **values: Any) -> str:
-        """The text of a key with its placeholders filled in. Raises KeyError on a key that no file has."""
+        """Return the text of a key with its placeholders filled in. Raise KeyError on an unknown key."""
         return self.words[key].format(**values) if values else self.words[key]
 
 
 def languages() -> tuple[str, ...]:
-    """The languages that are shipped."""
+    """Return the languages that are shipped."""
     return tuple(sorted(path.stem for path in SHIPPED.glob("*.yaml")))
 
 
 def load_texts(language: str = MASTER, extra: Path | None = None) -> Texts:
-    """The screens' words in a shipped language, or from a lab's own file. Raises WindowError naming every fault."""
+    """Return the screens' words in a shipped language, or from a lab's own file.
+
+    Raise WindowError naming every fault.
+    """
     file = extra or SHIPPED / f"{language}.yaml"
     if not file.is_file():
         known = nearest(language, languages())
@@ -49,7 +52,7 @@ def load_texts(language: str = MASTER, extra: Path | None = None) -> Texts:
 
 
 def window_texts(folder: Path, whose: str, language: str = MASTER) -> Texts:
-    """The words of a window with texts of its own in a folder, and of the pages that all share. Raises WindowError."""
+    """Return a window's own texts from a folder, with those of the pages that all share. Raise WindowError."""
     file = folder / f"{language}.yaml"
     if not file.is_file():
         known = nearest(language, sorted(path.stem for path in folder.glob("*.yaml")))
@@ -58,7 +61,7 @@ def window_texts(folder: Path, whose: str, language: str = MASTER) -> Texts:
 
 
 def problems(file: Path) -> list[str]:
-    """What is wrong with a language file, measured against the English one: for `palpate check`."""
+    """Describe what is wrong with a language file, measured against the English one, for `palpate check`."""
     try:
         words = read_words(file)
     except WindowError as error:
@@ -67,7 +70,7 @@ def problems(file: Path) -> list[str]:
 
 
 def read_words(file: Path) -> dict[str, str]:
-    """A flat YAML mapping of texts. Raises WindowError."""
+    """Return a flat YAML mapping of texts. Raise WindowError."""
     try:
         document = load(file.read_bytes(), str(file))
     except YamlError as error:
@@ -82,7 +85,7 @@ def read_words(file: Path) -> dict[str, str]:
 
 
 def placeholders(text: str) -> set[str]:
-    """The names in braces. Raises ValueError on a brace without its partner."""
+    """Return the names in braces. Raise ValueError on a brace without its partner."""
     return {name for _, name, _, _ in Formatter().parse(text) if name is not None}
 
 

@@ -18,7 +18,7 @@ NAMED = ("title", "instructions")
 
 
 def study_texts(study: Study) -> tuple[str, ...]:
-    """Every text of the study that a participant may read, each once, in the order of the file."""
+    """Return every text of the study that a participant may read, each once, in the order of the file."""
     texts = [study.title, study.instructions, *study.sides]
     for attribute in study.attributes:
         texts += [attribute.low, attribute.high, attribute.explanation]
@@ -35,9 +35,9 @@ def study_texts(study: Study) -> tuple[str, ...]:
 
 
 def load_study_texts(study: Study, folder: Path, language: str) -> dict[str, str]:
-    """{source text: translation}, white space of the source made single; {} for the study as written.
+    """Return {source text: translation}, with single spaces in the source; {} for the study as written.
 
-    A study is taken to be written in English. Raises WindowError on a missing file and on every fault of it.
+    A study is assumed to be written in English. Raise WindowError on a missing file and on every fault of it.
     """
     file = folder / "texts" / f"{language}.yaml"
     if language == MASTER and not file.is_file():
@@ -50,13 +50,13 @@ def load_study_texts(study: Study, folder: Path, language: str) -> dict[str, str
 
 
 def check_study_texts(study: Study, folder: Path) -> list[str]:
-    """What is wrong with the translations that lie beside a study: for `palpate check`."""
+    """Describe what is wrong with the translations that lie beside a study, for `palpate check`."""
     files = sorted((folder / "texts").glob("*.yaml"))
     return [fault for file in files for fault in study_problems(study, file)]
 
 
 def study_problems(study: Study, file: Path) -> list[str]:
-    """What is wrong with one translation of a study."""
+    """Describe what is wrong with one translation of a study."""
     try:
         words = read_words(file)
     except WindowError as error:
@@ -65,7 +65,7 @@ def study_problems(study: Study, file: Path) -> list[str]:
 
 
 def plain(text: str) -> str:
-    """A text with single spaces, as translations are looked up."""
+    """Return a text with single spaces, as translations are looked up."""
     return " ".join(text.split())
 
 

@@ -36,7 +36,7 @@ class Typesetter:
     def text(
         self, text: str, width: int, height: int, steps: Steps = LABEL_STEPS, bold: bool = False, even: bool = False
     ) -> Laid:
-        """The text at the first size that fits. Raises WindowError where none does."""
+        """Return the text at the first size that fits. Raise WindowError where none does."""
         key = text, width, height, steps, bold, even
         if key not in self._laid:
             self._keep(key, fitted(self.page, text, width, height, steps, bold, even))
@@ -52,7 +52,7 @@ class Typesetter:
         return self._laid[key]
 
     def same_size(self, texts: Sequence[str], width: int, height: int, steps: Steps = LABEL_STEPS) -> Steps:
-        """The one size at which all of these fit, so that none looks more important; all sizes where none does."""
+        """Return the one size at which all of these fit, so that none looks more important; all sizes where none does."""
         for step in steps:
             if all(first_fit(self.page, text, width, height, (step,), even=True) for text in texts):
                 return (step,)
@@ -62,7 +62,7 @@ class Typesetter:
         self, name: str, text: str, box: Box, colour: Colour = INK, align: Align = "left", steps: Steps = LABEL_STEPS,
         bold: bool = False, even: bool = False, within: str = "",
     ) -> Label:  # fmt: skip
-        """A text in its box."""
+        """Return a text in its box."""
         laid = self.text(text, box.width, box.height, steps, bold, even)
         return Label(name, box, within, laid, colour, align)
 

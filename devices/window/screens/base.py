@@ -59,39 +59,39 @@ class Base:
     # What a subclass gives.
 
     def body(self) -> Iterable[Element]:
-        """The elements of the sheet."""
+        """Return the elements of the sheet."""
         return ()
 
     def missing(self) -> Sequence[Missing]:
-        """What keeps the participant from going on from this sheet."""
+        """Return what keeps the participant from leaving this sheet."""
         return ()
 
     def value(self) -> dict[str, Any]:
-        """The reply's value but for `seconds`."""
+        """Return the reply's value without `seconds`."""
         return {}
 
     def samples(self) -> tuple[Samples, ...]:
-        """What was recorded meanwhile."""
+        """Return what was recorded meanwhile."""
         return ()
 
     def pressed(self, name: str, event: Pressed) -> None:
-        """A target was pressed; it owns the pointer until it is released."""
+        """Handle the press of a target, which owns the pointer until it is released."""
 
     def dragged(self, name: str, event: Moved | Released) -> None:
-        """The pointer that a target owns has moved."""
+        """Handle a move of the pointer that a target owns."""
 
     def chosen(self, name: str, /) -> None:
-        """A button other than Next and Back was used."""
+        """Handle a button other than Next and Back."""
 
     def key(self, _name: str | None, _event: Key, /) -> bool:
-        """A key went down while a target has the focus; whether it meant something there."""
+        """Handle a key while a target has the focus; return whether it meant something there."""
         return False
 
     def turned(self) -> None:
-        """Another sheet is up."""
+        """Handle the turn to another sheet."""
 
     def typed(self, name: str | None, text: str, /) -> None:
-        """Text was typed while a target has the focus."""
+        """Handle text typed while a target has the focus."""
 
     def show(self, answers: Mapping[str, Any]) -> None:
         """Take over answers given elsewhere."""
@@ -129,25 +129,25 @@ class Base:
         self._stale = True
 
     def so_far(self) -> Mapping[str, float]:
-        """No lines."""
+        """Return an empty mapping, because there are no lines."""
         return {}
 
     def repaint(self) -> None:
-        """The next `paint` paints everything."""
+        """Paint everything at the next `paint`."""
         self._painted, self._stale = Painted(), True
 
     def placed(self) -> tuple[Placed, ...]:
-        """Every element as it stands now."""
+        """Return every element's place now."""
         return tuple(placed for element in self.scene() for placed in element.placed(self.page))
 
     # How it is done.
 
     def scene(self) -> Scene:
-        """Every element as it looks now."""
+        """Return every element as it looks now."""
         return tuple(self._looking(element) for element in self._elements())
 
     def finish(self, **beside: Any) -> None:
-        """The participant is done."""
+        """Make the reply, because the participant is done."""
         value = {**beside, **self.value(), "seconds": round(self.now_s, 3)}
         self.reply = Reply(value, self.samples())
 
@@ -182,17 +182,17 @@ class Base:
         self.notice = (self.page.texts(key, **values),)
 
     def buttons(self) -> Iterator[Button]:
-        """The buttons of the foot, in the order that the keyboard goes through them."""
+        """Yield the buttons of the foot, in the order that the keyboard goes through them."""
         for choice in (*reversed(self.frame.right), *self.frame.left):
             if choice.name != "back" or self.may_go_back or self.sheet > 0:
                 yield self.frame.button(choice.name, on=self.is_on(choice.name))
 
     def is_on(self, name: str) -> bool:
-        """Whether a button leads somewhere now; one that does not says why when it is pressed."""
+        """Return whether a button leads somewhere now; one that does not says why when it is pressed."""
         return name != "next" or not self.missing()
 
     def target_at(self, x: float, y: float) -> str | None:
-        """The target under a point."""
+        """Return the target under a point."""
         targets = [element for element in self._elements() if isinstance(element, Target) and element.box.holds(x, y)]
         return targets[-1].name if targets else None
 
@@ -205,7 +205,7 @@ class Base:
         self.focus = stops[(start + by) % len(stops)]
 
     def stops(self) -> list[str]:
-        """Where the keyboard's focus stops on this sheet."""
+        """Return where the keyboard's focus stops on this sheet, in order."""
         return [element.name for element in self._elements() if element.stops]
 
     def _elements(self) -> Iterator[Element]:
@@ -222,11 +222,11 @@ class Base:
         return replace(element, held=True) if held else element
 
     def wait_a_moment(self) -> None:
-        """What has just come up is to be seen before the mouse decides on it."""
+        """Ignore the mouse for a moment, so that a new sheet is seen before it is pressed."""
         self.decided_from_s = self.now_s + DOUBLE_CLICK_S
 
     def lay_out_on(self, sheets: int) -> None:
-        """The form takes so many sheets; their numbers stand at the top."""
+        """Set the number of sheets; their numbers stand at the top."""
         self.sheets = sheets
         number = f"{self.sheet + 1} / {sheets}" if sheets > 1 else ""
         self.frame = replace(self.frame, label=" · ".join(filter(None, (self._label, number))))
@@ -249,7 +249,7 @@ class Base:
             self.pressed(self.held, event)
 
     def _release(self, event: Released) -> None:
-        """A button counts when it is released where it was pressed, or close by."""
+        """Handle a release: a button counts when it is released where it was pressed, or close by."""
         name, self.held = self.held, None
         if name is None:
             return
@@ -285,12 +285,12 @@ class Base:
             self.go_back()
 
     def default_choice(self) -> str | None:
-        """The button that Enter stands for, if any."""
+        """Return the button that Enter stands for, if any."""
         return self.frame.right[-1].name if self.frame.right else None
 
 
 def back_and_next(page: Page, next_key: str = "next") -> tuple[tuple[Choice, ...], tuple[Choice, ...]]:
-    """The usual buttons: Back to the left, Next to the right."""
+    """Return the usual buttons: Back to the left, Next to the right."""
     texts = page.texts
     return (Choice("back", texts("back")),), (Choice("next", texts(next_key), primary=True),)
 
@@ -311,13 +311,13 @@ class Painted:
 
 
 def changed(before: Scene, after: Scene) -> list[Box]:
-    """Where the two scenes differ."""
+    """Return the boxes where the two scenes differ."""
     same = set(before) & set(after)
     return [element.box for element in (*before, *after) if element not in same]
 
 
 def gathered(boxes: Iterable[Box]) -> list[Box]:
-    """The boxes with those that overlap joined."""
+    """Return the boxes with those that overlap joined."""
     apart: list[Box] = []
     for box in boxes:
         joined = box

@@ -18,13 +18,13 @@ LOOSEST = 13.0
 
 
 def dealt(items: Sequence[T], sheets: int) -> list[list[T]]:
-    """The items in order on so many sheets, evenly."""
+    """Return the items in order on so many sheets, evenly."""
     each = max(1, ceil(len(items) / sheets))
     return [list(items[start : start + each]) for start in range(0, len(items), each)]
 
 
 def sheets_of(page: Page, room: Box, count: int, heights: Callable[[int], list[int] | None]) -> tuple[int, int] | None:
-    """(sheets, em size): as few sheets as `count` items need, at the largest size at which they fit; None if none does.
+    """Return (sheets, em size): as few sheets as `count` items need, at the largest size that fits; None if none does.
 
     `heights` gives the height of each item's card at an em size in pixels, None where a text does not fit its place.
     """
@@ -37,12 +37,12 @@ def sheets_of(page: Page, room: Box, count: int, heights: Callable[[int], list[i
 
 
 def tall(page: Page, heights: Sequence[int]) -> int:
-    """The height of cards below one another."""
+    """Return the height of cards below one another."""
     return sum(heights) + (len(heights) - 1) * page.metrics.unit(APART)
 
 
 def stacked(page: Page, room: Box, width: int, heights: Sequence[int]) -> list[Box]:
-    """The cards' boxes, in the middle of the room, with what is to spare given to cards and gaps."""
+    """Return the cards' boxes, in the middle of the room, with spare height given to cards and gaps."""
     unit = page.metrics.unit
     more = min((room.height - tall(page, heights)) // len(heights), unit(LOOSEST))
     taller = round(0.7 * more)

@@ -120,7 +120,7 @@ class DemographicsScreen(Base):
         return False
 
     def _key_on(self, place: PlacedQuestion, number: int, event: Key) -> bool:
-        """Arrows choose among the options of a question, the space bar the one that has the focus."""
+        """Choose among the options of a question with arrows, and the one that has the focus with the space bar."""
         if event.name in STEP:
             number = (number + STEP[event.name]) % len(place.options)
             self.focus = place.options[number].name
@@ -139,14 +139,14 @@ class DemographicsScreen(Base):
         self.notice = ()
 
     def _answer(self, number: int, question: Question) -> Any:
-        """The answer; None is none given, which only a voluntary question takes for one."""
+        """Return the answer; None is no answer, which only a voluntary question accepts."""
         if question.name in self.picked or question.kind == "choice":
             return self.picked.get(question.name)
         text = " ".join(self.fields[number].writing.text.split())
         return number_in(text) if question.kind == "number" else text or None
 
     def _fault(self, place: PlacedQuestion) -> bool:
-        """Whether the question still wants an answer: silence must be chosen, it is not taken from an empty field."""
+        """Return whether the question still needs an answer; an empty field is not an answer, silence must be chosen."""
         question = self._question(place)
         if self._unsaid(question.name):
             return False
@@ -157,7 +157,7 @@ class DemographicsScreen(Base):
         return name in self.picked and self.picked[name] is None
 
     def _is_stop(self, place: PlacedQuestion, option: Option) -> bool:
-        """One stop for the options of a question: the one that has the focus, is chosen, or comes first."""
+        """Return whether the focus stops at this option: the one that has the focus, is chosen, or comes first."""
         names = [item.name for item in place.options]
         if self.focus in names:
             return option.name == self.focus
@@ -198,7 +198,7 @@ class EligibilityScreen(DemographicsScreen):
 
 
 def number_in(text: str) -> int | float | None:
-    """The number that is written, with point or comma; None where there is none."""
+    """Return the number that is written, with point or comma; None where there is none."""
     plain = text.strip().replace(",", ".")
     try:
         return int(plain)
@@ -212,7 +212,7 @@ def number_in(text: str) -> int | float | None:
 
 
 def _expected(page: Page, question: Question) -> str:
-    """What kind of number is wanted, in the participant's words."""
+    """Describe what kind of number is needed, in the participant's words."""
     low, high = (f"{bound:g}" if bound is not None else "" for bound in (question.low, question.high))
     key = {(True, True): "number_range", (True, False): "number_least", (False, True): "number_most"}
     return page.texts(key.get((bool(low), bool(high)), "number_any")).format(low=low, high=high)
@@ -258,7 +258,7 @@ class _Set:
 
 
 def questions_on(page: Page, questions: Sequence[Question], room: Box) -> list[list[PlacedQuestion]]:
-    """The questions of every sheet. Raises WindowError where a text does not fit."""
+    """Return the questions of every sheet. Raise WindowError where a text does not fit."""
     width = min(room.width, page.metrics.unit(WIDEST))
 
     def sets(size: int) -> list[_Set] | None:
@@ -296,7 +296,7 @@ def _set(page: Page, question: Question, size: int, width: int) -> _Set | None:
 
 
 def _cells(page: Page, question: Question, size: int) -> Iterator[_Cell]:
-    """What stands in the right column, in order."""
+    """Yield the cells of the right column, in order."""
     unit = page.metrics.unit
     if question.kind != "choice":
         yield _Cell("field", unit(NUMBER if question.kind == "number" else TEXT))
@@ -317,7 +317,7 @@ def _option(page: Page, name: str, label: str, value: str | None, size: int) -> 
 
 
 def _flowed(page: Page, cells: list[_Cell], width: int) -> tuple[tuple[_Cell, ...], ...] | None:
-    """The cells in lines no wider than the column, or None where one alone is wider."""
+    """Return the cells in lines no wider than the column, or None where one alone is wider."""
     gap = page.metrics.unit(2)
     lines: list[list[_Cell]] = [[]]
     for cell in cells:
@@ -366,7 +366,7 @@ def _question_px(page: Page, width: int) -> int:
 
 
 def _refusal(page: Page, questions: Sequence[Question], width: int) -> WindowError:
-    """Which text is at fault. Raises WindowError itself where it is one alone."""
+    """Return an error that names the text at fault; raise it directly where it is one text alone."""
     column = width - _question_px(page, width) - 6 * page.metrics.unit(3)
     for question in questions:
         fitted(page, page.say(question.text), _question_px(page, width), page.metrics.height_px // 2, STEPS)

@@ -33,7 +33,7 @@ class Element:
         return False
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
-        """What stands where."""
+        """Yield the element's place."""
         yield Placed(self.name, "mark", self.box, within=self.within)
 
     def paint(self, image: Image.Image, page: Page, /) -> None:
@@ -91,15 +91,15 @@ class Ruler(Element):
 
 
 def hair(page: Page) -> int:
-    """The thinnest line."""
+    """Return the width of the thinnest line, in pixels."""
     return max(1, page.metrics.unit(0.3))
 
 
 def ring(page: Page) -> int:
-    """The width of the frame that shows where the keyboard is."""
+    """Return the width of the frame that shows the keyboard's focus, in pixels."""
     return max(3, page.metrics.unit(0.8))
 
 
 def rounding(page: Page) -> int:
-    """The radius of corners."""
+    """Return the radius of corners, in pixels."""
     return page.metrics.unit(2)

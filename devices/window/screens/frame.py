@@ -46,14 +46,14 @@ class Frame:
 
     @cached_property
     def body(self) -> Box:
-        """Between head and foot."""
+        """The room between head and foot."""
         unit = self.page.metrics.unit
         top = self._heading.bottom + unit(3) if self.prompt else unit(MARGIN)
         return Box(unit(MARGIN), top, self.page.metrics.width_px - 2 * unit(MARGIN), self.foot.top - unit(4) - top)
 
     @cached_property
     def foot(self) -> Box:
-        """Where the buttons and the hint stand."""
+        """The room of the buttons and the hint."""
         unit, metrics = self.page.metrics.unit, self.page.metrics
         height = metrics.target(FOOT)
         top = metrics.height_px - unit(6) - height
@@ -77,7 +77,7 @@ class Frame:
 
     @cached_property
     def middle(self) -> Box:
-        """Where hints and notices stand: between the buttons, or beside the heading."""
+        """The room of hints and notices: between the buttons, or beside the heading."""
         return self._beside if self.hint_above else self.between
 
     @cached_property
@@ -90,7 +90,7 @@ class Frame:
         return Box(left, self.foot.top - gap // 3, max(0, right - left), self.foot.height + 2 * (gap // 3))
 
     def elements(self, notice: Sequence[str] = ()) -> Iterator[Element]:
-        """Heading, progress, and the notice (the first wording that fits) or else the hint; not the buttons."""
+        """Yield heading, progress, and the notice (the first wording that fits) or else the hint; not the buttons."""
         if self.progress is not None:
             box = Box(0, 0, self.page.metrics.width_px, self.page.metrics.unit(1.4))
             yield Progress("progress", box, share=self.progress)
@@ -105,7 +105,7 @@ class Frame:
             yield Label("hint", self.middle, laid=self._hint, colour=QUIET, align=align)
 
     def button(self, name: str, on: bool = True) -> Button:
-        """A button of the foot as it looks now."""
+        """Return a button of the foot as it looks now."""
         box, laid = self.buttons[name]
         primary = any(choice.name == name and choice.primary for choice in (*self.left, *self.right))
         return Button(name, box, laid=laid, primary=primary, on=on)
@@ -147,7 +147,7 @@ class Frame:
         return fitted(self.page, self.hint, self.middle.width, self.middle.height, HINT_STEPS, even=True)
 
     def _notice(self, wordings: Sequence[str]) -> Laid:
-        """The first wording that fits; the last is cut short if it must be: a message never ends a session."""
+        """Return the first wording that fits, or the last one cut short: a message never ends a session."""
         last, room = wordings[-1], self.middle
         shorter = (last[:stop].rstrip() + " …" for stop in range(len(last) - CUT, 0, -CUT))
         for words in (*wordings, *shorter):
@@ -156,7 +156,7 @@ class Frame:
         return BLANK
 
     def _button(self, choice: Choice) -> tuple[int, Laid]:
-        """Width and words: as wide as the words ask for, within bounds."""
+        """Return width and words: as wide as the words need, within bounds."""
         unit = self.page.metrics.unit
         laid = fitted(self.page, choice.words, unit(70), self.foot.height, STEPS, bold=choice.primary, even=True)
         return max(unit(38), laid.width + unit(10)), laid
@@ -171,7 +171,7 @@ def fitted(
     bold: bool = False,
     even: bool = False,
 ) -> Laid:
-    """The text at the first size at which it fits. Raises WindowError where even the smallest does not."""
+    """Return the text at the first size at which it fits. Raise WindowError where even the smallest does not."""
     laid = first_fit(page, text, width, height, steps, bold, even)
     if laid is None:
         metrics = page.metrics
@@ -194,7 +194,7 @@ def first_fit(
     bold: bool = False,
     even: bool = False,
 ) -> Laid | None:
-    """The text at the first size at which it fits, or None."""
+    """Return the text at the first size at which it fits, or None."""
     for size in dict.fromkeys(page.metrics.text(step) for step in steps):
         laid = lay(page.fonts, text, size, width, bold, even)
         if laid is not None and (height is None or laid.height <= height):

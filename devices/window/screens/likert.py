@@ -104,7 +104,7 @@ class _Set:
 
 
 def statements(page: Page, questionnaire: Questionnaire, room: Box) -> list[list[Row]]:
-    """The rows of every sheet. Raises WindowError where a statement or a label does not fit."""
+    """Return the rows of every sheet. Raise WindowError where a statement or a label does not fit."""
     unit = page.metrics.unit
     width = min(room.width, unit(WIDEST))
     pitch = max(unit(PITCH), page.metrics.target() + page.metrics.mm(NEAREST_TARGETS_MM) + 2)

@@ -91,7 +91,7 @@ class Plot:
     masks: Masks = field(default_factory=Masks)
 
     def elements(self, answers: Mapping[str, float]) -> Iterator[Element]:
-        """The card, its axes, and the curve where every line is set and there is something to make doors with."""
+        """Yield the card, its axes, and the curve where every line is set and a model can make doors."""
         force_N = self._force(answers)
         axes = axes_for(self._inner, *(() if force_N is None else (force_N,)))
         yield Card("force", self.card, radius=rounding(self.page))
@@ -151,7 +151,7 @@ class Plot:
 
 
 def _split(form: Sliders, frame: Frame) -> Plot:
-    """The plot beside the lines where they stay on one sheet, else below them."""
+    """Return the plot beside the lines where they stay on one sheet, else below them."""
     page, body, gap = frame.page, frame.body, frame.page.metrics.unit(GAP)
     for share in BESIDE:
         width = round(share * body.width)

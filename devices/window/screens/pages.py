@@ -81,7 +81,7 @@ class RulerScreen(Base):
 
 
 def _words(page: Page, key: str) -> tuple[str, str]:
-    """(title, text) of a page's key. Raises WindowError on a key that no page has."""
+    """Return (title, text) of a page's key. Raise WindowError on an unknown key."""
     words = page.texts.words
     for name in (key, f"{key}_text"):
         if name in words:
@@ -90,7 +90,7 @@ def _words(page: Page, key: str) -> tuple[str, str]:
 
 
 def _message(page: Page, title: str, text: str, done: tuple[float, str] | None = None) -> Iterator[Element]:
-    """Title, text and progress below one another in the middle of the screen."""
+    """Yield title, text and progress below one another in the middle of the screen."""
     unit, metrics = page.metrics.unit, page.metrics
     width = min(metrics.width_px - 2 * unit(16), unit(WIDEST))
     left, room = (metrics.width_px - width) // 2, metrics.height_px // 3

@@ -61,7 +61,7 @@ class Curve(Element):
     colour: Colour = ACCENT
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
-        """It lies on the plot, with whatever else is drawn there."""
+        """Yield the piece, which lies on the plot with whatever else is drawn there."""
         return iter(())
 
     def paint(self, image: Image.Image, _page: Page, /) -> None:

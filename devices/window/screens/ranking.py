@@ -215,7 +215,7 @@ class RankingScreen(Base):
             fitted(page, self._again(name), self._button.width, button, STEPS)
 
     def _texts(self, ends: Box, height: int) -> Iterator[Label]:
-        """The poles below the ends of the row, and below them what is meant."""
+        """Yield the poles below the ends of the row, and the explanation below them."""
         page, attribute, half = self.page, self.form.attribute, (ends.width - self.page.metrics.unit(4)) // 2
         low, high = (
             fitted(page, page.say(pole), half, ends.height, STEPS, bold=True)
@@ -230,7 +230,7 @@ class RankingScreen(Base):
 
     @property
     def _told(self) -> Label:
-        """How much is felt, and what to do now."""
+        """How many stimuli have been felt, and what to do now."""
         texts, new = self.page.texts, self.new
         now = texts("ranking_all") if new is None or self.ranks[new] else texts("ranking_new", card=self._letter(new))
         felt = texts("ranking_felt", felt=len(self.shown), total=len(self.form.stimuli))
@@ -264,7 +264,7 @@ SCREEN = RankingScreen
 
 
 def SPECIMEN(words: Wording) -> Specimen:
-    """Six stimuli, of which the fifth is to be placed."""
+    """Return a specimen of six stimuli, of which the fifth is to be placed."""
     low, high, explanation = words.four[0]
     stimuli = tuple(Stimulus(id=str(number)) for number in range(1, 7))
     form = Ranking(tuple(s.id for s in stimuli), Attribute(low=low, high=high, explanation=explanation))

@@ -93,7 +93,7 @@ class ConsentScreen(Base):
         return {"answers": {"agreed": self.agreed}}
 
     def key(self, name: str | None, event: Key) -> bool:
-        """Nobody agrees by a key alone: a button must have been gone to."""
+        """Handle a key; Enter agrees only where a button has the focus."""
         on_button = name in ("next", "agree", "decline", "back")
         return event.name == "enter" and not on_button and self.sheet == self.sheets - 1
 
@@ -103,7 +103,7 @@ class ConsentScreen(Base):
 
 
 def paragraphs(text: str) -> list[Paragraph]:
-    """Paragraphs stand apart by blank lines, items of a list on lines of their own; # begins a heading."""
+    """Split the text into paragraphs at blank lines; list items stay on their own lines, and # begins a heading."""
     parts = []
     for block in re.split(r"\n\s*\n", _MARKS.sub("", text)):
         lines: list[str] = []
@@ -117,9 +117,9 @@ def paragraphs(text: str) -> list[Paragraph]:
 
 
 def paged(page: Page, text: str, room: Box) -> list[list[Element]]:
-    """The text on pages: on one page at the largest size that allows it, else on several.
+    """Return the text on one page at the largest size that allows it, or else on several.
 
-    Raises WindowError where a word is wider than a page, or where there is none.
+    Raise WindowError where a word is wider than a page, or where there is no text.
     """
     width = min(room.width, page.metrics.unit(WIDEST))
     column = Box(room.left + (room.width - width) // 2, room.top, width, room.height)
@@ -151,7 +151,7 @@ def _laid(page: Page, part: Paragraph, width: int, step: float) -> Laid:
 
 
 def _filled(parts: list[Laid], column: Box) -> list[list[Element]]:
-    """Paragraphs onto pages, broken between lines where need be."""
+    """Fill pages with paragraphs, broken between lines where needed."""
     pages: list[list[Element]] = [[]]
     top = column.top
     for part in parts:

@@ -44,17 +44,17 @@ class Across:
 
     @property
     def band_px(self) -> int:
-        """The band that takes presses."""
+        """The height of the band that takes presses."""
         return self.line_px + 2 * self.page.metrics.unit(OVERHANG)
 
     @property
     def card_px(self) -> int:
-        """Words, band, words, and what is between them."""
+        """The width of the card: words, band, words, and the gaps between them."""
         return self.band_px + 2 * (self.words_px + 2 * self.page.metrics.unit(3))
 
     @property
     def told_px(self) -> int:
-        """Room for the explanation."""
+        """The width of the explanation."""
         return self.card_px - 2 * self.page.metrics.unit(3)
 
 
@@ -75,7 +75,7 @@ class _Set:
 
 
 def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -> list[list[Row]]:
-    """The rows of every sheet: one sheet where all fit, at the largest size at which they do.
+    """Return the rows of every sheet: one sheet where all fit, at the largest size at which they do.
 
     Raises WindowError where a word does not fit, or the line itself.
     """
@@ -98,7 +98,7 @@ def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -
 
 
 def _across(page: Page, room: Box) -> Across:
-    """The widths for a screen. Raises WindowError where the line with its words is wider than the screen."""
+    """Return the widths for a screen. Raise WindowError where the line with its words is wider than the screen."""
     unit = page.metrics.unit
     widths = Across(page, page.metrics.mm(page.length_mm), unit(NARROWEST_WORDS))
     if widths.card_px > room.width:
@@ -113,7 +113,7 @@ def _across(page: Page, room: Box) -> Across:
 
 
 def _narrowed(widths: Across, sets: Sequence[_Set]) -> Across:
-    """Cards no wider than their widest words and explanations ask for."""
+    """Return the widths with cards no wider than their widest words and explanations need."""
     words = max(max(item.low.width, item.high.width) for item in sets) + widths.page.metrics.unit(2)
     widest = max(item.explanation.width if item.explanation is not None else 0 for item in sets)
     words = max(words, max((_overhang(widths, share, laid) for share, laid in sets[0].labels), default=0))
@@ -126,13 +126,13 @@ def _share(scale: Scale, value: float) -> float:
 
 
 def _overhang(widths: Across, share: float, laid: Laid) -> int:
-    """How much room a label takes beside the band, under the words."""
+    """Return how much room a label takes beside the band, under the words, in pixels."""
     beyond = laid.width // 2 - round(min(share, 1 - share) * widths.line_px)
     return max(0, beyond - widths.page.metrics.unit(OVERHANG))
 
 
 def _labels(widths: Across, scale: Scale, size: int) -> tuple[tuple[float, Laid], ...] | None:
-    """The scale's labels with their shares of the line, or None where one is wider than its place.
+    """Return the scale's labels with their shares of the line, or None where one is wider than its place.
 
     A label has half the way to its neighbours, one at an end of the line also the room under the words.
     """
@@ -151,7 +151,7 @@ def _labels(widths: Across, scale: Scale, size: int) -> tuple[tuple[float, Laid]
 
 
 def _set(widths: Across, attribute: Attribute, size: int, labels: tuple[tuple[float, Laid], ...]) -> _Set | None:
-    """The texts at a size, or None where a word is too wide."""
+    """Return the texts at a size, or None where a word is too wide."""
     page, unit = widths.page, widths.page.metrics.unit
     low, high = (
         lay(page.fonts, page.say(text), size, widths.words_px, bold=True, even=True)
@@ -205,7 +205,7 @@ def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float
 
 
 def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box, scale: Scale) -> WindowError:
-    """Nothing fits: which text is at fault. Raises WindowError itself where it is one text alone."""
+    """Return an error that names the text that does not fit; raise it directly where it is one text alone."""
     page = widths.page
     for attribute in attributes:
         for text in (attribute.low, attribute.high):

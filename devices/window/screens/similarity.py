@@ -41,13 +41,13 @@ class Switching:
         self.switches.append({"to": side, "at_s": round(at_s, 3)})
 
     def value(self, at_s: float) -> dict[str, Any]:
-        """What the ledger keeps, until now."""
+        """Return what the ledger keeps, until now."""
         self._count(at_s)
         self.since_s = at_s
         return {"switches": self.switches, "side_s": {s: round(self.spent_s.get(s, 0.0), 3) for s in self.sides}}
 
     def unvisited(self) -> list[str]:
-        """Sides that were never on."""
+        """Return the sides that were never on."""
         visited = {switch["to"] for switch in self.switches}
         return [side for side in self.sides if side not in visited]
 
@@ -152,6 +152,6 @@ class SimilarityScreen(SliderScreen):
 
 
 def _called(page: Page, side: str) -> str:
-    """A side's name for the participant."""
+    """Return a side's name for the participant."""
     words = page.say(side).replace("_", " ")
     return words[:1].upper() + words[1:]

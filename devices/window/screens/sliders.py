@@ -127,7 +127,7 @@ class SliderScreen(Base):
 def trial_frame(
     page: Page, ask: Ask, prompt: str, hint: str, left: tuple[Choice, ...], right: tuple[Choice, ...]
 ) -> Frame:
-    """The frame of a form of a trial: how far the participant is, whether it is practice, and how to go back."""
+    """Return the frame of a trial's form: the progress, whether it is practice, and how to go back."""
     trial = ask.trial
     if ask.may_go_back:
         hint += "   " + page.texts("back_hint", back=page.texts("back"))
@@ -151,7 +151,7 @@ class Marks:
     _keyed: int | None = None
 
     def touch(self, number: int, by_key: bool = False) -> None:
-        """A marker is taken hold of; keys in a row on one marker are one touch."""
+        """Count a touch of a marker; consecutive keys on one marker are one touch."""
         if by_key and self._keyed == number:
             return
         self._keyed = number if by_key else None
@@ -159,7 +159,7 @@ class Marks:
         self.touches[name] = self.touches.get(name, 0) + 1
 
     def put(self, number: int, value: float, at_s: float) -> None:
-        """A marker is put to the scale's nearest answer; a change of it is kept as a sample."""
+        """Set a marker to the scale's nearest answer and record a change of it as a sample."""
         name = self.form.attributes[number].name
         answer = float(self.form.scale.nearest(value)) + 0.0  # a plain float, and never -0.0
         self.at_s[name] = round(at_s, 3)
@@ -168,14 +168,14 @@ class Marks:
             self.path += ROW.pack(number, at_s, answer)
 
     def value(self) -> dict[str, Any]:
-        """Answers in the form's order, with times and touches of those that were touched."""
+        """Return the answers in the form's order, with times and touches of those that were touched."""
         return {
             part: {name: known[name] for name in self.form.items() if name in known}
             for part, known in (("answers", self.answers), ("at_s", self.at_s), ("touches", self.touches))
         }
 
     def samples(self) -> tuple[Samples, ...]:
-        """The path of the markers; none where nothing was moved."""
+        """Return the path of the markers; none where nothing was moved."""
         if not self.path:
             return ()
         channels, units = ("item", "time", "value"), ("index", "s", "scale")

@@ -118,7 +118,7 @@ def _trial(form: Form) -> Trial:
 
 
 def _question(number: int, text: str, answers: tuple[str, ...] | str) -> Question:
-    """A question: its answers to choose from, or the unit of a number."""
+    """Return a question with its answers to choose from, or the unit of a number."""
     if isinstance(answers, str):
         return Question(f"q{number}", text, "number", unit=answers, low=0, high=120)
     return Question(f"q{number}", text, "choice", tuple((str(n), label) for n, label in enumerate(answers)))
@@ -146,13 +146,13 @@ class Wording:
 
 
 def wording(language: str = "en") -> Wording:
-    """The specimens' texts in a language; in English where nobody has written them in it."""
+    """Return the specimens' texts in a language, or in English where they are not translated."""
     file = FOLDER / f"{language}.yaml"
     return read_wording(file if file.is_file() else FOLDER / "en.yaml")
 
 
 def read_wording(file: Path) -> Wording:
-    """The texts of a file: the fields of Wording."""
+    """Return the texts of a file: the fields of Wording."""
     return Wording(**{key: _frozen(value) for key, value in load(file.read_bytes(), str(file)).data.items()})
 
 

@@ -35,13 +35,13 @@ class Target(Element):
             yield from self._label(page).placed(page)
 
     def _label(self, page: Page, colour: Colour = INK) -> Label:
-        """The text of the target, with the target's padding around it."""
+        """Return the text of the target, with the target's padding around it."""
         pad = page.metrics.unit(2)
         inner = Box(self.box.left + pad, self.box.top, self.box.width - 2 * pad, self.box.height)
         return Label(f"{self.name}.text", inner, self.name, self.laid or BLANK, colour, "centre")
 
     def _ring(self, image: Image.Image, page: Page, colour: Colour = INK) -> None:
-        """Where the keyboard is: a strong frame just inside the edge."""
+        """Draw the keyboard's focus: a strong frame just inside the edge."""
         if self.focused:
             page.shapes.frame(image, self.box, rounding(page), ring(page), colour)
 
@@ -103,7 +103,7 @@ class Track(Target):
         return tuple(Box(middle - line.height // 2, top, line.height, height) for middle in middles)
 
     def share_at(self, x: float) -> float:
-        """Where along the line a point lies: 0 at its first pixel, 1 at its last, beyond them the nearer end."""
+        """Return where along the line a point lies: 0 at its first pixel, 1 at its last, beyond them the nearer end."""
         return min(max((x - self.line.left) / (self.line_px - 1), 0.0), 1.0)
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
@@ -137,7 +137,7 @@ class Tick(Target):
         return Box(self.box.left + inset, self.box.top + inset, side, side)
 
     def text_box(self, page: Page) -> Box:
-        """Where the word stands."""
+        """Return the box of the word."""
         left = self._square.right + page.metrics.unit(1.6)
         return Box(left, self.box.top, self.box.right - page.metrics.unit(1.2) - left, self.box.height)
 
@@ -183,7 +183,7 @@ class Dot(Target):
         return Box(left, self.box.top + inset, side, side)
 
     def text_box(self, page: Page) -> Box:
-        """Where its text stands."""
+        """Return the box of the text."""
         left = self._circle.right + page.metrics.unit(2)
         return Box(left, self.box.top, self.box.right - page.metrics.unit(1) - left, self.box.height)
 
@@ -220,7 +220,7 @@ class Points(Target):
         )
 
     def nearest(self, x: float) -> int:
-        """The button nearest to a point."""
+        """Return the number of the button nearest to a point."""
         return min(max(int((x - self.box.left) * self.count / self.box.width), 0), self.count - 1)
 
     def placed(self, page: Page) -> Iterator[Placed]:
@@ -291,13 +291,13 @@ class TextBox(Target):
 
 
 def inside(box: Box, pad: int, line: int) -> Box:
-    """The room for text in a field: `pad` on all sides, but above and below no more than leaves room for a line."""
+    """Return the room for text in a field: `pad` on all sides, but less above and below where a line needs it."""
     above = min(pad, max(0, (box.height - line) // 2))
     return Box(box.left + pad, box.top + above, box.width - 2 * pad, box.height - 2 * above)
 
 
 def disc(image: Image.Image, page: Page, circle: Box, chosen: bool) -> None:
-    """A round button; a chosen one carries a disc."""
+    """Draw a round button; a chosen one carries a disc."""
     page.shapes.fill(image, circle, circle.width // 2 + 1, CARD)
     page.shapes.frame(
         image, circle, circle.width // 2 + 1, hair(page) * (3 if chosen else 2), ACCENT if chosen else EDGE

@@ -104,7 +104,7 @@ class WordScreen(Base):
         super().go_on()
 
     def stops(self) -> list[str]:
-        """The whole grid is one stop: arrows move within it."""
+        """Return the whole grid as one stop: arrows move within it."""
         words = [tick.name for tick in self._cells[self.sheet]]
         here = self.focus if self.focus in words else words[0]
         return [name for name in super().stops() if name == here or not name.startswith("word ")]
@@ -128,9 +128,9 @@ class WordScreen(Base):
 
 
 def grid(page: Page, words: Sequence[str], room: Box) -> tuple[list[list[Tick]], int]:
-    """The words' cells on every sheet, row by row, and the number of columns.
+    """Return the words' cells on every sheet, row by row, and the number of columns.
 
-    One sheet where it can be, with the largest text for which it can. Raises WindowError naming a word too long.
+    Use one sheet where possible, with the largest text for which it is. Raise WindowError naming a word too long.
     """
     sizes = list(dict.fromkeys(page.metrics.text(step) for step in STEPS))
     for sheets in range(1, len(words) + 1):
@@ -144,7 +144,7 @@ def grid(page: Page, words: Sequence[str], room: Box) -> tuple[list[list[Tick]],
 
 
 def _attempt(page: Page, sheets: list[list[str]], room: Box, size: int, columns: int) -> list[list[Tick]] | None:
-    """The sheets at a size in so many columns, or None where a cell is too small for a finger or its word."""
+    """Return the sheets at a size in so many columns, or None where a cell is too small for a finger or its word."""
     lines = ceil(len(sheets[0]) / columns)
     width, height = _cell(page, room, columns, lines)
     if height < page.metrics.target(0):
@@ -165,7 +165,7 @@ def _word(page: Page, word: str, size: int, space: Box) -> Laid | None:
 
 
 def _cell(page: Page, room: Box, columns: int, lines: int) -> tuple[int, int]:
-    """Width and height of a cell."""
+    """Return width and height of a cell."""
     unit, gap = page.metrics.unit, _gap(page)
     width = min(unit(WIDEST), (room.width - (columns - 1) * gap) // columns)
     return width, min(unit(TALLEST), (room.height - (lines - 1) * gap) // lines)

@@ -30,7 +30,7 @@ class FieldOn:
 
     @property
     def pad(self) -> int:
-        """Between frame and text."""
+        """The padding between frame and text."""
         return self.page.metrics.unit(3 if self.writing.many_lines else 2)
 
     @property
@@ -45,11 +45,11 @@ class FieldOn:
 
     @property
     def _width(self) -> int:
-        """Room for a line, with a little for the caret."""
+        """The width of a line, with a little room for the caret."""
         return self._inner.width - self.size // 3
 
     def element(self, focused: bool, off: bool = False) -> TextBox:
-        """The field as it looks now: the caret where the writing goes on."""
+        """Return the field as it looks now, with the caret."""
         seen = self._view
         empty = self.placeholder if not self.writing.text else None
         return TextBox(
@@ -79,7 +79,7 @@ class FieldOn:
             self.composed_to = None if jamo is None else self.writing.caret
 
     def key(self, event: Key) -> bool:
-        """A key while writing; False for one that means something to the screen."""
+        """Handle a key while writing; return False for one that means something to the screen."""
         composing, self.composed_to = self._composing, None
         match event.name:
             case "hangul":
@@ -104,11 +104,11 @@ class FieldOn:
 
     @property
     def _composing(self) -> str:
-        """The character that is being composed, if one is."""
+        """The character that is being composed, or ""."""
         caret = self.writing.caret
         return self.writing.text[caret - 1 : caret] if self.composed_to == caret > 0 else ""
 
 
 def with_hangul(page: Page, hint: str) -> str:
-    """A hint, and the key that switches between Hangul and Latin where it does."""
+    """Return a hint, with the key that switches between Hangul and Latin where there is one."""
     return f"{hint}   {page.texts('hangul_hint')}" if page.hangul else hint
