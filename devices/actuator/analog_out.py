@@ -32,7 +32,7 @@ KEPT = 4096
 
 
 def nidaqmx() -> Any:
-    """The package. Raises DeviceError where it is not installed."""
+    """Return the nidaqmx package. Raise DeviceError where it is not installed."""
     try:
         for part in ("constants", "stream_writers"):
             import_module(f"nidaqmx.{part}")
@@ -64,7 +64,7 @@ class AnalogOut:
 
     @property
     def latency_s(self) -> float:
-        """How long a sample waits in the card."""
+        """How long a sample waits in the card, in seconds."""
         return self.ahead / self.rate_hz
 
     def open(self) -> None:
@@ -135,7 +135,7 @@ class AnalogOut:
             self._silence()
 
     def _silence(self) -> None:
-        """The card holds its last voltage where it is stopped: it is led to zero, one written voltage at a time."""
+        """Lead the output to zero, one written voltage at a time: a stopped card holds its last voltage."""
         task, self._task = self._task, None
         if task is None:
             return
@@ -145,7 +145,7 @@ class AnalogOut:
         quietly(lambda: self._lead_down(last))
 
     def _last(self, task: Any) -> float:
-        """The voltage that the card plays now; the newest one where it does not say."""
+        """Return the voltage that the card plays now; 0 where it is not known any more."""
         try:
             behind = self._written - int(task.out_stream.total_samp_per_chan_generated)
         except Exception:
@@ -182,12 +182,12 @@ class AnalogOut:
         return self._fault
 
     def facts(self) -> Mapping[str, str]:
-        """Which output it is."""
+        """Return which output it is."""
         return {"output": self.channel, "rate": f"{self.rate_hz:g} Hz", "latency": f"{1000 * self.latency_s:g} ms"}
 
 
 def _refused(name: str, channel: str, error: Exception) -> DeviceError:
-    """Why an output cannot be had, in words that say what to do."""
+    """Return the error that an output is not available, saying what to do."""
     if type(error).__name__ in NO_DRIVER:
         return DeviceError(f"{name}: the NI-DAQmx driver is not installed on this machine: install it from ni.com")
     if isinstance(error, DeviceError):
@@ -201,7 +201,7 @@ def _refused(name: str, channel: str, error: Exception) -> DeviceError:
 
 
 def _failed(name: str, error: Exception) -> DeviceFault:
-    """What a card did while it played."""
+    """Return the fault of a card that failed while it played."""
     message = f"NI-DAQmx {code_of(error)}: {_line(error)}"
     if code_of(error) in EMPTY:
         return DeviceFault(name, "underrun", f"{name}: the output ran out of samples; raise `ahead_ms`. {message}")

@@ -26,7 +26,7 @@ class Compensation:
 
     @staticmethod
     def of(calibration: Calibration, peak_m_s2: float) -> Compensation:
-        """The compensation that a calibration holds, at rest."""
+        """Return the compensation that a calibration holds, at rest."""
         made = Compensation(np.array(calibration.filter), peak_m_s2)
         made.begin()
         return made
@@ -36,7 +36,7 @@ class Compensation:
         self._past = np.zeros(len(self.taps) - 1)
 
     def volts(self, wished: Array) -> Array:
-        """The voltages for these accelerations, which follow on those before."""
+        """Return the voltages for these accelerations, which follow on those before."""
         held = np.clip(wished, -self.peak_m_s2, self.peak_m_s2)
         self.limited += int(np.count_nonzero(held != wished))
         whole = np.concatenate([self._past, held])
@@ -60,7 +60,7 @@ class Limiter:
     limited: int = 0
 
     def limit(self, samples: Array) -> Array:
-        """The samples as they may be played; they must be finite."""
+        """Return the samples limited to what may be played; they must be finite."""
         keep = math.exp(-1 / (self.window_s * RATE_HZ))
         full = self.rms**2
         clipped = np.clip(samples, -self.peak, self.peak)

@@ -44,12 +44,12 @@ class VoiceCoil:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """It gives nothing."""
+        """No signals."""
         return ()
 
     @property
     def unit(self) -> str:
-        """What samples are in: m/s^2 with a calibration, else V."""
+        """The unit of the samples: m/s^2 with a calibration, else V."""
         return "V" if self.compensation is None else "m/s^2"
 
     @property
@@ -86,7 +86,7 @@ class VoiceCoil:
         return self.drive(wished if self.compensation is None else self.compensation.volts(wished))
 
     def drive(self, volts: ArrayLike) -> int:
-        """The same in volts, past the compensation."""
+        """Write samples in volts, past the compensation, and return the room left."""
         self.check()
         given = self._finite(volts)
         if not self.began:
@@ -118,7 +118,7 @@ class VoiceCoil:
         return fault
 
     def rest(self) -> None:
-        """Nothing is to follow for now: what waits is played, and silence is no underrun until the next `write`."""
+        """Expect no samples for now: play what waits, and count silence as no underrun until the next `write`."""
         self.queue.rest()
 
     def safe(self) -> None:
@@ -130,13 +130,13 @@ class VoiceCoil:
             self.queue.halt()
 
     def close(self) -> None:
-        """Silence, then let go of the output."""
+        """Go silent, then release the output."""
         self.safe()
         self.output.drain(self.queue.silent)
         self.output.stop()
 
     def record(self) -> Mapping[str, Any]:
-        """What went wrong so far: underruns and the samples missing in them, samples limited, faults."""
+        """Return what went wrong so far: underruns and their missing samples, limited samples, faults."""
         held = 0 if self.compensation is None else self.compensation.limited
         return {
             "underruns": self.queue.underruns, "missing": self.queue.missing,
@@ -144,7 +144,7 @@ class VoiceCoil:
         }  # fmt: skip
 
     def describe(self) -> Mapping[str, Any]:
-        """The settings, and the calibration's one line."""
+        """Return the settings, and the calibration in one line."""
         settings = self.settings.model_dump(mode="json", exclude_none=True)
         return {**settings, "unit": self.unit, **({"response": self.calibration.summary} if self.calibration else {})}
 
@@ -163,7 +163,7 @@ class VoiceCoil:
 
 
 def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> VoiceCoil:
-    """The voice coil of that name; opens nothing. A calibration's name is that of a file in `folder`."""
+    """Return the voice coil of that name without opening it; a calibration names a file in `folder`."""
     from palpate.devices.actuator.compensation import Limiter
     from palpate.devices.actuator.outputs import output_of
     from palpate.devices.actuator.queue import Queue

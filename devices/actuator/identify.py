@@ -58,7 +58,7 @@ class Identified:
     wish: Wish
 
     def calibration(self, date: str) -> Calibration:
-        """As it is kept; the date is the day it was measured."""
+        """Return the calibration as it is stored; the date is the day of the measurement."""
         response, inverse = self.response, self.inverse
         return Calibration(
             date=date, excitation=f"{self.shaking.kind}, {self.shaking.level_V:g} V, seed {self.shaking.seed}",
@@ -136,7 +136,7 @@ def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, due: int, now_ns: N
 
 
 def _along_the_motion(rows: Array) -> Array:
-    """The three axes as one: the direction in which it moves most, in the sign of its largest part."""
+    """Return the three axes as one: the direction of the largest motion, in the sign of its largest part."""
     loudest = int(np.nanstd(rows, axis=0).argmax()) if len(rows) else 0
     demand_signal(rows[:, loudest])
     centred = rows - rows.mean(axis=0)
@@ -174,7 +174,7 @@ class Inverse:
 
 
 def invert(response: Response, wish: Wish) -> Inverse:
-    """The minimum-phase filter whose gain is the regularised inverse of the response's: flat, and almost no delay.
+    """Return the minimum-phase filter whose gain is the regularised inverse of the response's: flat, hardly delayed.
 
     A hand feels a vibration's strength and not its phase, so the gain is made flat and the phase is left to be what
     costs least time. Each line is regularised by its squared standard error: what was not measured well is not
@@ -200,7 +200,10 @@ def invert(response: Response, wish: Wish) -> Inverse:
 
 
 def minimum_phase(gain: Array) -> Array:
-    """256 taps that have this gain on the grid and the least delay (Oppenheim and Schafer, 13.5: folded cepstrum)."""
+    """Return 256 taps with this gain on the grid and the least delay.
+
+    Source: Oppenheim and Schafer, 13.5 (folded cepstrum).
+    """
     cepstrum = np.fft.irfft(np.log(np.maximum(gain, 1e-9)), GRID)
     cepstrum[1 : GRID // 2] *= 2
     cepstrum[GRID // 2 + 1 :] = 0
@@ -211,7 +214,7 @@ def minimum_phase(gain: Array) -> Array:
 
 
 def gain_at(taps: Array, hz: Array) -> Complex:
-    """A filter's response at these frequencies."""
+    """Return a filter's response at these frequencies."""
     turns = np.exp(-2j * np.pi * np.outer(hz, np.arange(len(taps))) / RATE_HZ)
     return np.asarray(turns @ taps, dtype=np.complex128)
 
@@ -221,7 +224,7 @@ def _ripple_dB(response: Complex) -> float:
 
 
 def _delay_ms(hz: Array, response: Complex) -> float:
-    """Where the envelope of the band's impulse response is largest, to a tenth of a millisecond."""
+    """Return where the envelope of the band's impulse response is largest, to a tenth of a millisecond."""
     times_s = np.arange(0, GRID) / (10 * RATE_HZ)
     envelope = np.abs(np.exp(2j * np.pi * np.outer(times_s, hz)) @ response)
     return float(1000 * times_s[envelope.argmax()])

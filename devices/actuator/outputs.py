@@ -33,7 +33,7 @@ RANGE_V = 10.0
 
 
 def bank(up: int) -> Array:
-    """The windowed sinc (Kaiser, beta 5, cut at 500 Hz) of 20 ms as one row of 20 weights for each of `up` phases.
+    """Return the windowed sinc (Kaiser, beta 5, cut at 500 Hz) of 20 ms as a row of 20 weights for each phase.
 
     Flat within 0.02 dB up to 400 Hz, images of it (from 600 Hz) 54 dB down, delay 10 ms.
     """
@@ -62,7 +62,7 @@ class Upsampler:
         self._bank, self._at = bank(self._up), self._up
 
     def fill(self, count: int) -> Array:
-        """The next samples at the card's rate."""
+        """Return the next samples at the card's rate."""
         places = self._at + np.arange(count) * self._down
         newest, phase = places // self._up, places % self._up
         wanted = int(newest[-1]) if count else 0
@@ -85,7 +85,7 @@ class Coil:
     noise_m_s2: float = 0.02
 
     def weights(self) -> tuple[Array, Array]:
-        """The filter g s^2 / (s^2 + 2 d w s + w^2) at 1 kHz (bilinear, exact at the resonance), then the delay."""
+        """Return the filter g s^2 / (s^2 + 2 d w s + w^2) at 1 kHz (bilinear, exact at resonance), then the delay."""
         k = 1 / np.tan(np.pi * self.resonance_Hz / RATE_HZ)
         over = k * k + 2 * self.damping * k + 1
         b = self.gain_m_s2_V * k * k * np.array([1.0, -2.0, 1.0]) / over
@@ -109,7 +109,7 @@ class Shaken:
         self._noise = np.random.Generator(np.random.PCG64(self.seed))
 
     def felt(self, volts: Array) -> Array:
-        """Acceleration in m/s^2, as long as what was played."""
+        """Return the acceleration in m/s^2, as long as the volts."""
         from scipy.signal import lfilter
 
         moved, self._state = lfilter(*self._weights, volts, zi=self._state)
@@ -133,7 +133,7 @@ class SoundOut(Card):
         self.latency_s += DELAY_S
 
     def raised(self, fill: Fill) -> Fill:
-        """Volts at 1 kHz to shares of the full scale at the card's rate."""
+        """Convert a source of volts at 1 kHz to one of shares of the full scale at the card's rate."""
         upsampler = Upsampler(int(self.rate_hz), fill)
         return lambda count: upsampler.fill(count).clip(-self.peak_V, self.peak_V) / self.full_scale_V
 
@@ -148,7 +148,7 @@ class Felt(Tape):
     kept: int = 0
 
     def shake(self, volts: Array) -> None:
-        """What the coil does with what was played."""
+        """Record what was played, in volts and as the coil's acceleration, keeping the last 20 s."""
         self.played.append(volts)
         self.felt.append(self.shaken.felt(volts))
         self.kept += len(volts)
@@ -157,12 +157,12 @@ class Felt(Tape):
             self.felt.popleft()
 
     def whole(self) -> tuple[Array, Array]:
-        """Volts and m/s^2 that it remembers."""
+        """Return the kept volts and the acceleration in m/s^2."""
         return np.concatenate(self.played), np.concatenate(self.felt)
 
 
 def output_of(name: str, settings: Settings, elapsed_s: Callable[[], float]) -> Output:
-    """The output that the settings name."""
+    """Return the output that the settings name."""
     if settings.driver == "nidaqmx":
         return AnalogOut(name, settings.channel, RANGE_V, settings.ahead_ms * RATE_HZ // 1000)
     if settings.driver == "sound":

@@ -41,7 +41,7 @@ class Queue:
 
     @property
     def room(self) -> int:
-        """How many samples fit."""
+        """How many more samples fit."""
         return self.capacity - len(self._waiting)
 
     def write(self, samples: Array) -> int:
@@ -54,7 +54,7 @@ class Queue:
         return self.room
 
     def take(self, count: int) -> Array:
-        """The next samples: those that wait, then the last one dying away."""
+        """Return the next samples: those that wait, then the last one decaying to zero."""
         with self._lock:
             head = self._taken(count)
             tail = self._fallen(count - len(head))
@@ -87,7 +87,7 @@ class Queue:
         return np.where(np.abs(values) < NOTHING_V, 0.0, values)
 
     def rest(self) -> None:
-        """Nothing more is to come: what waits is played, and then silence is no underrun."""
+        """Expect no more samples: what waits is played, and silence after it is no underrun."""
         with self._lock:
             self._expected = False
 

@@ -42,7 +42,7 @@ class Response:
     apart_dB: Array
 
     def inside(self, low_Hz: float, high_Hz: float) -> NDArray[np.bool_]:
-        """Which lines lie in a band."""
+        """Return which lines lie in a band."""
         return (self.hz >= low_Hz) & (self.hz <= high_Hz)
 
 
@@ -60,10 +60,10 @@ def demand_signal(recorded: Array) -> None:
 
 
 def estimate(played: Excitation, recorded: Array, rate_hz: int = RATE_HZ) -> Response:
-    """H1 = Sxy / Sxx, H2 = Syy / Syx and coherence over the measured periods, at the lines that were excited.
+    """Return H1 = Sxy / Sxx, H2 = Syy / Syx and coherence over the measured periods, at the excited lines.
 
     The recording may have another whole rate: periods of one second have the same lines in both, so nothing is
-    resampled. Raises ResponseError: other lengths, fewer than four periods, no signal.
+    resampled. Raise ResponseError: other lengths, fewer than four periods, no signal.
     """
     if len(recorded) != len(played) * rate_hz // RATE_HZ:
         raise ResponseError(
@@ -82,7 +82,11 @@ def estimate(played: Excitation, recorded: Array, rate_hz: int = RATE_HZ) -> Res
 
 
 def _response(hz: Array, s_xx: Array, s_yy: Array, s_xy: Complex, count: int) -> Response:
-    """Bendat and Piersol, Random Data (2010), 9.1: variance of |H1| is (1 - coherence) |H1|^2 / (2 coherence n)."""
+    """Return the response with its standard errors.
+
+    The variance of |H1| is (1 - coherence) |H1|^2 / (2 coherence n). Source: Bendat and Piersol, Random Data (2010),
+    9.1.
+    """
     tiny = np.finfo(float).tiny
     coherence = np.minimum(np.abs(s_xy) ** 2 / np.maximum(s_xx * s_yy, tiny), 1.0)
     h1 = s_xy / s_xx
@@ -92,7 +96,7 @@ def _response(hz: Array, s_xx: Array, s_yy: Array, s_xy: Complex, count: int) ->
 
 
 def _spectra(samples: Array, begins: tuple[int, ...], rate_hz: int) -> Complex:
-    """Per measured second the lines from 0 to 500 Hz."""
+    """Return, for each measured second, the lines from 0 to 500 Hz."""
     firsts = [first * rate_hz // RATE_HZ for first in begins]
     periods = [np.fft.rfft(samples[first : first + rate_hz]) / rate_hz for first in firsts]
     return np.array(periods)[:, : PERIOD // 2 + 1]
@@ -124,7 +128,7 @@ class Excitation:
 
 
 def excitation(kind: Kind, level_V: float, seed: int, measured: int = 8) -> Excitation:
-    """`measured` periods of 1 s that peak at `level_V`, each of lines from 5 to 490 Hz.
+    """Return `measured` periods of 1 s that peak at `level_V`, each of lines from 5 to 490 Hz.
 
     A multisine has random phases, others in every pair of periods, so that distortion shows as a loss of coherence; a
     sweep is the same logarithmic one throughout. What is measured is led in by a period of its own that is not.
@@ -141,7 +145,7 @@ def _multisine(seed: int, number: int) -> Array:
 
 
 def _sweep() -> Array:
-    """A logarithmic sweep, made of its lines, so that no line is missing and it goes on into itself."""
+    """Return a logarithmic sweep, made of its lines, so that no line is missing and it loops without a seam."""
     hz = np.arange(LOWEST_HZ, HIGHEST_HZ + 1)
     sounds_at_s = np.log(hz / LOWEST_HZ) / np.log(HIGHEST_HZ / LOWEST_HZ)
     return _made_of(-np.cumsum(sounds_at_s), 1 / np.sqrt(hz))

@@ -56,11 +56,11 @@ class Settings(Strict):
 
     @property
     def count(self) -> int:
-        """Pictures of each sample."""
+        """The number of pictures of each sample."""
         return self.lights if isinstance(self.lights, int) else len(self.lights)
 
     def light(self, number: int) -> str:
-        """A light for people: light 3 of 10 (left, low)."""
+        """Describe a light for people: light 3 of 10 (left, low)."""
         named = "" if isinstance(self.lights, int) else f" ({self.lights[number - 1]})"
         return f"light {number} of {self.count}{named}"
 
@@ -100,12 +100,12 @@ class Camera:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """Pictures are no signal."""
+        """No signals: pictures are not signals."""
         return ()
 
     @property
     def pictures_of(self) -> PicturesOf | None:
-        """What the twin sees; None with a real camera."""
+        """The pictures that the twin sees; None with a real camera."""
         return getattr(self.source, "pictures_of", None)
 
     @pictures_of.setter
@@ -125,17 +125,17 @@ class Camera:
             demand()
 
     def safe(self) -> None:
-        """A camera harms nobody."""
+        """Do nothing: a camera cannot harm anybody."""
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: the camera keeps nothing open."""
 
     def describe(self) -> Mapping[str, Any]:
-        """The settings."""
+        """Return the settings."""
         return self.settings.model_dump(mode="json", exclude_none=True)
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a folder is looked at once
-        """Whether the folder can be read."""
+        """Return whether the folder can be read."""
         from palpate.devices.device import DeviceError
 
         pictures = "LAB/pictures" if self.settings.pictures is None else str(self.pictures)
@@ -200,7 +200,7 @@ class Camera:
         return act.wait("recording", window, desk, now_ns, ready)
 
     def _wanted(self) -> int | None:
-        """The light that a picture is wanted for: the first without one, then the first with a bad one.
+        """Return the light that needs a picture: the first without one, then the first with a bad one.
 
         A twin's pictures do not get better: they are flagged, and kept.
         """
@@ -243,9 +243,9 @@ class Camera:
 
 
 def make(name: str, settings: Settings, folder: Path) -> Camera:
-    """The camera of that name; opens nothing. Relative folders lie where the rig file lies.
+    """Return the camera of that name without opening it; relative folders are relative to the rig file.
 
-    Pictures are kept beside the rig file until `keep_in` says which lab they are for.
+    Pictures are kept beside the rig file until `keep_in` names their lab.
     """
     from palpate.devices.camera.sources import Folder, Simulated
 

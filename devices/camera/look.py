@@ -99,7 +99,7 @@ def _decoded(data: bytes) -> tuple[int, int, NDArray[np.float32]]:
 
 
 def _x3f_size(data: bytes) -> tuple[int, int]:
-    """Sigma's raw format: the size from its header; whole where the last word points to the directory."""
+    """Return the size in the header of a Sigma raw file. Raise Incomplete where its end does not name the directory."""
     if len(data) < 40:
         raise Incomplete("the file ends in its header")
     (directory,) = struct.unpack("<I", data[-4:])
@@ -125,7 +125,7 @@ def keep(device: str, pictures: Path, stimulus: str, light: int, sha256: str, na
 
 
 def folder_of(stimulus: str) -> str:
-    """A stimulus' folder: its id where that is a plain name, else what is plain of it and a digest."""
+    """Return a stimulus' folder: its id where that is a plain name, else its plain characters and a digest."""
     if re.fullmatch(r"[A-Za-z0-9_-]{1,64}", stimulus):
         return stimulus
     return f"{re.sub(r'[^A-Za-z0-9_-]+', '_', stimulus)[:40]}-{digest(stimulus)[:8]}"

@@ -51,11 +51,11 @@ class Folder:
             ) from None
 
     def begin(self, request: Sense) -> None:  # noqa: ARG002 - a real camera need not know what it is asked for
-        """Everything that lies there now is from before."""
+        """Note that every present file is from before the request."""
         self.known, self.waiting, self.refused, self.looked_s = self._there(), {}, {}, float("-inf")
 
     def new(self, now_s: float) -> Sequence[Arrived]:
-        """Files that have stood still, by name or by the time of their last change."""
+        """Return files that have stopped changing, by name or by the time of their last change."""
         if now_s - self.looked_s < LOOK_S:
             return ()
         self.looked_s = now_s
@@ -98,11 +98,11 @@ class Folder:
         return DeviceFault(self.device, "link_lost", f"{self.device}: {message}")
 
     def refuse(self, name: str, why: str) -> None:
-        """Remember why."""
+        """Store the reason for refusing a file."""
         self.refused[name] = why
 
     def broken(self) -> Sequence[str]:
-        """Files that came and are not whole, or still change."""
+        """Return files that came and are not whole, or still change."""
         return [
             *(f"{name} is broken ({why})" for name, why in sorted(self.refused.items())),
             *(f"{name} is still being written" for name in sorted(self.waiting)),
@@ -126,7 +126,7 @@ class Simulated:
         self.coming, self.count = iter(self.pictures_of(request)), 0
 
     def new(self, now_s: float) -> Sequence[Arrived]:  # noqa: ARG002 - it never waits
-        """The next one, while there are any."""
+        """Return the next picture, while there are any."""
         data = next(self.coming, None)
         if data is None:
             return ()
@@ -134,16 +134,16 @@ class Simulated:
         return (Arrived(f"simulated-{self.count:02d}{self.suffix}", data),)
 
     def refuse(self, name: str, why: str) -> None:
-        """A simulated picture does not get better."""
+        """Do nothing: a simulated picture does not get better."""
         raise DeviceFault(self.device, "refused", f"{self.device}: {name} is no picture: {why}")
 
     def broken(self) -> Sequence[str]:
-        """Nothing."""
+        """Return nothing."""
         return ()
 
 
 def _stamp(entry: os.DirEntry[str]) -> Stamp | None:
-    """None for what is no file, or has gone since."""
+    """Return the stamp of a file; None for what is not a file, or is gone."""
     try:
         status = entry.stat()
         return (status.st_size, status.st_mtime_ns) if entry.is_file() else None

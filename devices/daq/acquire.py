@@ -36,7 +36,7 @@ class Wiring:
 
     @property
     def buffer(self) -> int:
-        """Samples per channel that wait at most to be read."""
+        """The most samples per channel that wait to be read."""
         return max(16, round(self.rate_hz * self.buffer_s))
 
 
@@ -57,12 +57,12 @@ class Pace:
 
     @staticmethod
     def real(now_ns: NowNs) -> Pace:
-        """Real time, from now on."""
+        """Return a pace in real time, from now on."""
         return Pace(since(now_ns), time.sleep)
 
     @staticmethod
     def by_clock(elapsed_s: Elapsed) -> Pace:
-        """The time that somebody else tells, from now on; nothing is waited for."""
+        """Return a pace by an elapsed time that is computed elsewhere, from now on; reads never wait."""
         begun = elapsed_s()
         return Pace(lambda: elapsed_s() - begun, lambda _seconds: None)
 
@@ -75,19 +75,19 @@ class Daq(Protocol):
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """What the card says of itself, once it is open: product, serial number, driver, real rate."""
+        """The card's own description once it is open: product, serial number, driver, real rate."""
 
     def open(self) -> None:
         """Reserve the inputs. Raises DeviceError where they cannot be had as wired."""
 
     def expect(self, scene: Scene | None) -> None:
-        """What is to be sensed next; a real card need not know."""
+        """Set what is to be sensed next; a real card ignores it."""
 
     def start(self, pace: Pace) -> None:
         """Begin to sample into the buffer. Raises DeviceError."""
 
     def read(self, most: int, timeout_s: float) -> Taken:
-        """What has come, `most` rows at most; waits for some at most that long. Raises DeviceFault."""
+        """Return at most `most` rows that have come, waiting for some at most timeout_s. Raise DeviceFault."""
 
     def stop(self) -> None:
         """End sampling; also where it has not begun."""
@@ -97,7 +97,7 @@ class Daq(Protocol):
 
 
 def channel_names(spelled: str, where: str) -> tuple[str, ...]:
-    """Single inputs of a list as NI-DAQmx spells it: `Dev1/ai0:5` or `Dev1/ai0:2, Dev1/ai7`.
+    """Return the single inputs of a list as NI-DAQmx spells it: `Dev1/ai0:5` or `Dev1/ai0:2, Dev1/ai7`.
 
     Raises DeviceError, which begins with `where`, on anything else and on an input named twice.
     """
@@ -118,7 +118,7 @@ def channel_names(spelled: str, where: str) -> tuple[str, ...]:
 
 
 def demand_channels(spelled: str, count: int, where: str, what: str) -> tuple[str, ...]:
-    """The single inputs, of which there must be `count`. Raises DeviceError."""
+    """Return the single inputs, of which there must be `count`. Raise DeviceError."""
     names = channel_names(spelled, where)
     if len(names) != count:
         raise DeviceError(f"{where}: channels {spelled!r} are {len(names)} inputs; {count} are expected: {what}")

@@ -47,7 +47,7 @@ class Scaling:
     supply_V: float
 
     def at(self, supply_V: float) -> Scaling:
-        """The same sensor at another supply: both in proportion to it."""
+        """Return the same sensor at another supply: zero and sensitivity scale with it."""
         ratio = supply_V / self.supply_V
         return Scaling(self.sensitivity_V * ratio, self.zero_V * ratio, supply_V)
 
@@ -66,7 +66,7 @@ class SixPositions:
 
 
 def acceleration(volts: Array, scaling: Scaling) -> Array:
-    """m/s^2, gravity included, of the shape of the volts (n, 3)."""
+    """Return the acceleration in m/s^2, gravity included, of the shape of the volts (n, 3)."""
     return np.asarray((volts - scaling.zero_V) * (GRAVITY_M_S2 / scaling.sensitivity_V), np.float64)
 
 
@@ -126,14 +126,14 @@ class Accelerometer:
     run: NDArray[np.int64] = field(default_factory=lambda: np.zeros(3, np.int64))
 
     def begin(self) -> None:
-        """Samples begin anew."""
+        """Reset the state, because the samples begin anew."""
         self.watch.begin()
         self.clipped, self.longest, self.run = 0, 0, np.zeros(3, np.int64)
 
     def rows(self, volts: Array) -> Array:
-        """Acceleration of shape (n, 3). Clipped samples are counted; they are what the sensor gave, not what it felt.
+        """Return the acceleration of shape (n, 3); clipped samples are counted and returned as they are.
 
-        Raises DeviceFault: not_a_number, stuck, over_range (clipped without a break for `clipped_s`).
+        Raise DeviceFault: not_a_number, stuck, over_range (clipped without a break for `clipped_s`).
         """
         at_end = self.watch.see(volts)
         rows = acceleration(volts, self.scaling)
@@ -152,11 +152,11 @@ class Accelerometer:
         return rows
 
     def zero(self, _volts: Array, /) -> None:
-        """Refused: gravity is always there."""
+        """Raise DeviceError, because gravity always acts on the sensor."""
         raise DeviceError(f"{self.device}: an accelerometer has no zero to take; calibrate it in six positions")
 
     def complaint(self, reading: Reading) -> str | None:
-        """One g and quiet at rest."""
+        """Describe what is wrong with a reading that should be one g and quiet; None where nothing is."""
         length = float(np.linalg.norm(reading.mean)) / GRAVITY_M_S2
         noisy = max(reading.noise) / GRAVITY_M_S2
         if abs(length - 1) > ONE_G:
@@ -166,7 +166,7 @@ class Accelerometer:
         return f"{count(self.clipped, 'sample')} clipped at rest" if self.clipped else None
 
     def describe(self) -> Mapping[str, Any]:
-        """The scaling in use and the limits."""
+        """Return the scaling in use and the limits."""
         return {
             "sensitivity_V_per_g": self.scaling.sensitivity_V.tolist(),
             "zero_g_V": self.scaling.zero_V.tolist(),
@@ -184,7 +184,7 @@ class Accelerometer:
 
 
 def acceleration_volts(scaling: Scaling, bandwidth_hz: Sequence[float]) -> Ideal:
-    """What the sensor puts out in a scene: a low-pass of first order per axis, its scaling, its supply's ends."""
+    """Return the sensor's ideal volts in a scene: first-order low-pass per axis, scaling, limited by its supply."""
 
     def volts(scene: Scene | None, rate_hz: float) -> Iterator[Array]:
         rest = np.tile([0.0, 0.0, GRAVITY_M_S2], (PIECE, 1))
@@ -197,7 +197,7 @@ def acceleration_volts(scaling: Scaling, bandwidth_hz: Sequence[float]) -> Ideal
 
 
 def _low_passed(pieces: Iterator[Array], holds: Sequence[float]) -> Iterator[Array]:
-    """y[n] = hold y[n-1] + (1 - hold) x[n] per axis, as the sum that it is, from rest at the first sample on."""
+    """Yield y[n] = hold y[n-1] + (1 - hold) x[n] per axis, computed as a sum, from rest at the first sample on."""
     # After so many samples what is held has gone.
     taps = [1 if hold <= SETTLED else 1 + int(np.ceil(np.log(SETTLED) / np.log(hold))) for hold in holds]
     kernels = [(1 - hold) * hold ** np.arange(count) for hold, count in zip(holds, taps, strict=True)]
@@ -219,7 +219,7 @@ def _low_passed(pieces: Iterator[Array], holds: Sequence[float]) -> Iterator[Arr
 
 
 def _longest(over: NDArray[np.bool_], before: int) -> tuple[int, int]:
-    """The longest run of true values, `before` of them already there at the start, and the run at the end."""
+    """Return the longest run of true values, `before` of them already there at the start, and the run at the end."""
     gaps = np.flatnonzero(~over)
     if not gaps.size:
         return before + len(over), before + len(over)

@@ -55,10 +55,10 @@ class CalFile:
 
 
 def read_cal_file(path: Path) -> CalFile:
-    """The first calibration of a file.
+    """Return the first calibration of a file.
 
     Raises:
-        DeviceError: the file cannot be read, is no such file, or an element of it lacks what it needs.
+        DeviceError: the file cannot be read, is not a calibration file, or an element of it is incomplete.
     """
     try:
         size = path.stat().st_size
@@ -112,7 +112,7 @@ class _Reader:
         )  # fmt: skip
 
     def _tree(self, data: bytes) -> Element:
-        """The elements, built by hand: a document type, and with it every entity, is refused where it begins."""
+        """Return the elements; a document type, and with it every entity, is refused where it begins."""
         builder, parser = TreeBuilder(), expat.ParserCreate()
         parser.StartElementHandler = builder.start
         parser.EndElementHandler = builder.end
@@ -129,7 +129,7 @@ class _Reader:
         raise self._wrong("<!DOCTYPE>", "a calibration file has none")
 
     def _axes(self, calibration: Element, tag: str) -> dict[str, Element]:
-        """The six rows of that name by axis; none at all where the file has none of them."""
+        """Return the six rows of that name by axis; none at all where the file has none of them."""
         axes = [(self._text(child, "Name"), child) for child in calibration.findall(tag)]
         names = [name for name, _ in axes]
         if axes and sorted(names) != sorted(AXES):
@@ -189,6 +189,6 @@ def _called(element: Element, attribute: str) -> str:
 
 
 def _iso(date: str) -> str | None:
-    """The maker's month/day/year as an ISO date; None where it is written otherwise."""
+    """Return the maker's month/day/year as an ISO date; None where it is written otherwise."""
     match = _DATE.match(date.strip())
     return f"{match[3]}-{int(match[1]):02}-{int(match[2]):02}" if match else None

@@ -93,10 +93,10 @@ MEANINGS: Mapping[str, str] = {
 
 
 def make(name: str, settings: Settings, folder: Path) -> DaqSensor:
-    """The device, its calibration read and nothing opened.
+    """Return the device with its calibration read, without opening it.
 
     Raises:
-        DeviceError: a calibration file that is missing or cannot be used, or inputs that are not six (and one).
+        DeviceError: the calibration file is missing or cannot be used, or the inputs are not six (plus a thermistor).
     """
     from palpate.devices.daq.acquire import Wiring, demand_channels
     from palpate.devices.daq.cal_file import read_cal_file
@@ -142,7 +142,7 @@ def _framed(frame: Frame, matrix: Array) -> Array:
 
 
 def _slopes(name: str, thermistor: Thermistor | None, file: CalFile, path: Path) -> Slopes | None:
-    """The settings' slopes before the file's. Raises DeviceError where a thermistor is wired to no slopes."""
+    """Return the settings' slopes, else the file's. Raise DeviceError where a thermistor has no slopes."""
     import numpy as np
 
     from palpate.devices.daq.gauges import Slopes

@@ -76,18 +76,18 @@ class Gauges:
     back: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        """The way back from the tool's frame to the sensor's, where the rated loads are meant."""
+        """Compute the way back from the tool's frame to the sensor's, where the rated loads apply."""
         self.back = self.calibration.matrix @ np.linalg.inv(self.matrix)
 
     def begin(self) -> None:
-        """Samples begin anew; what was too much before counts no longer."""
+        """Reset the counts, because the samples begin anew."""
         self.watch.begin()
         self.beyond, self.most, self.alive = 0, np.zeros(GAUGES), np.zeros(GAUGES, np.bool_)
 
     def rows(self, volts: Array) -> Array:
-        """The wrench, of shape (n, 6). Samples beyond the rated loads are counted.
+        """Return the wrench, of shape (n, 6); samples beyond the rated loads are counted.
 
-        Raises DeviceFault: not_a_number, stuck, overload (a gauge at its end, or beyond `overload`).
+        Raise DeviceFault: not_a_number, stuck, overload (a gauge at its end, or beyond `overload`).
         """
         self._demand_unsaturated(volts, self.watch.see(volts))
         rows = wrench(self._gauges(volts), self.matrix, self.bias_V)
@@ -120,7 +120,7 @@ class Gauges:
         self.bias_V = gauges.mean(axis=0)
 
     def complaint(self, reading: Reading) -> str | None:
-        """Noise and drift against the rated loads."""
+        """Describe noise or drift that is too large against the rated loads; None where neither is."""
         for axis, mean, noise, rated in zip(AXES, reading.mean, reading.noise, self.calibration.rated, strict=True):
             if noise > NOISY * rated:
                 return f"{axis} is noisy: {noise:.3g} (SD), at most {NOISY * rated:.3g} at rest"
@@ -129,7 +129,7 @@ class Gauges:
         return f"{count(self.beyond, 'sample')} beyond the rated loads" if self.beyond else None
 
     def describe(self) -> Mapping[str, Any]:
-        """The calibration file, the matrix that is used, the zero and the limits."""
+        """Return the calibration file, the matrix in use, the zero and the limits."""
         return {
             **self.description,
             "matrix": self.matrix.tolist(),
@@ -150,7 +150,7 @@ class Gauges:
         return gauges if self.slopes is None else compensated(gauges, volts[:, GAUGES], self.slopes)
 
     def _demand_unsaturated(self, volts: Array, at_end: NDArray[np.bool_]) -> None:
-        """A gauge at its end tells nothing of the load; one that has never been elsewhere is no load's doing."""
+        """Raise DeviceFault where a gauge is at the end of its range: overload, or stuck where it always was there."""
         ended = at_end[:, :GAUGES]
         self.alive |= ~ended.all(axis=0)
         if not ended.any():
@@ -165,9 +165,9 @@ class Gauges:
 
 
 def gauge_volts(matrix: Array, slopes: Slopes | None) -> Ideal:
-    """What ideal gauges give: a scene's wrench through the matrix's inverse, on top of offsets of up to half a volt.
+    """Return ideal gauge volts: a scene's wrench through the matrix's inverse, plus offsets of up to half a volt.
 
-    A thermistor reads a constant that lies a little beside its reference; its gauges are off by just what it tells.
+    A thermistor reads a constant a little beside its reference, and its gauges are off by the matching amount.
     """
     inverse, offset_V = np.linalg.inv(matrix), np.linspace(-0.5, 0.5, GAUGES)
 
@@ -180,7 +180,7 @@ def gauge_volts(matrix: Array, slopes: Slopes | None) -> Ideal:
 
 
 def _warmed(gauges: Array, slopes: Slopes | None) -> Array:
-    """Gauges as they are away from the reference temperature, with the thermistor beside them."""
+    """Return the gauge volts away from the reference temperature, with the thermistor beside them."""
     if slopes is None:
         return gauges
     warm = gauges * (1 - slopes.gain * WARMER_V) - slopes.bias * WARMER_V
@@ -205,12 +205,12 @@ class Slopes:
 
 
 def wrench(gauges_V: Array, matrix: Array, bias_V: Array) -> Array:
-    """Forces and torques of shape (n, 6): matrix x (volts - bias). Gauges of shape (n, 6)."""
+    """Return forces and torques of shape (n, 6): matrix x (volts - bias), for gauges of shape (n, 6)."""
     return np.asarray((gauges_V - bias_V) @ matrix.T, np.float64)
 
 
 def compensated(gauges_V: Array, thermistor_V: Array, slopes: Slopes) -> Array:
-    """Gauge volts as they were at the reference temperature, of shape (n, 6); the thermistor of shape (n,).
+    """Return the gauge volts at the reference temperature, of shape (n, 6), for thermistor volts of shape (n,).
 
     (volts + bias slope x dT) / (1 - gain slope x dT), with dT the thermistor's volts above the reference.
     """
@@ -219,7 +219,7 @@ def compensated(gauges_V: Array, thermistor_V: Array, slopes: Slopes) -> Array:
 
 
 def moved(distance_m: Sequence[float], angle_rad: Sequence[float]) -> Array:
-    """The matrix of shape (6, 6) that tells a wrench at another origin and in other axes."""
+    """Return the matrix of shape (6, 6) that gives a wrench at another origin and in other axes."""
     (sx, sy, sz), (cx, cy, cz) = np.sin(angle_rad), np.cos(angle_rad)
     about_x = np.array([[1, 0, 0], [0, cx, sx], [0, -sx, cx]])
     about_y = np.array([[cy, 0, -sy], [0, 1, 0], [sy, 0, cy]])
@@ -231,10 +231,10 @@ def moved(distance_m: Sequence[float], angle_rad: Sequence[float]) -> Array:
 
 
 def calibration(file: CalFile, where: str) -> Calibration:
-    """The file's matrix and rated loads in N and N m.
+    """Return the file's matrix and rated loads in N and N m.
 
     Raises:
-        DeviceError: an unknown unit, two matrices in the file that disagree, or one that cannot be undone.
+        DeviceError: an unknown unit, two matrices in the file that disagree, or a matrix that cannot be inverted.
     """
     units = np.array([_unit(file.force_unit, FORCE_N, where, "ForceUnits")] * 3 + [torque_Nm(file, where)] * 3)
     rated = np.array([file.rated[axis] for axis in AXES]) * units
@@ -247,7 +247,7 @@ def calibration(file: CalFile, where: str) -> Calibration:
 
 
 def torque_Nm(file: CalFile, where: str) -> float:
-    """The file's unit of torque in N m: a force and a distance, in either order (N-mm, in-lbf, kg-cm)."""
+    """Return the file's unit of torque in N m: a force and a distance, in either order (N-mm, in-lbf, kg-cm)."""
     parts = file.torque_unit.replace("Nm", "N-m").replace("kgcm", "kg-cm").split("-")
     for force, distance in (parts, parts[::-1]) if len(parts) == 2 else ():
         if force in FORCE_N and distance in DISTANCE_M:
@@ -271,7 +271,10 @@ def _basic(file: CalFile, units: Array, where: str) -> Array | None:
 
 
 def _demand_agreement(ways: Sequence[Array], where: str) -> None:
-    """A file with both kinds of rows has a check in it: a wrong digit in either shows."""
+    """Compare both kinds of rows of a file, which shows a wrong digit in either.
+
+    Raise DeviceError where they differ.
+    """
     if len(ways) < 2:
         return
     apart = np.abs(ways[0] - ways[1]) / np.abs(ways[0]).max(axis=1, keepdims=True)

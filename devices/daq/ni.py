@@ -143,7 +143,7 @@ class NiDaq:
             _raise_opening(self.name, error)
 
     def expect(self, scene: Scene | None) -> None:
-        """Nothing: what is sensed is there."""
+        """Do nothing: a real card senses what is there."""
 
     def start(self, pace: Pace) -> None:
         """Begin to sample. Raises DeviceError."""
@@ -157,7 +157,7 @@ class NiDaq:
         self.pace, self.position = pace, 0
 
     def read(self, most: int, timeout_s: float) -> Taken:
-        """What has come. A count is asked for first, so that a read never has to wait or give a part."""
+        """Return the samples that have come, after asking for their count, so that a read never waits or is partial."""
         nothing = Taken(np.empty((0, self.columns)))
         if self.pace is None:
             return nothing
@@ -225,7 +225,7 @@ def _package(name: str) -> Any:
 
 
 def _raise_opening(name: str, error: Exception) -> NoReturn:
-    """What failed while a card was opened, as the user's mistake that it is; anything else stays what it was."""
+    """Raise an error while opening a card as the user's mistake where it is one; raise anything else as it is."""
     if type(error).__name__ in NO_DRIVER:
         raise DeviceError(
             f"{name}: the NI-DAQmx driver is not installed on this machine, or too old; install it from ni.com and"
@@ -237,13 +237,13 @@ def _raise_opening(name: str, error: Exception) -> NoReturn:
 
 
 def refused(name: str, code: int, message: str) -> DeviceError:
-    """Why a card cannot be had, in words that say what to do."""
+    """Return the error that a card is not available, saying what to do."""
     todo = next((words for codes, words in _REFUSED if code in codes), "see the NI-DAQmx message")
     return DeviceError(f"{name}: {todo}. NI-DAQmx {code}: {first_line(message)}")
 
 
 def failed(name: str, code: int, text: str) -> DeviceFault:
-    """What a card did while it sampled."""
+    """Return the fault of a card that failed while it sampled."""
     told = f"NI-DAQmx {code}: {first_line(text)}"
     if code in STOPPED or code == OVERWRITTEN:
         why = "samples came faster than they were stored, and how many are missing cannot be said"
@@ -254,12 +254,12 @@ def failed(name: str, code: int, text: str) -> DeviceFault:
 
 
 def first_line(message: str, otherwise: str = "no message") -> str:
-    """What of a long message is told."""
+    """Return the first line of a long message."""
     return next((line.strip() for line in message.splitlines() if line.strip()), otherwise)
 
 
 def code_of(error: BaseException) -> int:
-    """The driver's code of an error; 0 of one that is not the driver's."""
+    """Return the driver's code of an error; 0 where the error is not the driver's."""
     return int(getattr(error, "error_code", 0))
 
 

@@ -43,27 +43,27 @@ class Transducer(Protocol):
     signal: Signal
 
     def begin(self) -> None:
-        """Samples begin anew."""
+        """Reset the state, because the samples begin anew."""
 
     def rows(self, volts: Volts) -> Volts:
-        """The same samples in the signal's units. Raises DeviceFault on what no sound sensor gives."""
+        """Return the same samples in the signal's units. Raise DeviceFault on what no sound sensor gives."""
 
     def zero(self, volts: Volts, /) -> None:
         """Take what these samples give as nothing. Raises DeviceError where they moved, or where it cannot be done."""
 
     def complaint(self, reading: Reading) -> str | None:
-        """What is wrong with a reading at rest, in one sentence; None where nothing is."""
+        """Describe what is wrong with a reading at rest, in one sentence; None where nothing is."""
 
     def describe(self) -> Mapping[str, Any]:
-        """Its calibration and limits, as JSON data."""
+        """Return calibration and limits, as JSON data."""
 
     @property
     def calibrated(self) -> str | None:
-        """When it was calibrated last, as an ISO date."""
+        """The date of the last calibration, as an ISO date."""
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """What else is worth showing."""
+        """Further facts that are worth showing."""
 
 
 @dataclass
@@ -88,7 +88,7 @@ class DaqSensor:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """The one that its transducer gives."""
+        """The one signal of its transducer."""
         return (self.transducer.signal,)
 
     def open(self) -> None:
@@ -122,7 +122,7 @@ class DaqSensor:
         self.transducer.zero(volts)
 
     def safe(self) -> None:
-        """Nothing: a sensor moves nothing, and what it gives after a fault of another device is worth having."""
+        """Do nothing: a sensor moves nothing, and its samples after another device's fault are useful."""
 
     def close(self) -> None:
         """Stop and give the card's inputs back."""
@@ -131,7 +131,7 @@ class DaqSensor:
             self.daq.close()
 
     def describe(self) -> Mapping[str, Any]:
-        """Kind, driver, card, wiring and calibration, as JSON data."""
+        """Return kind, driver, card, wiring and calibration, as JSON data."""
         wiring = self.daq.wiring
         return {
             "kind": self.kind,
@@ -164,7 +164,7 @@ class DaqSensor:
         )
 
     def expect(self, scene: Scene | None) -> None:
-        """What is sensed from the next start on."""
+        """Set the scene that is sensed from the next start on."""
         self.daq.expect(scene)
 
     def start(self, now_ns: NowNs) -> None:
@@ -176,7 +176,7 @@ class DaqSensor:
             self.now_ns, self.number, self.came_s = now_ns, 0, self.pace.elapsed_s()
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """The block that has come, if any. Raises DeviceFault: what the card or the transducer said, or `silent`."""
+        """Return the block that has come, if any. Raise DeviceFault from the card or the transducer, or `silent`."""
         with self.lock:
             if self.pace is None or self.now_ns is None:
                 return {self.transducer.signal.name: ()}

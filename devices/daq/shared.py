@@ -62,7 +62,7 @@ class Share:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """What the card says, and that it is shared."""
+        """The card's facts, and that it is shared."""
         return {**self.card.daq.facts, "shared": f"takes every {self.every}. sample" if self.every > 1 else "yes"}
 
     def open(self) -> None:
@@ -73,7 +73,7 @@ class Share:
             self.card.opened.add(self.name)
 
     def expect(self, scene: Scene | None) -> None:
-        """Nothing: what is sensed is there."""
+        """Do nothing: a real card senses what is there."""
 
     def start(self, pace: Pace) -> None:
         """Begin with the sample that comes next. Raises DeviceError."""
@@ -91,7 +91,7 @@ class Share:
             self.card.running[self.name] = self
 
     def read(self, most: int, timeout_s: float) -> Taken:
-        """The next part that has come for this sensor. Raises DeviceFault."""
+        """Return the next part that has come for this sensor. Raise DeviceFault."""
         with self.card.lock:
             if self.name not in self.card.running:
                 return Taken(self._nothing())
@@ -141,7 +141,7 @@ class Share:
 
 
 def share_cards(devices: Iterable[object]) -> None:
-    """Where several sensors of a rig are wired to one card, let one task serve them. To be called before they open.
+    """Let one task serve several sensors of a rig on one card; call it before they open.
 
     Raises:
         DeviceError: an input wired to two sensors, or rates of which the fastest is no whole multiple.

@@ -58,12 +58,12 @@ class TwinDaq:
         return {"card": f"twin of a {BITS}-bit card", "rate_hz": f"{self.wiring.rate_hz:.9g}"}
 
     def open(self) -> None:
-        """Always there."""
+        """Do nothing: a twin is always available."""
         self.close()
         self.is_open = True
 
     def expect(self, scene: Scene | None) -> None:
-        """What the next start is of."""
+        """Set the scene of the next start."""
         self.scene = scene
 
     def start(self, pace: Pace) -> None:
@@ -75,7 +75,7 @@ class TwinDaq:
         self.rest, self.made, self.pace = np.empty((0, len(self.wiring.channels))), 0, pace
 
     def read(self, most: int, timeout_s: float) -> Taken:
-        """What has fallen due, and how much was overwritten before it."""
+        """Return the samples that have fallen due, and how many were overwritten before them."""
         if self.pace is None:
             return Taken(np.empty((0, len(self.wiring.channels))))
         due = self._due(self.pace, timeout_s)
@@ -96,7 +96,7 @@ class TwinDaq:
         self.is_open = False
 
     def _due(self, pace: Pace, timeout_s: float) -> int:
-        """Samples that have fallen due and were neither read nor lost."""
+        """Return how many samples have fallen due and were neither read nor lost."""
         wanted = max(1, round(self.wiring.rate_hz * min(TOLD_S, timeout_s)))
         end = pace.elapsed_s() + timeout_s
         while True:
@@ -128,20 +128,20 @@ class TwinDaq:
 
 
 def quantised(volts: Volts, wiring: Wiring) -> Volts:
-    """What a converter makes of the volts: steps of range / 2^16, and nothing beyond the range."""
+    """Return the volts as a converter gives them: in steps of range / 2^16, limited to the range."""
     step = (wiring.high_V - wiring.low_V) / 2**BITS
     codes = np.clip(np.rint((volts - wiring.low_V) / step), 0, 2**BITS - 1)
     return np.asarray(wiring.low_V + codes * step, np.float64)
 
 
 def gaussians(shape: tuple[int, int], *key: Key) -> Volts:
-    """Standard normal numbers of 4096 levels that only the key decides, equal on every machine."""
+    """Return standard normal numbers of 4096 levels, seeded by the key and equal on every machine."""
     bits = np.frombuffer(hashlib.shake_256(canonical(key)).digest(2 * shape[0] * shape[1]), "<u2")
     return np.asarray(NOISE[bits >> 4].reshape(shape), np.float64)
 
 
 def _converted(wiring: Wiring, ideal: Iterator[Volts], noise: Iterator[Volts]) -> Iterator[Volts]:
-    """Ideal volts with the noise added, of the lengths in which the ideal ones come."""
+    """Yield ideal volts with the noise added, in pieces of the ideal ones' lengths."""
     left = next(noise)
     for piece in ideal:
         while len(left) < len(piece):

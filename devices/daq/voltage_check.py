@@ -36,7 +36,10 @@ class VoltageCheck:
         self.last, self.still = None, np.zeros(len(self.wires), np.int64)
 
     def see(self, volts: Volts) -> NDArray[np.bool_]:
-        """Where the volts stand at an end of the range, of their shape. Raises DeviceFault (not_a_number, stuck)."""
+        """Return where the volts are at an end of the range, in their shape.
+
+        Raise DeviceFault (not_a_number, stuck).
+        """
         self._demand_numbers(volts)
         # Count for how many samples each wire has not changed, up to the newest one.
         before = volts[:1] if self.last is None else self.last

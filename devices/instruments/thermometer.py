@@ -178,7 +178,7 @@ class Thermometer:
             self._greet()
 
     def safe(self) -> None:
-        """A thermometer moves nothing."""
+        """Do nothing: a thermometer moves nothing."""
 
     def close(self) -> None:
         """Stop and let go of the port."""
@@ -260,7 +260,7 @@ class Thermometer:
         return [Block(number, interleaved((degC,)), self.now_ns(), None, lost, self.why if lost else "")]
 
     def _greet(self) -> None:
-        """See that what answers speaks this set of commands, in degrees Celsius. Raises DeviceError, DeviceFault."""
+        """Check that the device speaks this set of commands, in degrees Celsius. Raise DeviceError, DeviceFault."""
         commands = COMMANDS[self.settings.commands]
         if commands.identify:
             self.identity = self._first(partial(self._answer, commands.identify))

@@ -46,7 +46,7 @@ class Rated:
 
 
 def rated(model: Model, force_N: Array) -> tuple[Rated, ...]:
-    """The answer to one profile (621,). Raises ModelInputError as `Model.run` does."""
+    """Return the answer to one profile (621,). Raise ModelInputError as `Model.run` does."""
     port, interval = model.card.gives, model.card.interval
     raw = model.run(force_N)
     halves = interval.half_width if interval is not None else (None,) * port.size
@@ -62,12 +62,12 @@ def rated(model: Model, force_N: Array) -> tuple[Rated, ...]:
 
 
 def as_data(file: str, answer: tuple[Rated, ...]) -> dict[str, Any]:
-    """The same for a script."""
+    """Return the same as JSON data."""
     return {"file": file, "ratings": [asdict(rated) for rated in answer]}
 
 
 def in_words(file: str, answer: tuple[Rated, ...]) -> str:
-    """A line for each attribute, with a drawn scale."""
+    """Describe the answer, a line for each attribute, with a drawn scale."""
     left = max(len(rated.attribute) for rated in answer)
     right = max(len(rated.antonym) for rated in answer)
     lines = [file]
@@ -89,7 +89,7 @@ def in_words(file: str, answer: tuple[Rated, ...]) -> str:
 
 
 def heading(model: Model) -> str:
-    """What the columns are, and what the card says that a reader must know."""
+    """Describe what the columns are, and the card's notes for the reader."""
     card = model.card
     interval = card.interval
     sure = (
@@ -111,9 +111,9 @@ def _place(value: float) -> int:
 
 
 def profile_of(path: Path, recording: bool, zero: bool) -> Array:
-    """The 621 forces of a profile file; with `recording`, of a recording that is normalised first.
+    """Return the 621 forces of a profile file; with `recording`, of a recording that is normalised first.
 
-    Raises DoorDataError naming file and line.
+    Raise DoorDataError naming file and line.
     """
     from palpate.devices.door.recording import read_columns
     from palpate.signals.doors.grid import DoorDataError
@@ -133,9 +133,9 @@ def profile_of(path: Path, recording: bool, zero: bool) -> Array:
 
 
 def wish_of(given: Sequence[str], port: Port) -> Array:
-    """The wished ratings in the model's order, 0..100; 50 for an attribute that is not named.
+    """Return the wished ratings in the model's order, 0..100; 50 for an attribute that is not named.
 
-    Raises ModelInputError: no NAME=VALUE, an unknown name, one that stands twice, or a value that is not 0 to 100.
+    Raise ModelInputError: no NAME=VALUE, an unknown name, one that occurs twice, or a value that is not 0 to 100.
     """
     wished: dict[str, float] = {}
     pairs = zip(port.antonyms, port.names, strict=True) if port.antonyms else ()

@@ -49,9 +49,9 @@ class Inputs:
 
 
 def require_alike(models: Sequence[Model]) -> None:
-    """All take and give the same, but that models of one texture may look back more or less far.
+    """Raise ModelInputError where models take or give different things, saying which.
 
-    Raises ModelInputError that says which does not.
+    Models of one texture may have windows of different lengths.
     """
     first = models[0].card
     if first.takes.kind in (WINDOW, DRIVE):
@@ -67,7 +67,7 @@ def require_alike(models: Sequence[Model]) -> None:
 
 
 def wishes(model: Model) -> Inputs:
-    """All attributes at 50, and each one aside."""
+    """Return inputs with all attributes at 50, and with each one aside."""
     names = model.card.takes.names or tuple(map(str, range(1, model.card.takes.size + 1)))
     rows, titles = [np.full(len(names), NEUTRAL)], ["all at 50"]
     for place, name in enumerate(names):
@@ -80,7 +80,7 @@ def wishes(model: Model) -> Inputs:
 
 
 def apart(models: Sequence[Model], labels: Sequence[str], inputs: Inputs) -> list[Apart]:
-    """Every pair of models, all ratings counted as the first model counts its 0..100, shown within them."""
+    """Return the difference of every pair of models, with ratings on the first model's 0..100."""
     answers = [_answers(model, models[0], inputs.rows) for model in models]
     pairs = []
     for first, second in combinations(range(len(models)), 2):
@@ -93,9 +93,9 @@ def apart(models: Sequence[Model], labels: Sequence[str], inputs: Inputs) -> lis
 
 
 def milliseconds(model: Model, inputs: Inputs, clock: Callable[[], float]) -> float:
-    """The median time of one answer, over all inputs one by one, after one that does not count.
+    """Return the median time of one answer in ms, over all inputs one by one, after one that does not count.
 
-    Of a texture's model, by what plays it.
+    For a texture's model, time what plays it.
     """
     rows = rows_for(model, inputs.rows)
     run = model.run if model.card.texture is None else fastest(model).run
@@ -118,7 +118,7 @@ def _answers(model: Model, first: Model, rows: Array) -> Array:
 
 
 def _recounted(ratings: Array, one: tuple[float, float] | None, other: tuple[float, float] | None) -> Array:
-    """The same ratings on the scale that people answered on, as another card counts 0..100."""
+    """Return the same ratings on the scale that people answered on, as another card maps it to 0..100."""
     if one is None or other is None:
         return ratings
     return (one[0] - other[0] + ratings / TOP * (one[1] - one[0])) / (other[1] - other[0]) * TOP
@@ -130,7 +130,7 @@ def _port(port: Port) -> str:
 
 
 def require_one_texture(models: Sequence[Model]) -> None:
-    """All make the same texture. Raises ModelInputError that says which does not, or whose card is contradictory."""
+    """Raise ModelInputError where a model makes another texture, or its card is contradictory."""
     first, texture = models[0].card, texture_of(models[0]).id
     for card in (model.card for model in models):
         if card.texture is None or card.texture.id != texture:
@@ -146,14 +146,14 @@ def require_one_texture(models: Sequence[Model]) -> None:
 
 
 def texture_of(model: Model) -> Texture:
-    """What the card says of its texture. Raises ModelInputError where it says nothing."""
+    """Return the card's texture. Raise ModelInputError where it has none."""
     if model.card.texture is None:
         raise ModelInputError(f"{model.card.name}: its card names no texture. Export the model again.")
     return model.card.texture
 
 
 def rows_for(model: Model, rows: Array) -> Array:
-    """Windows (n, 3 * longest) as this model takes them: its own number of last samples. Others as they are."""
+    """Return windows (n, 3 * longest) cut to this model's number of last samples, and other inputs as they are."""
     if model.card.takes.kind != WINDOW or rows.shape[1] == model.card.takes.size:
         return rows
     shaped = rows.reshape(len(rows), 3, -1)[:, :, -(model.card.takes.size // 3) :]
@@ -161,7 +161,7 @@ def rows_for(model: Model, rows: Array) -> Array:
 
 
 def texture_windows(models: Sequence[Model]) -> tuple[Array, tuple[str, ...]]:
-    """(25, 3 * longest window), C order, and the speed and force of each: what the first model makes, seeded."""
+    """Return seeded windows of the first model, (25, 3 * longest window), C order, and each one's speed and force."""
     first = models[0]
     texture = texture_of(first)
     speed, force, names = _hands(texture)
@@ -181,7 +181,7 @@ def texture_windows(models: Sequence[Model]) -> tuple[Array, tuple[str, ...]]:
 
 
 def texture_drives(model: Model) -> tuple[Array, tuple[str, ...]]:
-    """(25, size): speed, force, and numbers drawn from the normal distribution, seeded."""
+    """Return (25, size): speed, force, and seeded normal random numbers, with labels."""
     speed, force, names = _hands(texture_of(model))
     chance = np.random.Generator(np.random.PCG64(0))
     drawn = chance.normal(size=(len(speed), model.card.takes.size - 2))

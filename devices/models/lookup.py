@@ -36,12 +36,12 @@ class Listed:
 
 
 def places(lab: Path) -> tuple[tuple[str, Path], ...]:
-    """Whose the folders that are searched are, and where they are, a lab's own first."""
+    """Return owner and path of the folders that are searched, the lab's own first."""
     return ("lab", lab / FOLDER), ("shipped", SHIPPED), ("shipped", TEXTURES)
 
 
 def listed(lab: Path) -> Iterator[Listed]:
-    """Every card in the folders, by name; whether its numbers are untouched is known when it is read."""
+    """Yield every card in the folders, by name; whether its numbers are intact is only known when it is read."""
     for owner, folder in places(lab):
         for path in sorted(folder.glob(f"*{CARD_SUFFIX}")):
             try:
@@ -58,7 +58,7 @@ def listed(lab: Path) -> Iterator[Listed]:
 
 
 def find_model(name: str, lab: Path) -> Path:
-    """The card that a name or a path means. Raises ModelFileError that names the nearest model there is."""
+    """Return the card of a name or a path. Raise ModelFileError naming the nearest model."""
     if "/" in name or "\\" in name:
         return Path(name)
     for _, folder in places(lab):

@@ -39,7 +39,7 @@ PLAIN = {
 
 
 def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
-    """What a person wants to know of a model: what it takes and gives, how good it is, where it comes from."""
+    """Describe a model: what it takes and gives, how good it is, where it comes from."""
     count = sum(tensor.size for tensor in tensors.values())
     interval = ["none"]
     if card.interval is not None:
@@ -74,17 +74,17 @@ def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
 
 
 def direction(card: Card) -> str:
-    """What it takes and gives, short."""
+    """Describe in short what it takes and gives."""
     return f"{KINDS[card.takes.kind].removeprefix('a ')} -> {KINDS[card.gives.kind].removeprefix('a ')}"
 
 
 def size_words(size: int) -> str:
-    """Bytes as a person reads them."""
+    """Return bytes as a person reads them."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
 
 
 def step_words(steps: Sequence[Step], tensors: Mapping[str, Values], before: str = "") -> Iterator[str]:
-    """A line for each step, nested ones under their number."""
+    """Yield a line for each step, with nested ones under their number."""
     for place, step in enumerate(steps, start=1):
         number = f"{before}{place}"
         yield f"{number}. {_step(step, tensors)}"
@@ -212,14 +212,14 @@ ASKED = {"ratings": "profiles", "acceleration": "windows, for the mean of the ne
 
 
 def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns side by side, the first lines over them; the last column as long as it is."""
+    """Return columns side by side, with the heads first and the last column as long as it is."""
     widths = [max(len(row[place]) for row in (heads, *rows)) for place in range(len(heads))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in (heads, *rows)]
     return "\n".join(line.rstrip() for line in lines)
 
 
 def list_row(model: Listed) -> dict[str, Any]:
-    """One model of the list; a broken one with its complaint."""
+    """Return one row of the list of models; a broken model with its error."""
     row = {"name": model.path.stem, "where": model.owner, "file": str(model.path)}
     card = model.card
     if card is None:
@@ -239,7 +239,7 @@ def list_row(model: Listed) -> dict[str, Any]:
 
 
 def metrics_words(names: Sequence[str], models: Sequence[Model], milliseconds: Sequence[float]) -> str:
-    """Every metric that a card has, a column for each model, and the time of one answer on this machine."""
+    """Describe every metric of the cards, a column for each model, and the time of one answer on this machine."""
     cards = [model.card for model in models]
     rows = [["method", *(card.method for card in cards)]]
     rows += [
@@ -252,7 +252,7 @@ def metrics_words(names: Sequence[str], models: Sequence[Model], milliseconds: S
 
 
 def apart_words(pairs: Sequence[Apart], port: Port, count: int) -> str:
-    """How far each pair of models is apart."""
+    """Describe how far each pair of models differs."""
     what = f"{count} {ASKED.get(port.kind, 'wishes')}"
     heads = ("", "", "mean", "greatest", "at")
     rows = [[pair.first, pair.second, f"{pair.mean:.3g}", f"{pair.greatest:.3g}", pair.at] for pair in pairs]

@@ -26,18 +26,18 @@ class OverTablet:
     hand: FreeHand
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """Nothing is felt."""
+        """Yield no acceleration."""
         return (np.zeros((len(piece.force), 3)) for piece in self._pieces(rate_hz))
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:
-        """The third one is the force: (n, 6)."""
+        """Yield the wrench, with the force in the third column: (n, 6)."""
         for piece in self._pieces(rate_hz):
             made = np.zeros((len(piece.force), 6))
             made[:, 2] = piece.force
             yield made
 
     def position_mm(self, rate_hz: float) -> Iterator[Array]:
-        """Where the tip is, (n, 3)."""
+        """Yield the tip's position, (n, 3)."""
         for piece in self._pieces(rate_hz):
             yield np.column_stack([*piece.place, np.zeros(len(piece.force))])
 
@@ -63,7 +63,7 @@ class _Read:
 
 
 def simulated_hand(seconds: float, seed: int) -> Scripted:
-    """Free strokes over a tablet's twin for so long; the seed decides them. Raises RenderError."""
+    """Return free strokes over a tablet's twin of so many seconds, seeded. Raise RenderError."""
     if not SHORTEST_S <= seconds <= LONGEST_S:
         raise RenderError(f"{seconds:g} s of a simulated hand: {SHORTEST_S:g} to {LONGEST_S:g} are expected.")
     clock, read = _Clock(), _Read()

@@ -31,7 +31,7 @@ class Hand(Protocol):
     """Speed in mm/s and force in N, asked for once for every sample that is played."""
 
     def at(self, sample: int) -> tuple[float, float]:
-        """Those of the sample of this number; a live hand gives its newest."""
+        """Return speed and force at the sample of this number; a live hand gives its newest."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,11 @@ class Scripted:
 
     @property
     def seconds(self) -> float:
-        """How long it is."""
+        """The length in seconds."""
         return len(self) / RATE_HZ
 
     def at(self, sample: int) -> tuple[float, float]:
-        """Those of that millisecond."""
+        """Return speed and force of that millisecond."""
         if 0 <= sample < len(self.speed_mm_s):
             return self.speed_mm_s[sample], self.force_N[sample]
         return 0.0, 0.0
@@ -67,7 +67,7 @@ class OnTablet:
     tablet: Tablet
 
     def at(self, sample: int) -> tuple[float, float]:  # noqa: ARG002 - a live hand has no other than its newest
-        """The newest. Raises DeviceFault where the tablet fails."""
+        """Return the newest speed and force. Raise DeviceFault where the tablet fails."""
         self.tablet.read(0.0)
         return self.tablet.felt
 
@@ -91,11 +91,11 @@ class Pushed:
         self._stylus = Stylus(self.shape)
 
     def push(self, report: Report) -> None:
-        """A report came, timed by the clock."""
+        """Take a report, timed by the clock."""
         self._waiting.append(report)
 
     def at(self, sample: int) -> tuple[float, float]:  # noqa: ARG002 - a live hand has no other than its newest
-        """The newest. Raises DeviceFault where too many reports in a row cannot be believed."""
+        """Return the newest speed and force. Raise DeviceFault where too many reports in a row are implausible."""
         now_s = self.elapsed_s()
         due = int(now_s * RATE_HZ) + 1
         if due - self._ticks > RATE_HZ:  # nobody asked for a second: only what is newest matters
@@ -133,14 +133,14 @@ RECORDING = TableFormat(
 
 
 def read_hand(path: Path, shape: Shape | None = None) -> Scripted:
-    """The hand that a CSV records, at 1 kHz from its first time on.
+    """Return the hand that a CSV records, at 1 kHz from its first time on.
 
     Columns t_s, speed_mm_s, force_N: on straight lines between rows. Columns t_s, x_mm, y_mm, pressure: a stylus'
     reports, through the same causal filters and thresholds as a real one's (thesis 4.5.3).
 
     Raises:
         RenderError: a file that cannot be read, columns that are missing, times that do not rise, fewer than two rows,
-            reports that no tablet gives.
+    reports that no tablet gives.
         DeviceError: reports that are no numbers.
     """
     table = read_table(path, (), RECORDING)
@@ -177,7 +177,7 @@ def _stroked(path: Path, shape: Shape) -> Scripted:
 def _filtered(
     reports: Sequence[Report], start_s: float, end_s: float, shape: Shape
 ) -> tuple[list[tuple[float, float]], Counter[str]]:
-    """Speed and force at every millisecond, and how many reports were not believed, by why."""
+    """Return speed and force at every millisecond, and how many reports were implausible, by the reason."""
     judge, stylus = Guard("hand", aligned=True), Stylus(shape)
     waiting = [report._replace(t_s=report.t_s - start_s) for report in reversed(reports)]
     felt = []

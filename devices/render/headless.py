@@ -44,7 +44,7 @@ class Played:
 
 
 def hand_of(given: str, seconds: float | None, seed: int) -> Scripted:
-    """A simulated hand, or one from a file, cut or not. Raises RenderError, DeviceError."""
+    """Return a simulated hand, or one from a file, cut to `seconds`. Raise RenderError, DeviceError."""
     if given == SIMULATED:
         return simulated_hand(10.0 if seconds is None else seconds, seed)
     hand = read_hand(Path(given))
@@ -57,7 +57,10 @@ def hand_of(given: str, seconds: float | None, seed: int) -> Scripted:
 
 
 def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.perf_counter_ns) -> Played:
-    """As fast as it goes; `record` says how long steps took (`took`), against 1000 us. Raises as `open_voice`."""
+    """Play as fast as possible; `record` holds the steps' durations (`took`), against 1000 us.
+
+    Raise as `open_voice`.
+    """
     voice = opened_voice(sounds)
     samples, took = np.empty(len(hand)), Deadlines()
     for sample in range(len(hand)):
@@ -69,9 +72,9 @@ def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.per
 
 
 def paced(job: Job, hand: Scripted) -> Played:
-    """At 1 kHz, in a process of its own, into the rig's actuator or a twin.
+    """Play at 1 kHz, in a process of its own, into the rig's actuator or a twin.
 
-    Raises RenderError; also where this process was held up so long that the trace ran away from it.
+    Raise RenderError, also where this process was held up so long that the trace was overwritten.
     """
     with Rendering(job) as running:
         kept, first = [], 0
@@ -91,12 +94,12 @@ def paced(job: Job, hand: Scripted) -> Played:
 
 
 def job_for(sounds: Sounds, hand: Scripted, rig: Path | None, ahead: int, real_time: bool) -> Job:
-    """The job of playing a whole hand."""
+    """Return the job of playing a whole hand."""
     return Job(sounds, hand, rig, ahead, real_time, hand.seconds)
 
 
 def require_out(path: Path) -> None:
-    """Raises RenderError where it is neither a CSV nor an npz, or its folder is not there."""
+    """Raise RenderError where it is neither a CSV nor an npz, or its folder does not exist."""
     if path.suffix not in OUT:
         raise RenderError(f"{path}: what is played is written as {' or '.join(OUT)}.")
     if not path.parent.is_dir():
@@ -104,7 +107,7 @@ def require_out(path: Path) -> None:
 
 
 def write(path: Path, played: Played) -> None:
-    """The signals, as a table (t_s, acceleration_m_s2, speed_mm_s, force_N) or as arrays of these names."""
+    """Write the signals, as a table (t_s, acceleration_m_s2, speed_mm_s, force_N) or as arrays of these names."""
     times = np.arange(played.signals.shape[1]) / RATE_HZ
     names = ("t_s", "acceleration_m_s2", "speed_mm_s", "force_N")
     with open_bytes(path) as file:
@@ -116,13 +119,13 @@ def write(path: Path, played: Played) -> None:
 
 
 def level_m_s2(signals: Array) -> float:
-    """RMS of what sounded."""
+    """Return the RMS of what sounded."""
     heard = signals[0][signals[0] != 0.0]
     return float(np.sqrt(np.mean(heard**2))) if heard.size else 0.0
 
 
 def in_words(record: Mapping[str, Any], seconds: float, level_m_s2: float) -> Iterator[str]:
-    """Line by line."""
+    """Describe the record, line by line."""
     voice = record.get("voice") or {}
     yield f"{seconds:g} s at 1 kHz by {voice.get('runtime', 'nothing')}, level {level_m_s2:.3g} m/s^2"
     if "took" in record:

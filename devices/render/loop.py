@@ -25,7 +25,7 @@ class Pace(Protocol):
     """A clock that can be waited for."""
 
     def now_ns(self) -> int:
-        """Nanoseconds; never runs backwards."""
+        """Return the time in nanoseconds; it never runs backwards."""
 
     def until(self, at_ns: int) -> None:
         """Wait until then; not at all where that is past."""
@@ -39,7 +39,7 @@ class Wall:
     """
 
     def now_ns(self) -> int:
-        """Nanoseconds."""
+        """Return the time in nanoseconds."""
         return time.monotonic_ns()
 
     def until(self, at_ns: int) -> None:
@@ -55,11 +55,11 @@ class AtOnce:
         self._now_ns = 0
 
     def now_ns(self) -> int:
-        """When was last waited for."""
+        """Return the last time that was waited for."""
         return self._now_ns
 
     def until(self, at_ns: int) -> None:
-        """It is then."""
+        """Set the time without waiting."""
         self._now_ns = max(self._now_ns, at_ns)
 
 
@@ -77,7 +77,7 @@ class Deadlines:
     cells: list[int] = field(default_factory=lambda: [0] * (len(EDGES_US) + 1))
 
     def note(self, took_ns: int) -> None:
-        """A step was ready so long after it was due."""
+        """Count a step that was ready so long after it was due."""
         us = took_ns / NS_US
         self.steps += 1
         self.cells[bisect_left(EDGES_US, us)] += 1
@@ -86,17 +86,17 @@ class Deadlines:
         self.worst_us = max(self.worst_us, us)
 
     def skip(self, took_ns: int) -> None:
-        """A step that was due meanwhile is ready only now, together with the others."""
+        """Count a step that was due during a stall and was only made up for afterwards, together with others."""
         self.skipped += 1
         self.note(took_ns)
 
     @property
     def late_share(self) -> float:
-        """Of all steps."""
+        """The share of late steps among all steps."""
         return self.late / self.steps if self.steps else 0.0
 
     def quantile_us(self, share: float) -> float:
-        """The upper edge of the cell that this share of the steps reaches: at most 19 % too much."""
+        """Return the upper edge of the cell that this share of the steps reaches: at most 19 % too much."""
         target, seen = share * self.steps, 0
         for count, edge in zip(self.cells, EDGES_US, strict=False):
             seen += count
@@ -105,7 +105,7 @@ class Deadlines:
         return self.worst_us
 
     def record(self) -> Mapping[str, Any]:
-        """As JSON data."""
+        """Return the statistics as JSON data."""
         cells = {f"{edge:g}": count for edge, count in zip((*EDGES_US, -1.0), self.cells, strict=True) if count}
         return {
             "steps": self.steps, "late": self.late, "late_share": self.late_share, "skipped": self.skipped,
@@ -118,21 +118,21 @@ class Steps(Protocol):
     """What gives the next sample: a renderer, or a voice."""
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """The next sample in m/s^2."""
+        """Return the next sample in m/s^2."""
 
 
 class Watches(Protocol):
     """A listener that gets every sample."""
 
     def note(self, acceleration_m_s2: float, speed_mm_s: float, force_N: float) -> None:
-        """One sample, and what it was made for."""
+        """Take one sample, with the speed and force that it was made for."""
 
 
 class Nobody:
     """Looks on."""
 
     def note(self, acceleration_m_s2: float, speed_mm_s: float, force_N: float) -> None:
-        """Nothing."""
+        """Do nothing."""
 
 
 @dataclass
@@ -177,7 +177,7 @@ class Loop:
         self._due_ns = due_ns
 
     def run(self, steps: int, ended: Callable[[], bool] = lambda: False) -> None:
-        """So many milliseconds, or until it has ended."""
+        """Run so many milliseconds, or until it has ended."""
         self.begin()
         while self.ready.steps < steps and not ended():
             self.turn()

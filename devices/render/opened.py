@@ -38,7 +38,7 @@ class Playing:
     facts: dict[str, Any] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
-        """Everything that a record keeps, as JSON data."""
+        """Return everything that a record keeps, as JSON data."""
         voice = self.renderer.voice
         return {
             "ready": self.loop.ready.record(), "woken": self.loop.woken.record(), "output": dict(self.sink.record()),
@@ -98,7 +98,7 @@ def playing(job: Job, trace: Trace, pace: Pace | None = None) -> Iterator[Playin
 
 
 def twin_coil(ahead: int, elapsed_s: Any = time.monotonic) -> VoiceCoil:
-    """A voice coil that is none."""
+    """Return a voice coil's twin, open."""
     coil = make("actuator", Settings(kind="voice_coil", driver="twin", ahead_ms=max(5, ahead)), Path(), elapsed_s)
     coil.open()
     return coil

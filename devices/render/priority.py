@@ -23,7 +23,7 @@ SLICE_CALLS = {"x86_64": (314, 315), "aarch64": (274, 275)}
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """No garbage is collected meanwhile, and other threads give way soon; both are as before afterwards."""
+    """Collect no garbage and let other threads give way soon; restore both afterwards."""
     collected, switched = gc.isenabled(), sys.getswitchinterval()
     gc.collect()
     gc.freeze()
@@ -56,7 +56,7 @@ def in_front(real_time: bool) -> Mapping[str, str]:
 
 
 def by_itself() -> None:
-    """Be a session of one process, before any thread is started.
+    """Become a session of one process, before any thread is started.
 
     Where Linux shares the processor out between sessions (autogroup), the loop has a share of its own, however much
     else was started from the same terminal. And a terminal's Ctrl-C or its end do not tear the loop off: whoever
@@ -77,7 +77,7 @@ class _Attributes(ctypes.Structure):
 
 
 def _short_slices() -> bool:
-    """Whether the scheduler granted them: Linux 6.12 or later, of ordinary priority."""
+    """Request short time slices; return whether the scheduler granted them: Linux 6.12 or later, ordinary priority."""
     size, numbers = ctypes.sizeof(_Attributes), SLICE_CALLS.get(platform.machine())
     if numbers is None or os.sched_getscheduler(0) != os.SCHED_OTHER:
         return False
@@ -104,7 +104,7 @@ def _fifo() -> bool:
 
 
 def _locked() -> bool:
-    """Pages that are in memory stay there."""
+    """Lock the pages in memory; return whether that is allowed."""
     with suppress(OSError, AttributeError):
         return bool(ctypes.CDLL(None, use_errno=True).mlockall(MCL_CURRENT_AND_FUTURE) == 0)
     return False

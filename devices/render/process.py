@@ -43,7 +43,7 @@ class Rendering:
     """
 
     def __init__(self, job: Job) -> None:
-        """Nothing is started yet."""
+        """Take the job without starting anything."""
         self.job = job
         self._process: BaseProcess | None = None
         self._memory: SharedMemory | None = None
@@ -94,15 +94,15 @@ class Rendering:
         self._asked(Switch(sounds))
 
     def volume(self, gain: float) -> None:
-        """How loud, from 0 to 1: 1 as it was recorded."""
+        """Set the volume, from 0 to 1: 1 as it was recorded."""
         self._send(Volume(gain))
 
     def push(self, reports: Sequence[Report]) -> None:
-        """The stylus' newest reports, timed in seconds since the job's `epoch_s`."""
+        """Send the stylus' newest reports, timed in seconds since the job's `epoch_s`."""
         self._send(Reports(tuple(reports)))
 
     def record(self) -> Mapping[str, Any]:
-        """How it goes, as JSON data; the last word of one that has ended. Raises RenderError where it failed."""
+        """Return the record so far as JSON data, or the last one after the end. Raise RenderError where it failed."""
         if self.running:
             with suppress(RenderError):
                 self._send(Ask())
@@ -112,7 +112,10 @@ class Rendering:
         return self._last
 
     def wait(self, timeout_s: float) -> Mapping[str, Any]:
-        """Until a job of limited length has ended: its record. Raises RenderError where it failed or takes longer."""
+        """Return the record once a job of limited length has ended.
+
+        Raise RenderError where it failed or takes longer.
+        """
         return self._answer(timeout_s)
 
     def _asked(self, what: object) -> None:
@@ -150,7 +153,7 @@ class Rendering:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """What is started meanwhile computes with one thread."""
+    """Make processes that are started meanwhile compute with one thread."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     try:
@@ -164,7 +167,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def _serve(job: Job, memory: str, talk: Connection) -> None:
-    """The other process: opens, says so, plays until an `End` comes; answers on a thread beside the loop."""
+    """Run the other process: open, report it, play until an `End` comes; answer on a thread beside the loop."""
     by_itself()
     try:
         shared, trace = SharedMemory(name=memory), Trace.own()
@@ -233,7 +236,7 @@ def _obey(request: object, work: Playing, talk: Connection, ending: threading.Ev
 
 
 def over(shared: SharedMemory) -> NDArray[np.float64]:
-    """The trace's memory in shared memory; let go of it before that is closed."""
+    """Return the trace's memory in shared memory; release it before that is closed."""
     if shared.buf is None:
         raise RenderError("the trace's memory is gone")
     return np.frombuffer(shared.buf, dtype=np.float64, count=BYTES // 8)
@@ -251,14 +254,14 @@ class Outside:
     waited_s: float | None
 
     def since(self, before: Outside) -> dict[str, float | None]:
-        """What has been added, as a record keeps it."""
+        """Return the increase since `before`, as a record keeps it."""
         return {
             "stolen_s": _less(self.stolen_s, before.stolen_s), "waited_s": _less(self.waited_s, before.waited_s),
         }  # fmt: skip
 
 
 def outside(stat: Path = STAT, scheduled: Path = SCHEDULED) -> Outside:
-    """Now, for the calling thread."""
+    """Return the figures so far, for the calling thread."""
     stolen = waited = None
     with suppress(OSError, ValueError, IndexError, AttributeError):
         stolen = int(stat.read_text(encoding="ascii").split(maxsplit=STEAL + 1)[STEAL]) / os.sysconf("SC_CLK_TCK")

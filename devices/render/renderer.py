@@ -31,7 +31,7 @@ class Renderer:
 
     @property
     def voice(self) -> Voice | None:
-        """What is played, or will be as soon as a switch under way has ended."""
+        """The voice that is played, or will be as soon as a switch under way has ended."""
         return self._asked
 
     def switch(self, voice: Voice | None) -> None:
@@ -39,12 +39,12 @@ class Renderer:
         self._asked = voice
 
     def volume(self, gain: float) -> None:
-        """How loud from now on, 0 to 1; reached without a click."""
+        """Set the volume, 0 to 1, which is reached without a click."""
         if math.isfinite(gain):
             self._wanted = min(max(gain, 0.0), 1.0)
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """The next sample in m/s^2."""
+        """Return the next sample in m/s^2."""
         sample = self._next(speed_mm_s, force_N)
         gain, target = self._gain, self._wanted
         if gain != target:

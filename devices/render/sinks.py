@@ -23,7 +23,7 @@ class Sink(Protocol):
     """Takes samples in m/s^2 at 1 kHz."""
 
     def free(self) -> int:
-        """How many samples may be written now. Raises DeviceFault where the output failed."""
+        """Return how many samples may be written now. Raise DeviceFault where the output failed."""
 
     def write(self, samples: Sequence[float]) -> None:
         """Play these after those that wait. Raises DeviceFault."""
@@ -41,31 +41,31 @@ class Coil:
     gain_V: float | None = None
 
     def __post_init__(self) -> None:
-        """Raises RenderError."""
+        """Raise RenderError where `ahead` is out of its range."""
         if not 1 <= self.ahead <= min(MOST_AHEAD, self.coil.queue.capacity):
             most = min(MOST_AHEAD, self.coil.queue.capacity)
             raise RenderError(f"{self.coil.name}: {self.ahead} ms ahead; 1 to {most} are expected.")
 
     def free(self) -> int:
-        """How many samples may be written now."""
+        """Return how many samples may be written now."""
         self.coil.check()
         return self.ahead - (self.coil.queue.capacity - self.coil.room)
 
     def write(self, samples: Sequence[float]) -> None:
-        """Limited, compensated, queued."""
+        """Limit, compensate and queue the samples."""
         if self.gain_V is None:
             self.coil.write(samples)
         else:
             self.coil.drive(self.gain_V * np.asarray(samples))
 
     def record(self) -> Mapping[str, Any]:
-        """Underruns, samples missing in them, samples limited, faults, how far ahead, compensated or not."""
+        """Return underruns and their missing samples, limited samples, faults, how far ahead, compensated or not."""
         facts = {"ahead_ms": self.ahead, "compensated": self.gain_V is None, "when_late": WHEN_LATE}
         return {**self.coil.record(), **facts}
 
 
 def on_coil(coil: VoiceCoil, ahead: int = MOST_AHEAD) -> Coil:
-    """The sink of an open voice coil. Raises RenderError where a real one was never identified."""
+    """Return the sink of an open voice coil. Raise RenderError where a real one was never identified."""
     if coil.compensation is not None:
         return Coil(coil, ahead)
     if isinstance(coil.output, Felt):
@@ -83,7 +83,7 @@ class Kept:
     samples: list[float] = field(default_factory=list)
 
     def free(self) -> int:
-        """One."""
+        """Return 1."""
         return 1
 
     def write(self, samples: Sequence[float]) -> None:

@@ -14,12 +14,12 @@ DEFAULT_METHOD = "foten_generative"
 
 
 def folders(lab: Path) -> tuple[Path, Path]:
-    """Where models lie: the lab's and the shipped ones."""
+    """Return the folders of models: the lab's and the shipped ones."""
     return lab / FOLDER, SHIPPED
 
 
 def available(lab: Path) -> dict[str, dict[str, Path]]:
-    """{texture: {method: card}}; where a lab has a model of a shipped one's name, the lab's."""
+    """Return {texture: {method: card}}; a lab's model replaces a shipped one of the same name."""
     cards: dict[str, dict[str, Path]] = {}
     for folder in reversed(folders(lab)):
         for path in sorted(folder.glob(f"{PREFIX}*-*{SUFFIX}")):
@@ -29,7 +29,7 @@ def available(lab: Path) -> dict[str, dict[str, Path]]:
 
 
 def card_for(texture: str, method: str, lab: Path) -> Path:
-    """The card of a texture's model by that method. Raises RenderError that names what there is."""
+    """Return the card of a texture's model by that method. Raise RenderError naming what is available."""
     there = available(lab)
     if not there:
         raise RenderError(f"no texture has a model in {lab / FOLDER} or among the shipped ones: palpate train textures")

@@ -25,16 +25,16 @@ class Trace:
 
     @staticmethod
     def own() -> Trace:
-        """In this process' own memory."""
+        """Return a trace in this process' own memory."""
         return Trace(np.zeros(BYTES // 8))
 
     @property
     def count(self) -> int:
-        """Samples so far."""
+        """The number of samples so far."""
         return int(self.memory[0])
 
     def note(self, acceleration_m_s2: float, speed_mm_s: float, force_N: float) -> None:
-        """One sample more."""
+        """Append one sample."""
         memory = self.memory
         count = int(memory[0])
         place = 1 + ROWS * (count % ROOM)
@@ -44,7 +44,7 @@ class Trace:
         memory[0] = count + 1
 
     def since(self, first: int) -> tuple[int, NDArray[np.float64]]:
-        """(number of the sample after the last, (3, n)): those from `first` on, the newest 4096 of them at most."""
+        """Return (number of the sample after the last, (3, n)): from `first` on, the newest 4096 at most."""
         count = self.count
         start = max(first, count - ROOM // 2, 0)
         places = np.arange(start, count) % ROOM

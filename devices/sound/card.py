@@ -18,7 +18,7 @@ SILENT_S = 1.0
 
 
 def portaudio() -> Any:
-    """The sounddevice module. Raises DeviceError where it or the PortAudio library is not installed."""
+    """Return the sounddevice module. Raise DeviceError where it or the PortAudio library is not installed."""
     try:
         return importlib.import_module("sounddevice")
     except ImportError:
@@ -78,7 +78,7 @@ class Card:
             raise DeviceError(f"{self.name}: the sound output {self.output_name!r} does not start: {error}") from None
 
     def _wanted(self, out: Any, frames: int, _times: Any, status: Any) -> None:
-        """What PortAudio calls, on its own thread. Nothing may leave it: the card would repeat its last buffer."""
+        """Fill PortAudio's buffer on its thread; raise nothing, because the card would repeat its last one."""
         self._called_s = self.clock_s()
         self.late += bool(status.output_underflow)
         fill = self._fill
@@ -94,7 +94,7 @@ class Card:
             self._failed = self._failed or "it ended by itself (unplugged?)"
 
     def cut(self) -> None:
-        """A card's buffer cannot be dropped without a click: it plays on for its latency."""
+        """Do nothing: a card's buffer cannot be dropped without a click, and plays on for its latency."""
 
     def drain(self, silent: threading.Event) -> None:
         """Play on until it is silent; then as long as the card's own buffer lasts."""
@@ -112,7 +112,7 @@ class Card:
         self._fill = None
 
     def fault(self) -> DeviceFault | None:
-        """Whether the card ended, or has asked for nothing for a second."""
+        """Return a fault where the card ended, or has asked for nothing for a second."""
         if self._failed:
             return DeviceFault(
                 self.name, "link_lost", f"{self.name}: the sound output {self.output_name!r} failed: {self._failed}"
@@ -123,7 +123,7 @@ class Card:
         return None
 
     def facts(self) -> Mapping[str, str]:
-        """Which output it is, and how late it plays."""
+        """Return which output it is, and its latency."""
         late = f"{1000 * self.latency_s:.1f} ms" if self.latency_s else "not started"
         return {
             "output": self.output_name,

@@ -64,14 +64,14 @@ class Settings(Strict):
 
     @property
     def dbfs(self) -> float:
-        """The level in the samples."""
+        """The level of the samples, in dBFS."""
         if self.level_db_spl is None or self.db_spl_at_0_dbfs is None:
             return self.level_dbfs
         return self.level_db_spl - self.db_spl_at_0_dbfs
 
     @property
     def spoken_db_spl(self) -> float:
-        """The level at the ear, where it was measured; else NaN."""
+        """The level at the ear in dB SPL, where it was measured; else NaN."""
         return float("nan") if self.db_spl_at_0_dbfs is None else self.dbfs + self.db_spl_at_0_dbfs
 
     @property
@@ -106,7 +106,7 @@ class MaskingNoise:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """It gives nothing."""
+        """No signals."""
         return ()
 
     def open(self) -> None:
@@ -119,7 +119,7 @@ class MaskingNoise:
         self.output.start(self.player.fill)
 
     def start(self) -> None:
-        """Ramp the noise on; does nothing where it sounds already."""
+        """Ramp the noise on; do nothing where it is already on."""
         if self.player is None:
             raise DeviceError(f"{self.name}: the masking noise is not open")
         self.player.fader.to(1.0, round(self.settings.ramp_s * self.settings.rate_hz))
@@ -142,7 +142,7 @@ class MaskingNoise:
             self.player.fader.to(0.0, round(seconds * self.settings.rate_hz))
 
     def close(self) -> None:
-        """Ramp off and let go of the output."""
+        """Ramp off and release the output."""
         self.safe()
         if self.player is not None:
             self.output.drain(self.player.fader.silent)
@@ -164,7 +164,7 @@ class MaskingNoise:
             )
 
     def describe(self) -> Mapping[str, Any]:
-        """The settings, and the level that they come to."""
+        """Return the settings, and the resulting level."""
         settings = self.settings.model_dump(mode="json", exclude_none=True)
         level = {}
         if self.settings.db_spl_at_0_dbfs is not None:
@@ -183,7 +183,7 @@ class MaskingNoise:
 
 
 def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> MaskingNoise:  # noqa: ARG001
-    """The player of that name; opens nothing."""
+    """Return the player of that name without opening it."""
     from palpate.devices.sound.output import Tape
 
     if settings.driver == "twin":
@@ -209,7 +209,7 @@ class Masked:
     on: bool = False
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
-        """What the device that presents says, or the noise's fault: before a presentation begins, or where it ended."""
+        """Return the presenting device's reply, or the noise's fault before a presentation or where it ended."""
         if aside := self.mending.asked("changing_sample", window, desk):
             return aside
         try:
@@ -243,7 +243,7 @@ class Masked:
             raise DeviceFault(self.noise.name, "link_lost", str(error)) from None
 
     def heed(self, aside: Aside) -> None:
-        """Be silent in a pause, and sound again after it, also where one falls into the time for an answer."""
+        """Silence the noise in a pause and resume it afterwards, also in the time for an answer."""
         match aside.value.get("do"):
             case "pause":
                 self.paused = True

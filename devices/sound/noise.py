@@ -19,12 +19,12 @@ FULL_SCALE_RMS = 1 / math.sqrt(2)
 
 
 def rms_of(level_dbfs: float) -> float:
-    """The RMS, of full scale 1, of a level in dBFS."""
+    """Return the RMS, relative to full scale 1, of a level in dBFS."""
     return float(FULL_SCALE_RMS * 10 ** (level_dbfs / 20))
 
 
 def loop(colour: Colour, rate_hz: int, seed: int) -> Array:
-    """Ten seconds of noise of RMS 1 whose end goes on into its beginning; the seed decides it on every machine.
+    """Return ten seconds of noise of RMS 1 that loop without a seam; the seed gives the same noise everywhere.
 
     It is made of whole periods: lines 0.1 Hz apart from 20 Hz to 20 kHz (or 0.45 of the rate), all of one amplitude
     (white) or falling by 3 dB an octave (pink), with random phases; so its spectrum is flat exactly, not on average.
@@ -40,9 +40,9 @@ def loop(colour: Colour, rate_hz: int, seed: int) -> Array:
 
 
 def a_weighted_db(colour: Colour, rate_hz: int) -> float:
-    """By how much the A-weighted level of the noise differs from its plain level, in dB (IEC 61672-1, Annex E).
+    """Return how much the A-weighted level of the noise differs from its plain level, in dB (IEC 61672-1, Annex E).
 
-    What a meter set to A reads of the noise is its plain level and this.
+    A meter set to A reads the plain level of the noise plus this.
     """
     hz = np.arange(LOWEST_HZ, min(HIGHEST_HZ, 0.45 * rate_hz), 1 / LOOP_S)
     square = hz**2
@@ -66,13 +66,13 @@ class Fader:
             self.silent.set()
 
     def to(self, target: float, samples: int) -> None:
-        """Reach the target in so many samples from full, sooner from nearer."""
+        """Ramp to the target at the slope of so many samples from full, so sooner from nearer."""
         self.target, self.step = target, 1.0 / max(samples, 1)
         if target > 0:
             self.silent.clear()
 
     def next(self, count: int) -> Array:
-        """The gains of the next samples."""
+        """Return the gains of the next samples."""
         if count < 1:
             return np.zeros(0)
         way = self.target - self.gain
@@ -93,7 +93,7 @@ class Player:
     place: int = 0
 
     def fill(self, count: int) -> Array:
-        """The next samples; around the loop's end as often as it takes."""
+        """Return the next samples, repeating the loop as needed."""
         at = (self.place + np.arange(count)) % len(self.samples)
         self.place = (self.place + count) % len(self.samples)
         part: Array = self.samples[at] * self.fader.next(count)

@@ -25,11 +25,11 @@ class Output(Protocol):
 
     @property
     def rate_hz(self) -> float:
-        """Samples per second."""
+        """The rate in samples per second."""
 
     @property
     def latency_s(self) -> float:
-        """Seconds."""
+        """The latency in seconds."""
 
     def open(self) -> None:
         """Make sure that it is there. Raises DeviceError."""
@@ -47,10 +47,10 @@ class Output(Protocol):
         """End playing and let go of it; also where it does not play."""
 
     def fault(self) -> DeviceFault | None:
-        """What went wrong while it played, or None."""
+        """Return the fault while it played, or None."""
 
     def facts(self) -> Mapping[str, str]:
-        """What it is, for people."""
+        """Return a description for people."""
 
 
 @dataclass
@@ -71,7 +71,7 @@ class Tape:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def open(self) -> None:
-        """A twin is always there."""
+        """Begin the time: a twin is always available."""
 
     def start(self, fill: Fill) -> None:
         """Begin at the clock's time now."""
@@ -85,14 +85,14 @@ class Tape:
             self._play(due - self.taken)
 
     def _play(self, count: int) -> None:
-        """At most a second at a time: memory stays small however long nobody looked."""
+        """Play at most a second at a time, so that memory stays small however late the call."""
         while self._fill is not None and count > 0:
             part = min(count, int(self.rate_hz))
             self.heard(self._fill(part))
             self.taken, count = self.taken + part, count - part
 
     def cut(self) -> None:
-        """Nothing waits in a twin; what is due by now has been played."""
+        """Play what is due by now; nothing waits in a twin."""
         self.advance()
 
     def drain(self, silent: threading.Event) -> None:
@@ -106,10 +106,10 @@ class Tape:
         self._fill = None
 
     def fault(self) -> DeviceFault | None:
-        """A twin plays on; what is due is played first."""
+        """Return None, after playing what is due: a twin never fails."""
         self.advance()
         return None
 
     def facts(self) -> Mapping[str, str]:
-        """What it is."""
+        """Return a description."""
         return {"output": "twin", "rate": f"{self.rate_hz:g} Hz"}

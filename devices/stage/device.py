@@ -65,7 +65,7 @@ class Scanning:
     asked: Prompt | None = None
 
     def poll(self) -> Aside | None:
-        """What the experimenter did."""
+        """Return the experimenter's action, if any."""
         return self.desk.poll()
 
     def tell(self, state: Mapping[str, Any]) -> None:
@@ -81,7 +81,7 @@ class Scanning:
         self.desk.demand(prompt)
 
     def answer(self) -> float | bool | str | None:
-        """True once the sample is confirmed. A text that was typed is a code (a scanner that types)."""
+        """Return True once the sample is confirmed; a typed text is a code (from a scanner that types)."""
         given = self.desk.answer()
         if self.right is None:
             self._read(self.scanned())
@@ -122,7 +122,7 @@ class Stage:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """It gives nothing."""
+        """No signals."""
         return ()
 
     def open(self) -> None:
@@ -131,7 +131,7 @@ class Stage:
             self.scanner.open()
 
     def safe(self) -> None:
-        """Nothing moves."""
+        """Do nothing: a stage moves nothing."""
 
     def close(self) -> None:
         """Let go of the scanner."""
@@ -139,11 +139,11 @@ class Stage:
             self.scanner.close()
 
     def describe(self) -> Mapping[str, Any]:
-        """The settings."""
+        """Return the settings."""
         return self.settings.model_dump(mode="json", exclude_none=True)
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a port is open or it is not
-        """Whether the scanner answers; a code that is scanned meanwhile is dropped."""
+        """Return whether the scanner answers; a code that is scanned meanwhile is dropped."""
         by = {"hand": "a key confirms", "twin": "simulated"}
         told = by.get(self.settings.driver, f"scanner at {self.settings.port or 'the keyboard'}")
         try:
@@ -175,7 +175,7 @@ class Stage:
         return Reply({**came.value, "by": scanning.by, **code, **wrong})
 
     def _begun(self, request: Present, desk: Desk) -> Scanning:
-        """The scanning of this very request; a scanner that failed is opened anew, codes from before are dropped."""
+        """Return the scanning of this very request; reopen a scanner that failed, and drop earlier codes."""
         scanning = self.scanning
         if scanning is not None and self.request is request:
             scanning.desk = desk
@@ -205,7 +205,7 @@ class Stage:
 
 
 def make(name: str, settings: Settings, folder: Path) -> Stage:  # noqa: ARG001 - every kind is made alike
-    """The stage of that name; opens nothing."""
+    """Return the stage of that name without opening it."""
     if settings.driver != "barcode" or settings.port is None:
         return Stage(name, settings)
     from palpate.devices.stage.scanner import Scanner

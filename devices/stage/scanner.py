@@ -29,7 +29,7 @@ class Lines:
     too_long: bool = False
 
     def feed(self, data: bytes) -> list[str]:
-        """The codes that are whole now; empty lines are none."""
+        """Return the codes that are complete now, without empty lines."""
         codes = []
         for character in data:
             if character in ENDS:
@@ -77,7 +77,7 @@ class Scanner:
         self.lines = Lines()
 
     def codes(self) -> list[str]:
-        """Codes since the last call. Raises DeviceFault where the scanner is gone."""
+        """Return the codes since the last call. Raise DeviceFault where the scanner is gone."""
         if self._serial is None:
             raise self._lost("it is not open")
         try:
@@ -101,18 +101,18 @@ def _why(error: Exception) -> str:
 
 
 def plain(code: str) -> str:
-    """A code as it is compared: without blanks around it and control characters, letters as capitals."""
+    """Return a code as it is compared: in capitals, without surrounding blanks and control characters."""
     return "".join(character for character in code if character.isprintable()).strip().upper()
 
 
 def codes_of(stimulus: Stimulus) -> tuple[str, ...]:
-    """What a scan of this sample may say: its code, and its id."""
+    """Return the codes that confirm this sample: its code, and its id."""
     given = (plain(stimulus.columns.get(COLUMN, "")), plain(stimulus.id))
     return tuple(dict.fromkeys(code for code in given if code))
 
 
 def known_codes(stimuli: Iterable[Stimulus]) -> Mapping[str, str]:
-    """Ids by code, to say which sample a wrong code belongs to.
+    """Return ids by code, to say which sample a wrong code belongs to.
 
     A code that two samples share names neither.
     """
@@ -124,6 +124,6 @@ def known_codes(stimuli: Iterable[Stimulus]) -> Mapping[str, str]:
 
 
 def refusal(stimulus: Stimulus, code: str, known: Mapping[str, str]) -> str:
-    """Why a code does not confirm this sample: T07 is asked for, T12 was scanned."""
+    """Describe why a code does not confirm this sample: T07 is expected, T12 was scanned."""
     name = known.get(plain(code), plain(code) or "an empty code")
     return f"{stimulus.id} is asked for, {name} was scanned"

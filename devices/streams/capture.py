@@ -21,7 +21,7 @@ BROKEN_OFF = "a pause broke the recording off"
 
 
 def nothing_to_see(_request: Sense) -> Scene | None:
-    """Real sensors need not know what comes."""
+    """Return None, because real sensors ignore the scene."""
     return None
 
 

@@ -48,7 +48,7 @@ class ClockFit:
     tick_s: float = math.inf
 
     def add(self, device_s: float, t_ns: int) -> None:
-        """The device's clock stood at device_s when the host's stood at t_ns or somewhat earlier."""
+        """Add an arrival: the device's clock read device_s when the host's read t_ns or somewhat earlier."""
         if self.origin is None:
             self.origin = (device_s, t_ns)
         x, t = device_s - self.origin[0], (t_ns - self.origin[1]) / NS
@@ -70,7 +70,7 @@ class ClockFit:
         self._keep(int(x / self.width_s), (x, t))
 
     def fit(self) -> Fit | None:
-        """What the arrivals say so far; None where they are too few, where time stood still, where none was late.
+        """Return the fit to the arrivals so far; None where they are too few, time stood still, or none was late.
 
         Arrivals that all came on the nominal dot were noticed in steps too coarse to see the clock, or never timed.
         """
@@ -81,7 +81,7 @@ class ClockFit:
         return Fit(clock.rate_hz, clock.drift_ppm, math.hypot(clock.drift_error_ppm, coarse_ppm * clock.rate_hz**2))
 
     def _clock(self) -> Clock | None:
-        """The line under the earliest arrivals; None where their rate is not to be had."""
+        """Return the line under the earliest arrivals; None where their rate cannot be estimated."""
         if len(self.bins) < FEWEST:
             return None
         try:
@@ -98,7 +98,7 @@ class ClockFit:
         self.bins[place] = new
 
     def _lateness(self, point: Point) -> float:
-        """As the clock is known to run so far."""
+        """Return how late an arrival is, by the clock's rate as known so far."""
         return point[1] - self.slope * point[0]
 
     def _learn(self) -> None:

@@ -64,7 +64,7 @@ class Reader:
             raise as_fault(self.sensor.name, error) from error
 
     def gone(self) -> bool:
-        """Whether the thread has ended, waited for a moment."""
+        """Return whether the thread has ended, after waiting for a moment."""
         if self.thread is not None:
             self.thread.join(GONE_S)
         return self.thread is None or not self.thread.is_alive()
@@ -95,7 +95,7 @@ class Reader:
 
 
 def as_fault(device: str, error: Exception) -> DeviceFault:
-    """What a driver raised otherwise: a lost line, or a refusal; a DeviceError is told in its own words."""
+    """Return a driver's other error as a fault: a lost line, or a refusal; a DeviceError keeps its own words."""
     if isinstance(error, OSError) and error.errno is not None:
         said = reason(error)
     else:
@@ -118,7 +118,7 @@ class Ring:
     dropped: int = 0
 
     def put(self, block: Block) -> None:
-        """Hand a block over; only the thread that reads the sensor calls it, and it never waits."""
+        """Hand a block over without waiting; only the thread that reads the sensor calls it."""
         size = len(block.data) + BLOCK_BYTES
         if self.waiting + size > self.room:
             self.dropped += block.lost + len(block.data) // self.row_bytes
@@ -131,7 +131,7 @@ class Ring:
         self.held.append(block)
 
     def get(self, most_bytes: int) -> list[Block]:
-        """What has been put so far, so many bytes of it at most but a block at least; only the writer calls it."""
+        """Return the blocks so far, at most so many bytes but at least one block; only the writer calls it."""
         blocks: list[Block] = []
         for _ in range(len(self.held)):
             if most_bytes <= 0:

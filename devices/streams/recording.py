@@ -30,7 +30,7 @@ TURN_S = 0.0005
 
 
 def signals_of(sensors: Mapping[str, Sensor]) -> list[tuple[str, Sensor, Signal]]:
-    """Every signal with its prefix and its sensor."""
+    """Return every signal with its prefix and its sensor."""
     return [(prefix, sensor, signal) for prefix, sensor in sensors.items() for signal in sensor.signals]
 
 
@@ -86,7 +86,7 @@ class Recording:
         self.begun_ns = self._taken_ns = self.now_ns()
 
     def due(self) -> bool:
-        """Whether there is a chunk to be written: its time is over, there is more than one holds, it is a last one."""
+        """Return whether a chunk is to be written: its time is over, more waits than one holds, or it is the last."""
         if self.ended_ns is not None:
             return bool(self._rest) or self._left()
         if not any(stream.ring.held for stream in self.streams.values()):
@@ -95,7 +95,7 @@ class Recording:
         return late or any(stream.ring.waiting >= stream.most for stream in self.streams.values())
 
     def take(self) -> Chunk:
-        """What has come since the last time: its value is {"streams": {NAME: what the samples do not tell}}."""
+        """Return what has come since the last time, as {"streams": {NAME: what the samples do not say}}."""
         return self._rest.popleft() if self._rest else self._next()
 
     def _left(self) -> bool:
@@ -113,9 +113,9 @@ class Recording:
         return Chunk({"streams": metadata}, tuple(samples))
 
     def fault(self) -> DeviceFault | None:
-        """The first thing that failed; it stays: the program was suspended, a sensor raised, is silent, has no numbers.
+        """Return the first fault, which stays: the program was suspended, a sensor raised, is silent, has no numbers.
 
-        Asked again once all is taken after the end, it also knows of what failed last, and of streams that are empty.
+        Once all is taken after the end, also report what failed last, and streams that are empty.
         """
         if self._failed is None:
             over = self.ended_ns is not None
@@ -154,7 +154,7 @@ class Recording:
         return {name: stream.summary() for name, stream in self.streams.items()}
 
     def hanging(self) -> Sequence[str]:
-        """The sensors whose thread has not come back from their driver."""
+        """Return the sensors whose thread has not come back from their driver."""
         return [
             reader.sensor.name for reader in self._readers if reader.thread is not None and reader.thread.is_alive()
         ]
@@ -173,7 +173,7 @@ class Recording:
         return None
 
     def _empty(self) -> DeviceFault | None:
-        """A recording may be shorter than silence takes to be noticed. Nothing is said before all is taken."""
+        """Return a fault for an empty stream once all is taken: a short recording ends before silence is noticed."""
         if self._left():
             return None
         lasted_s = ((self.ended_ns or 0) - self.begun_ns) / NS

@@ -104,18 +104,18 @@ class Stream:
 
     @property
     def most(self) -> int:
-        """Bytes that a chunk takes at most: no more than half the room, however little that is."""
+        """The most bytes of a chunk: no more than half the room, however little that is."""
         return min(TAKE_BYTES, self.ring.room // 2)
 
     @property
     def width(self) -> int:
-        """Channels of a row."""
+        """The number of channels of a row."""
         return len(self.signal.channels)
 
     def take(self, last: bool = False) -> tuple[tuple[Samples, ...], dict[str, Any] | None]:
-        """The samples that have come, in pieces without a gap, and what they do not tell; None where nothing came.
+        """Return the samples that have come, in pieces without a gap, and their metadata; None where nothing came.
 
-        `last` is asked for once the thread that reads has ended: what was dropped at the very end is told then.
+        `last` is set once the thread that reads has ended: what was dropped at the very end is reported then.
         """
         blocks = self._good(self.ring.get(self.most))
         gaps: list[Gap] = []
@@ -138,7 +138,7 @@ class Stream:
         return pieces, self._metadata(blocks, gaps, bad)
 
     def summary(self) -> dict[str, Any]:
-        """What is kept of the stream as a whole, as JSON data; null where the arrivals do not tell."""
+        """Return what is kept of the stream as a whole, as JSON data; null where the arrivals do not give it."""
         counted, own, rate_hz = self.by_number.fit(), self.by_device.fit(), self.signal.rate_hz
         own = own if own and abs(own.ppm) <= MOST_DEVICE_PPM else None
         return {
@@ -158,7 +158,7 @@ class Stream:
         }
 
     def _good(self, blocks: list[Block]) -> list[Block]:
-        """The blocks up to the first that cannot be true."""
+        """Return the blocks up to the first impossible one."""
         expected, before_ns = self.next, self.standstill.last_ns
         for place, block in enumerate(blocks):
             rows, rest = divmod(len(block.data), 4 * self.width)
@@ -174,13 +174,13 @@ class Stream:
         return blocks
 
     def _too_many(self, missing: int, block: Block, before_ns: int | None) -> bool:
-        """Whether more samples are said to be missing than there was time for, since the block before."""
+        """Return whether more samples are reported missing than there was time for, since the block before."""
         if before_ns is None or not self.signal.rate_hz:
             return False
         return missing / self.signal.rate_hz > 2 * (block.at_ns - before_ns) / NS + SILENT_S
 
     def _runs(self, blocks: Sequence[Block], gaps: list[Gap]) -> list[list[Block]]:
-        """Blocks without a gap between them; what is missing goes to `gaps`."""
+        """Return blocks without a gap between them, adding what is missing to `gaps`."""
         runs: list[list[Block]] = []
         for block in blocks:
             if block.first > self.next:
@@ -207,7 +207,7 @@ class Stream:
         return gap
 
     def _pieces(self, run: Sequence[Block]) -> list[Samples]:
-        """A run of blocks as samples, none of them larger than a piece unless a single block is."""
+        """Return a run of blocks as samples, none larger than a piece unless a single block is."""
         # The run's first sample was taken at the earliest time that the arrivals allow at the nominal rate.
         start_ns, start, rate_hz = run[0].at_ns, run[0].first, self.signal.rate_hz
         if rate_hz:
@@ -244,7 +244,7 @@ class Stream:
         }
 
     def _arrivals(self, blocks: Sequence[Block]) -> dict[str, Any]:
-        """The earliest arrivals: [number of a block's last sample, when it was there], and the device's own times.
+        """Return the earliest arrivals: [number of a block's last sample, when it came], and the device's own times.
 
         Earliest as the nominal rate goes, which errs by microseconds within a sixteenth of a chunk.
         """
@@ -274,7 +274,7 @@ class Level:
 
 
 def level(data: bytes, channels: int) -> Level:
-    """The level of rows of little-endian float32; rows with a value that is not finite count as bad and for nothing."""
+    """Return the level of rows of little-endian float32; rows with a value that is not finite only count as bad."""
     rows = np.frombuffer(data, "<f4").reshape(-1, channels)
     finite = np.isfinite(rows)
     if finite.all():

@@ -132,7 +132,7 @@ MEANINGS: Mapping[str, str] = {
 
 
 def make(name: str, settings: Settings, folder: Path) -> Tablet:
-    """The tablet of these settings; nothing is opened. Raises DeviceError where they do not go together."""
+    """Return the tablet of these settings without opening it. Raise DeviceError where they do not go together."""
     one = settings
     shape = Shape(
         Force(one.force.a_N, one.force.b), one.report_hz, one.upsampling, one.cutoff_hz, float(TICK_HZ),
@@ -198,7 +198,7 @@ class Tablet:
         self.facts = self.source.open()
 
     def safe(self) -> None:
-        """A tablet moves nothing."""
+        """Do nothing: a tablet moves nothing."""
 
     def close(self) -> None:
         """Let go of it."""
@@ -207,13 +207,13 @@ class Tablet:
         self.facts = None
 
     def describe(self) -> Mapping[str, Any]:
-        """What the ledger keeps of it."""
+        """Return the tablet's description for the ledger."""
         delays = {"speed_delay_ms": 1e3 * self.shape.speed_delay_s, "force_delay_ms": 1e3 * self.shape.force_delay_s}
         known = self.settings.model_dump(mode="json", exclude_none=True)
         return {**known, "facts": dict(self.facts or {}), **{name: round(ms, 2) for name, ms in delays.items()}}
 
     def expect(self, scene: Scene | None) -> None:
-        """A twin follows this scene from the next start on."""
+        """Set the scene that a twin follows from the next start on."""
         self.source.expect(scene)
 
     def start(self, now_ns: NowNs) -> None:
@@ -229,10 +229,10 @@ class Tablet:
         self.guard = Guard(self.name, self.source.aligned)
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """The milliseconds that have passed since the last read, a second at most; where it may wait, 10 at least.
+        """Return the milliseconds since the last read, a second at most, and at least 10 where it may wait.
 
         Raises:
-            DeviceFault: `link_lost` where it was unplugged, or too many reports that cannot be believed.
+            DeviceFault: `link_lost` where it was unplugged, or too many reports that are implausible.
         """
         passed_s = self.passed_s
         if passed_s is None:
@@ -266,7 +266,7 @@ class Tablet:
         return Health(not wrong, "; ".join(filter(None, (came, *wrong, dropped))), readings, calibrated, facts)
 
     def _due(self, passed_s: Elapsed, timeout_s: float) -> int:
-        """Milliseconds to give, once there are enough of them or the time is over; reports are taken meanwhile."""
+        """Take reports until enough milliseconds are due or the time is over; return how many to give."""
         end_s = time.monotonic() + timeout_s
         while True:
             batch = self.source.pull(min(timeout_s, STEP_S))
@@ -282,7 +282,7 @@ class Tablet:
                 return due
 
     def _within(self) -> float:
-        """The time passed, but no further ahead than one read gives."""
+        """Return the time passed, but no further ahead than one read gives."""
         passed_s = self.passed_s
         return 0.0 if passed_s is None else min(passed_s(), (self.ticks + MOST) / TICK_HZ)
 

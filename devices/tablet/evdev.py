@@ -74,7 +74,7 @@ class Assembler:
     """
 
     def __init__(self, ask: Callable[[], State | None] = lambda: None) -> None:
-        """`ask` gives the state that the kernel has, or None."""
+        """Take `ask`, which gives the kernel's state or None."""
         self.state = ask() or State()
         self.dropped = 0
         self._ask = ask
@@ -83,11 +83,11 @@ class Assembler:
 
     @property
     def cut_off(self) -> int:
-        """Bytes of a record that has not ended."""
+        """The bytes of a record that is not complete yet."""
         return len(self._rest)
 
     def feed(self, data: bytes) -> Iterator[Raw]:
-        """The reports that these bytes complete."""
+        """Yield the reports that these bytes complete."""
         whole = self._rest + data
         end = len(whole) - len(whole) % RECORD.size
         self._rest = whole[end:]
@@ -131,28 +131,28 @@ class Axis:
 
 
 def kernel(file: int, request: int, buffer: bytes) -> bytes:
-    """The real thing, on Linux."""
+    """Send the request to the kernel, on Linux, and return the answer."""
     answer: bytes = import_module("fcntl").ioctl(file, request, buffer)
     return answer
 
 
 def asks(number: int, size: int) -> int:
-    """The request `number` of input devices that reads `size` bytes."""
+    """Return the request `number` of input devices that reads `size` bytes."""
     return 2 << 30 | size << 16 | ord("E") << 8 | number
 
 
 def sets(number: int, size: int) -> int:
-    """The request `number` that writes `size` bytes."""
+    """Return the request `number` that writes `size` bytes."""
     return 1 << 30 | size << 16 | ord("E") << 8 | number
 
 
 def name_of(ask: Ioctl, file: int) -> str:
-    """What the device calls itself; "" where it does not answer."""
+    """Return the device's own name; "" where it does not answer."""
     return _asked(ask, file, asks(0x06, 256), 256).split(b"\0")[0].decode("utf-8", "replace")
 
 
 def axis_of(ask: Ioctl, file: int, code: int) -> Axis | None:
-    """The range of an axis; None where there is no such axis."""
+    """Return the range of an axis; None where there is no such axis."""
     known = _asked(ask, file, asks(0x20 + EV_ABS, 8), 8)
     if not known or not known[code // 8] >> code % 8 & 1:
         return None
@@ -164,7 +164,7 @@ def axis_of(ask: Ioctl, file: int, code: int) -> Axis | None:
 
 
 def state_of(ask: Ioctl, file: int) -> State | None:
-    """Where the stylus is by the kernel; None where it does not answer."""
+    """Return the kernel's state of the stylus; None where it does not answer."""
     answers = [
         _asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size) for code in (ABS_X, ABS_Y, ABS_PRESSURE)
     ]
@@ -177,12 +177,12 @@ def state_of(ask: Ioctl, file: int) -> State | None:
 
 
 def timed_monotonic(ask: Ioctl, file: int) -> bool:
-    """Have its time stamps count by the clock that nobody sets; whether it does."""
+    """Request time stamps by the monotonic clock; return whether the device uses it."""
     return bool(_asked(ask, file, sets(0xA0, 4), 4, struct.pack("<i", MONOTONIC)))
 
 
 def input_devices(folder: Path = Path("/sys/class/input")) -> list[str]:
-    """The input devices that there are: /dev/input/event3 (Wacom Intuos Pen)."""
+    """Return the input devices of this machine: /dev/input/event3 (Wacom Intuos Pen)."""
     devices = []
     for place in sorted(folder.glob("event*"), key=lambda path: (len(path.name), path.name)):
         try:
@@ -243,7 +243,7 @@ class EventFile:
         return {"tablet": title or self.path.name, "size": size, "pressures": str(pressure.most - pressure.least + 1)}
 
     def expect(self, scene: Scene | None) -> None:
-        """A real stylus goes where a hand leads it."""
+        """Do nothing: a real stylus goes where a hand leads it."""
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin; what waits from before is dropped, where it is a device. Raises DeviceError where it is not open."""
@@ -256,7 +256,7 @@ class EventFile:
             self.behind_s = self.monotonic_s() - elapsed_s()
 
     def pull(self, timeout_s: float) -> Batch:
-        """What came.
+        """Return the reports that came.
 
         Raises:
             DeviceFault: `link_lost` where it was unplugged, or where the bytes end.
@@ -269,7 +269,7 @@ class EventFile:
             return Batch([self._report(raw) for raw in raws], self.assembler.dropped - before)
 
     def stop(self) -> None:
-        """The file stays open, so that nothing has to be opened again."""
+        """Keep the file open, so that nothing has to be opened again."""
 
     def close(self) -> None:
         """Let go of it."""
@@ -279,7 +279,7 @@ class EventFile:
             self.file = -1
 
     def _bytes(self) -> bytes:
-        """At least one byte."""
+        """Return at least one byte."""
         try:
             data = os.read(self.file, RECORDS * RECORD.size)
         except BlockingIOError:

@@ -38,11 +38,11 @@ class Force:
     b: float = 3.32
 
     def newtons(self, pressure: float) -> float:
-        """The force; 0 without pressure, where nothing touches."""
+        """Return the force in newtons; 0 without pressure, where nothing touches."""
         return self.a_N * math.exp(self.b * pressure) if pressure > 0 else 0.0
 
     def pressure(self, force_N: float) -> float:
-        """The pressure from 0 to 1 that this force gives; 0 for a force too faint to be felt, 1 above the largest."""
+        """Return the pressure from 0 to 1 that this force gives; 0 for too faint a force, 1 above the largest."""
         return min(1.0, math.log(force_N / self.a_N) / self.b) if force_N > self.a_N else 0.0
 
 
@@ -60,10 +60,10 @@ class Fit:
 
 
 def fit_force(pressures: Sequence[float], forces_N: Sequence[float]) -> Fit:
-    """The least squares of F = a exp(b y) in newtons, from measured pressures (0 to 1) and forces.
+    """Fit F = a exp(b y) in newtons by least squares to measured pressures (0 to 1) and forces.
 
     Raises:
-        DeviceError: fewer than 4 pairs, pressures or forces that cannot be, a force that does not rise with pressure.
+        DeviceError: fewer than 4 pairs, impossible pressures or forces, or forces that do not rise with pressure.
     """
     if len(pressures) != len(forces_N) or len(pressures) < FEWEST:
         counts = f"{len(pressures)} pressures and {len(forces_N)} forces"
@@ -104,13 +104,13 @@ def fit_force(pressures: Sequence[float], forces_N: Sequence[float]) -> Fit:
 
 
 def read_pairs(path: Path) -> tuple[list[float], list[float]]:
-    """Pressures and forces from a CSV with the columns pressure, force_N. Raises DeviceError naming the line."""
+    """Return pressures and forces of a CSV with the columns pressure, force_N. Raise DeviceError naming the line."""
     pressures, forces_N = read_table(path, MEASURED, PAIRS).numbers(MEASURED, finite=False).values()
     return pressures.tolist(), forces_N.tolist()
 
 
 def _start(pressures: Sequence[float], forces_N: Sequence[float]) -> float:
-    """The slope of log F, weighted by F^2: near the least squares in newtons."""
+    """Return the slope of log F, weighted by F^2: near the least squares in newtons."""
     weights = [force_N * force_N for force_N in forces_N]
     whole = math.fsum(weights)
     middle = math.fsum(w * y for w, y in zip(weights, pressures, strict=True)) / whole
@@ -120,7 +120,7 @@ def _start(pressures: Sequence[float], forces_N: Sequence[float]) -> float:
 
 
 def _scale(pressures: Sequence[float], forces_N: Sequence[float], b: float) -> float:
-    """The best a for a given b, which is linear."""
+    """Return the best a for a given b, which is linear."""
     shapes = [math.exp(b * y) for y in pressures]
     return math.fsum(f * s for f, s in zip(forces_N, shapes, strict=True)) / math.fsum(s * s for s in shapes)
 
@@ -131,7 +131,7 @@ def _squares(pressures: Sequence[float], forces_N: Sequence[float], b: float) ->
 
 
 def _better(pressures: Sequence[float], forces_N: Sequence[float], b: float) -> float:
-    """One Gauss-Newton step of b with a kept at its best, halved until it does not make things worse."""
+    """Return b after one Gauss-Newton step with the best a, halved until the fit does not get worse."""
     a = _scale(pressures, forces_N, b)
     shapes = [math.exp(b * y) for y in pressures]
     whole = math.fsum(s * s for s in shapes)

@@ -36,7 +36,7 @@ class Shape:
     firmest_N: float = 3.6
 
     def __post_init__(self) -> None:
-        """Raises DeviceError."""
+        """Check the settings. Raise DeviceError."""
         positive = (self.report_hz, self.cutoff_hz, self.rate_hz, self.force.a_N, self.force.b)
         rising = (0, self.slowest_mm_s, self.fastest_mm_s), (0, self.faintest_N, self.firmest_N)
         if not all(0 < one < math.inf for one in positive) or not all(a <= b < c < math.inf for a, b, c in rising):
@@ -48,12 +48,12 @@ class Shape:
 
     @property
     def speed_delay_s(self) -> float:
-        """How late the speed is on the mean: half an interval by the difference, the upsampling, the filter."""
+        """The mean delay of the speed: half an interval by the difference, the upsampling, the filter."""
         return 0.5 / self.report_hz + self.force_delay_s
 
     @property
     def force_delay_s(self) -> float:
-        """How late the force is on the mean: half an interval held, or a whole one on the line; and the filter."""
+        """The mean delay of the force: half an interval held, or a whole one on the line; and the filter."""
         return (0.5 if self.upsampling == "hold" else 1.0) / self.report_hz + delay_s(self.cutoff_hz)
 
 
@@ -63,22 +63,22 @@ class Upsampled:
     __slots__ = ("_for_s", "_from", "_since_s", "_to")
 
     def __init__(self, for_s: float) -> None:
-        """`for_s` is how long a line takes; 0 holds."""
+        """Take how long a line lasts, in seconds; 0 holds."""
         self._for_s = for_s
         self._from = self._to = self._since_s = 0.0
 
     def jump(self, value: float) -> None:
-        """Be at the value at once."""
+        """Go to the value at once."""
         self._from = self._to = value
 
     def set(self, t_s: float, value: float) -> None:
-        """The next value came; the one that it goes to already is no news."""
+        """Head for the next value; the present target again changes nothing."""
         if value == self._to:
             return
         self._from, self._to, self._since_s = self.at(t_s), value, t_s
 
     def at(self, t_s: float) -> float:
-        """The value then."""
+        """Return the value at that time."""
         part_s = t_s - self._since_s
         if not self._for_s or part_s >= self._for_s:
             return self._to
@@ -93,7 +93,7 @@ class Stylus:
     """
 
     def __init__(self, shape: Shape | None = None) -> None:
-        """Nothing touches yet."""
+        """Begin without contact."""
         self.shape = shape = shape or Shape()
         self._usual_s = 1 / shape.report_hz
         line_s = self._usual_s if shape.upsampling == "line" else 0.0
@@ -109,7 +109,7 @@ class Stylus:
         return self._touching
 
     def report(self, report: Report) -> None:
-        """A report came; it has been judged to be sound."""
+        """Take a report that was judged to be sound."""
         if not report.touching or report.pressure <= 0:
             self._touching = False
             return
@@ -127,7 +127,7 @@ class Stylus:
         self._last = here
 
     def step(self, t_s: float) -> tuple[float, float]:
-        """Speed and force at that time; (0, 0) where either is below its threshold or nothing touches."""
+        """Return speed and force at that time; (0, 0) where either is below its threshold or nothing touches."""
         if not self._touching:
             return 0.0, 0.0
         if t_s - self._last[0] > STILL * self._usual_s:
@@ -140,7 +140,7 @@ class Stylus:
         return min(speed, shape.fastest_mm_s), min(force, shape.firmest_N)
 
     def _move(self, here: tuple[float, float, float]) -> None:
-        """The speed since the last report that was not bunched with this one."""
+        """Set the speed since the last report that was not bunched with this one."""
         gap_s = here[0] - self._last[0]
         if gap_s > STILL * self._usual_s:
             # Silent as nothing changed: it set off one usual interval ago at the earliest.
@@ -171,7 +171,7 @@ class Lowpass:
     __slots__ = ("_a1", "_a2", "_b0", "_b1", "_z1", "_z2")
 
     def __init__(self, cutoff_hz: float, rate_hz: float) -> None:
-        """At rest at 0. Raises DeviceError where the cutoff is not between 0 and half the rate."""
+        """Begin at rest at 0. Raise DeviceError where the cutoff is not between 0 and half the rate."""
         if not 0 < cutoff_hz < rate_hz / 2:
             raise DeviceError(
                 f"a cutoff of {cutoff_hz:g} Hz at {rate_hz:g} Hz: above 0 and below half the rate is expected."
@@ -185,12 +185,12 @@ class Lowpass:
         self._z1 = self._z2 = 0.0
 
     def settle(self, value: float) -> None:
-        """Be as if this value had always come in: what follows starts without a transient."""
+        """Set the state as if this value had always come in, so that there is no transient."""
         self._z1 = (1 - self._b0) * value
         self._z2 = (self._b0 - self._a2) * value
 
     def step(self, value: float) -> float:
-        """The next sample out for the next one in."""
+        """Return the next output sample for the next input sample."""
         out = self._b0 * value + self._z1
         self._z1 = self._b1 * value - self._a1 * out + self._z2
         self._z2 = self._b0 * value - self._a2 * out
@@ -198,5 +198,5 @@ class Lowpass:
 
 
 def delay_s(cutoff_hz: float) -> float:
-    """The group delay of the filter towards 0 Hz."""
+    """Return the group delay of the filter towards 0 Hz, in seconds."""
     return math.sqrt(2) / (2 * math.pi * cutoff_hz)

@@ -72,7 +72,7 @@ class PygletTablet:
         return {"tablet": str(getattr(tablets[0], "name", "tablet")), "tablets": several}
 
     def expect(self, scene: Scene | None) -> None:
-        """A real stylus goes where a hand leads it."""
+        """Do nothing: a real stylus goes where a hand leads it."""
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin. Raises DeviceError where it is not open."""
@@ -82,7 +82,7 @@ class PygletTablet:
         self.dropped, self.elapsed_s = 0, elapsed_s
 
     def pull(self, timeout_s: float) -> Batch:
-        """What the window handed over since the last pull.
+        """Return what the window handed over since the last pull.
 
         Raises:
             DeviceFault: `refused` for its own window in another thread, which would never hear of the stylus.
@@ -114,12 +114,12 @@ class PygletTablet:
         self.canvas = self.own = None
 
     def on_motion(self, cursor: Any, x: float, y: float, pressure: float, tilt_x: float, tilt_y: float) -> None:  # noqa: ARG002
-        """pyglet's event: pixels from the bottom left of the window."""
+        """Handle pyglet's event of a motion, in pixels from the bottom left of the window."""
         height = float((self.window or self.own).height)
         self._take(float(x) / self.px_per_mm, (height - float(y)) / self.px_per_mm, float(pressure), away=False)
 
     def on_leave(self, cursor: Any) -> None:  # noqa: ARG002
-        """pyglet's event: the stylus is out of reach."""
+        """Handle pyglet's event that the stylus is out of reach."""
         self._take(math.nan, math.nan, 0.0, away=True)
 
     def _take(self, x_mm: float, y_mm: float, pressure: float, *, away: bool) -> None:

@@ -54,7 +54,7 @@ class TabletSource(Source[Mapping[str, str], Batch], Protocol):
 
     @property
     def aligned(self) -> bool:
-        """Whether its reports are timed in seconds since the start; else their clock is its own."""
+        """Whether its reports are timed in seconds since the start, instead of by a clock of their own."""
 
 
 @dataclass
@@ -74,7 +74,9 @@ class Guard:
             self.shift_s = 0.0
 
     def judge(self, report: Report, now_s: float) -> Report | None:
-        """The report in our time, or None. A clock that was set is followed after three reports (`clock_reset`).
+        """Return the report in this computer's time, or None.
+
+        A clock that was reset is followed after three reports (`clock_reset`).
 
         Raises:
             DeviceFault: 50 reports in a row were refused.

@@ -43,7 +43,7 @@ class TwinTablet(TimedSource):
     ahead: tuple[float, Report | None] | None = None
 
     def open(self) -> Mapping[str, str]:
-        """There is nothing to get hold of."""
+        """Do nothing: there is no device to open."""
         return {"twin": f"{self.report_hz:g} reports a second, {self.levels} pressures, seed {self.seed}"}
 
     def expect(self, scene: Scene | None) -> None:
@@ -57,7 +57,7 @@ class TwinTablet(TimedSource):
         super().start(elapsed_s)
 
     def pull(self, timeout_s: float) -> Batch:
-        """What is due by now, 256 reports at most."""
+        """Return what is due by now, 256 reports at most."""
         elapsed_s = self.elapsed_s
         if elapsed_s is None:
             return Batch()
@@ -70,7 +70,7 @@ class TwinTablet(TimedSource):
         return Batch(due)
 
     def _next(self, now_s: float) -> Report | None:
-        """The next report that is due and tells news."""
+        """Return the next report that is due and differs from the last."""
         for _ in range(LOOKED):
             self.ahead = self.ahead or next(self.reports, None)
             if self.ahead is None or self.ahead[0] > now_s:
@@ -81,7 +81,7 @@ class TwinTablet(TimedSource):
         return None
 
     def _reports(self, scene: Scene) -> Iterator[tuple[float, Report | None]]:
-        """Reports in time, None where nothing changed."""
+        """Yield reports in time, None where nothing changed."""
         places = scene.position_mm(TRUTH_HZ)
         first = next(places)
         key = hashlib.sha256(first.astype("<f8").tobytes()).hexdigest()

@@ -83,7 +83,7 @@ MEANINGS: Mapping[str, str] = {
 
 
 def make(name: str, settings: Settings, folder: Path) -> Tracker:
-    """The tracker of these settings; nothing is opened. Raises DeviceError where a recording is not named."""
+    """Return the tracker of these settings without opening it. Raise DeviceError where no recording is named."""
     one = settings
     source: TrackerSource
     if one.driver == "lsl":
@@ -136,7 +136,7 @@ class Tracker:
         self.opened = self.source.open()
 
     def safe(self) -> None:
-        """A tracker moves nothing."""
+        """Do nothing: a tracker moves nothing."""
 
     def close(self) -> None:
         """Let go of it."""
@@ -145,12 +145,12 @@ class Tracker:
         self.opened = None
 
     def describe(self) -> Mapping[str, Any]:
-        """What the ledger keeps of it."""
+        """Return the tracker's description for the ledger."""
         facts = {} if self.opened is None else dict(self.opened.facts)
         return {**self.settings.model_dump(mode="json", exclude_none=True), "facts": facts}
 
     def expect(self, scene: Scene | None) -> None:
-        """A twin sees this scene from the next start on."""
+        """Set the scene that a twin sees from the next start on."""
         self.source.expect(scene)
 
     def start(self, now_ns: NowNs) -> None:
@@ -167,7 +167,7 @@ class Tracker:
         self.running = True
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """What came since the last read.
+        """Return the samples since the last read.
 
         Raises:
             DeviceFault: `silent`, `link_lost`, or `over_range` for a position that no tracker can see.

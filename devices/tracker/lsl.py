@@ -102,7 +102,7 @@ class LslStream:
         return Opened(self.declared_hz, {"stream": _describe_stream(full), "clock offset": offset})
 
     def expect(self, scene: Scene | None) -> None:
-        """A real tracker sees what there is."""
+        """Do nothing: a real tracker sees what is there."""
 
     def start(self, elapsed_s: Elapsed) -> None:  # noqa: ARG002
         """Subscribe; what was sent before is dropped. Raises DeviceError."""
@@ -115,13 +115,13 @@ class LslStream:
             self.running, self.behind_s, self.came_s = True, None, self.library.local_clock()
 
     def zero_s(self, now_ns: NowNs) -> float:
-        """The library's clock when now_ns's was at 0: of a few readings, the one that took least time in between."""
+        """Return the library's clock when now_ns was 0, from the quickest of a few readings."""
         readings = [(now_ns(), self.library.local_clock(), now_ns()) for _ in range(READINGS)]
         before_ns, at_s, after_ns = min(readings, key=lambda reading: reading[2] - reading[0])
         return float(at_s - (before_ns + after_ns) / 2 / NS)
 
     def pull(self, timeout_s: float) -> Batch:
-        """What came. Raises DeviceFault (`link_lost`) where the stream ended."""
+        """Return the samples that came. Raise DeviceFault (`link_lost`) where the stream ended."""
         with self.reading:
             if not self.running:
                 return Batch()
@@ -137,7 +137,7 @@ class LslStream:
                 ) from None
 
     def stop(self) -> None:
-        """Unsubscribe, once a pull that is under way is over."""
+        """Unsubscribe once a pull that is under way is over."""
         with self.reading:
             if self.running:
                 self.inlet.close_stream()
@@ -206,7 +206,7 @@ class Map:
     seen_above: float = 0.0
 
     def row(self, sample: Sequence[float]) -> Row:
-        """The sample in mm; a quality that is no number counts as not seen."""
+        """Return the sample in mm; a quality that is not a number counts as not seen."""
         x, y, z = (self.scale * float(sample[place]) for place in self.places)
         quality = math.inf if self.seen is None else float(sample[self.seen])
         return x, y, z, quality > self.seen_above
@@ -216,7 +216,7 @@ def mapped(
     stream: str, labels: Labels, units: Labels, channels: Sequence[str | int] | None, seen: str | int | None,
     unit: str | None, seen_above: float,
 ) -> Map:  # fmt: skip
-    """The map of a stream whose channels have these labels and units ("" where it says nothing).
+    """Return the map of a stream whose channels have these labels and units ("" where unknown).
 
     `channels` are labels or places (from 0) of x, y, z; without them they are the only labels that end in x, y and z
     (X, PositionX, marker_x), or the three channels of a stream that has no more.

@@ -110,7 +110,7 @@ class Played(TimedSource):
         return Opened(usual_hz(track.times_s), {"recording": f"{self.path.name}, {span:.1f} s", **track.facts})
 
     def expect(self, scene: Scene | None) -> None:
-        """A recording gives what it holds."""
+        """Do nothing: a recording gives what it holds."""
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin with the first sample."""
@@ -118,15 +118,15 @@ class Played(TimedSource):
         super().start(elapsed_s)
 
     def zero_s(self, now_ns: NowNs) -> float:  # noqa: ARG002
-        """Its clock is its own, and begins with its first sample."""
+        """Return 0 as this source's clock, which begins with its first sample."""
         return 0.0
 
     def pull(self, timeout_s: float) -> Batch:
-        """What is due by now, 64 samples at most. Raises DeviceFault (`silent`) past the end."""
+        """Return what is due by now, 64 samples at most. Raise DeviceFault (`silent`) past the end."""
         return awaited(self._due, self.stopped, timeout_s, 0.002)
 
     def close(self) -> None:
-        """The same as stop; what was read is let go."""
+        """Stop, and release what was read."""
         self.stop()
         self.track = None
 
@@ -159,7 +159,7 @@ def _plain(table: Table) -> tuple[Sequence[float], Iterable[Row]]:
 
 
 def usual_hz(times_s: Sequence[float]) -> float:
-    """Samples per second where none is missing: of the steps that are no longer than 1.5 times the median one."""
+    """Return the samples per second where none is missing, from the steps up to 1.5 times the median one."""
     steps = [after - before for before, after in pairwise(times_s)]
     usual = [step for step in steps if step <= 1.5 * median(steps)]
     return len(usual) / sum(usual)
@@ -180,12 +180,12 @@ class Export:
 
 
 def is_motive(opened: Table) -> bool:
-    """Whether the file begins as Motive's exports do."""
+    """Return whether the file begins as Motive's exports do."""
     return opened.header[:1] == ["Format Version"]
 
 
 def read_motive(opened: Table, marker: str | None) -> Export:
-    """The track of the named marker, or of the only one. Raises DeviceError."""
+    """Return the track of the named marker, or of the only one. Raise DeviceError."""
     path, table = opened.path, [opened.header, *opened.records()]
     head = next((place for place, row in enumerate(table) if row[0] == "Frame"), None)
     if head is None or len(table[head]) < 5:
@@ -217,7 +217,7 @@ def read_motive(opened: Table, marker: str | None) -> Export:
 
 
 def _columns(head: Sequence[Sequence[str]]) -> dict[tuple[str, str], list[int]]:
-    """Per kind and name the columns of X, Y and Z of its position."""
+    """Return, by kind and name, the columns of X, Y and Z of a position."""
     labelled = {label: row for row in head for label in row[:2] if label in {"Type", "Name"}}
     kinds, names, what, axes = labelled.get("Type", []), labelled.get("Name", []), head[-2], head[-1]
     columns: dict[tuple[str, str], list[int]] = {}

@@ -63,7 +63,7 @@ class TrackerSource(Source[Opened, Batch], Protocol):
     clock: str
 
     def zero_s(self, now_ns: NowNs) -> float:
-        """Where the source's clock stood when now_ns's was at 0; 0 for a clock that is not this computer's."""
+        """Return the source's clock when now_ns was 0; 0 for a clock that is not this computer's."""
 
 
 def awaited(take: Callable[[], Batch], stopped: Event, timeout_s: float, step_s: float) -> Batch:
@@ -136,7 +136,7 @@ class Numbering:
         return numbers
 
     def anew(self, away: int) -> None:
-        """The clock was set anew and so many samples are missing; the next time stamp is taken as it is."""
+        """Note that the clock was reset and so many samples are missing; the next time stamp is taken as it is."""
         self.next += away
         self.expected_s = math.nan
 
@@ -154,11 +154,11 @@ class Tally:
     last_s: float = math.nan
 
     def add(self, came: int, seen: int, lost: int) -> None:
-        """Samples that came, those of them that were seen, and those that are missing."""
+        """Count samples that came, those of them that were seen, and those that are missing."""
         self.came, self.seen, self.lost = self.came + came, self.seen + seen, self.lost + lost
 
     def took(self, batch: Batch) -> None:
-        """The batch's times; across a clock that was set anew nothing can be measured."""
+        """Take the batch's times into the measured rate, but not across a reset of the clock."""
         if not batch.times_s:
             return
         before = batch.times_s[0] if batch.reset or math.isnan(self.last_s) else self.last_s

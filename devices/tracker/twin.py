@@ -50,7 +50,7 @@ class Twin(TimedSource):
         return Opened(self.rate_hz, {"twin": f"noise {self.noise_mm:g} mm, seed {self.seed}"})
 
     def expect(self, scene: Scene | None) -> None:
-        """See this scene from the next start on."""
+        """Set the scene that is seen from the next start on."""
         self.scene = scene
 
     def start(self, elapsed_s: Elapsed) -> None:
@@ -59,11 +59,11 @@ class Twin(TimedSource):
         super().start(elapsed_s)
 
     def zero_s(self, now_ns: NowNs) -> float:  # noqa: ARG002
-        """Its clock is its own, and begins with its first sample."""
+        """Return 0 as this source's clock, which begins with its first sample."""
         return 0.0
 
     def pull(self, timeout_s: float) -> Batch:
-        """What is due by now, 64 samples at most.
+        """Return what is due by now, 64 samples at most.
 
         Raises DeviceFault (`silent`) past `silent_after_s`, as a drill.
         """
@@ -83,7 +83,7 @@ class Twin(TimedSource):
 
     @property
     def _true_hz(self) -> float:
-        """Samples in a second of true time: its own clock goes fast by `drift_ppm`."""
+        """Samples in a second of true time: the twin's own clock is fast by `drift_ppm`."""
         return self.rate_hz * (1 + 1e-6 * self.drift_ppm)
 
     def _rows(self) -> Iterator[Row]:

@@ -63,13 +63,13 @@ class Plays(Protocol):
         """Go over to another texture, or to silence. Raises RenderError."""
 
     def push(self, reports: Sequence[Report]) -> None:
-        """A stylus' or a mouse's newest reports. Raises RenderError."""
+        """Send a stylus' or a mouse's newest reports. Raise RenderError."""
 
     def volume(self, gain: float) -> None:
-        """How loud, from 0 to 1. Raises RenderError."""
+        """Set the volume, from 0 to 1. Raise RenderError."""
 
     def record(self) -> Mapping[str, Any]:
-        """How it goes. Raises RenderError."""
+        """Return the record so far. Raise RenderError."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Begun:
         return rendering
 
     def end(self) -> None:
-        """Silence, and no process left."""
+        """End the playing process, silently."""
         while self.running:
             self.running.pop().__exit__()
 
@@ -219,7 +219,7 @@ class RendererApp(WindowApp):
             self._say(self.page.texts("cannot", why=str(error)), wrong=True)
 
     def _report(self, stroke: Stroke) -> Report:
-        """The mouse as a stylus would report it, pressed as firmly as the slider says."""
+        """Return the mouse's stroke as a stylus' report, with the force of the slider."""
         watch = self._scene.watch
         shown_s = 0.0 if watch is None else watch.shown_s + watch.lost_s
         pressure = self.curve.pressure(self.choice.force_N) if stroke.touching else 0.0
@@ -227,7 +227,7 @@ class RendererApp(WindowApp):
         return Report(at_s, stroke.x_mm, stroke.y_mm, pressure, stroke.touching)
 
     def _ask(self) -> None:
-        """The deadline statistics so far."""
+        """Update the shown record, and say so where the process has ended."""
         plays = self.plays
         if plays is None:
             return
@@ -262,9 +262,9 @@ class RendererApp(WindowApp):
 
 
 def hands_for(options: RenderOptions) -> Hands:
-    """The rig's stylus and actuator; the mouse where the tablet is a twin, a twin's actuator where there is no rig.
+    """Return the rig's stylus and actuator, the mouse for a twin of a tablet, a twin's actuator without a rig.
 
-    Raises RigFileError, DeviceError.
+    Raise RigFileError, DeviceError.
     """
     from palpate.devices.kinds import KINDS
     from palpate.devices.rig.file import read_rig, rig_path
@@ -285,7 +285,7 @@ def hands_for(options: RenderOptions) -> Hands:
 def _listening(
     hands: Hands, shell: Any, picture: Box, px_per_mm: float, epoch_s: float
 ) -> Callable[[], Sequence[Report]] | None:
-    """The reports of a tablet that only this window hears, those on the picture as touches. Raises DeviceError."""
+    """Return the reports of a tablet that only this window hears, as touches on the picture. Raise DeviceError."""
     tablet = hands.tablet
     if tablet is None:
         return None
@@ -296,6 +296,6 @@ def _listening(
 
 
 def on_picture(report: Report, picture: Box, px_per_mm: float) -> Report:
-    """The report; off the picture nothing is touched (thesis 4.5.3)."""
+    """Return the report, without contact where it is off the picture (thesis 4.5.3)."""
     inside = not report.away and picture.holds(report.x_mm * px_per_mm, report.y_mm * px_per_mm)
     return report if inside else report._replace(pressure=0.0, touching=False)

@@ -27,40 +27,40 @@ class Choice:
     force_N: float = USUAL_N
 
     def of_texture(self, texture: str, models: Models) -> Choice:
-        """Another texture by the same method, or by its first one where it lacks that."""
+        """Return another texture by the same method, or by its first one where it has no such model."""
         methods = models[texture]
         return replace(self, texture=texture, method=self.method if self.method in methods else next(iter(methods)))
 
     def louder(self, volume: float) -> Choice:
-        """As loud as that, in whole hundredths."""
+        """Return the choice with another volume, in whole hundredths."""
         return replace(self, volume=round(min(max(volume, 0.0), 1.0), 2))
 
     def firmer(self, force_N: float) -> Choice:
-        """As firm as that, in tenths of a newton."""
+        """Return the choice with another force, in tenths of a newton."""
         return replace(self, force_N=round(min(max(force_N, LIGHTEST_N), FIRMEST_N), 1))
 
 
 def beside(names: Sequence[str], name: str, by: int) -> str:
-    """The name so many places further, round and round."""
+    """Return the name so many places further, cyclically."""
     return names[(names.index(name) + by) % len(names)]
 
 
 def in_view(names: Sequence[str], name: str, most: int) -> tuple[str, ...]:
-    """At most so many neighbours of a name, it among them."""
+    """Return at most so many neighbours of a name, including itself."""
     first = min(max(0, names.index(name) - most // 2), max(0, len(names) - most))
     return tuple(names[first : first + most])
 
 
 def render_texts(language: str = MASTER) -> Texts:
-    """The words of the window and of what it shares with others. Raises WindowError."""
+    """Return the words of the window and of what it shares with others. Raise WindowError."""
     return window_texts(FOLDER, "renderer", language)
 
 
 def texture_word(texts: Texts, texture: str) -> str:
-    """A texture in the language; by its name where there is no word for it."""
+    """Return a texture in the language; by its name where there is no word for it."""
     return texts.words.get(f"texture.{texture}", texture.replace("_", " "))
 
 
 def method_word(texts: Texts, method: str) -> str:
-    """A method in the language; by its name where there is no word for it."""
+    """Return a method in the language; by its name where there is no word for it."""
     return texts.words.get(f"method.{method}", method)

@@ -97,11 +97,11 @@ class Spectrum(Element):
         _paste(image, box, np.minimum(rows, back), np.maximum(rows, back), floor=at <= LEAST_DB)
 
     def x(self, hertz: float) -> int:
-        """The column of a frequency."""
+        """Return the column of a frequency."""
         return self.box.left + round(hertz / HERTZ[-1] * (self.box.width - 1))
 
     def y(self, level_dB: float) -> int:
-        """The row of a level."""
+        """Return the row of a level."""
         return self.box.top + round((MOST_DB - level_dB) / (MOST_DB - LEAST_DB) * (self.box.height - 1))
 
 
@@ -124,7 +124,7 @@ class Gauge(Element):
 def _paste(
     image: Image.Image, box: Box, tops: Array, bottoms: Array, colour: Colour = COURSE, floor: Array | None = None
 ) -> None:
-    """A column of colour from top to bottom at each place, smooth at both ends; none where `floor` holds."""
+    """Paint a column of colour from top to bottom at each place, smooth at both ends; none where `floor` holds."""
     from PIL import Image
 
     rows = np.arange(box.height, dtype=np.float32)[:, None]
@@ -151,7 +151,7 @@ class Heard:
 
 
 def heard(last: Array) -> Heard:
-    """What is to be shown of (3, n): acceleration, speed, force at 1 kHz."""
+    """Return what is shown of (3, n): acceleration, speed, force at 1 kHz."""
     if not last.shape[1]:
         return Heard()
     shown = np.ascontiguousarray(last[:, -SHOWN:])
@@ -161,7 +161,7 @@ def heard(last: Array) -> Heard:
 
 
 def columns(samples: Array, width: int) -> tuple[Array, Array]:
-    """Lowest and highest value in each column of pixels; the newest sample in the last one."""
+    """Return the lowest and highest value in each column of pixels, with the newest sample in the last one."""
     last = np.zeros(SHOWN)
     if len(samples):
         last[-len(samples) :] = samples
@@ -175,7 +175,7 @@ def columns(samples: Array, width: int) -> tuple[Array, Array]:
 
 
 def spectrum_dB(samples: Array) -> Array:
-    """RMS of each line, 0 to 500 Hz in steps of 4, in dB re 1 m/s^2; within the axis."""
+    """Return the RMS of each line, 0 to 500 Hz in steps of 4, in dB re 1 m/s^2; within the axis."""
     if len(samples) < FRAME:
         return np.full(FRAME // 2 + 1, LEAST_DB)
     window = np.hanning(FRAME + 1)[:-1]
@@ -186,7 +186,7 @@ def spectrum_dB(samples: Array) -> Array:
 
 
 def scale_for(greatest: float) -> float:
-    """The end of an axis that holds a value: 1, 2 or 5 times a power of ten."""
+    """Return the end of an axis that holds a value: 1, 2 or 5 times a power of ten."""
     if not greatest > 0:
         return 1.0
     decade = 10.0 ** math.floor(math.log10(greatest))

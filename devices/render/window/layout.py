@@ -55,7 +55,7 @@ class Layout:
 
 
 def lay_out(page: Page) -> Layout:
-    """The layout on a page's screen."""
+    """Return the layout on a page's screen."""
     metrics, unit = page.metrics, page.metrics.unit
     margin, gap, chip = unit(6), unit(3), metrics.target(9)
     width, inner_gap = metrics.width_px - 2 * margin, unit(3)

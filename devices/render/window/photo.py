@@ -30,12 +30,12 @@ class Photo:
 
     @property
     def size_mm(self) -> tuple[float, float]:
-        """Width and height of what it shows."""
+        """Width and height of what it shows, in mm."""
         return self.size_px[0] * self.mm_per_px, self.size_px[1] * self.mm_per_px
 
 
 def photo_file(card: Card, folder: Path) -> Path | None:
-    """The picture that a card in `folder` names; else the one of a simulated surface of that name, if there is one."""
+    """Return the picture that a card in `folder` names, else that of a simulated surface of that name, if any."""
     if card.texture is None:
         return None
     if card.texture.picture is not None:
@@ -44,7 +44,7 @@ def photo_file(card: Card, folder: Path) -> Path | None:
 
 
 def read_photo(path: Path) -> Photo:
-    """Its size by the density that the file states, else as wide as a sample. Raises WindowError."""
+    """Return the photo, sized by the file's stated density, else as wide as a sample. Raise WindowError."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -59,7 +59,7 @@ def read_photo(path: Path) -> Photo:
 
 
 def at_true_size(photo: Photo, px_per_mm: float, room_px: tuple[int, int]) -> Image.Image:
-    """The picture's middle, as much of it as there is room for, every millimetre of it a millimetre on the screen."""
+    """Return the picture's middle at its true size on the screen, as much of it as there is room for."""
     from PIL import Image
 
     with Image.open(photo.path) as opened:

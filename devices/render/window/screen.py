@@ -47,7 +47,7 @@ class RendererScreen(AppScreen):
             self.heard, self.status, self._stale = heard, status, True
 
     def choose(self, choice: Choice) -> None:
-        """Another choice is on."""
+        """Change to another choice."""
         if choice != self.choice:
             self.choice, self._stale = choice, True
 

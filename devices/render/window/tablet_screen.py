@@ -39,7 +39,7 @@ class TabletScreen:
     """
 
     def __init__(self, display: Display) -> None:
-        """Nothing is opened yet."""
+        """Take the display without opening anything."""
         self.display = display
         self._process: BaseProcess | None = None
         self._talk: Connection | None = None
@@ -59,7 +59,7 @@ class TabletScreen:
         self.close()
 
     def show(self, picture: Path | None) -> None:
-        """Have the picture seen, or nothing; it is seen when this returns. Raises RenderError."""
+        """Show the picture, or nothing, and return once it is seen. Raise RenderError."""
         try:
             if self._talk is None:
                 raise RenderError("the tablet's screen is not open")
@@ -114,7 +114,7 @@ class Canvas:
 
 
 def _serve(display: Display, talk: Connection) -> None:
-    """The other process: opens the window, says so, and shows pictures as requested until the other end is gone."""
+    """Run the other process: open the window, report it, and show requested pictures until the other end is gone."""
     by_itself()
     try:
         canvas = _opened(display)
@@ -149,7 +149,7 @@ def _done(canvas: Canvas, picture: Path | None) -> str:
 
 
 def _opened(display: Display) -> Canvas:
-    """The window on the screen that the tablet is, dark. Raises WindowError where there is none."""
+    """Return the window on the tablet's screen, dark. Raise WindowError where there is none."""
     from PIL import Image
 
     from palpate.devices.window.app import NEVER

@@ -74,7 +74,7 @@ class RendererView(AppView):
         return lay_out(self.page)
 
     def elements(self, choice: Choice, heard: Heard, status: RendererStatus) -> Iterator[Element]:
-        """Everything, from the ground up."""
+        """Yield every element, from the ground up."""
         place, radius = self.layout, rounding(self.page)
         yield from self._head()
         yield Card("touch", place.touch, radius=radius)
@@ -105,14 +105,14 @@ class RendererView(AppView):
         yield from self._chips(choice)
 
     def track(self, name: str, choice: Choice) -> Track:
-        """The slider of the volume, or of the mouse's force."""
+        """Return the slider of the volume, or of the mouse's force."""
         place = getattr(self.layout, name)
         span = FIRMEST_PRESS_N - LIGHTEST_N
         share = choice.volume if name == "volume" else (choice.force_N - LIGHTEST_N) / span
         return Track(name, place.track, "touch", line_px=place.track.width - self.page.metrics.unit(8), share=share)
 
     def mm_at(self, x: float, y: float) -> tuple[float, float]:
-        """Where a point of the screen lies on the picture, in mm from its top left corner."""
+        """Return where a point of the screen lies on the picture, in mm from its top left corner."""
         box, per_mm = self.layout.picture, self.page.metrics.px_per_mm
         return (x - box.left) / per_mm, (y - box.top) / per_mm
 
@@ -139,7 +139,7 @@ class RendererView(AppView):
         return Picture(photo, shown)
 
     def _card(self, path: Path) -> ModelCard | None:
-        """None for one that cannot be read: whoever tries to play it says why."""
+        """Return the model's card; None where it cannot be read, because playing it says why."""
         if path not in self._cards:
             try:
                 self._cards[path] = read_card(path)
@@ -230,7 +230,7 @@ class RendererView(AppView):
 
 
 def figures(page: Page, heard: Heard, record: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
-    """Names and values of the six figures: what a record says of time, and the level."""
+    """Return names and values of the six figures: the record's times, and the level."""
     ready, output, voice = (record.get(name) or {} for name in ("ready", "output", "voice"))
     ahead, worst = output.get("ahead_ms"), page.texts("worst_value", worst=f"{ready.get('worst_us', 0.0) / 1000:.2g}")
     texts, share = page.texts, f"{100 * ready.get('late_share', 0.0):.2g}"
