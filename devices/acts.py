@@ -24,7 +24,7 @@ class Act:
     paused_ns: int = 0
 
     def seconds(self, t_ns: int) -> float:
-        """Seconds since the act began, pauses left out."""
+        """Return the seconds since the act began, without pauses."""
         until = t_ns if self.paused_at_ns is None else self.paused_at_ns
         return round((until - self.begun_ns - self.paused_ns) / NS, 3)
 

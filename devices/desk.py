@@ -35,16 +35,16 @@ class Desk(Protocol):
     """Where the experimenter sits. Every method returns at once; only the main thread calls them."""
 
     def poll(self) -> Aside | None:
-        """What the experimenter did since the last poll, one thing at a time, or None.
+        """Return the experimenter's next action since the last poll, or None.
 
-        Raises palpate.studies.sessions.interrupts.Interrupted where the experimenter ends the sitting.
+        Raise palpate.studies.sessions.interrupts.Interrupted where the experimenter ends the session.
         """
 
     def demand(self, prompt: Prompt | None) -> None:
         """Put a demand before the experimenter, or take the standing one away; an equal one stays as it stands."""
 
     def answer(self) -> float | bool | str | None:
-        """The answer to the standing demand: True once confirmed, a number or a code once given, None until then."""
+        """Return the answer to the prompt: True once confirmed, a number or a code once given, None until then."""
 
     def tell(self, state: Mapping[str, Any]) -> None:
         """Show the state of a window or device; given keys replace earlier ones, None removes one."""

@@ -187,7 +187,7 @@ class Records(Protocol):
 
 
 def interleaved(*channels: Sequence[float]) -> bytes:
-    """Channels of one length as rows, 4 bytes a value. Raises ValueError where their lengths differ."""
+    """Return channels of one length as rows, 4 bytes a value. Raise ValueError where their lengths differ."""
     if len({len(channel) for channel in channels}) > 1:
         raise ValueError(f"channels of one length are expected, found {[len(channel) for channel in channels]}")
     rows = array("f", [0.0]) * sum(map(len, channels))

@@ -44,7 +44,7 @@ def sensed(sensor: Sensor, seconds: float, now: NowNs) -> tuple[Reading, ...]:
 
 
 def reading(device: str, signal: Signal, blocks: Sequence[Block]) -> Reading:
-    """What these blocks of one signal amount to. Raises DeviceFault (`silent`) where there is no sample."""
+    """Return the statistics of these blocks of one signal. Raise DeviceFault (`silent`) where there is no sample."""
     rows = samples(signal, blocks)
     if not len(rows):
         raise DeviceFault(device, "silent", f"{device}: no sample of {signal.name} came; see its cable and power.")
@@ -57,13 +57,13 @@ def reading(device: str, signal: Signal, blocks: Sequence[Block]) -> Reading:
 
 
 def samples(signal: Signal, blocks: Sequence[Block]) -> NDArray[np.float64]:
-    """The rows of the blocks one below the other, of shape (n, channels); lost samples are left out."""
+    """Return the rows of the blocks one below the other, of shape (n, channels), without lost samples."""
     joined = b"".join(block.data for block in blocks)
     return np.frombuffer(joined, "<f4").reshape(-1, len(signal.channels)).astype(np.float64)
 
 
 def measured_hz(signal: Signal, blocks: Sequence[Block]) -> float:
-    """Samples per second, lost ones counted: the slope of their number over the host's time; 0 where no time passed."""
+    """Return the samples per second including lost ones: their number over the host's time; 0 where no time passed."""
     filled = [block for block in blocks if block.data]
     if len(filled) < 2:
         return 0.0

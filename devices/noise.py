@@ -16,7 +16,7 @@ QUANTILES = tuple(NormalDist().inv_cdf((level + 0.5) / LEVELS) for level in rang
 
 
 def gaussians(count: int, *key: Key) -> list[float]:
-    """`count` standard normal numbers (quantised to 4096 levels), independent of those of any other key."""
+    """Return `count` standard normal numbers (quantised to 4096 levels), independent of those of any other key."""
     bits = array("H", hashlib.shake_256(canonical(key)).digest(2 * count))
     if sys.byteorder == "big":
         bits.byteswap()

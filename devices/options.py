@@ -23,7 +23,7 @@ _SIZE = re.compile(r"([1-9][0-9]{2,4})x([1-9][0-9]{2,4})")
 
 
 def size_px(_ctx: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[int, int] | None:
-    """The callback of an option that takes a size, as 1280x720."""
+    """Parse an option's size, such as 1280x720, as its click callback."""
     if value is None:
         return None
     match = _SIZE.fullmatch(value)

@@ -15,9 +15,9 @@ TELLING = ("label", "material", "position")
 
 
 def described(stimulus: Stimulus, blind: Sequence[str] = ()) -> str:
-    """The stimulus by its id and what its table says of it: T07 (sandpaper P60, box 3).
+    """Describe the stimulus by its id and what its table says of it: T07 (sandpaper P60, box 3).
 
-    Where columns are `blind` neither they nor the id, which may tell them, are shown: sandpaper P60, box 3.
+    Where columns are `blind` neither they nor the id, which may reveal them, are shown: sandpaper P60, box 3.
     """
     seen = [name for name in TELLING if name not in blind]
     texts = [text for name in seen if (text := stimulus.columns.get(name, "")) not in ("", stimulus.id)]

@@ -18,10 +18,10 @@ class Scene(Protocol):
     """
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """What an ideal accelerometer on the tool feels, gravity included: pieces of shape (n, 3)."""
+        """Yield what an ideal accelerometer on the tool measures, gravity included: pieces of shape (n, 3)."""
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:
-        """What an ideal force/torque sensor feels: pieces of shape (n, 6), three N and three N m."""
+        """Yield what an ideal force/torque sensor measures: pieces of shape (n, 6), three N and three N m."""
 
     def position_mm(self, rate_hz: float) -> Iterator[Array]:
-        """Where the tracked marker is: pieces of shape (n, 3)."""
+        """Yield the tracked marker's position: pieces of shape (n, 3)."""

@@ -7,6 +7,6 @@ from pathlib import Path
 
 
 def station_folder(lab: Path, host: str | None = None) -> Path:
-    """LAB/stations/HOST, where HOST is the computer's name up to its first dot, as a folder can be called."""
+    """Return LAB/stations/HOST, where HOST is the computer's name up to its first dot, made valid for a folder."""
     name = (host or platform.node()).split(".")[0] or "station"
     return lab / "stations" / "".join(c if c.isalnum() or c in "-_" else "_" for c in name)

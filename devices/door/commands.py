@@ -210,7 +210,7 @@ def _stimulus_folder(text: str) -> Path:
 def _makers(
     study: str, measured: Path | None, seed: int
 ) -> tuple[Callable[[Path], list[Path]], Callable[[Path], list[str]]]:
-    """What writes a study's stimuli into a folder, and what compares a folder with them."""
+    """Return what writes a study's stimuli into a folder, and what compares a folder with them."""
     from palpate.devices.door import sets, stimuli
 
     if study == "door_ratings":
@@ -270,7 +270,7 @@ def draw_command(
 
 
 def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time: str) -> tuple[Any, Any]:
-    """Angle and force, one value each a row, from one file or from two with a time column each."""
+    """Return angle and force, one value a row each, from one file or from two with a time column each."""
     from palpate.devices.door.recording import read_columns
     from palpate.signals.doors.profiles import upsample_angle
 

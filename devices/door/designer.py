@@ -79,18 +79,18 @@ class Designer:
 
     @property
     def antonyms(self) -> tuple[str, ...]:
-        """Its opposite."""
+        """The opposite of each low word, in order."""
         return self.force.card.takes.antonyms or self.perception.card.gives.antonyms
 
     @cached_property
     def identity(self) -> Mapping[str, str]:
-        """Which models these are, for the record: their names and the SHA-256 of their weights."""
+        """The models' names and the SHA-256 of their weights, for the record."""
         pair = {"force": self.force.card, "perception": self.perception.card}
         names = {f"{what}_model": card.name for what, card in pair.items()}
         return names | {f"{what}_sha256": card.weights.sha256 for what, card in pair.items()}
 
     def design(self, wish: Wish, smoothing_deg: float = 0.0) -> Designed:
-        """The door for a wish, and what it should feel like.
+        """Return the door for a wish, and what it should feel like.
 
         `wish` is a value from 0 (the attribute's word) to 100 (its antonym) by name, or all of them in order.
         `smoothing_deg` is the SD of a Gaussian over the angle; both ends of the profile keep their force.
@@ -111,7 +111,7 @@ class Designer:
         return Designed(shown, predicted, off, within, words)
 
     def checked(self, wish: Wish) -> Array:
-        """The wishes in order. Raises DoorDataError as `design` does."""
+        """Return the wishes in order. Raise DoorDataError as `design` does."""
         wished = self._in_order(wish) if isinstance(wish, Mapping) else _numbers(wish)
         if wished.shape != (len(self.attributes),):
             raise DoorDataError(f"{len(self.attributes)} wishes are expected, found an array of shape {wished.shape}.")
@@ -130,7 +130,7 @@ class Designer:
 
 
 def designer_for(lab: Path | None, model: str | None = None) -> Designer:
-    """The lab's own pair of models where it has trained door-force, else the shipped pair.
+    """Return the lab's own pair of models where it has trained door-force, else the shipped pair.
 
     `model` names another force model of the lab or the shipped ones, or its card; the perception model is the one that
     lies beside it. Raises ModelFileError on a model that is missing, damaged or of another data set.
@@ -152,10 +152,9 @@ def designer_for(lab: Path | None, model: str | None = None) -> Designer:
 
 
 def smoothed(force_N: Array, smoothing_deg: float) -> Array:
-    """A profile (621,) under a Gaussian of this SD in degrees; the force at either end stays. 0 changes nothing.
+    """Return a profile (621,) smoothed by a Gaussian of this SD in degrees; the force at either end stays.
 
-    Beyond an end the profile goes on turned about that point, so its slope there goes on too.
-    Raises DoorDataError for an SD outside 0..10.
+    An SD of 0 changes nothing.
     """
     if not 0 <= smoothing_deg <= MOST_SMOOTHING_DEG:
         raise DoorDataError(f"smoothing over {smoothing_deg!r} degrees: from 0 to {MOST_SMOOTHING_DEG:g} is expected.")

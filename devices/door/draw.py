@@ -181,7 +181,7 @@ def _table(path: Path) -> list[Mapping[str, str]]:
 
 
 def _originals(folder: Path) -> dict[str, Array]:
-    """The unmodified profile of each door of the folder's table."""
+    """Return the unmodified profile of each door of the folder's table."""
     rows = [row for row in _table(folder / "stimuli.csv") if row["augmentation"] == "original"]
     if not rows:
         raise DoorDataError(f"{folder / 'stimuli.csv'}: no row whose augmentation is 'original'; one a door is drawn.")
@@ -219,7 +219,7 @@ def _features(panel: Any, car: str, rows: Sequence[Row]) -> None:
 
 
 def _keys() -> list[Any]:
-    """What the marks mean: not every door has each of them."""
+    """Return the legend of the marks: not every door has each of them."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

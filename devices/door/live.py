@@ -53,7 +53,7 @@ class LiveDoor(Generic[W]):
     _offered: Change[W] | None = None
 
     def newer(self, t_ns: int) -> Sequence[float] | None:
-        """At each tick the door of a wish that was changed; else None."""
+        """Return, at each tick, the door of a wish that was changed; else None."""
         if self._due_ns is None:
             self._due_ns = t_ns
         if t_ns < self._due_ns:
@@ -77,9 +77,9 @@ class LiveDoor(Generic[W]):
             self.changes.append(replace(offered, taken_ns=None if why else t_ns, why=why))
 
     def done(self) -> bool | None:
-        """See `stopped`."""
+        """Return the answer of `stopped`, or None without it."""
         return None if self.stopped is None else self.stopped()
 
     def rests(self) -> None:
-        """The door is stopped for a pause: time that passes until it plays again is no missed tick."""
+        """Note a pause of the door, so that its time does not count as missed ticks."""
         self._due_ns = None

@@ -24,15 +24,15 @@ class Made(Protocol):
 
     @property
     def predicted(self) -> Array:
-        """How it should feel, 0..100, in the wishes' order."""
+        """The predicted ratings, 0..100, in the wishes' order."""
 
     @property
     def off(self) -> Array:
-        """How far that is from the wishes."""
+        """The difference between prediction and wishes."""
 
     @property
     def attainable(self) -> bool:
-        """Whether it comes near enough to them."""
+        """Whether the prediction is near enough to the wishes."""
 
 
 class Maker(Protocol):
@@ -44,14 +44,14 @@ class Maker(Protocol):
 
     @property
     def antonyms(self) -> Sequence[str]:
-        """Its opposite."""
+        """The opposite of each low word, in order."""
 
     @property
     def identity(self) -> Mapping[str, Any]:
-        """Which models these are, by name and SHA-256."""
+        """The models' names and SHA-256."""
 
     def design(self, wish: Mapping[str, float] | ArrayLike, smoothing_deg: float = 0.0) -> Made:
-        """The door for wishes from 0 to 100, by name or in order; `smoothing_deg` is the SD of a Gaussian.
+        """Return the door for wishes from 0 to 100, by name or in order; `smoothing_deg` is the SD of a Gaussian.
 
         Raises DoorDataError on another wish or smoothing.
         """
@@ -64,7 +64,7 @@ class Doors:
     maker: Maker
 
     def force_N(self, wish: Mapping[str, float]) -> tuple[float, ...]:
-        """The 621 forces with as many decimals as a file holds: what is kept is what is played.
+        """Return the 621 forces rounded to a file's decimals, so that what is saved is what is played.
 
         Raises DoorDataError on an attribute that is missing or unknown, or a value outside 0 to 100.
         """
@@ -72,7 +72,7 @@ class Doors:
 
 
 def maker_for(lab: Path | None, model: str | None = None) -> Maker:
-    """What makes doors in a lab: its own models where it has trained some, else the shipped ones.
+    """Return the lab's own models as a maker of doors where it has trained some, else the shipped ones.
 
     `model` names another force model of either, or its card. Raises ModelFileError on one that cannot be had.
     """

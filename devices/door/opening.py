@@ -35,7 +35,7 @@ class Opening:
 
 
 def opened_once(profile_N: Sequence[float], seconds: float, *key: Key) -> Opening:
-    """The door of this profile is opened once in `seconds`; the key decides the hand.
+    """Return one opening of the door of this profile in `seconds`; the key seeds the hand.
 
     The door opens to just behind the profile's last point that is not padding, or beyond 62 degrees where the profile
     is capped there. `palpate doors normalise --zero` turns a recording of it back into the profile.
@@ -89,13 +89,13 @@ class _Wave:
 
 
 def _ramp(n: int, moving: int) -> float:
-    """Share of full speed: smooth starts and stops; never 0, so that the angle always rises."""
+    """Return the share of full speed: smooth starts and stops; never 0, so that the angle always rises."""
     share = min(1.0, (min(n, moving - 1 - n) + 1) / (START_S * RATE_HZ))
     return share * share * (3 - 2 * share)
 
 
 def _felt(profile_N: Sequence[float], place: float, end: int) -> float:
-    """The profile's force at a place; none while the hand only lies at the handle."""
+    """Return the profile's force at a place; 0 while the hand only rests on the handle."""
     if place == 0:
         return 0.0
     index = min(int(place), end - 1)

@@ -41,15 +41,15 @@ class OpeningScene:
         self._sways = tuple(_sway(axis, key) for axis in ("up", "along"))
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """An accelerometer that lies still beside the door: pieces of shape (n, 3)."""
+        """Yield what an accelerometer at rest beside the door measures: pieces of shape (n, 3)."""
         return _pieces(lambda t_s: np.tile((0.0, 0.0, GRAVITY_M_S2), (len(t_s), 1)), rate_hz)
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:
-        """The hand's force on the handle, x the pull in newtons, and its torque in N m: pieces of shape (n, 6)."""
+        """Yield the hand's force on the handle, x the pull in N, and its torque in N m: pieces of shape (n, 6)."""
         return _pieces(self._wrench_at, rate_hz)
 
     def position_mm(self, rate_hz: float) -> Iterator[Array]:
-        """The marker on its circle around the hinge, which is the origin: pieces of shape (n, 3)."""
+        """Yield the marker on its circle around the hinge, which is the origin: pieces of shape (n, 3)."""
         return _pieces(self._position_at, rate_hz)
 
     def _wrench_at(self, t_s: Array) -> Array:
@@ -70,7 +70,7 @@ def _sway(axis: str, key: tuple[Key, ...]) -> Callable[[Array], Array]:
 
 
 def _read(values: Array, t_s: Array) -> Array:
-    """Between the steps of the motion; the last value holds after it."""
+    """Return the values between the steps of the motion; the last value holds after it."""
     return np.asarray(np.interp(t_s * RATE_HZ, np.arange(len(values)), values))
 
 

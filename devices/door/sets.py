@@ -19,7 +19,10 @@ TARGETS = (10, 90)
 
 
 def matching_files() -> dict[str, str]:
-    """door_matching: fourteen profiles by the shipped models, one attribute at 10 or 90, the rest at 50; a table."""
+    """Return door_matching: fourteen profiles by the shipped models, one attribute at 10 or 90, and a table.
+
+    The other attributes are at 50.
+    """
     doors = Doors(maker_for(None))
     names = doors.maker.attributes
     wished = [(name, target) for name in names for target in TARGETS]
@@ -30,7 +33,7 @@ def matching_files() -> dict[str, str]:
 
 
 def real_files() -> dict[str, str]:
-    """door_adjectives and door_capture: the six unmodified doors of door_ratings, and their table."""
+    """Return door_adjectives and door_capture: the six unmodified doors of door_ratings, and their table."""
     doors = list(originals())
     about = [(label, label, source) for label, source, _ in doors]
     return dict(_files(("id", "car", "source"), about, [force for _, _, force in doors]))
@@ -50,7 +53,7 @@ def make(study: str, folder: Path) -> list[Path]:
 
 
 def differences(study: str, folder: Path) -> list[str]:
-    """What in a folder is not, byte for byte, what `make` writes: one line each, empty when all is equal."""
+    """List what in a folder differs by a byte from what `make` writes: one line each, empty when all is equal."""
     expected = _made(study)
     lines = []
     for name, text in expected.items():
@@ -82,7 +85,7 @@ def _files(
 
 
 def _features(force_N: Array) -> Iterator[str]:
-    """The numeric columns of the profile as its file holds it: fixed decimals, and never a minus before a zero."""
+    """Yield the numeric columns of the profile as its file holds it: fixed decimals, never a minus before a zero."""
     for name, value in describe(np.round(force_N, FORCE_DECIMALS)).items():
         decimals = FEATURE_DECIMALS.get(name, FORCE_DECIMALS)
         yield f"{round(value, decimals) + 0.0:.{decimals}f}"

@@ -39,7 +39,7 @@ DOOR_FIELDS = tuple(field.name for field in fields(Door))
 
 
 def profile_text(force_N: Array) -> str:
-    """A profile file's content: 621 rows of angle and force with fixed decimals, line feeds only."""
+    """Return a profile file's content: 621 rows of angle and force with fixed decimals, line feeds only."""
     if len(force_N) != POINTS:
         raise DoorDataError(f"A door profile has {POINTS} points, this one has {len(force_N)}.")
     rows = (f"{grid_angle_deg(index):.1f},{_fixed(force, FORCE_DECIMALS)}" for index, force in enumerate(force_N))
@@ -47,7 +47,7 @@ def profile_text(force_N: Array) -> str:
 
 
 def originals(measured: Path = MEASURED_FILE) -> Iterator[tuple[str, str, Array]]:
-    """The six unmodified doors: label, source (measured or simulated) and force, the measured one first."""
+    """Yield the six unmodified doors: label, source (measured or simulated) and force, the measured one first."""
     columns = read_columns(measured, HEADER)
     yield MEASURED_LABEL, "measured", normalise(columns["angle_deg"], columns["force_N"]).force_N
     for label, entry in read_catalogue().items():
@@ -55,7 +55,7 @@ def originals(measured: Path = MEASURED_FILE) -> Iterator[tuple[str, str, Array]
 
 
 def stimulus_files(measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> dict[str, str]:
-    """Path inside the study's folder and content of everything that is made: 90 profiles and the table."""
+    """Return path inside the study's folder and content of everything that is made: 90 profiles and the table."""
     files: dict[str, str] = {}
     rows: list[str] = []
     for label, source, force_N in originals(measured):
@@ -78,7 +78,7 @@ def make(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -
 
 
 def differences(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> list[str]:
-    """What in a folder is not, byte for byte, what `make` writes: one line each, empty when all is equal."""
+    """List what in a folder differs by a byte from what `make` writes: one line each, empty when all is equal."""
     expected = stimulus_files(measured, seed)
     lines = [_difference(folder / name, text.encode()) for name, text in expected.items()]
     unknown = sorted(path for path in (folder / FOLDER).glob("*.csv") if f"{FOLDER}/{path.name}" not in expected)
@@ -97,7 +97,7 @@ def _difference(path: Path, expected: bytes) -> str:
 
 
 def _fixed(value: float, decimals: int) -> str:
-    """Fixed decimals, and never a minus before a zero."""
+    """Return a number with fixed decimals, and never a minus before a zero."""
     return f"{round(float(value), decimals) + 0.0:.{decimals}f}"
 
 
@@ -130,7 +130,7 @@ def read_catalogue(path: Path | str = DOORS_FILE) -> dict[str, CatalogueEntry]:
 
 
 def find_door(catalogue: dict[str, CatalogueEntry], label: str) -> CatalogueEntry:
-    """The entry of one label, or a refusal that lists the labels there are."""
+    """Return the entry of one label; for an unknown one, raise an error that lists the labels."""
     if label not in catalogue:
         raise DoorDataError(f"There is no simulated door {label!r}; there are: {', '.join(catalogue)}.")
     return catalogue[label]

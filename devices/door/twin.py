@@ -25,7 +25,7 @@ class DoorTelemetry:
     force_N: tuple[float, ...]
 
     def interleaved(self) -> bytes:
-        """Angle and force alternating, as little-endian float32: 8 bytes a sample."""
+        """Return angle and force alternating, as little-endian float32: 8 bytes a sample."""
         return interleaved(self.angle_deg, self.force_N)
 
 
@@ -48,7 +48,7 @@ def open_door(profile_N: Sequence[float], duration_s: float, rate_hz: float) -> 
 
 
 def _steps(duration_s: float, rate_hz: float) -> int:
-    """Whole sampling steps in the opening; a product a hair below a whole number counts as that number."""
+    """Return the whole sampling steps in the opening; a product a hair below a whole number counts as that number."""
     for name, value in (("duration_s", duration_s), ("rate_hz", rate_hz)):
         if not (math.isfinite(value) and value > 0):
             raise DoorDataError(f"{name} is {value}: a finite number above 0 is needed.")
@@ -59,13 +59,13 @@ def _steps(duration_s: float, rate_hz: float) -> int:
 
 
 def _minimum_jerk(share: float) -> float:
-    """Share of the way after a share of the time."""
+    """Return the share of the way after a share of the time."""
     share = min(share, 1.0)
     return min(share**3 * (10 + share * (6 * share - 15)), 1.0)
 
 
 def _between(profile_N: Sequence[float], place: float) -> float:
-    """The profile at a fractional grid index, linear between points and exact on them."""
+    """Return the profile at a fractional grid index, linear between points and exact on them."""
     index = min(int(place), POINTS - 2)
     rest = place - index
     return profile_N[index] * (1 - rest) + profile_N[index + 1] * rest

@@ -52,7 +52,7 @@ class Typesetter:
         return self._laid[key]
 
     def same_size(self, texts: Sequence[str], width: int, height: int, steps: Steps = LABEL_STEPS) -> Steps:
-        """Return the one size at which all of these fit, so that none looks more important; all sizes where none does."""
+        """Return the one size at which all fit, so that none looks more important; all sizes where none does."""
         for step in steps:
             if all(first_fit(self.page, text, width, height, (step,), even=True) for text in texts):
                 return (step,)

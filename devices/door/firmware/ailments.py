@@ -43,15 +43,15 @@ class Ailing:
         self.plant.mode = mode
 
     def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
-        """Hand the profile on."""
+        """Pass the profile on."""
         self.plant.load(torque_Nm, end_rad)
 
     def change(self, torque_Nm: Sequence[float]) -> None:
-        """Hand the change on."""
+        """Pass the change on."""
         self.plant.change(torque_Nm)
 
     def step(self) -> Tick:
-        """1 ms of the plant, and what its sensors say of it."""
+        """Advance the plant by 1 ms and return what its faulty sensors report."""
         self.t_ms += 1
         reading = self.plant.step()
         if self.from_ms is not None and self.t_ms >= self.from_ms and self.last is not None:

@@ -88,11 +88,11 @@ class Firmware:
             self._hear(frame)
 
     def press(self, pressed: bool) -> None:
-        """The emergency button beside the arm is pressed, or released; the fault stays latched either way."""
+        """Press or release the emergency button beside the arm; the fault stays latched either way."""
         self.pressed = pressed
 
     def tick(self) -> bytes:
-        """1 ms of plant time: guard, step, look at the sensors; then what is to go onto the line."""
+        """Advance the plant by 1 ms, guarded and checked; return what is to be sent on the line."""
         self.t_ms += 1
         if self.pressed:
             self._trip(Fault.emergency_stop, 1.0)
@@ -113,7 +113,7 @@ class Firmware:
         return self.memory.profile.end_deg if self.memory.profile else MAX_ANGLE_DEG
 
     def _trip(self, fault: Fault, value: float) -> None:
-        """Motor off, brake on; the first fault stays latched."""
+        """Switch the motor off and the brake on; the first fault stays latched."""
         self._rest()
         if self.fault is Fault.none:
             self.fault = fault
@@ -234,7 +234,7 @@ class Firmware:
         return None
 
     def _unfit(self, profile: says.Profile, crc: int) -> Reason | None:
-        """Why the motor is not switched on for this profile."""
+        """Return why the motor is not switched on for this profile; None where it is."""
         if self.memory.damaged:
             self._trip(Fault.profile_damaged, 0.0)
         if self.fault is not Fault.none:
@@ -246,7 +246,7 @@ class Firmware:
 
 
 def _sendable(value: float) -> float:
-    """The value as near as a float32 can hold it."""
+    """Return the value as near as a float32 can hold it."""
     return value if math.isnan(value) else min(max(value, -FLOAT32_MOST), FLOAT32_MOST)
 
 
@@ -262,7 +262,10 @@ class Memory:
     """What was uploaded while `profile` is being played, and may follow it."""
 
     def take(self, message: UploadBegin | UploadChunk | UploadEnd, playing: bool = False) -> Reason | None:
-        """A part of an upload; a reason where it is refused. While playing, the old profile stays in force."""
+        """Take a part of an upload; return a reason where it is refused.
+
+        While playing, the old profile stays in force.
+        """
         match message:
             case UploadBegin():
                 return self.begin(message, playing)
@@ -272,7 +275,7 @@ class Memory:
                 return self.end(message, playing)
 
     def begin(self, message: UploadBegin, playing: bool = False) -> Reason | None:
-        """A new profile replaces the old one from here on, or is laid beside it while playing."""
+        """Begin a new profile, which replaces the old one, or is held beside it while playing."""
         if message.points != POINTS or not 0 < message.end_deg <= MAX_ANGLE_DEG:
             return Reason.bad_value
         self.begun, self.points, self.following = message, {}, None
@@ -310,7 +313,7 @@ class Memory:
         return None
 
     def change(self, crc: int) -> Reason | None:
-        """The profile beside the one in force takes its place; a reason where it may not."""
+        """Put the profile held beside into force; return a reason where that is refused."""
         if self.profile is None or self.following is None:
             return Reason.incomplete
         if not crc == self.following.crc == profile_crc(self.following.torque_Nm, self.following.end_deg):
@@ -321,14 +324,14 @@ class Memory:
         return None
 
     def allowed(self, torque: tuple[float, ...]) -> bool:
-        """Whether torque and slope stay within the limits; a hair is left for the rounding to float32."""
+        """Return whether torque and slope stay within the limits, with a margin for the rounding to float32."""
         hair = 1 + 1e-6
         steepest = max(abs(after - before) for before, after in pairwise(torque)) * POINTS_PER_DEG
         highest = max(map(abs, torque))
         return highest <= self.limits.torque_Nm * hair and steepest <= self.limits.slope_Nm_deg * hair
 
     def part(self, message: ReadBack) -> Part | Reason:
-        """Points of the profile as they are held."""
+        """Return points of the held profile."""
         if self.profile is None:
             return Reason.incomplete
         if not 1 <= message.count <= CHUNK_POINTS or message.first + message.count > POINTS:

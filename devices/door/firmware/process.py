@@ -68,7 +68,7 @@ class Emulator:
     given_up: int = 0
 
     def run(self) -> None:
-        """Until the parent is gone; then until it is safe."""
+        """Run until the parent is gone, and then until the door is safe."""
         os.set_blocking(self.master, False)
         pause_s = min(0.02, 0.001 / self.speed)
         while True:

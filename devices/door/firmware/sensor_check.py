@@ -34,7 +34,7 @@ class SensorCheck:
     pulled_ms: int = 0
 
     def check(self, reading: Tick, state: State, end_deg: float) -> Found | None:
-        """What is wrong, and the value that shows it; None where nothing is."""
+        """Return the fault and the value that shows it; None where nothing is wrong."""
         if reading.t_us == self.t_us:
             self.silent_ms += 1
             return (Fault.sensor_silent, float(self.silent_ms)) if self.silent_ms >= SILENT_MS else None
@@ -61,7 +61,7 @@ class SensorCheck:
         return (Fault.over_speed, speed) if moving and abs(speed) > self.limits.speed_deg_s else None
 
     def _stuck(self, reading: Tick, state: State, end_deg: float) -> Found | None:
-        """An encoder that stands while the arm cannot: it stopped at once, or it is pulled and does not give way."""
+        """Return a fault of an encoder that stands while the arm cannot: it stopped at once, or is pulled in vain."""
         angle = math.degrees(reading.angle_rad)
         self.angles_deg.append(angle)
         pulled = abs(reading.torque_Nm) > abs(reading.commanded_Nm) + PULLED_NM

@@ -60,7 +60,7 @@ class TwinPlant:
         self.machine.change(torque_Nm)
 
     def step(self) -> Tick:
-        """1 ms."""
+        """Advance by 1 ms."""
         return self.machine.step()
 
 
@@ -88,7 +88,7 @@ class Plant(Protocol):
         """Take a profile over 0 to 62 degrees, and where its stop stands."""
 
     def change(self, torque_Nm: Sequence[float]) -> None:
-        """While playing: pass over to this profile without a step in torque; the stop stays where it is."""
+        """Change to this profile while playing, without a step in torque; the stop stays where it is."""
 
     def step(self) -> Tick:
         """Go on for 1 ms; the time of the reading stands still where the sensors are silent."""

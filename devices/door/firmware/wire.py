@@ -13,7 +13,7 @@ ROOM = 1 << 16
 
 
 def as_it_is(data: bytes) -> bytes:
-    """A line that changes nothing."""
+    """Return the data unchanged."""
     return data
 
 
@@ -34,11 +34,11 @@ class Wire:
     _credit: float = 0.0
 
     def push(self, data: bytes) -> None:
-        """The host sends."""
+        """Send data from the host."""
         self._put(self._in, self.to_device(data))
 
     def tick(self) -> bytes:
-        """1 ms: what came over goes in, the firmware lives a millisecond, and what the host gets of it."""
+        """Advance the firmware by 1 ms with what has arrived, and return what the host gets of its output."""
         self._credit += self.baud / BITS_PER_BYTE / 1000
         share = int(self._credit)
         self._credit -= share

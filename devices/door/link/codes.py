@@ -55,15 +55,15 @@ class Reason(IntEnum):
 
 
 def state_name(code: int) -> str:
-    """The state's name, also for a code that this version does not know."""
+    """Return the state's name, also for a code that this version does not know."""
     return State(code).name if code in set(State) else f"state {code}"
 
 
 def fault_name(code: int) -> str:
-    """The fault's name, also for a code that this version does not know."""
+    """Return the fault's name, also for a code that this version does not know."""
     return Fault(code).name if code in set(Fault) else f"fault {code}"
 
 
 def reason_name(code: int) -> str:
-    """The reason's name, also for a code that this version does not know."""
+    """Return the reason's name, also for a code that this version does not know."""
     return Reason(code).name if code in set(Reason) else f"reason {code}"

@@ -34,7 +34,7 @@ ENDS_S = 2.0
 
 
 def by_serial(name: str, path: str, baud: int) -> Connection:
-    """A door simulator at a serial port. Raises DeviceError."""
+    """Return a door simulator at a serial port. Raise DeviceError."""
     port = SerialPort(name, path, baud)
     link = Link(name, port)
     threads = Threads(link)
@@ -50,7 +50,7 @@ def by_serial(name: str, path: str, baud: int) -> Connection:
 def by_twin(
     name: str, speed: float, seed: int, limits: Limits, baud: int, log: Path | None = None, more: Sequence[str] = ()
 ) -> Connection:
-    """A twin in a process of its own, which ends with this one. Raises DeviceError."""
+    """Return a twin in a process of its own, which ends with this one. Raise DeviceError."""
     twin = TwinProcess(name)
     with closed_on_failure(twin.end):
         path = twin.start(speed, seed, limits, baud, log, more)
@@ -83,7 +83,7 @@ class SerialPort:
             ) from error
 
     def read(self, timeout_s: float) -> bytes:  # noqa: ARG002 - WAIT_S is set once: to change it costs a system call
-        """What has come."""
+        """Return the bytes that have come."""
         first = self._serial.read(1)
         return bytes(first + self._serial.read(self._serial.in_waiting)) if first else b""
 
@@ -105,7 +105,7 @@ class Threads:
     running: list[threading.Thread] = field(default_factory=list)
 
     def start(self) -> None:
-        """From now on the link is read and beats by itself."""
+        """Start the threads that read the link and send heartbeats."""
         self.link.threaded = True
         for work in (self._read, self._beat):
             thread = threading.Thread(target=work, name=f"{self.link.name} {work.__name__[1:]}s", daemon=True)
@@ -132,7 +132,7 @@ class Threads:
 
     @contextmanager
     def _lost_where_it_fails(self) -> Iterator[None]:
-        """A driver may raise what is no OSError, as pyserial does where its port was closed: the line is gone then."""
+        """Treat any error of a driver as a lost line: pyserial's errors on a closed port are no OSError."""
         try:
             yield
         except Exception as error:

@@ -60,7 +60,7 @@ MEANINGS: Mapping[str, str] = {
 
 
 def make(name: str, settings: Settings, folder: Path) -> DoorSimulator:  # noqa: ARG001 - it reads no file
-    """The device; nothing is opened yet."""
+    """Return the device without opening it."""
     setup = Setup(
         settings.handle_radius_m, settings.limits, settings.telemetry_hz, settings.time_limit_s, settings.driver,
         settings.calibrated,

@@ -13,7 +13,7 @@ LOOK_AGAIN_S = 0.1
 
 
 def greet(link: Link) -> says.Identity:
-    """Who is there? Whatever it was doing, it is safe afterwards; a latched fault stays.
+    """Ask for the device's identity, which also makes it safe whatever it was doing; a latched fault stays.
 
     Raises:
         DeviceError: nobody answers, or somebody else's device, or one that speaks another version.
@@ -52,7 +52,7 @@ def verify(link: Link, profile: says.Profile) -> None:
 
 
 def read_back(link: Link, points: int) -> dict[int, float]:
-    """The profile that the device holds, point by point. Raises DeviceFault."""
+    """Return the profile that the device holds, point by point. Raise DeviceFault."""
     step = CHUNK_POINTS
     requests = (says.ReadBack(first, min(step, points - first)) for first in range(0, points, step))
     parts = [part for part in link.ask(*requests) if isinstance(part, says.Part)]
@@ -60,7 +60,7 @@ def read_back(link: Link, points: int) -> dict[int, float]:
 
 
 def differing(profile: says.Profile, held: dict[int, float]) -> int:
-    """How many points are not exactly as they were sent, missing ones counted."""
+    """Return how many points are not exactly as they were sent, counting missing ones."""
     return sum(held.get(index) != torque for index, torque in enumerate(profile.torque_Nm))
 
 
@@ -74,7 +74,7 @@ def play(link: Link, profile: says.Profile) -> None:
 
 
 def change(link: Link, profile: says.Profile) -> str:
-    """While it plays: have it pass over to this profile. "" or why it stays with the one that it has.
+    """Change to this profile while it plays; return "" or why the door keeps the one that it has.
 
     Raises DeviceFault where the line is lost.
     """
@@ -154,7 +154,7 @@ TOLD = {
 
 
 def latched_fault(name: str, fault: int) -> DeviceFault:
-    """The device's own fault as one of ours."""
+    """Return the device's own fault as a DeviceFault."""
     known = TOLD.get(Fault(fault)) if fault in set(Fault) else None
     what, message = known or ("firmware", f"it reported {fault_name(fault)}, which this version does not know")
     return DeviceFault(name, what, f"{name}: the door went safe: {message}")

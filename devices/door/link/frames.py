@@ -30,20 +30,20 @@ class Frame(NamedTuple):
 
 
 def bare(frame: Frame) -> bytes:
-    """The frame before stuffing: length, type, sequence, payload, CRC-32 of all these."""
+    """Return the frame before stuffing: length, type, sequence, payload, CRC-32 of all these."""
     head = HEAD.pack(len(frame.payload), frame.kind, frame.sequence)
     return head + frame.payload + TAIL.pack(crc32(frame.payload, crc32(head)))
 
 
 def on_the_line(frame: Frame) -> bytes:
-    """The frame as it is sent: stuffed, a zero before and a zero after. Raises ValueError for too long a payload."""
+    """Return the frame as it is sent: stuffed, with a zero on either side. Raise ValueError for too long a payload."""
     if len(frame.payload) > MAX_PAYLOAD:
         raise ValueError(f"a payload of {len(frame.payload)} bytes; {MAX_PAYLOAD} are the most")
     return b"\0" + stuffed(bare(frame)) + b"\0"
 
 
 def stuffed(data: bytes) -> bytes:
-    """The bytes without a zero: every run up to a zero is led by its length plus 1, at most 254 bytes a run."""
+    """Return the bytes without a zero: every run up to a zero is led by its length plus 1, at most 254 bytes a run."""
     out = bytearray()
     for run in data.split(b"\0"):
         while len(run) >= FULL_BLOCK - 1:
@@ -55,7 +55,7 @@ def stuffed(data: bytes) -> bytes:
 
 
 def unstuffed(data: bytes) -> bytes | None:
-    """The bytes that were stuffed; None for what no stuffing can give. `data` holds no zero."""
+    """Return the bytes before stuffing; None for what stuffing cannot give. `data` holds no zero."""
     runs = []
     at, end = 0, len(data)
     while at < end:
@@ -71,7 +71,7 @@ def unstuffed(data: bytes) -> bytes | None:
 
 
 def frame_of(raw: bytes | None) -> Frame | None:
-    """The frame that these unstuffed bytes are, if they are one and the CRC is right."""
+    """Return the frame of these unstuffed bytes, if they are one and the CRC is right."""
     if raw is None or len(raw) < OVERHEAD:
         return None
     length, kind, sequence = HEAD.unpack_from(raw)
@@ -94,7 +94,7 @@ class Parser:
         self._overlong = False
 
     def feed(self, data: bytes) -> list[Frame]:
-        """The frames that are complete now, in order."""
+        """Return the frames that are complete now, in order."""
         *whole, rest = (self._begun + data).split(b"\0")
         frames = []
         for run in whole:
@@ -121,5 +121,5 @@ class Parser:
 
     @property
     def kept(self) -> int:
-        """Bytes that wait for the end of their frame."""
+        """The number of bytes that wait for the end of their frame."""
         return len(self._begun)

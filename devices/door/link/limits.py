@@ -32,7 +32,7 @@ class Limits(Strict):
 def profile_for_door(
     force_N: Sequence[float], handle_radius_m: float, limits: Limits, what: str = "profile"
 ) -> Profile:
-    """The torques that make these forces at the handle, and where the motion ends.
+    """Return the torques that make these forces at the handle, and where the motion ends.
 
     `force_N` has 621 points; the zeros after the motion's end are no forces: the last value is held there instead, and
     the device's stop stands at the end, so that no step is ever rendered.
@@ -49,7 +49,7 @@ def profile_for_door(
 def change_for_door(
     force_N: Sequence[float], handle_radius_m: float, limits: Limits, end_deg: float, what: str = "profile"
 ) -> Profile:
-    """The torques that a door with its stop at `end_deg` passes over to while it plays.
+    """Return the torques for a change while the door plays, with its stop at `end_deg`.
 
     A motion that ends before the stop holds its last torque up to it; one that goes on behind it is never felt there.
     Raises ProfileRefused as `profile_for_door`.

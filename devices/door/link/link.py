@@ -33,7 +33,7 @@ class Port(Protocol):
     """A line to the device. What it raises where the line is gone is an OSError."""
 
     def read(self, timeout_s: float) -> bytes:
-        """What has come; waits for something at most that long, and may come back with nothing earlier."""
+        """Return what has come, waiting for something at most that long; may return earlier with nothing."""
 
     def write(self, data: bytes) -> None:
         """Send it all."""
@@ -97,7 +97,7 @@ class Link:
         self._write(says.sent(message, self._next()))
 
     def keep_alive(self, seconds: float = ALIVE_S) -> None:
-        """The main thread lives: the heart may beat so long from now on; 0 ends it."""
+        """Allow heartbeats for so many seconds, because the main thread is alive; 0 ends them."""
         self._alive_until_s = self.clock_s() + seconds
 
     def beat(self) -> None:
@@ -135,11 +135,11 @@ class Link:
         self.latest, self.report, self._heard_s = None, None, self.clock_s()
 
     def quiet_s(self) -> float:
-        """How long no telemetry has come."""
+        """Return how long no telemetry has come, in seconds."""
         return self.clock_s() - self._heard_s
 
     def lose(self, error: Exception) -> None:
-        """The line is gone, because of that; the first cause stays in `broken`, and the heart beats no more."""
+        """Note that the line is gone; the first cause stays in `broken`, and heartbeats end."""
         message = f"{self.name}: the link to the door is lost ({error}); without a heartbeat it goes safe by itself"
         with self._changed:
             if self.broken is None:

@@ -20,12 +20,12 @@ class Message:
     LAYOUT: ClassVar[Struct] = Struct("<")
 
     def pack(self) -> bytes:
-        """The payload of its frame."""
+        """Return the payload of its frame."""
         return self.LAYOUT.pack(*[getattr(self, one.name) for one in fields(self)])
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
-        """The message of this payload. Raises struct.error where the length is another."""
+        """Return the message of this payload. Raise struct.error where the length is another."""
         return cls(*cls.LAYOUT.unpack(payload))
 
 
@@ -38,12 +38,12 @@ class Points(Message):
     LAYOUT: ClassVar[Struct] = Struct("<H")
 
     def pack(self) -> bytes:
-        """The payload of its frame."""
+        """Return the payload of its frame."""
         return self.LAYOUT.pack(self.first) + pack_values(f"<{len(self.torque_Nm)}f", *self.torque_Nm)
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
-        """The message of this payload. Raises struct.error where the length does not fit."""
+        """Return the message of this payload. Raise struct.error where the length does not fit."""
         (first,) = cls.LAYOUT.unpack_from(payload)
         return cls(first, tuple(value for (value,) in iter_unpack("<f", payload[cls.LAYOUT.size :])))
 
@@ -247,7 +247,7 @@ _BY_KIND = {message.KIND: message for message in MESSAGES}
 
 
 def understood(frame: Frame) -> Message | None:
-    """The message of a frame; None for a type or a length that this version does not know."""
+    """Return the message of a frame; None for a type or a length that this version does not know."""
     kind = _BY_KIND.get(frame.kind)
     if kind is None:
         return None
@@ -258,12 +258,12 @@ def understood(frame: Frame) -> Message | None:
 
 
 def sent(message: Message, sequence: int) -> bytes:
-    """The message as it goes onto the line."""
+    """Return the message as it is sent on the line."""
     return on_the_line(Frame(message.KIND, sequence, message.pack()))
 
 
 def kind_name(kind: int) -> str:
-    """The message's name by its type, also for one that this version does not know."""
+    """Return the message's name by its type, also for one that this version does not know."""
     return _BY_KIND[kind].__name__ if kind in _BY_KIND else f"type {kind:#04x}"
 
 
@@ -283,12 +283,12 @@ class Profile:
 
 
 def as_float32(values: tuple[float, ...]) -> tuple[float, ...]:
-    """The values as the line carries them."""
+    """Return the values as the line carries them."""
     layout = Struct(f"<{len(values)}f")
     rounded: tuple[float, ...] = layout.unpack(layout.pack(*values))
     return rounded
 
 
 def profile_crc(torque_Nm: tuple[float, ...] | list[float], end_deg: float) -> int:
-    """CRC-32 of end_deg and the torques, each a little-endian float32."""
+    """Return the CRC-32 of end_deg and the torques, each a little-endian float32."""
     return crc32(pack_values(f"<{len(torque_Nm) + 1}f", end_deg, *torque_Nm))

@@ -31,13 +31,13 @@ class Recorded(Protocol):
         """Begin."""
 
     def due(self) -> bool:
-        """Whether there is something to be taken."""
+        """Return whether there is something to be taken."""
 
     def take(self) -> Chunk:
-        """What has come since the last time."""
+        """Return what has come since the last time."""
 
     def fault(self) -> DeviceFault | None:
-        """What failed."""
+        """Return what failed, or None."""
 
     def stop(self) -> Mapping[str, Any]:
         """End, and say what it came to."""
@@ -47,16 +47,16 @@ class Changes(Protocol):
     """Where the profile that is being felt changes from: palpate.devices.door.live.LiveDoor."""
 
     def newer(self, t_ns: int) -> Sequence[float] | None:
-        """The 621 forces that are to be felt from now on, in newtons; None while nothing has changed."""
+        """Return the new 621 forces to be felt from now on, in newtons; None while nothing has changed."""
 
     def took(self, t_ns: int, why: str) -> None:
-        """The door has taken what was last given; or it stays as it is, and `why`."""
+        """Note that the door has taken the last forces, or stays as it is, and `why`."""
 
     def rests(self) -> None:
-        """The door is stopped for a pause."""
+        """Note that the door is stopped for a pause."""
 
     def done(self) -> bool | None:
-        """Whether the participant is done; None where the door is done once it was opened and brought back."""
+        """Return whether the participant is done; None where one opening and return of the door ends it."""
 
 
 class Door(Protocol):
@@ -68,23 +68,23 @@ class Door(Protocol):
 
     @property
     def by(self) -> str:
-        """Who presents, as a reply says it."""
+        """The name of the door that presents, for the reply."""
 
     @property
     def time_limit_s(self) -> float:
-        """A presentation takes at most so long."""
+        """The longest time of a presentation, in seconds."""
 
     def profile(self, request: Present) -> Profile:
-        """What is to be played. Raises DeviceFault (limit)."""
+        """Return the profile to be played. Raise DeviceFault (limit)."""
 
     def change_for(self, force_N: Sequence[float], end_deg: float) -> Profile:
-        """What the door passes over to, its stop where it is. Raises ProfileRefused."""
+        """Return the torques for a change, with the stop where it is. Raise ProfileRefused."""
 
     def greeted(self) -> tuple[Link, Identity]:
-        """The link, made anew where it was lost, and how the door is. Raises DeviceFault."""
+        """Return the link, reconnected where it was lost, and the door's identity. Raise DeviceFault."""
 
     def recorded(self, now_ns: Callable[[], int]) -> Recorded:
-        """What will keep the telemetry."""
+        """Return the recorder of the telemetry."""
 
     def safe(self) -> None:
         """Bring it to rest."""
@@ -102,7 +102,7 @@ class Showing:
     rests: bool = False
 
     def steps(self) -> Generator[Aside | Chunk | Reply | Fault, None, None]:
-        """What it comes to, one thing at a time; the last one is a Reply or a Fault."""
+        """Yield what the presentation gives, one thing at a time; the last one is a Reply or a Fault."""
         recorded: list[Recorded] = []
         try:
             try:
@@ -135,7 +135,7 @@ class Showing:
         return Reply(felt.reply_value(recorded[0].stop()))
 
     def _ready(self) -> Generator[Aside, None, Link]:
-        """The link to a door without a fault; a person has put right, and confirmed, whatever was wrong."""
+        """Return the link to a door without a fault, after a person has mended and confirmed whatever was wrong."""
         mending = self.door.mending
         while True:
             confirmed = mending.wanted
@@ -153,7 +153,7 @@ class Showing:
                 mending.wanted = f"{latched}, and its cause remains"
 
     def _at_rest(self, told: str) -> None:
-        """Once: motor off, brake on."""
+        """Switch the motor off and the brake on, once."""
         if not self.rests:
             self.rests = True
             self.door.safe()
@@ -173,7 +173,7 @@ class Felt:
     ended: str = ""
 
     def steps(self) -> Steps:
-        """Until it is over. Raises DeviceFault."""
+        """Yield the steps until it is over. Raise DeviceFault."""
         showing, link = self.showing, self.link
         link.listen = self.opening.see
         gc.freeze()  # A collection of all that is loaded halts every thread, the heart too, for longer than is allowed.
@@ -194,7 +194,7 @@ class Felt:
             showing.desk.demand(None)
 
     def reply_value(self, streams: Mapping[str, Any]) -> dict[str, Any]:
-        """What the reply says."""
+        """Return the reply's value."""
         return {
             "presented": True,
             "by": self.showing.door.by,
@@ -219,14 +219,14 @@ class Felt:
             self.showing.desk.tell({self.showing.door.name: "playing"})
 
     def _something(self) -> bool:
-        """Asked again and again by the main thread, which shows by that that it lives."""
+        """Return whether something has come, and keep the heartbeat alive, because the main thread is."""
         self.link.keep_alive()
         self._change()
         self.ended = self._over()
         return bool(self.ended) or self.recorded.due() or self._fault() is not None
 
     def _change(self) -> None:
-        """Hand the door what it is to pass over to, if anything. Raises DeviceFault where the line is lost."""
+        """Send the door a change, if there is one. Raise DeviceFault where the line is lost."""
         door, now_ns = self.showing.door, self.showing.now_ns
         if door.changes is None or not self._playing or (force_N := door.changes.newer(now_ns())) is None:
             return
@@ -241,7 +241,7 @@ class Felt:
         self._took(why)
 
     def _took(self, why: str) -> None:
-        """Hand on what came of a change; the experimenter sees it where that is another thing than before."""
+        """Pass on the outcome of a change; show it to the experimenter where it differs from the last one."""
         showing = self.showing
         if showing.door.changes is not None:
             showing.door.changes.took(showing.now_ns(), why)
@@ -283,7 +283,7 @@ class Felt:
 
 
 def _ended(recorded: list[Recorded]) -> Steps:
-    """What is left of the telemetry."""
+    """Yield what is left of the telemetry."""
     for recording in recorded:
         recording.stop()
         while recording.due():

@@ -67,7 +67,7 @@ def no_profiles(request: Present) -> Sequence[float]:
 
 
 def streamed(door: DoorSimulator, now_ns: NowNs) -> Recorded:
-    """The telemetry, as every other stream is recorded."""
+    """Return the recorder of the telemetry, as for every other stream."""
     from palpate.devices.streams.recording import Recording
 
     return Recording({door.name: door}, now_ns, room_s=PAUSE_S)
@@ -92,17 +92,17 @@ class DoorSimulator:
 
     @property
     def by(self) -> str:
-        """Who presents, as a reply says it: a simulated door is named as what it is."""
+        """The name of the door that presents, for the reply; a simulated door is named as such."""
         return "twin" if self.setup.driver == "twin" else "door"
 
     @property
     def time_limit_s(self) -> float:
-        """A presentation takes at most so long."""
+        """The longest time of a presentation, in seconds."""
         return self.setup.time_limit_s
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """One signal: telemetry."""
+        """The one signal: telemetry."""
         return (Signal("telemetry", CHANNELS, UNITS, float(self.setup.telemetry_hz), self.name, self.setup.calibrated),)
 
     def open(self) -> None:
@@ -114,7 +114,7 @@ class DoorSimulator:
             self._greet(connection.link)
 
     def safe(self) -> None:
-        """Motor off, brake on; where the device cannot be reached, it does so by itself for want of a heartbeat."""
+        """Switch the motor off and the brake on; an unreachable device does so itself without a heartbeat."""
         if self._connection is not None:
             dialogue.rest(self._connection.link)
 
@@ -125,7 +125,7 @@ class DoorSimulator:
         self._let_go()
 
     def greeted(self) -> tuple[Link, Identity]:
-        """The link, made anew where it was lost, and how the door is. Raises DeviceFault where it cannot be had."""
+        """Return the link, reconnected where it was lost, and the door's identity. Raise DeviceFault."""
         try:
             if self._connection is None or self._connection.link.broken is not None:
                 self.open()
@@ -136,7 +136,7 @@ class DoorSimulator:
         return link, identity
 
     def profile(self, request: Present) -> Profile:
-        """What is to be played, within the limits. Raises DeviceFault (limit)."""
+        """Return the profile to be played, within the limits. Raise DeviceFault (limit)."""
         try:
             return self.check(self.profile_for(request), request.trial.stimulus.id)
         except ProfileRefused as refused:
@@ -153,19 +153,19 @@ class DoorSimulator:
             )
 
     def check(self, force_N: Sequence[float], what: str) -> Profile:
-        """The profile as it would be sent. Raises ProfileRefused; a session asks before it begins."""
+        """Return the profile as it would be sent, for a check before a session. Raise ProfileRefused."""
         return profile_for_door(force_N, self.setup.handle_radius_m, self._limits(), what)
 
     def change_for(self, force_N: Sequence[float], end_deg: float) -> Profile:
-        """What the door passes over to while it plays, its stop where it is. Raises ProfileRefused."""
+        """Return the torques for a change while it plays, with the stop where it is. Raise ProfileRefused."""
         return change_for_door(force_N, self.setup.handle_radius_m, self._limits(), end_deg, "the changed profile")
 
     def recorded(self, now_ns: NowNs) -> Recorded:
-        """What will keep the telemetry of one presentation."""
+        """Return the recorder of one presentation's telemetry."""
         return self.recorder(self, now_ns)
 
     def expect(self, scene: Scene | None) -> None:
-        """The door makes its own scene."""
+        """Do nothing: the door makes its own scene."""
 
     def start(self, now_ns: NowNs) -> None:
         """Count telemetry from the next sample on. Raises DeviceError."""
@@ -176,7 +176,7 @@ class DoorSimulator:
         self._numbering = TelemetryBlocks()
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """The telemetry that has come. Raises DeviceFault where the link is lost or falls silent."""
+        """Return the telemetry that has come. Raise DeviceFault where the link is lost or falls silent."""
         link = self._up()
         link.wait(lambda: bool(link.samples), timeout_s)
         arrived = [link.samples.popleft() for _ in range(len(link.samples))]
@@ -185,11 +185,11 @@ class DoorSimulator:
         return {"telemetry": self._numbering.blocks(arrived) if self._numbering is not None else []}
 
     def stop(self) -> None:
-        """No longer count."""
+        """Stop counting samples."""
         self._numbering = None
 
     def describe(self) -> Mapping[str, Any]:
-        """What the ledger keeps: the driver, the device's own account of itself, the limits of both."""
+        """Return the driver, the device's description of itself, and the limits of both, for the ledger."""
         setup, identity = self.setup, self.identity
         account = {} if identity is None else _account(identity)
         return {
@@ -240,7 +240,7 @@ class DoorSimulator:
             ended[1].close()
 
     def _limits(self) -> Limits:
-        """The rig's or the device's own, whichever is lower."""
+        """Return the rig's or the device's own limits, whichever are lower."""
         limits, identity = self.setup.limits, self.identity
         if identity is None:
             return limits
@@ -262,7 +262,7 @@ class DoorSimulator:
         return self._connection.link
 
     def _greet(self, link: Link) -> Identity:
-        """Who is there, safe and as the rig wants it: it may have been switched off and on since the last time."""
+        """Return the identity of a safe door as the rig needs it: it may have been restarted since the last time."""
         self.identity = identity = dialogue.greet(link)
         if identity.speed_deg_s > self.setup.limits.speed_deg_s:
             raise DeviceError(

@@ -24,12 +24,12 @@ LOST = "lost on the line"
 
 
 def row(sample: Telemetry) -> bytes:
-    """One sample as a row of CHANNELS."""
+    """Return one sample as a row of CHANNELS."""
     return ROW.pack(sample.angle_deg, sample.velocity_deg_s, sample.torque_Nm, sample.brake_A, sample.state)
 
 
 def untrue(name: str, sample: Telemetry) -> DeviceFault | None:
-    """What of a sample cannot be true, as a second guard beside the device's own."""
+    """Return a fault for impossible values of a sample, as a second guard beside the device's own."""
     values = (sample.angle_deg, sample.velocity_deg_s, sample.torque_Nm, sample.brake_A)
     if not all(map(math.isfinite, values)):
         return DeviceFault(name, "not_a_number", f"{name}: telemetry that is no number: {values}")
@@ -47,7 +47,7 @@ class TelemetryBlocks:
     next: int = 0
 
     def blocks(self, arrived: Iterable[Arrived]) -> list[Block]:
-        """Consecutive samples together; a sample that came twice or late, behind what was given, is left out."""
+        """Join consecutive samples into blocks; drop a sample that came twice or late."""
         blocks: list[Block] = []
         run: list[Arrived] = []
         for at_ns, sample in arrived:
@@ -93,7 +93,7 @@ class Opening:
     back: bool = False
 
     def see(self, sample: Telemetry) -> None:
-        """The door stands here now."""
+        """Take the sample as the door's present place."""
         angle = sample.angle_deg
         self.most_deg = max(self.most_deg, angle) if self.closed and math.isfinite(angle) else self.most_deg
         if angle <= self.closed_deg:
@@ -103,7 +103,7 @@ class Opening:
 
 
 def trouble(link: Link, state: int | None) -> DeviceFault | None:
-    """What is wrong with the door now; `state` is what it should be doing, None where that does not matter."""
+    """Return the door's present fault; `state` is the expected state, or None for any."""
     if link.broken is not None:
         return link.broken
     if link.quiet_s() > link.timing.silent_s:

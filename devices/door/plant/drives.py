@@ -30,7 +30,7 @@ class Drives:
         self.begin(0.0, 0.0, NOBODY, 0.0)
 
     def begin(self, motor_Nm: float, brake_A: float, hand: Hand, start_s: float) -> None:
-        """A period begins at `start_s` of the hand's clock; both commands are held until the next."""
+        """Begin a period at `start_s` of the hand's clock; both commands are held until the next."""
         self._hold_Nm = min(max(motor_Nm, -self._limit_Nm), self._limit_Nm)
         self._hold_A = min(max(brake_A, 0.0), self._limit_A)
         self._idle = self._hold_A == 0.0 and self.coil_A == 0.0 and self.powder_A <= 0.0
@@ -39,34 +39,34 @@ class Drives:
         self.holds = hand is not NOBODY
 
     def motor(self, t: float) -> float:
-        """Motor torque, t seconds into the period."""
+        """Return the motor torque in N m, t seconds into the period."""
         return self._hold_Nm + (self.motor_Nm - self._hold_Nm) * exp(self._motor_rate * t)
 
     def coil(self, t: float) -> float:
-        """Coil current."""
+        """Return the coil current in A, t seconds into the period."""
         return self._hold_A + (self.coil_A - self._hold_A) * exp(self._coil_rate * t)
 
     def friction(self, t: float) -> float:
-        """Dry friction while sliding: bearing, the brake's drag, and what its powder has of the current."""
+        """Return the dry friction while sliding: bearing, the brake's drag, and its powder's share of the current."""
         if self._idle:
             return self.dry_Nm
         brake = self._brake
         return self.dry_Nm + min(max(brake.gain_Nm_A * self._powder(self.coil(t)), 0.0), brake.limit_Nm)
 
     def _powder(self, coil_A: float) -> float:
-        """Where the powder is when the current has come to `coil_A`: a play behind."""
+        """Return the powder's state at the coil current `coil_A`, with a play behind it."""
         play = self._brake.play_A
         if self.powder_A < coil_A - play:
             return coil_A - play
         return coil_A + play if self.powder_A > coil_A + play else self.powder_A
 
     def hand(self, t: float, origin: float) -> float:
-        """The hand's torque on an arm that rests at `origin`; stiffness and damping act on what differs from that."""
+        """Return the hand's torque on an arm at rest at `origin`; stiffness and damping act on deviations from it."""
         angle, speed = self._path(self._start_s + t)
         return self.torque_Nm + self.stiffness * (angle - origin) + self.damping * speed
 
     def end(self, t: float) -> None:
-        """The period is over after t seconds: lags and play are where they are then."""
+        """End the period after t seconds, keeping the state of lags and play."""
         coil = self.coil(t)
         self.motor_Nm = self.motor(t)
         self.powder_A = self._powder(coil)
@@ -74,7 +74,7 @@ class Drives:
 
 
 def torque_and_slope(detents: Sequence[Detent], angle_rad: float) -> tuple[float, float]:
-    """What the detents hold against the opening direction, in N m, and its derivative over the angle."""
+    """Return the detents' torque against the opening direction, in N m, and its derivative over the angle."""
     torque = slope = 0.0
     for one in detents:
         away = (angle_rad - one.angle_rad) / one.width_rad
@@ -85,5 +85,5 @@ def torque_and_slope(detents: Sequence[Detent], angle_rad: float) -> tuple[float
 
 
 def stiffest(detents: Sequence[Detent]) -> float:
-    """An upper bound of their stiffness, in N m/rad."""
+    """Return an upper bound of the detents' stiffness, in N m/rad."""
     return sum(abs(one.energy_J) / one.width_rad**2 for one in detents)

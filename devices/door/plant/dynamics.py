@@ -71,11 +71,11 @@ class Dynamics:
 
     @property
     def angle_rad(self) -> float:
-        """Where the arm is."""
+        """The arm's angle in radians."""
         return self.origin + self.x
 
     def hand_torque(self) -> float:
-        """The hand's torque now, positive opening: what a sensor at the handle feels."""
+        """Return the hand's torque now, positive opening, as a sensor at the handle measures it."""
         drives = self.drives
         return drives.hand(drives.until, self.origin) - drives.stiffness * self.x - drives.damping * self.w
 
@@ -95,7 +95,7 @@ class Dynamics:
         self.drives.end(duration_s)
 
     def _gripped(self, hand: Hand, start_s: float) -> Hand:
-        """The hand, or nobody for as long as it would have to hold more than its grip."""
+        """Return the hand, or nobody for as long as it would have to hold more than its grip."""
         if hand.grip_Nm == inf:
             return hand
         angle, speed = hand.path(start_s)
@@ -103,7 +103,7 @@ class Dynamics:
         return hand if abs(pull) <= hand.grip_Nm else NOBODY
 
     def _mode(self) -> None:
-        """Stiffness and damping of what the arm is coupled to now."""
+        """Set stiffness and damping of what the arm is coupled to now."""
         drives = self.drives
         self._k, self._b = drives.stiffness, drives.damping + self.arm.viscous_Nm_s_rad
         if self.side:
@@ -111,7 +111,7 @@ class Dynamics:
             self._b += self.damping
 
     def _move(self, t: float, rest: float) -> float:
-        """One step while sliding, up to the first event in it; gives the time reached."""
+        """Take one step while sliding, up to the first event in it, and return the time reached."""
         h = self._forward(t, self._size(t, rest))
         event, passed = 0, self._passed(0)
         while passed:
@@ -135,7 +135,7 @@ class Dynamics:
         return h
 
     def _size(self, t: float, rest: float) -> float:
-        """The step to take: whole unless an oscillation matters that is faster than it."""
+        """Return the step to take: whole unless an oscillation matters that is faster than it."""
         rate = max(sqrt((self._k + self.notch_k) / self.inertia), self._b / self.inertia)
         if rate * rest <= 1.25 * FINE:
             return rest
@@ -149,7 +149,7 @@ class Dynamics:
         return rest / ceil(rest * rate / FINE)
 
     def _trial(self, t: float, h: float) -> None:
-        """A step of size h, kept in `end` until it is taken or another is tried; `stages` is what drove it."""
+        """Try a step of size h; `end` holds its result, and `stages` what drove it, until another is tried."""
         drives, slide, t1, t2 = self.drives, self.slide, t + C1 * h, t + C2 * h
         m1, p1, r1 = drives.motor(t1), drives.hand(t1, self.origin), drives.friction(t1)
         m2, p2, r2 = drives.motor(t2), drives.hand(t2, self.origin), drives.friction(t2)
@@ -169,7 +169,7 @@ class Dynamics:
         return self._guard(event, self.end[0], self.end[1])
 
     def _guard(self, event: int, x: float, w: float) -> float:
-        """What passes from above zero to below at an event."""
+        """Return the value that passes from above zero to below at an event."""
         if event == TURN:
             return self.slide * w
         if event == HIGH:
@@ -181,7 +181,7 @@ class Dynamics:
         return -self.left * (self.stiffness * x + self.damping * w)
 
     def _passed(self, known: int) -> int:
-        """An event, other than the known one, that the trial step ran past; 0 for none."""
+        """Return an event, other than the known one, that the trial step ran past; 0 for none."""
         x, w = self.end[0], self.end[1]
         if self.slide * w < 0.0 and known != TURN:
             return TURN
@@ -194,7 +194,7 @@ class Dynamics:
         return LOW if known != LOW and self._guard(LOW, x, w) < 0.0 else 0
 
     def _enter(self, event: int, t: float) -> None:
-        """What is so after the event."""
+        """Change the state to what holds after the event."""
         if event == TURN:
             self.w, self.slide = 0.0, self._breaks(t)
         elif event in {HIGH, LOW}:
@@ -229,12 +229,12 @@ class Dynamics:
         self.x, self.w = self.end[0], self.end[1]
 
     def _still(self, t: float) -> float:
-        """The torque on the resting arm, but for friction."""
+        """Return the torque on the resting arm, without friction."""
         torque = self.drives.motor(t) + self.drives.hand(t, self.origin) - self._k * self.x
         return torque - self._notches(self.x)[0] if self.notch_k else torque
 
     def _breaks(self, t: float) -> int:
-        """The direction in which the resting arm breaks away; 0 while friction can hold it."""
+        """Return the direction in which the resting arm breaks away; 0 while friction can hold it."""
         self._mode()
         torque = self._still(t)
         if abs(torque) <= self.arm.stiction * self.drives.friction(t):
@@ -242,7 +242,7 @@ class Dynamics:
         return 1 if torque > 0.0 else -1
 
     def _rest(self, t: float, until: float) -> float:
-        """At rest, until friction can no longer hold; gives the time reached."""
+        """Rest until friction can no longer hold, and return the time reached."""
         self.slide = self._breaks(t)
         if self.slide:
             return t
@@ -253,11 +253,11 @@ class Dynamics:
         return broken
 
     def _margin(self, t: float) -> float:
-        """How much more friction could hold."""
+        """Return how much more torque friction could hold."""
         return self.arm.stiction * self.drives.friction(t) - abs(self._still(t))
 
     def _last_resort(self, t: float, h: float) -> None:
-        """The rest of the period in one implicit Euler step."""
+        """Take the rest of the period in one implicit Euler step."""
         drives, origin = self.drives, self.origin
         drives_k, b = drives.stiffness, drives.damping + self.arm.viscous_Nm_s_rad
         f = drives.motor(t + h) + drives.hand(t + h, origin)
@@ -273,7 +273,7 @@ class Dynamics:
 
 
 def gauss_step(h: float, x: float, w: float, inertia: float, b: float, k: float, f1: float, f2: float) -> Stages:
-    """One step of size h from offset x and speed w, with the torques f1 and f2 at its two stages."""
+    """Return one step of size h from offset x and speed w, with the torques f1 and f2 at its two stages."""
     hh = h * h
     m11, m12 = inertia + 0.25 * b * h + D * k * hh, A12 * b * h + D12 * k * hh
     m21 = A21 * b * h + D21 * k * hh
@@ -287,7 +287,7 @@ def gauss_step(h: float, x: float, w: float, inertia: float, b: float, k: float,
 def gauss_step_nonlinear(
     h: float, x: float, w: float, inertia: float, b: float, k: float, f1: float, f2: float, spring: Spring
 ) -> Stages:
-    """The same with a further spring n(x), by Newton's iteration from the linear answer; it always ends."""
+    """Return the same with a further spring n(x), by Newton's iteration from the linear answer; it always ends."""
     end = gauss_step(h, x, w, inertia, b, k, f1, f2)
     hh, drift = h * h, h * w
     for _ in range(12):
@@ -319,11 +319,7 @@ def _ended(h: float, x: float, w: float, a1: float, a2: float) -> Stages:
 
 
 def first_zero(value: Callable[[float], float], start: float, end: float, at_start: float, at_end: float) -> float:
-    """The place between `start` and `end` where `value` passes from above zero to below; the side below is given.
-
-    `at_end` is below zero. Where `at_start` is not above zero, the interval is halved towards `start` until a place
-    above is found; without one the answer is `start`. Illinois' variant of the secant method (Dowell and Jarratt 1971).
-    """
+    """Return where `value` passes from above zero to below between `start` and `end`, on the side below."""
     low, high, above, below = start, end, at_start, at_end
     while above <= 0.0:
         middle = start + (high - start) / 8
@@ -365,13 +361,13 @@ class Ledger:
     stop_returned_J: float = 0.0
 
     def stop(self, taken_J: float) -> None:
-        """A stop took so much; negative where it gave."""
+        """Add the energy that a stop took, in joules; negative where it gave some."""
         if taken_J >= 0.0:
             self.stop_taken_J += taken_J
         else:
             self.stop_returned_J -= taken_J
 
     def kinetic_J(self) -> float:
-        """What must be in the arm's motion, beside what was there at the start."""
+        """Return the arm's kinetic energy by the balance, relative to the start, in joules."""
         took = self.friction_J + self.viscous_J + self.detent_J + self.stop_taken_J - self.stop_returned_J
         return self.motor_J + self.hand_J - took

@@ -34,12 +34,12 @@ NOBODY = Hand(_nowhere, 0.0, 0.0)
 
 
 def push(torque_Nm: float) -> Hand:
-    """A constant torque at the arm, whatever it does."""
+    """Return a hand with a constant torque at the arm, whatever it does."""
     return Hand(_nowhere, 0.0, 0.0, torque_Nm)
 
 
 def impedance(angle_rad: float, stiffness_Nm_rad: float, damping_Nm_s_rad: float) -> Hand:
-    """A hand that holds the arm at an angle."""
+    """Return a hand that holds the arm at an angle."""
     return Hand(lambda _t_s: (angle_rad, 0.0), stiffness_Nm_rad, damping_Nm_s_rad)
 
 
@@ -51,7 +51,7 @@ def constant_velocity(
     stiffness_Nm_rad: float = 2000.0,
     damping_Nm_s_rad: float = 40.0,
 ) -> Hand:
-    """A stiff pull: to `speed_rad_s` within `rise_s`, at that speed, and to rest at `to_rad` within `rise_s`."""
+    """Return a stiff pull to `speed_rad_s` within `rise_s`, at that speed, and to rest at `to_rad` within `rise_s`."""
     moving = max(to_rad / speed_rad_s, rise_s)
     pace = to_rad / moving
 
@@ -64,7 +64,7 @@ def constant_velocity(
 
 
 def _ramp(t_s: float, rise_s: float) -> tuple[float, float]:
-    """A speed that rises evenly from 0 to 1 over `rise_s`, and the way gone."""
+    """Return a speed that rises evenly from 0 to 1 over `rise_s`, and the way gone."""
     if t_s <= 0.0:
         return 0.0, 0.0
     if t_s < rise_s:
@@ -80,7 +80,7 @@ def human(
     stiffness_Nm_rad: float = 400.0,
     damping_Nm_s_rad: float = 20.0,
 ) -> Hand:
-    """A person's pull: minimum jerk to `to_rad` through the arm's own stiffness and damping.
+    """Return a person's pull: minimum jerk to `to_rad` through the arm's own stiffness and damping.
 
     With `stay_s` the hand brings the door back as it opened it, so long after it was open. The arm's impedance at the
     handle is of the order of what Tsuji et al. (1995) measured: some hundreds of N/m, some tens of N s/m.
@@ -99,7 +99,7 @@ def human(
 
 
 def minimum_jerk(share: float) -> tuple[float, float]:
-    """Share of the way after a share of the time, and its derivative."""
+    """Return the share of the way after a share of the time, and its derivative."""
     if share <= 0.0:
         return 0.0, 0.0
     if share >= 1.0:

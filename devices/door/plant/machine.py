@@ -73,11 +73,11 @@ class Cascade:
 
     @property
     def share(self) -> float:
-        """How much of the torque loop is in use."""
+        """The share of the torque loop that is in use."""
         return self._easing.share
 
     def begin(self, rendered: Rendered, angle_rad: float, felt_Nm: float) -> None:
-        """Before playing: the handle goes on with the torque that the hand has on it, and no jerk."""
+        """Begin with the torque that the hand has on the handle, so that playing starts without a jerk."""
         self._held = felt_Nm - rendered.at(angle_rad)
 
     def hold(self, angle_rad: float, speed_rad_s: float) -> Command:
@@ -123,7 +123,7 @@ class Cascade:
         return min(max(command, -self._motor_limit), self._motor_limit)
 
     def _braking(self, rendered: Rendered, angle_rad: float, speed_rad_s: float) -> float:
-        """Current for the brake's share of the resistance to come, in whole steps; none where the profile pulls."""
+        """Return the brake's current for its share of the coming resistance, in steps; 0 where the profile pulls."""
         torque = 0.0
         if speed_rad_s > SLOW_RAD_S:
             gains = self._gains
@@ -222,7 +222,7 @@ class Machine:
         self.rendered = Passage(self.rendered, torque_Nm)
 
     def step(self) -> Tick:
-        """One millisecond: read the sensors, ask motor and brake, let the plant move."""
+        """Advance by 1 ms: read the sensors, command motor and brake, let the plant move."""
         sensing, dynamics = self.sensing, self.dynamics
         if isinstance(self.rendered, Passage):
             self.rendered = self.rendered.after_tick()

@@ -26,7 +26,7 @@ class Setting:
 
 
 def implicit_euler(s: Setting, h: float, x: float, w: float) -> tuple[float, float, int]:
-    """Offset, speed and the pressed stop (-1 low, 0 none, 1 high) after a step of size h."""
+    """Return offset, speed and the pressed stop (-1 low, 0 none, 1 high) after a step of size h."""
     forward = _against(s, h, x, w, s.friction)
     if forward[0] > 0.0:
         return x + h * forward[0], *forward
@@ -38,7 +38,7 @@ def implicit_euler(s: Setting, h: float, x: float, w: float) -> tuple[float, flo
 
 
 def _against(s: Setting, h: float, x: float, w: float, friction: float) -> tuple[float, int]:
-    """The speed with the friction given, without a stop or with the one that it would run into."""
+    """Return the speed for the given friction, without a stop or with the one that it would run into, and the stop."""
     push = s.inertia * w / h + s.f - s.k * x - friction
     mass = s.inertia / h + s.b + s.k * h
     speed = push / mass

@@ -39,7 +39,7 @@ class Rendered:
         self._torque = tuple(map(float, torque_Nm[: self._last + 1])) + tuple(held)
 
     def at(self, angle_rad: float) -> float:
-        """Torque against the opening direction, in N m."""
+        """Return the torque against the opening direction, in N m."""
         if angle_rad <= 0.0:
             return self._torque[0] + self.stiffness * angle_rad
         place = angle_rad / STEP_RAD
@@ -52,11 +52,11 @@ class Rendered:
         return torque + self.stiffness * (angle_rad - self.end_rad) if angle_rad > self.end_rad else torque
 
     def torques(self) -> tuple[float, ...]:
-        """The profile's torques, without the stops."""
+        """Return the profile's torques, without the stops."""
         return self._torque
 
     def least(self, from_rad: float, to_rad: float) -> float:
-        """The smallest torque of the profile between two angles."""
+        """Return the smallest torque of the profile between two angles."""
         first = min(max(int(from_rad / STEP_RAD), 0), POINTS - 1)
         last = min(max(int(to_rad / STEP_RAD) + 1, first), POINTS - 1)
         return min(self._torque[first : last + 1])
@@ -78,22 +78,22 @@ class Passage(Rendered):
         self._share = 0.0
 
     def after_tick(self) -> Rendered:
-        """The passage a tick later, or the new profile where it is over."""
+        """Return the passage a tick later, or the new profile where it is over."""
         self._share += self._step
         return self if self._share < 1.0 else Rendered(self._torque, self.end_rad, self.stiffness)
 
     def at(self, angle_rad: float) -> float:
-        """Torque against the opening direction, in N m."""
+        """Return the torque against the opening direction, in N m."""
         old, new = self._before.at(angle_rad), super().at(angle_rad)
         return old + self._share * (new - old)
 
     def least(self, from_rad: float, to_rad: float) -> float:
-        """No more than the smallest torque of the mixture between two angles."""
+        """Return a lower bound of the mixture's torque between two angles."""
         old, new = self._before.least(from_rad, to_rad), super().least(from_rad, to_rad)
         return old + self._share * (new - old)
 
     def mixed(self) -> Rendered:
-        """The mixture as it is now, as a profile."""
+        """Return the present mixture as a profile."""
         pairs = zip(self._before.torques(), self._torque, strict=True)
         torque = [old + self._share * (new - old) for old, new in pairs]
         return Rendered(torque, self.end_rad, self.stiffness)

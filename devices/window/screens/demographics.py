@@ -146,7 +146,7 @@ class DemographicsScreen(Base):
         return number_in(text) if question.kind == "number" else text or None
 
     def _fault(self, place: PlacedQuestion) -> bool:
-        """Return whether the question still needs an answer; an empty field is not an answer, silence must be chosen."""
+        """Return whether the question still needs an answer: an empty field is no answer, silence must be chosen."""
         question = self._question(place)
         if self._unsaid(question.name):
             return False
