@@ -12,7 +12,7 @@ import numpy as np
 from palpate.signals.arrays import Array
 
 FURTHEST = 0.999
-"""No pole of what is exported lies beyond this radius, wherever speed and force are (`ar_export.damping`)."""
+"""No pole of what is exported lies beyond this radius, whatever speed and force are."""
 DAMP = 0.995
 """A filter with poles that lie too far out is damped by this again and again: each pole's radius times it."""
 
@@ -113,7 +113,7 @@ def filters_of(frequencies: Array) -> Array:
 
 
 def predictor_of(order: int) -> Callable[[Array], Array]:
-    """From line spectral frequencies (n, order) to the weights (n, order) of the past, newest first.
+    """Return the map from line spectral frequencies (n, order) to the weights (n, order) of the past, newest first.
 
     With P and Q, the symmetric and the antisymmetric polynomial whose roots are e^(+-j f) of every second frequency,
     A = (P + Q) / 2 is the prediction error filter (Itakura 1975; Soong and Juang 1984). Both are products that are

@@ -21,7 +21,7 @@ STEEP_DB, FLAT_DB = 12.0, 5.0
 
 
 def threshold_m_s2(hertz: float) -> float:
-    """The least acceleration (RMS, m/s^2) that is felt at a frequency from 10 to 500 Hz."""
+    """Return the least acceleration (RMS, m/s^2) that is felt at a frequency from 10 to 500 Hz."""
     low, high = LEAST_HZ
     rise = STEEP_DB * (math.log2(low / max(hertz, CHANGE_HZ)) if hertz < low else max(0.0, math.log2(hertz / high)))
     rise += FLAT_DB * max(0.0, math.log2(CHANGE_HZ / hertz))
@@ -30,5 +30,5 @@ def threshold_m_s2(hertz: float) -> float:
 
 
 def band_edges_hz(middle_hz: float) -> tuple[float, float]:
-    """Where a third octave begins and ends."""
+    """Return where a third octave begins and ends, in Hz."""
     return middle_hz * 2 ** (-1 / 6), middle_hz * 2 ** (1 / 6)

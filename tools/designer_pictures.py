@@ -28,7 +28,7 @@ NAME = "calm saloon"
 
 
 def pictures(folder: Path, maker: Maker) -> list[Path]:
-    """author.png, author-compare.png and author-ko.png: the door played, two doors compared, in Korean."""
+    """Paint author.png, author-compare.png and author-ko.png: the door played, two doors compared, in Korean."""
     calm, rough = _setting(maker, WISHES), _setting(maker, OTHER)
     one = Work(calm, name=NAME, saved=calm)
     two = replace(one, b=rough, on="B")
@@ -42,7 +42,7 @@ def pictures(folder: Path, maker: Maker) -> list[Path]:
 def picture(
     maker: Maker, work: Work, told: DesignerStatus, language: str = "en", size: tuple[int, int] = SIZE
 ) -> Image.Image:
-    """The window as it shows a work."""
+    """Paint the window as it shows a work."""
     from PIL import Image
 
     page = Page(Metrics(*size, PX_PER_MM * size[0] / SIZE[0]), author_texts(language), find_fonts(language))

@@ -39,7 +39,7 @@ def halved(card: Path, folder: Path) -> Path:
 
 
 def main(source: Path, folder: Path) -> None:
-    """Every model of a folder."""
+    """Convert every model of a folder."""
     for card in sorted(source.glob("*.json")):
         halved(card, folder)
 

@@ -34,7 +34,7 @@ SHOWS = (("render.png", "steel_mesh", "en"), ("render-ko.png", "cloth", "ko"))
 
 
 def pictures(folder: Path, lab: Path) -> list[Path]:
-    """render.png and render-ko.png: strokes over steel mesh, and over cloth in Korean."""
+    """Paint render.png and render-ko.png: strokes over steel mesh, and over cloth in Korean."""
     folder.mkdir(parents=True, exist_ok=True)
     return [saved(folder / name, lab, Choice(texture, DEFAULT_METHOD), language) for name, texture, language in SHOWS]
 
@@ -42,7 +42,7 @@ def pictures(folder: Path, lab: Path) -> list[Path]:
 def picture(
     lab: Path, choice: Choice, last: Array, told: RendererStatus, language: str = "en", metrics: Metrics | None = None
 ) -> Image.Image:
-    """The window as it shows (3, n): acceleration, speed and force of the last second."""
+    """Paint the window as it shows (3, n): acceleration, speed and force of the last second."""
     from PIL import Image
 
     page = Page(metrics or Metrics(*SIZE, PX_PER_MM), render_texts(language), find_fonts(language))
@@ -54,7 +54,7 @@ def picture(
 
 
 def saved(path: Path, lab: Path, choice: Choice, language: str) -> Path:
-    """One picture as a file."""
+    """Save one picture as a file."""
     from PIL import Image
 
     last, record = strokes(card_for(choice.texture, choice.method, lab))
@@ -67,7 +67,7 @@ def saved(path: Path, lab: Path, choice: Choice, language: str) -> Path:
 
 
 def strokes(card: Path) -> tuple[Array, dict[str, Any]]:
-    """The liveliest second that a model plays for the simulated hand, and what a record says of the whole."""
+    """Return the liveliest second that a model plays for the simulated hand, and the record of the whole."""
     played = at_once(Sounds(card), simulated_hand(SECONDS, 0))
     power = np.convolve(played.signals[0] ** 2, np.ones(SHOWN), "valid")
     first = int(power.argmax())

@@ -56,7 +56,7 @@ def main(renew: bool) -> None:
 
 
 def write_felt(file: Path, texture: str) -> None:
-    """A hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
+    """Write a hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
     from palpate.studies.simulation.texture_capturing import scene
 
     felt = zip(*scene(texture, SECONDS, SEED), strict=True)
@@ -65,7 +65,7 @@ def write_felt(file: Path, texture: str) -> None:
 
 
 def planned() -> Iterator[Stimulus]:
-    """Every virtual texture, as the study will plan it."""
+    """Yield every virtual texture, as the study will plan it."""
     for texture in TEXTURES:
         file = f"felt/{texture}.csv"
         sha256 = file_sha256(FOLDER / file)
@@ -79,7 +79,7 @@ def planned() -> Iterator[Stimulus]:
 
 
 def kinetic(texture: str) -> float:
-    """Kinetic friction of a simulated surface."""
+    """Return the kinetic friction of a simulated surface."""
     from palpate.devices.surfaces.choice import surface_for
     from palpate.studies.simulation.texture_capturing import stimuli
 
@@ -87,32 +87,32 @@ def kinetic(texture: str) -> float:
 
 
 def rendered(stimulus: Stimulus) -> Iterator[tuple[str, Any]]:
-    """The stimulus' rendering by its model, made now, under its key."""
+    """Yield the stimulus' rendering by its model, computed now, under its key."""
     fresh = VirtualTextures(FOLDER, shipped=False)
     made = fresh.of(stimulus)
     yield from ((key, made.record()) for key in fresh.known)
 
 
 def row(stimulus: Stimulus) -> Mapping[str, str]:
-    """A line of the stimulus table."""
+    """Return a line of the stimulus table."""
     felt = VirtualTextures(FOLDER).feels(stimulus)
     return {"id": stimulus.id, **stimulus.columns, **{name: f"{value:g}" for name, value in felt.items()}}
 
 
 def write_table(rows: list[Mapping[str, str]]) -> None:
-    """stimuli.csv."""
+    """Write stimuli.csv."""
     write_text(FOLDER / "stimuli.csv", table_text(HEAD, ([row[name] for name in HEAD] for row in rows)))
 
 
 def weights(rows: list[Mapping[str, str]]) -> dict[str, float]:
-    """The latents of study.yaml: points per SD of a column over the stimuli, around the middle of the scale."""
+    """Return the latents of study.yaml: points per SD of a column over the stimuli, around the scale's middle."""
     columns = {name: [float(each[name]) for each in rows] for name in PER_UNIT}
     level = SAME - 50.0 + sum(weight * mean(columns[name]) for name, weight in PER_UNIT.items())
     return {**{n: round(w * pstdev(columns[n]), 2) for n, w in PER_UNIT.items()}, "intercept": round(level, 2)}
 
 
 def write_weights(rows: list[Mapping[str, str]]) -> None:
-    """Their line in study.yaml."""
+    """Write the latents' line of study.yaml."""
     file, inner = FOLDER / "study.yaml", ", ".join(f"{name}: {value:.2f}" for name, value in weights(rows).items())
     lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
     made = [f"{LATENT}{{{inner}}}\n" if line.startswith(LATENT) else line for line in lines]
@@ -120,7 +120,7 @@ def write_weights(rows: list[Mapping[str, str]]) -> None:
 
 
 def told(rows: list[Mapping[str, str]]) -> Iterator[str]:
-    """What is felt, of 100: each texture by each method, and the methods' means."""
+    """Yield the perceived rating of 100: each texture by each method, and the methods' means."""
     felt = {(r["texture"], r["method"]): SAME + sum(w * float(r[n]) for n, w in PER_UNIT.items()) for r in rows}
     yield "| texture | " + " | ".join(METHODS) + " |"
     for texture in TEXTURES:

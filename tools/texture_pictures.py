@@ -28,7 +28,7 @@ def main() -> None:
 
 
 def write(path: Path, texture: str, columns: dict[str, str]) -> None:
-    """One picture; its density says how large it is."""
+    """Write one picture; its density states its size."""
     from PIL import Image
 
     from palpate.devices.surfaces.choice import surface_for

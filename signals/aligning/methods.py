@@ -60,7 +60,7 @@ def cubic(times_s: Array, values: Array, grid_s: Array) -> Array:
 
 
 def _inside(times_s: Array, grid_s: Array) -> Array:
-    """Rounding must not make a polynomial reach beyond its samples."""
+    """Return the times limited to the grid, so that rounding does not make a polynomial reach beyond its samples."""
     return np.clip(grid_s, times_s[0], times_s[-1])
 
 

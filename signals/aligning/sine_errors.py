@@ -57,5 +57,5 @@ def _turning(times_s: Array, at_hz: float) -> Array:
 
 
 def _rms(pairs: Array) -> float:
-    """Of a sine and its cosine together: 1 for the sine itself."""
+    """Return the RMS of a sine and its cosine together: 1 for the sine itself."""
     return float(np.sqrt((pairs**2).sum(axis=1).mean()))

@@ -44,7 +44,7 @@ class Slope:
 
     @property
     def lag_s(self) -> float:
-        """By how much a steadily changing velocity is told late: what is told at t was so at t - lag."""
+        """By how much a steadily changing velocity comes late, in s: the value at t was true at t - lag."""
         return -self.moment(2)
 
     def moment(self, order: int) -> float:

@@ -51,7 +51,7 @@ class Stamps:
     problem: str | None = None
 
     def account(self) -> dict[str, Any]:
-        """As JSON data."""
+        """Return the description as JSON data."""
         return {
             "clock": self.clock, "of_the_host": self.clock in OF_THE_HOST, "count": self.count,
             "rate_hz": self.line.rate_hz if self.line else None, "scatter_s": self.scatter_s,
@@ -94,7 +94,7 @@ def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock
 
 
 def _disagree(apart: Sequence[float], allowed_s: tuple[float, float]) -> str | None:
-    """In what the arrivals' line is not a little later than the stamps' all the way."""
+    """Describe where the arrivals' line is not slightly later than the stamps' all the way; None where it is."""
     middle = sum(apart) / 2
     if not -allowed_s[0] <= middle <= MOST_LATE_S:
         return (

@@ -65,13 +65,13 @@ def augment(force_N: Array, variant: str, *, door: str = "", seed: int = STUDY_S
 
 
 def first_peak_amplitude(variant: str, base: Array, _draw: Draw) -> Array:
-    """g1 to g3: the first peak at 20, 30 or 40 N, its flanks stretched from the start and from the valley."""
+    """Return g1 to g3: the first peak at 20, 30 or 40 N, its flanks stretched from the start and from the valley."""
     marks = require_cycles(base, 1, f"{variant} (first peak amplitude)")
     return set_peak(base, 0, marks.peaks[0], marks.valleys[0], AMPLITUDES_N[variant])
 
 
 def compressed_cycles(variant: str, base: Array, _draw: Draw) -> Array:
-    """g4, g5: the first one or two cycles, evenly compressed, end before 15 or 30 degrees; the rest stretches."""
+    """Return g4 or g5: the first one or two cycles compressed to end before 15 or 30 degrees, the rest stretched."""
     count, complete_deg = COMPLETE_AT_DEG[variant]
     purpose = f"{variant} (cycle {count} complete before {complete_deg + 0.5:g} degrees)"
     marks = require_cycles(base, count, purpose)
@@ -85,7 +85,7 @@ def compressed_cycles(variant: str, base: Array, _draw: Draw) -> Array:
 
 
 def compressed_with_end_rise(base: Array, draw: Draw) -> Array:
-    """g6: all three cycles before 30 degrees, and a force that rises rapidly toward the end.
+    """Return g6: all three cycles before 30 degrees, and a force that rises rapidly toward the end.
 
     5.3.4.1 has the third cycle complete "before 30", 5.3.4.3 all major peaks before 30 degrees and a rapid rise
     at the end. Silent: what lies between. Here the force returns to the base's mean within 5 degrees, and from
@@ -105,7 +105,7 @@ def compressed_with_end_rise(base: Array, draw: Draw) -> Array:
 
 
 def moved_first_peak(base: Array, _draw: Draw) -> Array:
-    """g7: the first peak at 10 degrees, its valley where it was."""
+    """Return g7: the first peak at 10 degrees, its valley where it was."""
     marks = require_cycles(base, 1, "g7 (first peak to 10 degrees)")
     peak, valley, target = marks.peaks[0], marks.valleys[0], MOVED_PEAK_DEG * POINTS_PER_DEG
     if peak == target or valley <= target:
@@ -118,7 +118,7 @@ def moved_first_peak(base: Array, _draw: Draw) -> Array:
 
 
 def flattened_start(base: Array, draw: Draw) -> Array:
-    """g8: a straight line from a drawn angle between 3 and 6 degrees to one between 18 and 20."""
+    """Return g8: a straight line from a drawn angle between 3 and 6 degrees to one between 18 and 20."""
     end_deg = landmarks(base).end / POINTS_PER_DEG
     if end_deg <= FLATTENED_UP_TO_DEG:
         raise DoorDataError(f"g8 (flattened up to 20 degrees): this profile's motion ends at {end_deg:.1f} degrees.")
@@ -128,7 +128,7 @@ def flattened_start(base: Array, draw: Draw) -> Array:
 
 
 def small_cycles(base: Array, draw: Draw) -> Array:
-    """g9: three or four cycles of 3 to 5 N, drawn, before the first peak or between the first and the second."""
+    """Return g9: three or four drawn cycles of 3 to 5 N, before the first peak or between the first and second."""
     marks = require_cycles(base, 2, "g9 (small cycles)")
     before = draw.between("place", 0, 1) < 0.5
     first, last = (0.2 * marks.peaks[0], 0.95 * marks.peaks[0]) if before else (marks.peaks[0], marks.peaks[1])
@@ -137,18 +137,18 @@ def small_cycles(base: Array, draw: Draw) -> Array:
 
 
 def unchanged_plateau(base: Array, _draw: Draw) -> Array:
-    """g10: "no change": equal to g0, so each door has one hidden repeat. A plateau must be there."""
+    """Return g10: "no change", equal to g0, so each door has one hidden repeat. A plateau must be there."""
     plateau_after_second_peak(base, "g10 (plateau)")
     return base
 
 
 def stretched_plateau(base: Array, _draw: Draw) -> Array:
-    """g11: the plateau after the second peak is 6 degrees longer; what follows is compressed to make room."""
+    """Return g11: the plateau after the second peak is 6 degrees longer, and what follows is compressed."""
     return _stretch(base, "g11 (stretched plateau)")[0]
 
 
 def heightened_plateau(base: Array, _draw: Draw) -> Array:
-    """g12: the stretched plateau raised by 0.3 of the way from its middle to the second peak."""
+    """Return g12: the stretched plateau raised by 0.3 of the way from its middle to the second peak."""
     purpose = "g12 (stretched and heightened plateau)"
     profile, (first, last) = _stretch(base, purpose)
     marks = require_cycles(profile, 2, purpose)
@@ -157,7 +157,7 @@ def heightened_plateau(base: Array, _draw: Draw) -> Array:
 
 
 def bumps_before_peak(base_variant: str, base: Array, draw: Draw) -> Array:
-    """g13, g14: three bumps of up to 2 N before the first peak of g2 or g3, which keeps its 30 or 40 N."""
+    """Return g13 or g14: three bumps of up to 2 N before the first peak of g2 or g3, which keeps its 30 or 40 N."""
     profile = first_peak_amplitude(base_variant, base, draw)
     peak = landmarks(base).peaks[0]
     return add_cycles(profile, 0.15 * peak, 0.9 * peak, BUMPS, BUMP_N)

@@ -30,7 +30,10 @@ class Runs(Protocol):
         """Return what runs it: "native (AVX-512)" or "NumPy"."""
 
     def run(self, given: Array) -> Array:
-        """As `Model.run`: (in,) to (out,), or (n, in) to (n, out), in float64. Raises ModelInputError as it does."""
+        """Compute (in,) to (out,), or (n, in) to (n, out), in float64, as `Model.run`.
+
+        Raise ModelInputError as it does.
+        """
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class ByNumpy:
         return self.model.card
 
     def run(self, given: Array) -> Array:
-        """As `Model.run`."""
+        """Compute as `Model.run`."""
         return self.model.run(given)
 
 

@@ -323,7 +323,7 @@ def _parsed(root: ElementTree.Element) -> Hatt:
 
 
 def _ordered(models: Sequence[ElementTree.Element]) -> list[ElementTree.Element]:
-    """By number, if they have one: triangles name them."""
+    """Return the models by their numbers, if they have one: triangles name them."""
     numbers = [model.find("modNum") for model in models]
     if any(number is None for number in numbers):
         return list(models)

@@ -124,7 +124,7 @@ def reshape(step: Reshape, form: Form, at: At) -> Built:
 
 
 def clip(step: Clip, form: Form, at: At) -> Built:
-    """Within low and high; what is not finite is not made to look so."""
+    """Limit values to low and high; values that are not finite stay so."""
     if step.low > step.high:
         raise at.refuse(f"low {step.low:g} is above high {step.high:g}")
 

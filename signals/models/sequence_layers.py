@@ -18,7 +18,7 @@ from palpate.signals.models.triangles import Triangles
 
 
 def norm(step: Norm, form: Form, at: At) -> Built:
-    """(x - mean) / sqrt(variance + tiny) * weight + bias, over the channels of each place (Ba et al. 2016)."""
+    """Build (x - mean) / sqrt(variance + tiny) * weight + bias, over the channels of each place (Ba et al. 2016)."""
     weight, bias = _factors(step, form, at)
     standard = _standard(step, form, weight.dtype.type)
 
@@ -148,7 +148,7 @@ def _memory(step: Attention, form: Form, at: At) -> Form:
 def _projected(
     x: Values, form: Form, remembered: Values | None, memory: Form | None, heads: _Heads
 ) -> tuple[Values, ...]:
-    """Queries, keys and values."""
+    """Return queries, keys and values."""
     rows = rows_of(x, form).astype(heads.out.dtype, copy=False)
     if remembered is None or memory is None:
         return heads.split(_linear(rows, heads.answering, heads.answering_bias), form.shape[1], 3)

@@ -45,7 +45,7 @@ class Triangles:
         object.__setattr__(self, "_rim", _rim(self.triangles, full))
 
     def corners(self, places: Values) -> tuple[Values, Values]:
-        """For places (n, 2): rows of points (n, 3), and the share of each (n, 3), never negative, together 1."""
+        """Return, for places (n, 2), rows of points (n, 3) and their weights (n, 3), never negative and of sum 1."""
         rows, shares, inside = self._within(places)
         if not inside.all():
             out = ~inside
@@ -53,7 +53,7 @@ class Triangles:
         return rows, shares
 
     def _within(self, places: Values) -> tuple[Values, Values, Values]:
-        """Of the triangle that each place lies deepest in."""
+        """Return points and weights of the triangle that each place lies deepest in, and whether it lies inside."""
         n = len(places)
         if not len(self._full):
             return np.zeros((n, 3), dtype=np.int64), np.zeros((n, 3)), np.zeros(n, dtype=bool)

@@ -113,7 +113,7 @@ def polar(step: Polar, form: Form, at: At) -> Built:  # noqa: ARG001
 
 
 def cartesian(step: Cartesian, form: Form, at: At) -> Built:  # noqa: ARG001
-    """Real and imaginary part."""
+    """Build the conversion to real and imaginary part."""
     require_two(form, at, "magnitudes and phases")
 
     def run(x: Values, _kept: Kept) -> Values:
@@ -124,7 +124,7 @@ def cartesian(step: Cartesian, form: Form, at: At) -> Built:  # noqa: ARG001
 
 
 def require_two(form: Form, at: At, what: str) -> None:
-    """Two channels come to it. Raises ModelFileError."""
+    """Raise ModelFileError where the step's input has not two channels."""
     if sides(form, at)[0] != 2:
         raise at.refuse(f"shape {form.shape} comes to it; (2, length) is expected, {what}")
 

@@ -25,7 +25,7 @@ class Blocks:
     """
 
     def __init__(self, runs: Runs, texture: Texture, peak: float, seed: int) -> None:
-        """`seed` decides the model's noise and the phases. Raises RenderError where the shapes do not fit."""
+        """Take the model; `seed` decides its noise and the phases. Raise RenderError where the shapes do not fit."""
         self._runs, self._peak, self._seed = runs, peak, seed
         self._size, self._hop, self._bins, self._frames = shape(runs.card, texture)
         self._drawn = runs.card.takes.size - 2
@@ -36,7 +36,7 @@ class Blocks:
         self.begin()
 
     def begin(self) -> None:
-        """The next step is the first of a touch."""
+        """Make the next step the first of a touch."""
         self._ahead = np.zeros(self._size)
         self._ready: list[float] = []
         self._at = 0

@@ -19,7 +19,7 @@ class Gate:
     __slots__ = ("place",)
 
     def __init__(self) -> None:
-        """Closed."""
+        """Begin closed."""
         self.place = 0
 
     def move(self, speed_mm_s: float, force_N: float) -> bool:
@@ -45,7 +45,7 @@ class Sense:
     __slots__ = ("_bad", "_force", "_speed", "held")
 
     def __init__(self) -> None:
-        """Nothing touches yet."""
+        """Begin without a touch."""
         self._speed = self._force = 0.0
         self._bad = 0
         self.held = 0

@@ -38,7 +38,7 @@ class Guard:
     """
 
     def __init__(self, inner: Sounding, bounds: Range, level: float) -> None:
-        """`level` is the RMS of the training part."""
+        """Take the guarded model; `level` is the RMS of the training part."""
         self.inner = inner
         self.restarts = self.quiet = self.muted = 0
         self._loud, self._off, self._peak = bounds.loud**2, bounds.off, bounds.peak
@@ -47,7 +47,7 @@ class Guard:
         self.begin()
 
     def begin(self) -> None:
-        """A touch begins."""
+        """Begin a touch."""
         self.inner.begin()
         self._settle()
         self._last = self._tail = 0.0

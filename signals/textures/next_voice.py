@@ -63,7 +63,7 @@ class Next:
     __slots__ = ("_cold", "_most_log_sd", "_normals", "_peak", "_run", "_size", "_start", "window")
 
     def __init__(self, runs: Runs, start: Array, peak: float, normals: Normals | None) -> None:
-        """`start` (window,) in m/s^2."""
+        """Take the model; `start` (window,) is in m/s^2."""
         self._run, self._start, self._peak = runs.run, start, peak
         self._normals = normals if runs.card.gives.size == 2 else None
         self._most_log_sd = math.log(peak)
@@ -72,7 +72,7 @@ class Next:
         self.begin()
 
     def begin(self) -> None:
-        """The next step is the first of a touch."""
+        """Make the next step the first of a touch."""
         self.window[: self._size] = self._start
         self._cold = True
 

@@ -16,7 +16,7 @@ class Normals:
     __slots__ = ("_at", "_block", "_drawn", "_key")
 
     def __init__(self, *key: int) -> None:
-        """`key` are whole numbers of at least 0."""
+        """Take the key: whole numbers of at least 0."""
         self._key = key
         self._block = 0
         self._at = BLOCK

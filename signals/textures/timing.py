@@ -24,7 +24,7 @@ class Recorder:
     """Runs a model and keeps what it was given."""
 
     def __init__(self, inner: Runs, steps: int) -> None:
-        """Room for so many inputs; no more are kept."""
+        """Reserve room for so many inputs; no more are kept."""
         self.inner = inner
         self.given = np.zeros((steps, inner.card.takes.size))
         self.kept = 0
@@ -40,7 +40,7 @@ class Recorder:
         return self.inner.runtime
 
     def run(self, given: Array) -> Array:
-        """As the inner one."""
+        """Compute as the inner model, keeping the input."""
         if self.kept < len(self.given):
             self.given[self.kept] = given
             self.kept += 1
@@ -48,7 +48,7 @@ class Recorder:
 
 
 def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mapping[str, tuple[float, float, float]]:
-    """{runtime: (median us, p99 us, largest difference from float64 relative to the answers' SD)}.
+    """Return {runtime: (median us, p99 us, largest difference from float64 relative to the answers' SD)}.
 
     Raises:
         ModelFileError, RenderError: a file that is no texture's model; fewer than 10 steps.

@@ -57,7 +57,7 @@ class Voice:
 
     @property
     def card(self) -> Card:
-        """Whose voice it is."""
+        """The card of the voice's model."""
         return self.runs.card
 
     @property
@@ -72,11 +72,11 @@ class Voice:
         return Tally(self.steps, self.sounding, self._sense.held, guard.restarts, guard.quiet, guard.muted)
 
     def begin(self) -> None:
-        """Be at rest: the next touch starts from the start sequence."""
+        """Come to rest: the next touch starts from the start sequence."""
         self._gate.place = 0
 
     def join(self) -> None:
-        """Where the hand touches at the next step, begin without a ramp: another voice is faded out under it."""
+        """Begin without a ramp where the hand touches at the next step: another voice is faded out at the same time."""
         self._joins = True
 
     def step(self, speed_mm_s: float, force_N: float) -> float:

@@ -18,7 +18,7 @@ from palpate.signals.models.native.values import NotCompiled, Product, Room, Spo
 
 
 def single(numbers: Array) -> NDArray[np.float32]:
-    """In single precision. Raises NotCompiled where that does not hold them."""
+    """Return the numbers in single precision. Raise NotCompiled where that cannot hold them."""
     with np.errstate(over="ignore"):
         single: NDArray[np.float32] = np.asarray(numbers, dtype=np.float32)
     if not np.isfinite(single).all():
@@ -95,11 +95,11 @@ class Draft:
     kept: dict[str, Value] = field(default_factory=dict)
 
     def room(self, size: int, fixed: bool = False) -> Spot:
-        """Room for so many numbers."""
+        """Reserve room for so many numbers."""
         return Spot(Room(size, fixed))
 
     def wide_room(self, size: int) -> int:
-        """Room in double precision."""
+        """Reserve room in double precision."""
         self.wide += size
         return self.wide - size
 

@@ -29,7 +29,7 @@ class Native:
     def __init__(
         self, model: Model, library: Library, instructions: InstructionSet, reopen: Callable[[Model], Any]
     ) -> None:
-        """`reopen` opens the model where this is unpickled. Raises NotCompiled for a step that the kernel lacks."""
+        """Take the model; `reopen` opens it where this is unpickled. Raise NotCompiled for an unsupported step."""
         self._model, self._library, self._reopen = model, library, reopen
         self.instructions = instructions
         self.runtime = f"native ({instructions.name})"
@@ -57,7 +57,7 @@ class Native:
         return len(self._held[3])
 
     def run(self, given: Array) -> Array:
-        """As `Model.run`: what the kernel will not answer, NumPy answers or refuses."""
+        """Compute as `Model.run`; what the kernel will not answer, NumPy answers or refuses."""
         if not _plain(given) or given.shape != self._size:
             return self._many(given)
         with self._lock:

@@ -31,7 +31,7 @@ FUNCTIONS = ("relu", "tanh", "sigmoid", "gelu", "elu", "leaky", "softplus", "exp
 
 
 def affine(step: Affine, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Kept as a formula before anything was run; put into the product that was made last, if one was."""
+    """Add an affine step as a formula before any other step, or merge it into the last product."""
     gain, offset = (
         np.asarray(tensors[given] if isinstance(given, str) else given, dtype=np.float64)
         for given in (step.gain, step.offset)
@@ -105,7 +105,7 @@ def upsample(step: Upsample, value: Value, draft: Draft, _tensors: Tensors) -> V
 
 
 def reshape(step: Reshape, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Reshape: a list read length first stays so where the next step can read it; else numbers change places."""
+    """Add a reshape: a list read length first stays so where the next step can read it, else numbers move."""
     if value.linear is not None:
         return replace(value, shape=step.shape)
     if len(step.shape) == 1 and not is_list(value) and value.length_first and 1 not in value.shape:
@@ -134,7 +134,7 @@ def add(step: Add, value: Value, draft: Draft, _tensors: Tensors) -> Value:
 
 
 def added(value: Value, other: Value, draft: Draft, relu: bool) -> Value:
-    """value + other, then a relu if wished for."""
+    """Return value + other, with a relu if `relu`."""
     other = settled(draft, other)
     if not is_list(value):
         other = as_wanted(draft, other, value.length_first)

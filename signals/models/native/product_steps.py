@@ -98,7 +98,7 @@ def projected(draft: Draft, value: Value, weight: Array, bias: Array) -> Value:
 
 
 def attention(step: Attention, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Queries, keys and values of one value are one product; 1 / sqrt(depth) is in the queries' weights."""
+    """Add attention: queries, keys and values are one product, with 1 / sqrt(depth) in the queries' weights."""
     width, length = sides(value)
     memory = draft.kept[step.memory] if step.memory is not None else value
     depth, known = width // step.heads, sides(memory)[1]

@@ -12,7 +12,7 @@ from palpate.signals.models.native.values import Linear, NotCompiled, Spot, Valu
 
 
 def is_list(value: Value) -> bool:
-    """(size,) rather than (channels, length)."""
+    """Return whether the shape is (size,) rather than (channels, length)."""
     return len(value.shape) == 1
 
 
@@ -24,7 +24,7 @@ def sides(value: Value) -> tuple[int, int]:
 
 
 def fresh(draft: Draft, shape: tuple[int, ...], length_first: bool) -> Value:
-    """Room for a new value."""
+    """Reserve room for a new value."""
     value = Value(shape, length_first=length_first, free=True)
     rows, cols = value.matrix
     return replace(value, at=draft.room(rows * cols), step=cols)
@@ -80,12 +80,12 @@ def by_channel(draft: Draft, value: Value) -> Value:
 
 
 def as_wanted(draft: Draft, value: Value, length_first: bool) -> Value:
-    """In one of both ways."""
+    """Return the value in the requested order, length first or channels first."""
     return by_length(draft, value) if length_first else by_channel(draft, value)
 
 
 def tight(draft: Draft, value: Value) -> Value:
-    """Without gaps between its rows."""
+    """Return the value without gaps between its rows."""
     if value.packed:
         return value
     result = fresh(draft, value.shape, value.length_first)

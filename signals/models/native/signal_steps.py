@@ -16,7 +16,7 @@ from palpate.signals.models.triangles import Triangles
 
 
 def norm(step: Norm, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Over each row."""
+    """Add a normalisation over each row."""
     value = settled(draft, value) if is_list(value) else by_length(draft, value)
     result = value if value.free else fresh(draft, value.shape, value.length_first)
     rows, cols = value.matrix
@@ -30,7 +30,7 @@ def norm(step: Norm, value: Value, draft: Draft, tensors: Tensors) -> Value:
 
 
 def polar(_step: Polar, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """In double precision as far as the input: a phase is as good as the smaller of its two parts."""
+    """Add polar coordinates in double precision from the input on: a phase needs the smaller of its two parts."""
     length = value.shape[1]
     result = fresh(draft, (2, length), False)
     if value.linear is None:
@@ -53,7 +53,7 @@ def _spectrum(draft: Draft, linear: Linear) -> int:
 
 
 def cartesian(_step: Cartesian, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Real and imaginary parts."""
+    """Add the conversion to real and imaginary parts."""
     value = by_channel(draft, value)
     result = fresh(draft, value.shape, False)
     draft.say("cartesian", *at(value), *at(result), value.shape[1])
@@ -61,7 +61,7 @@ def cartesian(_step: Cartesian, value: Value, draft: Draft, _tensors: Tensors) -
 
 
 def autoregression(step: Autoregression, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """In double precision, from the input itself."""
+    """Add an autoregression in double precision, from the input itself."""
     gains = _gains(value.linear)
     points, frequencies, log_sd = (
         np.asarray(tensors[name], dtype=np.float64) for name in (step.points, step.frequencies, step.log_sd)

@@ -29,7 +29,7 @@ class Spot:
     past: int = 0
 
     def beyond(self, count: int) -> Spot:
-        """So many numbers further on."""
+        """Return the spot so many numbers further on."""
         return Spot(self.room, self.past + count)
 
 
