@@ -51,7 +51,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def commanded(seconds: int) -> Array:
-    """Acceleration at 1 kHz that repeats every second: all lines of the band, random phases."""
+    """Return acceleration at 1 kHz that repeats every second: all lines of the band, random phases."""
     lines = np.zeros(RATE_HZ // 2 + 1, dtype=np.complex128)
     turns = np.random.PCG64(SEED).random_raw(HIGH_HZ - LOW_HZ + 1) / 2.0**64
     lines[LOW_HZ : HIGH_HZ + 1] = np.exp(2j * np.pi * turns)
@@ -76,7 +76,7 @@ def played(taps: Array, wished: Array) -> Array:
 
 
 def strength_error_dB(wished: Array, felt: Array) -> float:
-    """How far the strength of each line lies from the commanded one, RMS over lines and seconds.
+    """Return how far each line's strength lies from the commanded one in dB, RMS over lines and seconds.
 
     Phases do not count: a hand feels a vibration's strength, and the filter has the least delay (`invert`).
     """
@@ -86,7 +86,7 @@ def strength_error_dB(wished: Array, felt: Array) -> float:
 
 
 def true_response(coil: Coil) -> Response:
-    """The twin's own response, without noise."""
+    """Return the twin's own response, without noise."""
     hz = np.arange(5, 491).astype(np.float64)
     turns = np.exp(-2j * np.pi * hz / RATE_HZ)
     over, under = (np.polynomial.polynomial.polyval(turns, weights) for weights in coil.weights())
@@ -95,13 +95,13 @@ def true_response(coil: Coil) -> Response:
 
 
 def identified() -> Array:
-    """The filter that shaking the noisy twin gives."""
+    """Return the filter identified by shaking the noisy twin."""
     shaken = Shaken(Coil(), seed=SEED)
     return identify(lambda volts: (shaken.felt(volts), RATE_HZ), Shaking()).inverse.taps
 
 
 def ripple_dB(taps: Array) -> float:
-    """How far the filter and the true coil together lie from flat at most, about their mean level in dB."""
+    """Return the largest deviation of filter and true coil together from their mean level, in dB."""
     true = true_response(Coil())
     inside = true.inside(LOW_HZ, HIGH_HZ)
     turns = np.exp(-2j * np.pi * true.hz[inside] / RATE_HZ)

@@ -24,7 +24,7 @@ KINDS = ("png", "jpeg")
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Pictures of 1568 x 1568 pixels, and of a camera of 24 megapixels; `quick`: the small ones."""
+    """Yield pictures of 1568 x 1568 pixels, and of a camera of 24 megapixels; only the small ones if `quick`."""
     sizes = [(SQUARE, SQUARE)] if quick else [(SQUARE, SQUARE), (6000, 4000)]
     for width, height in sizes:
         for kind in KINDS:
@@ -41,7 +41,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def encoded(pixels: Pixels, kind: str) -> bytes:
-    """The pixels as a picture file, JPEG at quality 95 as cameras write it."""
+    """Return the pixels as a picture file, JPEG at quality 95 as cameras write it."""
     from PIL import Image
 
     file = io.BytesIO()
@@ -50,7 +50,7 @@ def encoded(pixels: Pixels, kind: str) -> bytes:
 
 
 def with_white(width: int, height: int) -> Pixels:
-    """Even gray with one white patch, whose share of the judged square in the middle is `WHITE_SHARE`."""
+    """Return even gray with one white patch, whose share of the evaluated middle square is `WHITE_SHARE`."""
     pixels = np.full((height, width), 120, np.uint8)
     rows, columns = round(SQUARE * WHITE_SHARE * 8), SQUARE // 8
     top, left = (height - SQUARE) // 2, (width - SQUARE) // 2
@@ -59,25 +59,25 @@ def with_white(width: int, height: int) -> Pixels:
 
 
 def white_error(found: Look) -> float | None:
-    """How far the share of white lies off the patch's own."""
+    """Return the error of the share of white against the patch's own."""
     true = round(SQUARE * WHITE_SHARE * 8) * (SQUARE // 8) / SQUARE**2
     return None if found.white is None else abs(found.white - true)
 
 
 def grating(width: int, height: int) -> Pixels:
-    """A sine across the picture with `GRATING_PX` pixels to a period."""
+    """Return a sine across the picture with `GRATING_PX` pixels to a period."""
     line = 127.5 + 100 * np.sin(2 * math.pi * np.arange(width) / GRATING_PX)
     return np.tile(np.round(line).astype(np.uint8), (height, 1))
 
 
 def sharpness_error(found: Look) -> float | None:
-    """Relative error of the sharpness: of a sine the Laplacian is 2 (cos w - 1) times itself."""
+    """Return the relative error of the sharpness: a sine's Laplacian is 2 (cos w - 1) times itself."""
     true = (2 * (math.cos(2 * math.pi / GRATING_PX) - 1)) ** 2
     return None if found.sharpness is None else abs(found.sharpness / true - 1)
 
 
 def judged_pictures() -> Iterator[Pixels]:
-    """A rough surface in focus, out of focus by more and more, and over-exposed; `TRUTH` says which is which."""
+    """Yield a rough surface in focus, ever more out of focus, and over-exposed; `TRUTH` holds the right flags."""
     surface = np.fft.rfft2(np.random.Generator(np.random.PCG64(11)).normal(0.0, 1.0, (SQUARE, SQUARE)))
     blurred = {blur_px: _blurred(surface, blur_px) for blur_px in {blur_px for blur_px, _ in TRUTH}}
     for blur_px, white in TRUTH:
@@ -105,7 +105,7 @@ def looks(pictures: Sequence[bytes]) -> list[Look]:
 
 
 def flags_error(found: Sequence[Look]) -> float:
-    """The share of pictures whose flags are not exactly those that are true of them."""
+    """Return the share of pictures whose flags are not exactly the right ones."""
     true = [
         {name for name, so in (("blurred", blur_px >= 4), ("over_exposed", white > LIMITS.most_white)) if so}
         for blur_px, white in TRUTH

@@ -24,7 +24,7 @@ Widths = Callable[[Array], Array]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Many calibrations at once, one a column; new answers are counted by the distribution itself, not by chance."""
+    """Yield many calibrations at once, one a column; new answers are counted by the distribution, not by chance."""
     times = 2_000 if quick else 20_000
     for name, draw, share_within in distributions():
         for n in SIZES:
@@ -37,9 +37,9 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def distributions() -> Iterator[tuple[str, Callable[[Generator, tuple[int, int]], Array], Callable[[Array], Array]]]:
-    """Residuals: a name, what draws them, and the share of new ones whose size is at most a width.
+    """Yield residuals: a name, a function that draws them, and the share of new ones up to a width.
 
-    Skewed ones are exponential, less their mean of 1.
+    Skewed ones are exponential, minus their mean of 1.
     """
     from scipy.stats import expon, norm, t
 
@@ -59,10 +59,10 @@ def _within(law: Any, width: Array) -> Array:
 
 
 def normal_widths(residual: Array) -> Array:
-    """What holds 90 % of a normal distribution of this SD: what is often written instead."""
+    """Return widths that hold 90 % of a normal distribution of this SD, a common but different choice."""
     return np.asarray(NORMAL_Z * residual.std(axis=0, ddof=1))
 
 
 def coverage_error(share_within: Callable[[Array], Array], widths: Array) -> float:
-    """How far the share of new answers that are held, on average over calibrations, lies off the promised one."""
+    """Return how far the mean share of new answers within the widths lies from the promised one."""
     return abs(float(np.mean(share_within(widths))) - COVERAGE)

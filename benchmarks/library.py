@@ -26,7 +26,7 @@ SEED = 23
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Libraries of 50, 500 and 5,000 textures (`quick`: 50 and 500), a third of them predicted only."""
+    """Yield libraries of 50, 500 and 5,000 textures (`quick`: 50 and 500), a third of them predicted only."""
     for count in (50, 500) if quick else (50, 500, 5_000):
         library = made_up(count)
         wishes = [wishes_of(library, [text]) for text in WISHES]
@@ -46,7 +46,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def made_up(count: int) -> Library:
-    """Textures anywhere on the scales; each is rated (SE 1 to 5) or only predicted (90 % within 10 to 35)."""
+    """Return textures anywhere on the scales, each rated (SE 1 to 5) or only predicted (90 % within 10 to 35)."""
     chance = np.random.Generator(np.random.PCG64(SEED))
     return Library(attributes=PAIRS, textures=tuple(_entry(f"T{n:05d}", n % 3 == 0, chance) for n in range(count)))
 
@@ -63,7 +63,7 @@ def _entry(name: str, only_predicted: bool, chance: np.random.Generator) -> Entr
 
 
 def surely(library: Library) -> tuple[Entry, ...]:
-    """The same textures as if their values were known for sure."""
+    """Return the same textures as if their values were known exactly."""
     nothing = (0.0,) * len(PAIRS)
     return tuple(
         Entry(id=each.id, label=each.label, category=each.category,
@@ -77,12 +77,12 @@ def _means(entry: Entry) -> tuple[float, ...]:
 
 
 def searched(entries: Sequence[Entry], wishes: Sequence[tuple[Wish, ...]]) -> list[list[Match]]:
-    """All textures in the order that `find` gives, for each wish."""
+    """Return all textures in the order of `find`, for each wish."""
     return [find(entries, each) for each in wishes]
 
 
 def exhaustive(entries: Sequence[Entry], wishes: Sequence[Wish]) -> dict[str, float]:
-    """The fit of every texture: membership times the normal density, integrated from knot to knot."""
+    """Return the fit of every texture: membership times the normal density, integrated from knot to knot."""
     rule = np.polynomial.legendre.leggauss(NODES)
     fits = {}
     for entry in entries:
@@ -104,7 +104,7 @@ def _integral(rule: tuple[Array, Array], soft: Soft, mean: float, sd: float) -> 
 
 
 def missed(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Match]]) -> float:
-    """The share of the best ten by integration that are not among the first ten; fits equal to 0.001 count alike."""
+    """Return the share of the exact best ten that are not among the first ten; fits equal to 0.001 are ties."""
     lost = 0
     for fits, order in zip(exact, found, strict=True):
         tenth = sorted(fits.values(), reverse=True)[FIRST - 1]
@@ -113,7 +113,7 @@ def missed(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Match]]) 
 
 
 def fit_error(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Match]]) -> float:
-    """The largest difference of a fit from numerical integration."""
+    """Return the largest difference of a fit from numerical integration."""
     return max(
         abs(each.fit - fits[each.entry.id])
         for fits, order in zip(exact, found, strict=True)
@@ -122,7 +122,7 @@ def fit_error(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Match]
 
 
 def near_missed(library: Library, found: Sequence[Near]) -> float:
-    """The share of the ten nearest by plain distances of all means that are not among the first ten."""
+    """Return the share of the ten nearest by plain distances of all means that are not among the first ten."""
     table = np.array([_means(each) for each in library.textures])
     apart = np.sqrt(((table - table[0]) ** 2).mean(axis=1))
     nearest = [library.textures[at].id for at in np.argsort(apart, kind="stable")[1 : FIRST + 1]]

@@ -35,7 +35,7 @@ Interval = Callable[[int, int], tuple[float, float]]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Two stimuli that differ by one SD of an answer, 12 people: p is that of a noncentral F(1, 11), exactly."""
+    """Yield two stimuli that differ by one SD of an answer, 12 people: p is that of a noncentral F(1, 11), exactly."""
     with tempfile.TemporaryDirectory() as folder:
         files = {"two_stimuli/study.yaml": STUDY, "two_stimuli/stimuli.csv": STIMULI, "two_stimuli/analysis.yaml": PLAN}
         write_texts(Path(folder), files)
@@ -51,7 +51,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def simulated(folder: Path, effect: float, runs: int) -> tuple[Sequence[Point], float]:
-    """The product's power curve at one size, and the seconds that it took."""
+    """Return the product's power curve at one size, and its seconds."""
     place = folder / "two_stimuli"
     asking = PowerRequest(place / "study.yaml", place / "analysis.yaml", folder, "stimuli", effect=effect)
     begun = time.perf_counter()
@@ -59,7 +59,7 @@ def simulated(folder: Path, effect: float, runs: int) -> tuple[Sequence[Point], 
 
 
 def exact_power(effect: float, alpha: float = 0.05) -> float:
-    """The chance of p <= alpha: differences between two answers of a person are normal with the SD sqrt(2)."""
+    """Return the chance of p <= alpha; differences between two answers of a person are normal with the SD sqrt(2)."""
     from scipy.stats import f, ncf
 
     shift = PEOPLE * (effect * APART) ** 2 / (2 * NOISE**2)
@@ -68,7 +68,7 @@ def exact_power(effect: float, alpha: float = 0.05) -> float:
 
 
 def power_error(effect: float, answer: tuple[Sequence[Point], float]) -> float:
-    """How far the share lies off the exact power."""
+    """Return how far the share lies from the exact power."""
     return abs(answer[0][0].power - exact_power(effect))
 
 
@@ -83,12 +83,12 @@ def _intervals() -> Iterator[Case]:
 
 
 def all_intervals(interval: Interval, runs: int) -> list[tuple[float, float]]:
-    """The interval for every number of studies that may have found something."""
+    """Return the interval for every possible number of significant studies."""
     return [interval(found, runs) for found in range(runs + 1)]
 
 
 def coverage_error(power: float, intervals: Sequence[tuple[float, float]]) -> float:
-    """How far the chance that the interval holds the power lies off 0.95, summed over the binomial distribution."""
+    """Return how far the chance that the interval holds the power lies from 0.95, over the binomial distribution."""
     from scipy.stats import binom
 
     runs = len(intervals) - 1
@@ -97,14 +97,14 @@ def coverage_error(power: float, intervals: Sequence[tuple[float, float]]) -> fl
 
 
 def wald(found: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:
-    """The share and 1.96 of its standard errors: what is often written."""
+    """Return the share and 1.96 of its standard errors, a common choice."""
     share = found / runs
     half = z * math.sqrt(share * (1 - share) / runs)
     return share - half, share + half
 
 
 def clopper_pearson(found: int, runs: int) -> tuple[float, float]:
-    """The exact interval, which holds 95 % or more always (Clopper and Pearson 1934)."""
+    """Return the exact interval, which always holds 95 % or more (Clopper and Pearson 1934)."""
     from scipy.stats import beta
 
     low = float(beta.ppf(0.025, found, runs - found + 1)) if found else 0.0

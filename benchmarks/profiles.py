@@ -24,7 +24,7 @@ Rule = Callable[[Array, Array], Array]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Rows of one opening of six seconds (`quick`: two) at 1 kHz, the hand's speed uneven."""
+    """Yield rows of one opening of six seconds (`quick`: two) at 1 kHz, the hand's speed uneven."""
     seconds = 2 if quick else 6
     angle = opening_deg(seconds)
     force = force_N(angle)
@@ -44,20 +44,20 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def opening_deg(seconds: float) -> Array:
-    """Angles of an opening from 0 to just past 62 degrees whose speed varies by 40 %; every row goes forward."""
+    """Return angles of an opening from 0 to just past 62 degrees, speed varying by 40 %; every row goes forward."""
     t = np.linspace(0.0, 1.0, round(seconds * RATE_HZ))
     return np.asarray((MAX_ANGLE_DEG + 0.5) * (t + 0.4 / (4 * np.pi) * np.sin(4 * np.pi * t)))
 
 
 def force_N(angle_deg: Array) -> Array:
-    """The known door's force at each angle."""
+    """Return the known door's force at each angle."""
     return np.asarray(sum(size * np.sin(angle_deg / period + phase) for size, period, phase in WAVES))
 
 
 def means_N() -> Array:
-    """The known door's profile: its force at 0, and the exact mean over the tenth of a degree around each other point.
+    """Return the known door's profile: its force at 0, then the exact mean over each point's tenth of a degree.
 
-    The last tenth ends at its own middle's upper half as all do, since the door opens further than 62 degrees.
+    The last tenth is whole as all others, since the door opens further than 62 degrees.
     """
     half = 0.5 / POINTS_PER_DEG
     low, high = GRID_DEG - half, GRID_DEG + half
@@ -68,12 +68,12 @@ def means_N() -> Array:
 
 
 def palpate(angle: Array, force: Array) -> Array:
-    """The product's rule."""
+    """Normalise by the product's rule."""
     return normalise(angle, force).force_N
 
 
 def ten_rows(angle: Array, force: Array) -> Array:
-    """Thesis 5.3.1.2 word by word: the rows of each degree, ten of them evenly chosen, one after another."""
+    """Normalise as thesis 5.3.1.2 says: the rows of each degree, ten of them evenly chosen, one after another."""
     found = [force[0]]
     for degree in range(MAX_ANGLE_DEG):
         rows = np.flatnonzero((angle > degree) & (angle <= degree + 1))
@@ -82,12 +82,12 @@ def ten_rows(angle: Array, force: Array) -> Array:
 
 
 def at_points(angle: Array, force: Array) -> Array:
-    """The straight lines between rows, at each point of the grid: no mean."""
+    """Return the straight lines between rows at each point of the grid, without a mean."""
     return np.interp(GRID_DEG, angle, force)
 
 
 def exact_N(angle: Array, force: Array) -> list[Fraction]:
-    """The product's rule in exact arithmetic: the mean of the straight lines over the tenth around each point."""
+    """Return the product's rule in exact arithmetic: the mean of the lines over the tenth around each point."""
     x, y = ([Fraction(float(value)) for value in values] for values in (angle, force))
     half = Fraction(1, 2 * POINTS_PER_DEG)
     middles = [Fraction(n, POINTS_PER_DEG) for n in range(POINTS)]
@@ -103,10 +103,10 @@ def exact_N(angle: Array, force: Array) -> list[Fraction]:
 
 
 def worst(exact: list[Fraction], found: Array) -> float:
-    """The largest difference from exact fractions."""
+    """Return the largest difference from exact fractions."""
     return float(max(abs(Fraction(float(value)) - true) for value, true in zip(found, exact, strict=True)))
 
 
 def rms(true: Array, found: Array) -> float:
-    """Root mean square of the differences."""
+    """Return the root mean square of the differences."""
     return float(np.sqrt(np.mean((found - true) ** 2)))

@@ -105,7 +105,7 @@ def make_lab(sessions: int, folder: Path | None = None) -> Path:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Each verb on labs of 20, 200 and 2,000 sessions, as a process of its own: seconds and the most memory it held."""
+    """Yield each verb on labs of 20, 200 and 2,000 sessions, as its own process: seconds and peak memory."""
     sizes = SIZES[:2] if quick else SIZES
     largest = make_lab(sizes[-1])
     for sessions in sizes:
@@ -159,7 +159,7 @@ def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
 
 
 def _first_page(lab: Path, told: str, sessions: int) -> Case:
-    """What a browser waits for where nothing was kept of the lab: sessions, or how many of them are still to come."""
+    """Return the browser's wait for a lab without cached results: sessions, or how many of them are still to come."""
     from palpate.analysis.monitoring.app import BUDGET_S
     from palpate.analysis.monitoring.finished import FILE
     from palpate.analysis.monitoring.page import Pages
@@ -184,7 +184,7 @@ def _first_page(lab: Path, told: str, sessions: int) -> Case:
 
 
 def _update(lab: Path, told: str, sessions: int) -> Case:
-    """A page that is open, and a session that ends: what the browser waits for."""
+    """Return the browser's wait on an open page when a session ends."""
     from palpate.analysis.monitoring.page import Pages
     from palpate.analysis.monitoring.watching import Watch
 
@@ -277,7 +277,7 @@ def _fails(*arguments: str) -> bool:
 
 
 def _copy(lab: Path, copy: Path, sessions: int | None = None) -> Path:
-    """A lab with the first ledgers of another, as links to the same files where the disk knows them."""
+    """Copy a lab with the first ledgers of another, as hard links where the disk supports them."""
     shutil.copytree(lab / "studies", copy / "studies")
     (copy / "sessions").mkdir(parents=True)
     for ledger in ledgers_in(lab)[:sessions]:
@@ -289,7 +289,7 @@ def _copy(lab: Path, copy: Path, sessions: int | None = None) -> Path:
 
 
 def _runs(numbers: Sequence[int], longest: int) -> Iterator[tuple[int, int]]:
-    """First and last of each run of consecutive numbers, cut where it would be longer than `longest`."""
+    """Yield first and last of each run of consecutive numbers, cut where it would be longer than `longest`."""
     first = 0
     for place, number in enumerate(numbers):
         if place + 1 == len(numbers) or numbers[place + 1] != number + 1 or place + 1 - first == longest:
@@ -302,7 +302,7 @@ def _name(number: int) -> str:
 
 
 def _write_study(folder: Path) -> None:
-    """Fifty of the shipped doors: five cars in ten variants."""
+    """Write a study of fifty of the shipped doors: five cars in ten variants."""
     source = SHIPPED / "door_ratings"
     (folder / "profiles").mkdir(parents=True, exist_ok=True)
     rows = [row for row in stimulus_rows(source / "stimuli.csv") if row["car"] in CARS and row["variant"] in VARIANTS]

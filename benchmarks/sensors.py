@@ -22,7 +22,7 @@ FORCE_HZ, ACCELERATION_HZ = 10_000.0, 3000.0
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Volts to units, and the twin's making of volts; the error is the largest one against long double."""
+    """Yield volts to units, and the twin's making of volts; the error is the largest against long double."""
     repeats = 50 if quick else 500
     yield from _conversions("6 gauges at 10 kHz", _force(), repeats)
     yield from _conversions("3 axes at 3 kHz", _accelerometer(), repeats)
@@ -56,7 +56,7 @@ def _volts(sensor: DaqSensor) -> Array:
 
 
 def _conversions(given: str, sensor: DaqSensor, repeats: int) -> Iterator[Case]:
-    """The sensor's own way (checks, conversion, float32), and the sum written out sample by sample."""
+    """Yield the sensor's own way (checks, conversion, float32), and the sum written out sample by sample."""
     volts = _volts(sensor)
     offset, matrix = _linear(sensor)
     exact = ((volts.astype("g") - offset.astype("g"))[:, None, :] * matrix.astype("g")).sum(axis=2)
@@ -74,7 +74,7 @@ def _conversions(given: str, sensor: DaqSensor, repeats: int) -> Iterator[Case]:
 
 
 def _linear(sensor: DaqSensor) -> tuple[Array, Array]:
-    """Both sensors are an offset and a matrix."""
+    """Return offset and matrix, which describe both sensors."""
     import numpy as np
 
     from palpate.signals import GRAVITY_M_S2
@@ -94,7 +94,7 @@ def _by_sample(offset: list[float], matrix: list[list[float]], volts: list[list[
 
 
 def _making(given: str, sensor: DaqSensor, repeats: int) -> Case:
-    """How much a twin costs; its error is the mean against what lies on it: nothing, or one g."""
+    """Return a twin's cost; its error is the mean against the true load: nothing, or one g."""
     from palpate.devices.daq.acquire import Pace
 
     times = [0.0]

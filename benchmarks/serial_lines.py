@@ -31,11 +31,11 @@ class VirtualLine:
     arrived: bytearray = field(default_factory=bytearray)
 
     def clock_s(self) -> float:
-        """Virtual seconds."""
+        """Return the virtual seconds."""
         return self.t_ms / 1000
 
     def now_ns(self) -> int:
-        """Virtual nanoseconds."""
+        """Return the virtual nanoseconds."""
         return self.t_ms * MS_NS
 
     def run(self, ms: int) -> None:
@@ -48,7 +48,7 @@ class VirtualLine:
             self.each_ms(self.t_ms)
 
     def read(self, timeout_s: float) -> bytes:
-        """What has come, after as much time as it took."""
+        """Return what has come, after as much time as it took."""
         until_ms = self.t_ms + max(1, round(timeout_s * 1000))
         while not self.arrived and not self.unplugged and self.t_ms < until_ms:
             self.run(1)
@@ -65,7 +65,7 @@ class VirtualLine:
         self.wire.push(data)
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Do nothing: nothing is open."""
 
 
 @dataclass
@@ -83,7 +83,7 @@ class PacedLine:
     arrived: bytearray = field(default_factory=bytearray)
 
     def read(self, timeout_s: float) -> bytes:
-        """What has come."""
+        """Return what has come."""
         until_s = time.monotonic() + timeout_s
         while not self.arrived and time.monotonic() < until_s:
             self._catch_up()
@@ -99,7 +99,7 @@ class PacedLine:
         self.wire.push(data)
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Do nothing: nothing is open."""
 
     def _catch_up(self) -> None:
         for _ in range(int((time.monotonic() - self.began_s) * 1000) - self.ticks):

@@ -36,7 +36,7 @@ LOADED = "import sys; sys.argv[1:] = {arguments}; from palpate import command_li
 
 
 def sessions(quick: bool) -> Iterator[Case]:
-    """One session of 45 trials x 7 ratings: run durably, kept in memory only, and replayed."""
+    """Yield one session of 45 trials x 7 ratings: run durably, kept in memory only, and replayed."""
     repeats = 3 if quick else 9
     plan = _plan()
     rig = simulated(plan.study, DOORS)
@@ -84,7 +84,7 @@ def sessions(quick: bool) -> Iterator[Case]:
 
 
 def startup(quick: bool) -> Iterator[Case]:
-    """The command line from the shell: a whole process each, beside an empty Python."""
+    """Yield the command line from the shell: a whole process each, beside an empty Python."""
     repeats = 5 if quick else 15
     yield _process("python -c pass", [sys.executable, "-c", "pass"], None, repeats)
     for arguments in (["--help"], ["run", "--help"], ["analyse", "--help"], ["studies"], ["check", "door_ratings"]):
@@ -100,7 +100,7 @@ def _process(name: str, command: list[str], arguments: list[str] | None, repeats
 
 
 def _heavy(arguments: list[str] | None) -> float:
-    """How many of the heavy packages the verb has imported when it is done."""
+    """Return how many of the heavy packages the verb has imported when it is done."""
     if arguments is None:
         return 0.0
     code = LOADED.format(arguments=arguments, heavy=HEAVY)

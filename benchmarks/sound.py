@@ -21,7 +21,7 @@ CENTRES_HZ = 1000 * 10 ** (np.arange(-15, 12) / 10)
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Ten seconds of noise from the middle of the loop, as the player gives it, and independent random samples beside.
+    """Yield ten seconds of noise from the middle of the loop, and independent random samples beside.
 
     `quick` measures white noise only.
     """
@@ -48,7 +48,7 @@ def played(colour: Colour) -> Array:
 
 
 def random_samples() -> Array:
-    """Gaussian samples of the declared level between 20 Hz and 20 kHz, each drawn by itself."""
+    """Return independent Gaussian samples of the declared level between 20 Hz and 20 kHz."""
     drawn = np.random.Generator(np.random.PCG64(SEED)).standard_normal(RATE_HZ * LOOP_S)
     hz = np.fft.rfftfreq(len(drawn), 1 / RATE_HZ)
     inside = (hz >= 20) & (hz <= 20_000)
@@ -56,17 +56,17 @@ def random_samples() -> Array:
 
 
 def level_error_db(samples: Array) -> float:
-    """By how many dB the level lies off what was declared."""
+    """Return how far the level lies from the declared one, in dB."""
     return abs(_level_dbfs(float(np.mean(samples**2))) - LEVEL_DBFS)
 
 
 def second_error_db(samples: Array) -> float:
-    """The same of the second that lies furthest off."""
+    """Return the same of the second that lies furthest off."""
     return max(map(level_error_db, samples.reshape(-1, RATE_HZ)))
 
 
 def spectrum_error_db(colour: Colour, samples: Array) -> float:
-    """The largest deviation of a third octave's level from a flat (white) or a falling (pink) spectrum."""
+    """Return the largest deviation of a third octave's level from a flat (white) or a falling (pink) spectrum."""
     hz, power = _power(samples)
     declared = np.where((hz >= 20) & (hz <= 20_000), 1.0 if colour == "white" else 1 / np.maximum(hz, 1), 0.0)
     declared *= rms_of(LEVEL_DBFS) ** 2 / declared.sum()
@@ -75,7 +75,7 @@ def spectrum_error_db(colour: Colour, samples: Array) -> float:
 
 
 def a_error_db(colour: Colour, samples: Array) -> float:
-    """By how many dB the A-weighted level of the samples lies off the declared one.
+    """Return how far the samples' A-weighted level lies from the declared one, in dB.
 
     The weighting is worked out here from its four poles (IEC 61672-1, Annex E), not taken from the product.
     """
@@ -90,7 +90,7 @@ def a_error_db(colour: Colour, samples: Array) -> float:
 
 
 def _power(samples: Array) -> tuple[Array, Array]:
-    """Frequencies, and the mean square in each line."""
+    """Return frequencies, and the mean square in each line."""
     lines = np.abs(np.fft.rfft(samples)) ** 2 / len(samples) ** 2
     return np.asarray(np.fft.rfftfreq(len(samples), 1 / RATE_HZ), dtype=np.float64), 2 * lines
 

@@ -46,7 +46,7 @@ def table(
     seconds: float = 600.0,
     seed: int = 1,
 ) -> Iterator[Line]:
-    """The error of each window for that stroke along one axis, against the velocity at the very instant."""
+    """Yield the error of each window for that stroke along one axis, against the velocity at the same instant."""
     positions, truth = simulated(stroke, seconds, seed)
     for window in windows:
         estimate = slope(window, degree, stroke.rate_hz, place)
@@ -56,13 +56,13 @@ def table(
 
 
 def expected(stroke: Stroke, estimate: Slope) -> tuple[float, float]:
-    """RMS of the noise in the velocity, and of what the window takes from the movement: |response - 1|."""
+    """Return the velocity's RMS noise, and what the window takes from the movement: |response - 1|."""
     blur = abs(estimate.response(stroke.frequency_hz) - 1) * stroke.fastest_mm_s / math.sqrt(2)
     return stroke.noise_mm * estimate.noise_gain_per_s, blur
 
 
 def simulated(stroke: Stroke, seconds: float, seed: int) -> tuple[Array, Array]:
-    """Noisy positions of shape (n, 1) in mm, and true velocities of shape (n,) in mm/s."""
+    """Return noisy positions of shape (n, 1) in mm, and true velocities of shape (n,) in mm/s."""
     phase = 2 * math.pi * stroke.frequency_hz * np.arange(round(seconds * stroke.rate_hz)) / stroke.rate_hz
     noise = stroke.noise_mm * np.random.default_rng(seed).standard_normal(len(phase))
     return (stroke.amplitude_mm * np.sin(phase) + noise)[:, None], stroke.fastest_mm_s * np.cos(phase)

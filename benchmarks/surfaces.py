@@ -28,7 +28,7 @@ TONE_HZ = 400.0
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """All sensors of a texture; the contact's blocks; the tip's tracing; the change of rate."""
+    """Yield all sensors of a texture; the contact's blocks; the tip's tracing; the change of rate."""
     table = read_surfaces()
     seconds, repeats = (10.0, 1) if quick else (60.0, 3)
     for name in SHOWN[:2] if quick else SHOWN:
@@ -50,7 +50,7 @@ def _whole(surface: Surface, seconds: float, repeats: int) -> Case:
 
 
 def sensed(surface: Surface, seconds: float) -> list[Array]:
-    """Every sensor's samples of one act, read side by side as sensors do."""
+    """Return every sensor's samples of one act, read side by side as sensors do."""
     scene = SurfaceScene(surface, seconds, "bench", under=ground_of(surface))
     pieces = [getattr(scene, name)(rate_hz) for name, rate_hz in SENSORS]
     found: list[list[Array]] = [[] for _ in SENSORS]
@@ -79,7 +79,7 @@ def _contact(surface: Surface, steps: int) -> Iterator[Case]:
 
 
 def free_drive(surface: Surface, steps: int, *key: str) -> Drive:
-    """What goes into the contact under a free hand."""
+    """Return the contact's inputs under a free hand."""
     motion = free_hand(steps / INTERNAL_HZ, "bench", *key).at(
         (np.arange(steps, dtype=np.float64) + THETA) / INTERNAL_HZ
     )
@@ -103,7 +103,7 @@ def _tip(surface: Surface) -> Iterator[Case]:
 
 
 def rolled(height_um: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Dilation by a sphere, every offset under it looked at."""
+    """Return the dilation by a sphere, with every offset under it."""
     count = height_um.shape[0]
     reach = int(RADIUS_MM * count / 100)
     top = np.full_like(height_um, -np.inf)

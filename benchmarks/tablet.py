@@ -21,7 +21,7 @@ JUDGES: tuple[tuple[str, str, Judge], ...] = (
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Held and on a line, at the report rates of common tablets: the error at the instant, and with the delay off."""
+    """Yield held and on a line, at common tablets' report rates: the error at once, and with the delay removed."""
     seconds = 6.0 if quick else 31.0
     for case, error_kind, error in JUDGES:
         for report_hz in REPORTS_HZ:

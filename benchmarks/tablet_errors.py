@@ -30,15 +30,15 @@ class Stroke:
     seed: int = 1
 
     def speed_mm_s(self, t_s: float) -> float:
-        """The true speed: 0.5 to 1.5 times the mean one."""
+        """Return the true speed: 0.5 to 1.5 times the mean one."""
         return self.radius_mm * self._omega * (1 + 0.5 * math.cos(self._omega * t_s))
 
     def pressed_N(self, t_s: float) -> float:
-        """The true force: 0.5 to 1.5 times the mean one."""
+        """Return the true force: 0.5 to 1.5 times the mean one."""
         return self.force_N * (1 + 0.5 * math.sin(self._omega * t_s))
 
     def reports(self, shape: Shape, seconds: float) -> list[Report]:
-        """What a tablet reports of it."""
+        """Return a tablet's reports of it."""
         count = round(seconds * shape.report_hz)
         jitter = gaussians(count, "stroke", self.seed)
         most = 0.45 / shape.report_hz
@@ -78,7 +78,7 @@ def felt(shape: Shape, reports: Sequence[Report], seconds: float) -> list[Felt]:
 
 
 def errors(out: Sequence[Felt], channel: int, truth: Callable[[float], float]) -> Errors:
-    """Of channel 1 (speed) or 2 (force), after the first second, against the truth."""
+    """Return the errors of channel 1 (speed) or 2 (force) against the truth, after the first second."""
     kept = [(each[0], each[channel]) for each in out if each[0] >= SETTLED_S]
 
     def rms(late_s: float) -> float:

@@ -51,11 +51,11 @@ class Observer:
     alternatives: int | None = None
 
     def declared(self) -> Rates:
-        """The rates as the task makes them."""
+        """Return the rates as the task sets them."""
         return rates_of(self.task, self.alternatives, None, None)
 
     def undeclared(self) -> Rates:
-        """The rates as they were before a task was declared: guess fixed, lapse from 0 to 0.06."""
+        """Return the rates without a declared task: guess fixed, lapse from 0 to 0.06."""
         fixed: Rate | None = None if self.alternatives is None else self.guess
         return rates_of(None, None, fixed, None)
 
@@ -83,7 +83,7 @@ class Sets(NamedTuple):
 
 
 def simulated(observer: Observer, count: int, trials: int) -> Floats:
-    """Hits (count, levels) of an observer in `trials` trials at each level."""
+    """Return the hits (count, levels) of an observer in `trials` trials at each level."""
     share = observer.guess + (1 - observer.guess - observer.lapse) * ndtr((LEVELS - THRESHOLD) / SD)
     drawn = stream(0, f"observer: {observer.name}, {trials} trials").binomial(trials, share, (count, len(LEVELS)))
     return drawn.astype(np.float64)
@@ -110,13 +110,13 @@ def _has_estimate(given: Levels, asked: FunctionSpec, problem: Problem, fits: Fi
 
 
 def missed(ends: Floats, true: float) -> float:
-    """The share of intervals (sets, 2) that do not hold the true value; an open end bounds nothing."""
+    """Return the share of intervals (sets, 2) that do not hold the true value; an open end bounds nothing."""
     low, high = np.nan_to_num(ends[:, 0], nan=-np.inf), np.nan_to_num(ends[:, 1], nan=np.inf)
     return float(((low > true) | (high < true)).mean())
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """For each observer the bias over 150 data sets, and what intervals miss over 1,000 (quick: 150)."""
+    """Yield each observer's bias over 150 data sets, and the misses of intervals over 1,000 (quick: 150)."""
     for trials in (100, 40):
         for observer in OBSERVERS:
             yield from _bias(observer, trials, 150)
@@ -184,7 +184,7 @@ def _misses_of(true: float) -> Callable[[tuple[Floats, float]], float]:
 
 
 def _clocked(run: Callable[[], Floats]) -> tuple[Floats, float]:
-    """Minutes of work are done once."""
+    """Run once, because it takes minutes, and return the result with its seconds."""
     start = time.perf_counter()
     found = run()
     return found, time.perf_counter() - start

@@ -26,7 +26,7 @@ METHODS: dict[str, tuple[int, Place]] = {
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Each method and window on a hand's stroke at 120 Hz and on a door's handle at 80 Hz."""
+    """Yield each method and window on a hand's stroke at 120 Hz and on a door's handle at 80 Hz."""
     seconds = 60.0 if quick else 600.0
     for name, stroke in STROKES.items():
         for window in WINDOWS:

@@ -25,7 +25,7 @@ Clocked = Callable[[Known], Clock]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Clocks from arrivals, then streams onto 1 kHz: 60 s of each, 10 s if `quick`."""
+    """Yield clocks from arrivals, then streams onto 1 kHz: 60 s of each, 10 s if `quick`."""
     seconds, repeats = (10.0, 3) if quick else (60.0, 5)
     streams = [Known(kind, seconds) for kind in KINDS]
     for known in streams:
@@ -37,7 +37,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def figures(out: Path, quick: bool) -> list[Path]:
-    """The error of every method over the frequency, as a PNG in `out`."""
+    """Draw the error of every method over the frequency, as a PNG in `out`."""
     from benchmarks.alignment.error_plot import save_error_plot
 
     return [save_error_plot(out / "alignment-error-by-frequency.png", 12 if quick else 40)]
@@ -81,7 +81,7 @@ def _onto_grid(known: Known, method: Method, clocked: Clocked) -> Array:
 
 
 def _by_arrivals(known: Known) -> Array:
-    """What a program does that stamps blocks as they come, and spreads their samples between the stamps."""
+    """Return the values by a program that stamps blocks as they come and spreads their samples between the stamps."""
     last, came = np.array(known.arrivals).T
     came = np.maximum.accumulate(came + 1e-9 * np.arange(len(came)))
     times_s = np.interp(np.arange(len(known.times_s)), last, came)
@@ -93,12 +93,12 @@ def _fitted(known: Known) -> Clock:
 
 
 def _untold(known: Known) -> Clock:
-    """What no arrival can show: that all of them, the promptest too, are late by a millisecond more."""
+    """Return a clock whose arrivals are all late by a further millisecond, which no arrival can show."""
     return fit_clock([(n, came + 1e-3) for n, came in known.arrivals], known.kind.rate_hz)
 
 
 def _stamped(known: Known) -> Clock:
-    """The same arrivals where the device stamps its samples: the line through the stamps."""
+    """Return the clock of the same arrivals where the device stamps its samples: the line through the stamps."""
     late = _untold(known)
     stamped = [(n, came + 1e-3, at) for (n, came), at in zip(known.arrivals, known.stamps_s.tolist(), strict=True)]
     return stamps_of(stamped, known.kind.rate_hz, OF_THE_HOST[0], late).line or late

@@ -19,7 +19,7 @@ COLOURS = {
 
 
 def save_error_plot(path: Path, points: int) -> Path:
-    """RMS error of a sine in percent against its frequency up to 40 Hz, as a PNG."""
+    """Draw the RMS error of a sine in percent against its frequency up to 40 Hz, as a PNG."""
     import matplotlib as mpl
 
     mpl.use("Agg")

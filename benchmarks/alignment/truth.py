@@ -73,7 +73,7 @@ class Known:
 
     @cached_property
     def stamps_s(self) -> Array:
-        """What the device itself says of when each block's last sample was taken; it errs to both sides."""
+        """The device's own times of each block's last sample, with errors in both directions."""
         last = np.array([n for n, _ in self.arrivals])
         noise = np.random.default_rng([self.seed, 3]).standard_normal(len(last))
         return np.asarray(self.times_s[last] + STAMPS_ERR_S * noise)
@@ -85,7 +85,7 @@ class Known:
         return np.arange(np.ceil(first * GRID_HZ), np.floor(last * GRID_HZ)) / GRID_HZ
 
     def motion(self, at_s: Array) -> Array:
-        """The truth at any time: tones of one size from 0.2 to 25 Hz, RMS 1."""
+        """Return the truth at any time: tones of one size from 0.2 to 25 Hz, RMS 1."""
         rng = np.random.default_rng([self.seed, 0])
         hz = np.linspace(SLOWEST_HZ, HAND_HZ, TONES)
         phases = rng.uniform(0, 2 * np.pi, TONES)
@@ -95,12 +95,12 @@ class Known:
         return np.asarray(found * np.sqrt(2 / TONES))
 
     def percent_wrong(self, found: Array) -> float:
-        """RMS error of values (m,) on the grid, both low-passed at 25 Hz, in percent of the motion's RMS."""
+        """Return the RMS error of values (m,) on the grid, low-passed at 25 Hz, in percent of the motion's RMS."""
         truth = _below_25_hz(self.motion(self.grid_s))
         return float(100 * _rms(_below_25_hz(found) - truth) / _rms(truth))
 
     def _vibration(self) -> Array:
-        """Noise with a flat spectrum, where the rate can hold it; no truth is needed of what is filtered away."""
+        """Return noise with a flat spectrum, which needs no truth, because it is filtered away."""
         count = len(self.times_s)
         if self.kind.rate_hz * 0.45 <= VIBRATES_FROM_HZ:
             return np.zeros(count)

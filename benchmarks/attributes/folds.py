@@ -25,12 +25,12 @@ WORKERS = 2
 
 
 def named(method: str) -> str:
-    """A method's name in the table; the proposed one says so."""
+    """Return a method's name in the table; the proposed one is marked."""
     return f"palpate, {method}" if method == PROPOSED else method
 
 
 def whole_folds(methods: Mapping[str, Method], own: Own) -> Iterator[Case]:
-    """Two of the fifty folds, trained and asked with the method's own epochs; the evaluation has 25 times as many."""
+    """Yield two of the fifty folds, trained with the method's own epochs; the evaluation has 25 times as many."""
     if PROPOSED not in methods:
         return
     material = made_up(WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
@@ -44,7 +44,7 @@ def whole_folds(methods: Mapping[str, Method], own: Own) -> Iterator[Case]:
 
 
 def _judged(material: Material, methods: Mapping[str, Method], own: Own, workers: int) -> AttributeEvaluation:
-    """In a folder of its own, so that nothing is taken from what is kept."""
+    """Evaluate in a folder of its own, so that nothing is taken from cached results."""
     with tempfile.TemporaryDirectory() as folder, _workers(workers, Path(folder, "workers")) as cluster:
         options = AttributeOptions(
             work=Path(folder), methods=(PROPOSED,), ablations=False, folds=WORKERS, workers=1, cluster=cluster

@@ -20,7 +20,7 @@ WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES = 50, 110, 10
 
 
 def made_up(textures: int, segments: int, pictures: int, seed: int = 0, noise: float = 1.0) -> Material:
-    """Features are four latent numbers in drawn directions, and noise; mean ratings are the latents, with theirs."""
+    """Return features of four latent numbers in drawn directions with noise, and noisy latents as mean ratings."""
     chance = np.random.Generator(np.random.PCG64(seed))
     ways = {kind: chance.standard_normal((4, size)) for kind, size in SIZES.items()}
     found = []

@@ -45,7 +45,7 @@ class Found:
 
     @property
     def given(self) -> str:
-        """The data, as a row names them."""
+        """The data, as named in a row."""
         textures, left_out = len(self.evaluation.material.textures), len(self.evaluation.tested)
         epochs = "few" if self.evaluation.options.quick else "own"
         return f"{textures} made-up textures, {left_out} left out, {epochs} epochs"
@@ -54,7 +54,7 @@ class Found:
 def cases(
     quick: bool, methods: Mapping[str, Method] | None = None, own: Own | None = None, workers: int | None = None
 ) -> Iterator[Case]:
-    """Every figure of this area: eight textures left out, or, if `quick`, five, and few epochs for the networks."""
+    """Yield every figure of this area: eight textures left out, or five if `quick`, with few epochs of networks."""
     from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 
     every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
@@ -78,7 +78,7 @@ def _trainings(found: Found) -> Iterator[Case]:
 
 
 def _answers(found: Found) -> Iterator[Case]:
-    """Features to attributes, each method from its file: 50 rows, and one whole texture."""
+    """Yield each method's answers from features to attributes, from its file: 50 rows, and one whole texture."""
     evaluation, kind = found.evaluation, "MAE of textures left out, 0 to 100"
     rows = [(row, evaluation.main(row["method"])) for row in method_rows(evaluation) if row["mae"] is not None]
     models = [(row, _from_file(found, entry)) for row, entry in rows if entry is not None]
@@ -90,14 +90,14 @@ def _answers(found: Found) -> Iterator[Case]:
 
 
 def asked(model: AttributeModel, textures: Sequence[Texture], attributes: int) -> list[Array]:
-    """Every texture's prediction, as the library makes it: all at once, with one thread."""
+    """Return every texture's prediction, as the library makes it: all at once, with one thread."""
     with limited(1):
         said = model.predictions(textures)
         return [mean_of_rows(rows, each, attributes)[0] for rows, each in zip(said, textures, strict=True)]
 
 
 def _from_file(found: Found, entry: Entry) -> AttributeModel:
-    """The method fitted to all, written and read back."""
+    """Return the method fitted to all, written to a file and read back."""
     evaluation, methods = found.evaluation, found.evaluation.domain.methods
     method, settings = evaluation.method(entry), evaluation.options.settings
     with limited(1):
@@ -125,7 +125,7 @@ def _told(error: float | None, _answer: object) -> float | None:
 
 
 def _nothing() -> None:
-    """Nothing is run again."""
+    """Do nothing: there is nothing to run again."""
 
 
 def _taken(seconds: float, _answer: object) -> float:

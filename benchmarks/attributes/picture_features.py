@@ -20,7 +20,7 @@ Shares = NDArray[np.float64]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """A picture as it is looked at (1568 x 1568), a patch of it if `quick`."""
+    """Yield the times of a picture at full size (1568 x 1568), or of a patch of it if `quick`."""
     side, repeats = (QUICK_SIDE, 3) if quick else (SIDE, 5)
     values = drawn(side)
     wanted = counted(values)
@@ -37,7 +37,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def drawn(side: int, seed: int = 0) -> Gray:
-    """Brightness (side, side) from 0 to 1: threads that cross, with noise."""
+    """Return brightness (side, side) from 0 to 1: threads that cross, with noise."""
     chance = np.random.Generator(np.random.PCG64(seed))
     down, along = np.mgrid[:side, :side]
     threads = np.sin(down / 7) * np.sin(along / 9)
@@ -46,7 +46,7 @@ def drawn(side: int, seed: int = 0) -> Gray:
 
 
 def by_scikit_image(values: Gray) -> Shares:
-    """(256,) by scikit-image, of the same levels."""
+    """Return (256,) by scikit-image, of the same levels."""
     from skimage.feature import graycomatrix
 
     found = graycomatrix(levels(values), DISTANCES, ANGLES, levels=LEVELS, symmetric=True, normed=True)
@@ -54,7 +54,10 @@ def by_scikit_image(values: Gray) -> Shares:
 
 
 def counted(values: Gray) -> Shares:
-    """(256,) by the definition (Haralick, Shanmugam and Dinstein 1973): all pairs of neighbours, both ways round."""
+    """Return (256,) by the definition: all pairs of neighbours, both ways round.
+
+    Source: Haralick, Shanmugam and Dinstein 1973.
+    """
     level = levels(values).astype(np.int64)
     found = np.zeros(LEVELS * LEVELS)
     for down, on in BESIDE:

@@ -29,8 +29,10 @@ MEMORY = "largest memory of a process, MB"
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """One texture from its three sensors (3, 8 and 0.12 kHz) to all its features, and fifty of them by two processes:
-    60 s each, four of 10 s if `quick`. The signals are there already: no ledger is read."""
+    """Yield one texture's features from its three sensors (3, 8 and 0.12 kHz), and fifty textures' by two processes.
+
+    60 s each, or four textures of 10 s if `quick`. The signals are computed beforehand: no ledger is read.
+    """
     seconds, repeats = (QUICK_SECONDS, 1) if quick else (SECONDS, 3)
     touched = tones(seconds)
     ways: dict[str, Callable[[], Touch]] = {
@@ -60,7 +62,7 @@ class _Made:
 
 
 def _study(count: int, seconds: float) -> Iterator[Case]:
-    """All textures of a study, each a job; memory is that of the same run."""
+    """Yield all textures of a study, each a job; memory is that of the same run."""
     jobs = [_Texture(f"recording {place + 1}", seconds) for place in range(count)]
 
     @functools.cache
@@ -89,19 +91,19 @@ def _one(texture: _Texture) -> _Made:
 
 @functools.cache
 def _tones_once(seconds: float) -> Touched:
-    """What a process makes once, so that it hardly counts."""
+    """Return what a process computes once, so that it hardly counts."""
     return tones(seconds)
 
 
 def _featured(touched: Touched, remove_hum: bool) -> Touch:
-    """All features are made, and what they were made of is handed on to be judged."""
+    """Compute all features and return them with their inputs, to be evaluated."""
     found, _ = touch_of("made up", [touched], filtering(remove_hum=remove_hum))
     touch_features(found)
     return found
 
 
 def _percent_wrong(found: Touch) -> float:
-    """The stretch begins `TRIM_S` after the first sample."""
+    """Return the error in percent; the truth begins `TRIM_S` after the first sample."""
     (stretch,) = found.stretches
     wanted = felt_at(TRIM_S + np.arange(len(stretch.axes)) / RATE_HZ)
     return float(100 * np.sqrt(((stretch.axes - wanted) ** 2).sum() / (wanted**2).sum()))

@@ -30,7 +30,7 @@ FINITE_ERROR = "numbers that are not finite"
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Cepstra beside librosa's, three axes on one, every kind of feature: 60 s, 10 s if `quick`."""
+    """Yield cepstra beside librosa's, three axes on one, every kind of feature: 60 s, 10 s if `quick`."""
     seconds, repeats = (QUICK_SECONDS, 3) if quick else (SECONDS, 5)
     made = strokes(seconds)
     yield from _cepstra(made, repeats)
@@ -39,7 +39,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def strokes(seconds: float, seed: int = 0) -> Touch:
-    """Noise on three axes whose level follows a hand that strokes, at 1 kHz."""
+    """Return noise on three axes whose level follows a hand that strokes, at 1 kHz."""
     chance = np.random.Generator(np.random.PCG64(seed))
     t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
     speed = 80 + 70 * np.sin(2 * np.pi * 0.7 * t)
@@ -66,7 +66,7 @@ def _cepstra(made: Touch, repeats: int) -> Iterator[Case]:
 
 
 def by_librosa(vibration: Array) -> Array:
-    """Segments (s, 500) to (s, 40, 13) by librosa, each from the waveform of its frames on."""
+    """Return segments (s, 500) as (s, 40, 13) by librosa, each from the waveform of its frames on."""
     import librosa
 
     found = []
@@ -97,7 +97,7 @@ def _on_one_axis(made: Touch, repeats: int) -> Iterator[Case]:
 
 
 def _energy(power: Array) -> Array:
-    """Of each segment."""
+    """Return the energy of each segment."""
     return np.asarray(power.reshape(-1, SEGMENT).sum(axis=1))
 
 

@@ -35,7 +35,7 @@ PATIENCE_S = 300.0
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Painting alone, the real window where a virtual display can be had, and the line against the profile."""
+    """Yield painting alone, the real window where a virtual display is available, and the line against the profile."""
     from benchmarks.window.display import missing
 
     count, maker = QUICK_MOVES if quick else MOVES, maker_for(None)
@@ -49,7 +49,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def _moves(method: str, told: str, n: int, run: Callable[[], Array]) -> Case:
-    """A case whose run gives the seconds of each move."""
+    """Return a case whose run gives the seconds of each move."""
     return Case(AREA, "slider move to drawn profile", method, told, n, "ms p99", run, _p99_ms, 1)
 
 
@@ -58,7 +58,7 @@ def _p99_ms(seconds: Array) -> float:
 
 
 def painted_s(maker: Maker, size: tuple[int, int], count: int, seed: int = 1) -> Array:
-    """Seconds from a move of a slider until its door stands in the picture, for `count` moves; no window is opened."""
+    """Return the seconds from each of `count` moves of a slider until its door is in the picture, without a window."""
     from PIL import Image
 
     screen, image = screen_of(maker, size), Image.new("RGB", size)
@@ -67,7 +67,7 @@ def painted_s(maker: Maker, size: tuple[int, int], count: int, seed: int = 1) ->
 
 
 def screen_of(maker: Maker, size: tuple[int, int]) -> DesignerScreen:
-    """The sliders, every wish in the middle."""
+    """Return the screen of the sliders, every wish in the middle."""
     from palpate.devices.author.screen import DesignerScreen
     from palpate.devices.author.view import DesignerView, author_texts
     from palpate.devices.window.fonts import find_fonts
@@ -82,7 +82,7 @@ def timed_moves(
     screen: DesignerScreen, draw: Callable[[], object], count: int, seed: int,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Array:  # fmt: skip
-    """Every slider in turn is dragged to random places; each place is a new door. Seconds of each move."""
+    """Drag every slider in turn to random places, each a new door, and return the seconds of each move."""
     from palpate.devices.window.inputs import Moved, Pressed, Released
 
     chance, taken = np.random.Generator(np.random.PCG64(seed)), np.empty(count)
@@ -102,13 +102,13 @@ def timed_moves(
 
 
 def neutral_door(maker: Maker) -> Array:
-    """The door with every wish in the middle."""
+    """Return the door with every wish in the middle."""
     wish = neutral(len(maker.attributes)).wish
     return np.asarray(maker.design(np.array(Setting(wish).wish)).force_N)
 
 
 def line_error_px(force_N: Array, size: tuple[int, int], thick_px: float = 3.0) -> float:
-    """How far, in pixels across the line, the middle of the drawn line is from the profile; the worst column."""
+    """Return the largest distance, in pixels across the line, between the drawn line's middle and the profile."""
     axes = axes_for(Box(0, 0, size[0] // 2, size[1] // 2), force_N)
     first, mask = line_mask(force_N, axes, thick_px)
     weight = mask.astype(np.float64)
@@ -119,19 +119,19 @@ def line_error_px(force_N: Array, size: tuple[int, int], thick_px: float = 3.0) 
 
 
 def exact_rows(force_N: Array, axes: Axes) -> Array:
-    """The profile's row at the middle of every column."""
+    """Return the profile's row at the middle of every column."""
     angle = np.arange(axes.box.width) / (axes.box.width - 1) * MAX_ANGLE_DEG
     force = np.interp(angle * POINTS_PER_DEG, np.arange(POINTS), force_N)
     return np.asarray((axes.high_N - force) / (axes.high_N - axes.low_N) * (axes.box.height - 1))
 
 
 def root() -> Path:
-    """Where the packages lie."""
+    """Return the folder of the packages."""
     return Path(__file__).resolve().parents[2]
 
 
 def drawn_in_window(size: tuple[int, int], count: int) -> Array:
-    """Seconds from a move of a slider until its door stands on a virtual display of that size, for `count` moves."""
+    """Return the seconds from each of `count` moves of a slider until its door is on a virtual display of that size."""
     from benchmarks.window.display import virtual_display
 
     command = [sys.executable, "-m", "benchmarks.doors.designer_window", *map(str, (*size, count))]

@@ -47,13 +47,13 @@ class Followed:
 
 
 def methods(designer: Designer) -> Mapping[str, Force]:
-    """The ways to make a profile that could be used live, by name; the first is the one that is used."""
+    """Return the ways to make a profile that could be used live, by name; the first is the one in use."""
     middle = np.full(len(designer.attributes), NEUTRAL)
     force = designer.force
 
     @cache
     def slopes() -> tuple[Array, Array]:
-        """The profile in the middle, and how it changes with each attribute there."""
+        """Return the profile in the middle, and its change with each attribute there."""
         steps = STEP * np.eye(len(middle))
         sides = [(force.run(middle + one) - force.run(middle - one)) / (2 * STEP) for one in steps]
         return np.asarray(force.run(middle)), np.stack(sides)
@@ -70,7 +70,7 @@ def methods(designer: Designer) -> Mapping[str, Force]:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Each method at the twin: median and 95th percentile of the latency, beside its error."""
+    """Yield each method at the twin: median and 95th percentile of the latency, beside its error."""
     designer, moves = designer_for(None), QUICK_MOVES if quick else MOVES
     whole = methods(designer)["force and perception model (used)"]
     told = f"twin, 1 Mbaud, 20 Hz, {moves} moves"
@@ -137,7 +137,7 @@ def _followed(
 
 
 def _latencies(live: LiveDoor[Setting], moved_ns: Mapping[Setting, int], begun: Array, whole: Force) -> Followed:
-    """Of every change that the door has taken. Raises ValueError where it refused one."""
+    """Return the latencies of all changes that the door has taken. Raise ValueError where it refused one."""
     taken, felt, off, before = [], [], [], begun
     for change in live.changes:
         if change.taken_ns is None:

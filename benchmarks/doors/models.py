@@ -52,25 +52,24 @@ class Found:
 
     @property
     def given(self) -> str:
-        """The data, as a row names them."""
+        """The data, as named in a row."""
         data, folds = self.rated.data, len(self.results.domain.splits["grouped"])
         return f"{len(data)} profiles x {len(self.rated.individual.people)} people, {folds} folds"
 
     def rows(self, way: Direction) -> list[Row]:
-        """The numbers of each method of a direction."""
+        """Return the numbers of each method of a direction."""
         return list(method_rows(self.results, way))
 
     def model(self, way: Direction, method: str) -> Model | None:
-        """The first fold's model, from its file; None for a method that cannot be one."""
+        """Return the first fold's model from its file; None for a method without a file."""
         card = self.folder / f"{way}-{method}.json"
         return read_model(card) if card.exists() else None
 
 
 def cases(quick: bool, options: DoorOptions | None = None, rated: Rated | None = None) -> Iterator[Case]:
-    """Every figure of this area; `quick` takes fewer people and folds, and trains the networks for a few epochs.
+    """Yield every figure of this area; `quick` takes fewer people and folds, and few epochs of the networks.
 
-    Without `wanted` every method is trained, without `rated` simulated people
-    are asked.
+    Without `options` every method is trained; without `rated` people are simulated.
     """
     with tempfile.TemporaryDirectory() as folder:
         people = QUICK_PEOPLE if quick else PEOPLE
@@ -95,7 +94,7 @@ def trained(
 
 
 def named(way: Direction, method: str) -> str:
-    """A method's name in the table; the shipped defaults, to which the others' times are held, say so."""
+    """Return a method's name in the table; the shipped defaults, the reference of the others' times, are marked."""
     return f"palpate, {method}" if method == DEFAULT[way] else method
 
 
@@ -147,7 +146,7 @@ def _floors(found: Found) -> Iterator[Case]:
 
 
 def _slowest(found: Found) -> Iterator[Case]:
-    """The 99th percentile of single answers, which is what a person at the slider waits for."""
+    """Yield the 99th percentile of single answers, for which a person at the slider waits."""
     wishes = found.results.domain.scaling.rating_up(found.rated.data.rating)
     for way, what, given in (
         ("forward", "a prediction", found.rated.data.force_N), ("inverse", "a slider's move to its profile", wishes),
@@ -162,7 +161,7 @@ def _slowest(found: Found) -> Iterator[Case]:
 
 
 def _training(found: Found) -> Iterator[Case]:
-    """What each training gave beside what it cost: its seconds, all folds together, taken while it ran."""
+    """Yield each training's result and its cost: seconds of all folds together, timed while training."""
     note = f"time of training, sum over the folds, {found.workers} at a time"
     forward, inverse = found.rows("forward"), found.rows("inverse")
     for row in forward:
@@ -202,9 +201,9 @@ def _answer(
     found: Found, case: str, way: Direction, row: Row, kind: str, error: float | None, given: Array,
     at_once: bool = False,
 ) -> Case:  # fmt: skip
-    """A method's error beside the time of its file's answer to the first of `given`, or `at_once` to all of them.
+    """Return a method's error beside its file's time for one answer (`given`), or for all at once (`at_once`).
 
-    A method without a file answered while it was judged; its time is what it took then.
+    A method without a file answered during its evaluation; its time is from then.
     """
     method, model = named(way, row["method"]), found.model(way, row["method"])
     if model is None:
@@ -215,12 +214,12 @@ def _answer(
 
 
 def _told_case(found: Found, case: str, method: str, kind: str, error: float | None, seconds: float) -> Case:
-    """A case whose error and time were both taken before."""
+    """Return a case whose error and time were both measured before."""
     return replace(_case(found, case, method, kind, _nothing, error), seconds=partial(_taken, seconds))
 
 
 def _nothing() -> None:
-    """Nothing is run again."""
+    """Do nothing: there is nothing to run again."""
 
 
 def _taken(seconds: float, _answer: object) -> float:
@@ -228,7 +227,7 @@ def _taken(seconds: float, _answer: object) -> float:
 
 
 def _one(model: Model, given: Array) -> Array:
-    """One answer."""
+    """Return one answer."""
     return model.run(given[0])
 
 

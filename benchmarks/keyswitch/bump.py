@@ -12,7 +12,7 @@ NAMES = ("greatest fall, gf", "steepest fall, gf in 1 % of the travel", "place o
 
 
 def bump(force_gf: Array) -> Array:
-    """(n, 621) to (n, 3): the numbers of NAMES; 0 where the force never falls."""
+    """Return, for (n, 621), the numbers of NAMES (n, 3); 0 where the force never falls."""
     points = force_gf.shape[1]
     inside = force_gf[:, int(FROM * points) : int(TO * points)]
     below = np.maximum.accumulate(inside, axis=1) - inside

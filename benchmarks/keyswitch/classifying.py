@@ -31,27 +31,27 @@ WEIGHTS = "balanced"
 
 
 def commonest(train_rows: Array, kinds: Indices, _code: int, _size: Size, _report: Report) -> Fitted:
-    """The most frequent kind for every switch."""
+    """Predict the most frequent kind for every switch."""
     fitted = DummyClassifier(strategy="most_frequent").fit(train_rows, kinds)
     return lambda held: np.asarray(fitted.predict(held))
 
 
 def ridge(train_rows: Array, kinds: Indices, code: int, _size: Size, _report: Report) -> Fitted:
-    """Ridge regression on principal components, the penalty by leave-one-out within the training side."""
+    """Fit ridge regression on principal components, the penalty by leave-one-out within the training side."""
     steps = PCA(code, svd_solver="full"), StandardScaler(), RidgeClassifierCV(PENALTIES, class_weight=WEIGHTS)
     fitted = make_pipeline(*steps).fit(train_rows, kinds)
     return lambda held: np.asarray(fitted.predict(held))
 
 
 def tree(train_rows: Array, kinds: Indices, _code: int, size: Size, _report: Report) -> Fitted:
-    """A decision tree of depth 2 on three numbers of the bump."""
+    """Fit a decision tree of depth 2 on three numbers of the bump."""
     fitted = DecisionTreeClassifier(max_depth=2, class_weight=WEIGHTS, random_state=size.seed)
     fitted.fit(bump(train_rows), kinds)
     return lambda held: np.asarray(fitted.predict(bump(held)))
 
 
 def network(train_rows: Array, kinds: Indices, _code: int, size: Size, report: Report) -> Fitted:
-    """The forward network of thesis 5.4, cross-entropy, Adam."""
+    """Fit the forward network of thesis 5.4 with cross-entropy and Adam."""
     model = seeded(lambda: classifier(len(KINDS)), size.seed)
     weights = torch.ones(len(KINDS))
     present = np.unique(kinds)

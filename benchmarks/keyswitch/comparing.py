@@ -54,7 +54,7 @@ class Part:
 
     @property
     def name(self) -> str:
-        """What it is told of by."""
+        """The name in messages."""
         return f"{self.task}, {self.method}{f' {self.code}' if self.code else ''}, fold {self.fold + 1}"
 
 
@@ -66,7 +66,7 @@ def compare(
     cluster: str | None = None,
     report: Report = silent,
 ) -> tuple[Row, ...]:
-    """Both tasks, all methods and codes; the errors are the same for every number of workers and for a cluster.
+    """Compare all methods and codes on both tasks; the errors do not depend on workers or cluster.
 
     Without `curves` the shipped ones. Raises JobError where a job was refused.
     """
@@ -77,7 +77,7 @@ def compare(
 
 
 def ways(size: Size) -> Iterator[tuple[str, str, int | None]]:
-    """Task, method and code of every row."""
+    """Yield task, method and code of every row."""
     yield RECONSTRUCTION, "mean curve", None
     for code in size.codes:
         yield RECONSTRUCTION, "PCA", code
@@ -87,13 +87,13 @@ def ways(size: Size) -> Iterator[tuple[str, str, int | None]]:
 
 
 def folds(curves: Curves, size: Size) -> list[tuple[Indices, Indices]]:
-    """Training and held-out rows: families on one side, kinds about equally often."""
+    """Return training and held-out rows: families on one side, kinds about equally often."""
     split = StratifiedGroupKFold(size.folds, shuffle=True, random_state=size.seed)
     return [(train, held) for train, held in split.split(curves.force_gf, curves.kind, curves.family)]
 
 
 def outcome(part: Part, clock: Clock = time.perf_counter) -> Outcome:
-    """What the method gives for the held-out switches of its fold; scaled by the training side alone."""
+    """Return the method's outcome on the held-out switches of its fold, scaled by the training side alone."""
     train, held = folds(part.curves, part.size)[part.fold]
     curves = part.curves.force_gf
     low, spread = curves[train].mean(), curves[train].std()
@@ -114,7 +114,7 @@ def _places(size: Size) -> Iterator[tuple[tuple[str, str, int | None], int]]:
 
 
 def row_of(way: tuple[str, str, int | None], curves: Curves, size: Size, outcomes: Sequence[Outcome]) -> Row:
-    """The row of one way from the outcomes of its folds, in order."""
+    """Return the row of one method from the outcomes of its folds, in order."""
     held = np.concatenate([rows for _, rows in folds(curves, size)])
     answer = np.concatenate([outcome.answer for outcome in outcomes])
     judged: Any = _wrong if way[0] == KIND else _off

@@ -44,7 +44,7 @@ class Curves:
 
 
 def measured(folder: Path = MEASURED) -> Curves:
-    """The 119 shipped curves (NOTICE beside them). Raises CurveError where a file, a line or a number is not right."""
+    """Return the 119 shipped curves (NOTICE beside them). Raise CurveError on an invalid file, line or number."""
     curves, kinds = folder / CURVES, folder / KINDS_FILE
     rows = list(_lines(curves, 2 + POINTS))
     told = {line[0]: line for line in _lines(kinds, 4)}
@@ -59,7 +59,7 @@ def measured(folder: Path = MEASURED) -> Curves:
 
 
 def _lines(path: Path, columns: int) -> Iterator[Sequence[str]]:
-    """The lines after the heading, each with so many cells and a name of its own."""
+    """Yield the lines after the heading, each with so many cells and a unique name."""
     with path.open(encoding="utf-8", newline="") as file:
         seen: set[str] = set()
         for number, record in enumerate(split_records(file), 1):

@@ -9,7 +9,7 @@ NO_BRANDS = frozenset({"Lubed", "CK"})
 
 
 def families(names: Sequence[str], makers: Sequence[str]) -> tuple[str, ...]:
-    """A family for each switch, named by its first member.
+    """Return a family for each switch, named by its first member.
 
     A brand is the first word of a name, or of a part of it after ` x ` ("Ajazz x Huano Banana": Ajazz, Huano). Two
     switches are of one family if they have a brand or a known maker in common, or if a third one links them. That may
@@ -36,7 +36,7 @@ class _Linked:
         self._above: dict[tuple[str, str], tuple[str, str]] = {}
 
     def root(self, item: tuple[str, str]) -> tuple[str, str]:
-        """What stands for the set that holds the item."""
+        """Return the representative of the set that holds the item."""
         above = self._above.setdefault(item, item)
         return item if above == item else self.root(above)
 

@@ -25,11 +25,11 @@ class Reconstruction(nn.Module):
         )  # fmt: skip
 
     def forward(self, force: Tensor) -> Tensor:
-        """(batch, 621) scaled forces to themselves, as far as the code holds them."""
+        """Return scaled forces (batch, 621), reconstructed from the code."""
         restored: Tensor = self.decoder(self.encoder(force.unsqueeze(1)))
         return restored
 
 
 def classifier(kinds: int) -> ForceToPerception:
-    """The network of thesis 5.4 with one value for each kind in place of one for each attribute."""
+    """Return the network of thesis 5.4 with one output for each kind instead of each attribute."""
     return ForceToPerception(kinds)

@@ -22,19 +22,19 @@ from palpate.signals.arrays import Array
 
 
 def mean_curve(train_rows: Array, _code: int, _size: Size, _report: Report) -> Fitted:
-    """No code at all: the mean of the training curves for every one."""
+    """Predict the mean of the training curves for every switch, without a code."""
     mean = train_rows.mean(axis=0)
     return lambda held: np.broadcast_to(mean, held.shape)
 
 
 def pca(train_rows: Array, code: int, _size: Size, _report: Report) -> Fitted:
-    """The best linear code of this size on the training curves (principal components)."""
+    """Fit the best linear code of this size to the training curves (principal components)."""
     fitted = PCA(code, svd_solver="full").fit(train_rows)
     return lambda held: np.asarray(fitted.inverse_transform(fitted.transform(held)))
 
 
 def network(train_rows: Array, code: int, size: Size, report: Report) -> Fitted:
-    """The door networks' encoder and decoder on the difference to the mean curve, squared error, Adam."""
+    """Fit the door networks' encoder and decoder to the difference from the mean curve, squared error, Adam."""
     model, centring = seeded(lambda: Reconstruction(code), size.seed), centring_of(train_rows)
     rows = centring.up(train_rows)
     train(model, pairs(rows, rows), None, nn.functional.mse_loss, settings_of(size), report=report)
@@ -49,16 +49,16 @@ class Centring:
     spread: float
 
     def up(self, rows: Array) -> Array:
-        """Curves to differences."""
+        """Convert curves to differences."""
         return (rows - self.mean) / self.spread
 
     def down(self, rows: Array) -> Array:
-        """Differences to curves."""
+        """Convert differences to curves."""
         return rows * self.spread + self.mean
 
 
 def centring_of(rows: Array) -> Centring:
-    """The centring of these training curves. Raises CurveError where they are all the same."""
+    """Return the centring of these training curves. Raise CurveError where they are all the same."""
     mean = rows.mean(axis=0)
     spread = float((rows - mean).std())
     if not spread > 0:
@@ -67,7 +67,7 @@ def centring_of(rows: Array) -> Centring:
 
 
 def settings_of(size: Size) -> Settings:
-    """The trainer's settings: a tenth of the epochs as the plateau's patience."""
+    """Return the trainer's settings: a tenth of the epochs as the plateau's patience."""
     patience = max(2, size.epochs // 10)
     return Settings(
         epochs=size.epochs, batch=size.batch, learning_rate=size.learning_rate, plateau_patience=patience,
@@ -76,7 +76,7 @@ def settings_of(size: Size) -> Settings:
 
 
 def answered(model: nn.Module, held: Array, size: Size) -> Array:
-    """The trained network's answer to all rows at once."""
+    """Return the trained network's answer to all rows at once."""
     with training_state(size.seed, size.threads), torch.inference_mode():
         found: Array = model(torch.from_numpy(held.astype(np.float32))).numpy().astype(np.float64)
     return found

@@ -40,18 +40,18 @@ class Solved:
 
     @cached_property
     def reference(self) -> list[float]:
-        """SciPy's Radau at a relative tolerance of 1e-12, every event located."""
+        """Return SciPy's Radau solution at a relative tolerance of 1e-12, with every event located."""
         from benchmarks.plant.reference import solve_adaptive
 
         return solve_adaptive(self.problem, "Radau", 1e-12)
 
     def error_rad(self, found: list[float] | None) -> float | None:
-        """The largest difference of the angle; None where the method gave up."""
+        """Return the largest difference of the angle; None where the method gave up."""
         return None if found is None else worst_rad(found, self.reference)
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Every figure of this area; quick takes two of the five problems."""
+    """Yield every figure of this area; `quick` takes two of the five problems."""
     chosen = problems()
     for problem in (chosen[1], chosen[3]) if quick else chosen:
         solved = Solved(problem)
@@ -64,14 +64,14 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def figures(out: Path, quick: bool) -> list[Path]:
-    """Pictures of the stable region of a rendered stop and of the six doors as rendered."""
+    """Draw the stable region of a rendered stop and the six doors as rendered."""
     from benchmarks.plant.figures import doors_figure, walls_figure
 
     return [walls_figure(out, quick), doors_figure(out, {door: _door(door) for door in DOORS})]
 
 
 def _integrators(solved: Solved) -> Iterator[Case]:
-    """Every method at five step sizes or tolerances."""
+    """Yield every method at five step sizes or tolerances."""
     problem, kind = solved.problem, "rad, largest difference from Radau at rtol 1e-12"
     settings = [(told, method, run) for method, found in _settings(STEPS_S, TOLERANCES).items() for told, run in found]
     for told in dict.fromkeys(told for told, _, _ in settings):
@@ -84,7 +84,7 @@ def _integrators(solved: Solved) -> Iterator[Case]:
 
 
 def _races(solved: Solved) -> Iterator[Case]:
-    """Every method at the coarsest setting that comes within 1e-4 rad; refused by one that does not at any."""
+    """Yield every method at the coarsest setting within 1e-4 rad; a method without one is refused."""
     problem, kind = solved.problem, "rad, at the coarsest setting within 1e-4 rad"
     for method, settings in _settings(RACE_STEPS_S, RACE_TOLERANCES).items():
         racer = Racer(solved, tuple(run for _, run in settings))
@@ -102,11 +102,11 @@ class Racer:
 
     @cached_property
     def chosen(self) -> Run | None:
-        """The first setting within the error asked for."""
+        """The first setting within the required error."""
         return next((run for run in self.settings if self._good(run(self.solved.problem))), None)
 
     def run(self) -> list[float] | None:
-        """The solution; None, after the finest, where no setting is good enough."""
+        """Return the solution; None, after the finest setting, where none is good enough."""
         found = (self.chosen or self.settings[-1])(self.solved.problem)
         return found if self.chosen else None
 
@@ -116,7 +116,7 @@ class Racer:
 
 
 def _settings(steps_s: tuple[float, ...], tolerances: tuple[float, ...]) -> dict[str, list[tuple[str, Run]]]:
-    """Each method's settings from coarse to fine, with what a reader is told of them."""
+    """Return each method's settings from coarse to fine, with their labels."""
     found: dict[str, list[tuple[str, Run]]] = {OURS: [(_told(h), partial(_ours, h)) for h in steps_s]}
     for name, method in FIXED.items():
         found[name] = [(_told(h), partial(_fixed, method, h)) for h in steps_s]
@@ -138,7 +138,7 @@ def _fixed(method: Stepper, step_s: float, problem: Problem) -> list[float]:
 
 
 def _adaptive(method: str, rtol: float, problem: Problem) -> list[float] | None:
-    """SciPy's; it refuses by name where it does not get past an event."""
+    """Solve by SciPy; a method that does not get past an event is refused by name."""
     from benchmarks.plant.reference import solve_adaptive
 
     try:
@@ -148,7 +148,7 @@ def _adaptive(method: str, rtol: float, problem: Problem) -> list[float] | None:
 
 
 def _passive() -> Iterator[Case]:
-    """The largest return of energy over the whole range, by each method at 1 kHz."""
+    """Yield the largest return of energy over the whole range, by each method at 1 kHz."""
     throws = tuple(grid())[::-1]  # the stiffest first: what is unbounded there need not go through the rest
     told = "1e2 to 1e8 N m/rad, 1 ms"
     kind = "relative, most energy that a stop returned beyond what it took"
@@ -159,7 +159,7 @@ def _passive() -> Iterator[Case]:
 
 
 def _worst(throws: tuple[Throw, ...], states: Callable[[Throw], Iterator[State]]) -> float:
-    """The largest excess; none is larger than that of the first throw that is unbounded."""
+    """Return the largest excess; the first unbounded throw counts as the largest."""
     worst = 0.0
     for throw in throws:
         worst = max(worst, excess(throw, states(throw)))
@@ -169,7 +169,7 @@ def _worst(throws: tuple[Throw, ...], states: Callable[[Throw], Iterator[State]]
 
 
 def _walls() -> Iterator[Case]:
-    """The largest stable stiffness of a rendered stop, beside Colgate's."""
+    """Yield the largest stable stiffness of a rendered stop, beside Colgate's."""
     kind = "relative, largest stable stiffness against Colgate's"
     walls = {
         "light, B = 0": light(1000.0), "light, B = b/4": light(1000.0, 0.25), "heavy, B = 0": heavy(1.0),
@@ -187,7 +187,7 @@ def _off(wall: Wall, stiffness_Nm_rad: float) -> float:
 
 
 def _doors() -> Iterator[Case]:
-    """Rendered against commanded torque of six doors, as a person and at constant speed."""
+    """Yield rendered against commanded torque of six doors, as a person and at constant speed."""
     for door in DOORS:
         torque, end_rad = _door(door)
         hands = {"a person": human(end_rad), "0.5 rad/s": constant_velocity(0.5, end_rad)}
@@ -215,7 +215,7 @@ def _door(door: str) -> tuple[tuple[float, ...], float]:
 
 
 def _control_period() -> Iterator[Case]:
-    """A thousand milliseconds of the whole machine: what is left of a second when it runs in real time."""
+    """Yield a thousand milliseconds of the whole machine, to show what real time leaves of a second."""
     torque, end_rad = _door("BC3")
 
     def run() -> float:

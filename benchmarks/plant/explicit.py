@@ -25,7 +25,7 @@ class Law:
         self.stop_b = 2 * self.arm.stop_damping * math.sqrt(self.arm.stop_stiffness_Nm_rad * self.arm.inertia_kg_m2)
 
     def frictionless(self, t: float, angle: float, speed: float) -> float:
-        """All but dry friction."""
+        """Return all torques but dry friction, in N m."""
         arm, drives = self.arm, self.drives
         torque = drives.motor(t) + drives.hand(t, angle) - (drives.damping + arm.viscous_Nm_s_rad) * speed
         for side, place in ((1, arm.high_stop_rad), (-1, arm.low_stop_rad)):
@@ -34,7 +34,7 @@ class Law:
         return torque - torque_and_slope(arm.detents, angle)[0] if arm.detents else torque
 
     def acceleration(self, t: float, angle: float, speed: float) -> float:
-        """With dry friction: at rest as much as is needed, up to what stiction gives."""
+        """Return the acceleration with dry friction: at rest as much as is needed, up to stiction."""
         torque, friction = self.frictionless(t, angle, speed), self.drives.friction(t)
         if abs(speed) <= STILL_RAD_S:
             if abs(torque) <= self.arm.stiction * friction:
@@ -43,7 +43,7 @@ class Law:
         return (torque - math.copysign(friction, speed)) / self.arm.inertia_kg_m2
 
     def caught(self, t: float, before: float, angle: float, speed: float) -> float:
-        """The speed, or 0 where it changed its sign and friction can hold the arm."""
+        """Return the speed, or 0 where it changed its sign and friction can hold the arm."""
         if before * speed < 0.0 and abs(self.frictionless(t, angle, 0.0)) <= self.arm.stiction * self.drives.friction(
             t
         ):
@@ -78,7 +78,7 @@ def runge_kutta_4(law: Law, t: float, h: float, state: State) -> State:
 
 
 def moreau(law: Law, t: float, h: float, state: State) -> State:
-    """Implicit Euler with friction and stop as sets: stable at any step, of order 1; its stop swallows impacts."""
+    """Take a step of implicit Euler with friction and stop as sets: stable at any step, of order 1, no rebound."""
     arm, drives = law.arm, law.drives
     b = drives.damping + arm.viscous_Nm_s_rad
     torque = drives.motor(t + h) + drives.hand(t + h, 0.0)
@@ -91,7 +91,7 @@ def moreau(law: Law, t: float, h: float, state: State) -> State:
 
 
 def solve_fixed(problem: Problem, method: Stepper, step_s: float) -> list[float]:
-    """The angles at the samples; those of a run that diverged end with an infinity."""
+    """Return the angles at the samples; those of a run that diverged end with an infinity."""
     law, state = Law(problem), (problem.angle_rad, problem.velocity_rad_s)
     each = round(SAMPLE_S / step_s)
     angles = [problem.angle_rad]

@@ -19,7 +19,7 @@ ARMS = ((0.01, "o"), (0.25, "s"), (20.0, "D"))
 
 
 def walls_figure(out: Path, quick: bool) -> Path:
-    """The largest stable stiffness as simulated, beside Colgate's condition: over the arm's and the wall's damping."""
+    """Draw the largest stable simulated stiffness beside Colgate's condition, over the arm's and wall's damping."""
     figure = _figure(11.0, 4.8)
     left, right = figure.subplots(1, 2)
     _over_damping(left, quick)
@@ -29,7 +29,7 @@ def walls_figure(out: Path, quick: bool) -> Path:
 
 
 def doors_figure(out: Path, doors: Mapping[str, tuple[tuple[float, ...], float]]) -> Path:
-    """Commanded and rendered torque of each door over the angle, and their difference, under a human-like pull."""
+    """Draw commanded and rendered torque of each door over the angle, and their difference, under a human-like pull."""
     figure = _figure(11.0, 7.4)
     for axes, (door, (torque, end_rad)) in zip(figure.subplots(2, 3, sharex=True).ravel(), doors.items(), strict=True):
         found = play(torque, end_rad)

@@ -53,12 +53,12 @@ class Throw:
         return self.parameters.arm.high_stop_rad - GAP_RAD
 
     def brake_A(self, tick: int) -> float:
-        """The brake steps on and off twice."""
+        """Return the brake's current, which steps on and off twice."""
         return 0.05 * self.inertia_kg_m2 if tick // 60 in {1, 3} else 0.0
 
 
 def grid() -> Iterator[Throw]:
-    """Every stiffness, inertia and damping of the range, fast; the extremes also slowly."""
+    """Yield every stiffness, inertia and damping of the range, fast; the extremes also slowly."""
     for stiffness, inertia, damping in product(STIFFNESS_Nm_rad, INERTIA_kg_m2, DAMPING):
         yield Throw(stiffness, inertia, damping)
     for stiffness, inertia in product((1e2, 1e8), (0.01, 20.0)):
@@ -67,7 +67,7 @@ def grid() -> Iterator[Throw]:
 
 
 def excess(throw: Throw, states: Iterator[tuple[float, float, float]]) -> float:
-    """The largest rise of energy (motion, spring, place under the torque) over what was thrown; inf if unbounded.
+    """Return the largest rise of energy (motion, spring, place under the torque) over the throw's; inf if unbounded.
 
     Motor and hand do only what the torque's potential says and all else is friction, dampers and the stop: any rise is
     energy that the stop returned beyond what it took.
@@ -84,7 +84,7 @@ def excess(throw: Throw, states: Iterator[tuple[float, float, float]]) -> float:
 
 
 def by_default(throw: Throw) -> Iterator[tuple[float, float, float]]:
-    """The states at every tick by the machine's own integrator."""
+    """Yield the states at every tick by the machine's own integrator."""
     dynamics, hand = Dynamics(throw.parameters, throw.start_rad, throw.speed_rad_s), push(throw.push_Nm)
     high = dynamics.arm.high_stop_rad
     for tick in range(TICKS):
@@ -94,7 +94,7 @@ def by_default(throw: Throw) -> Iterator[tuple[float, float, float]]:
 
 
 def by_stepper(throw: Throw, method: Stepper) -> Iterator[tuple[float, float, float]]:
-    """The same by a method of a fixed step."""
+    """Yield the states at every tick by a method of a fixed step."""
     hand, high = push(throw.push_Nm), throw.parameters.arm.high_stop_rad
     law = Law(Problem("", throw.parameters, hand, (Command(0.0, 0.0, 0.0),), 0.0, 0.0, 0.0))
     state = throw.start_rad, throw.speed_rad_s

@@ -41,7 +41,7 @@ class Playback:
 
 
 def as_torque(force_N: Sequence[float], handle_m: float = HANDLE_M) -> tuple[tuple[float, ...], float]:
-    """A profile of forces at the handle as torques, and the angle in rad where its motion ends."""
+    """Return a profile of forces at the handle as torques, and the angle in rad where its motion ends."""
     return tuple(force * handle_m for force in force_N), motion_end(tuple(force_N)) * STEP_RAD
 
 

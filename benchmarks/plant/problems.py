@@ -38,16 +38,16 @@ class Problem:
 
     @property
     def samples(self) -> int:
-        """How many angles a solution has, the start included."""
+        """The number of angles of a solution, including the start."""
         return round(self.duration_s / SAMPLE_S) + 1
 
     def command(self, t_s: float) -> Command:
-        """What is commanded from t on."""
+        """Return the command from t on."""
         return self.commands[bisect_right([one.at_s for one in self.commands], t_s + 1e-9) - 1]
 
 
 def problems() -> tuple[Problem, ...]:
-    """From a rubber buffer to steel on steel (stiffness in N m/rad), and an arm that sticks and slips."""
+    """Return problems from a rubber buffer to steel on steel (N m/rad), and an arm that sticks and slips."""
     pull, gentle = (Command(0.0, 3.0, 0.0),), (Command(0.0, 0.2, 0.0),)
     person = human(opening_s=1.2, start_s=0.0)
     return (
@@ -60,7 +60,7 @@ def problems() -> tuple[Problem, ...]:
 
 
 def sticking() -> Problem:
-    """A soft hand drags the arm at a constant speed while the brake steps: it sticks and slips."""
+    """Return a soft hand that drags the arm at a constant speed while the brake steps: it sticks and slips."""
     arm = replace(_arm(1.0, 1e4).arm, coulomb_Nm=1.0, stiction=1.5)
     pull = constant_velocity(0.4, 1.0, 0.0, 0.2, stiffness_Nm_rad=60.0, damping_Nm_s_rad=0.5)
     steps = tuple(
@@ -70,7 +70,7 @@ def sticking() -> Problem:
 
 
 def solve(problem: Problem, step_s: float) -> list[float]:
-    """The angles at the samples by the machine's own integrator."""
+    """Return the angles at the samples by the machine's own integrator."""
     dynamics = Dynamics(problem.parameters, problem.angle_rad, problem.velocity_rad_s)
     each = round(SAMPLE_S / step_s)
     angles = [problem.angle_rad]
@@ -84,7 +84,7 @@ def solve(problem: Problem, step_s: float) -> list[float]:
 
 
 def worst_rad(found: Sequence[float], reference: Sequence[float]) -> float:
-    """The largest difference of two solutions; infinite for one that did not stay finite."""
+    """Return the largest difference of two solutions; infinite where one did not stay finite."""
     if len(found) != len(reference) or not all(map(math.isfinite, found)):
         return math.inf
     return max(abs(one - other) for one, other in zip(found, reference, strict=True))

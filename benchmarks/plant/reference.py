@@ -36,22 +36,22 @@ class Segment:
     powder_A: float
 
     def motor_Nm(self, t: float) -> float:
-        """The motor's torque."""
+        """Return the motor's torque."""
         begin, held = self.motor
         return held + (begin - held) * math.exp((self.start_s - t) / self.problem.parameters.motor.lag_s)
 
     def coil_A(self, t: float) -> float:
-        """The coil's current."""
+        """Return the coil's current."""
         begin, held = self.coil
         return held + (begin - held) * math.exp((self.start_s - t) / self.problem.parameters.brake.lag_s)
 
     def powder(self, t: float) -> float:
-        """The powder's share of the current, a play behind."""
+        """Return the powder's share of the current, a play behind."""
         play, coil = self.problem.parameters.brake.play_A, self.coil_A(t)
         return min(max(self.powder_A, coil - play), coil + play)
 
     def friction_Nm(self, t: float) -> float:
-        """Dry friction while sliding."""
+        """Return the dry friction while sliding."""
         brake = self.problem.parameters.brake
         return (
             self.problem.parameters.arm.coulomb_Nm
@@ -80,7 +80,7 @@ class Adaptive:
         self.state = np.array([problem.angle_rad, problem.velocity_rad_s])
 
     def angles(self) -> list[float]:
-        """The angle at every sample."""
+        """Return the angle at every sample."""
         found = np.full(self.problem.samples, np.nan)
         found[0], events = self.problem.angle_rad, 0
         for segment in segments(self.problem):
@@ -92,7 +92,7 @@ class Adaptive:
         return [float(one) for one in found]
 
     def _torque(self, segment: Segment, t: float, angle: float, speed: float) -> float:
-        """All torques but dry friction."""
+        """Return the sum of all torques but dry friction."""
         hand = self.problem.hand
         goal, pace = hand.path(t)
         torque = (
@@ -132,7 +132,7 @@ class Adaptive:
         return segment.end_s
 
     def _guards(self) -> dict[str, Guard]:
-        """What falls through zero at the events that can end this mode."""
+        """Return the functions that fall through zero at the events that can end this mode."""
         mode, arm = self.mode, self.arm
         guards: dict[str, Guard] = {"turn": lambda _t, y: mode.slide * y[1]}
         if mode.side:
@@ -189,7 +189,7 @@ class Adaptive:
 
 
 def segments(problem: Problem) -> Iterator[Segment]:
-    """Stretches between commands, cut where the powder begins to follow the current."""
+    """Yield stretches between commands, cut where the powder begins to follow the current."""
     ends = [*(one.at_s for one in problem.commands[1:]), problem.duration_s]
     motor_Nm = coil_A = powder_A = 0.0
     for command, end_s in zip(problem.commands, ends, strict=True):
@@ -205,7 +205,7 @@ def segments(problem: Problem) -> Iterator[Segment]:
 
 
 def _play_end(segment: Segment) -> float | None:
-    """When the current has passed the powder's play, if it does so inside the segment."""
+    """Return when the current has passed the powder's play, if it does so inside the segment."""
     lag, play = segment.problem.parameters.brake.lag_s, segment.problem.parameters.brake.play_A
     begin, held = segment.coil
     for edge in (segment.powder_A + play, segment.powder_A - play):
@@ -218,7 +218,7 @@ def _play_end(segment: Segment) -> float | None:
 
 
 def _samples(after_s: float, until_s: float) -> list[float]:
-    """The sample times after one time and up to another, but the last."""
+    """Return the sample times after one time and up to another, without the last."""
     first, last = math.floor(after_s / SAMPLE_S + 1e-9) + 1, math.ceil(until_s / SAMPLE_S - 1e-9) - 1
     return [k * SAMPLE_S for k in range(first, last + 1)]
 
@@ -228,7 +228,7 @@ def _is_sample(t: float) -> bool:
 
 
 def solve_adaptive(problem: Problem, method: str, rtol: float) -> list[float]:
-    """The angles at the samples by `Radau` or `LSODA` (or any other of SciPy's) at a relative tolerance.
+    """Return the angles at the samples by `Radau` or `LSODA` (or any other of SciPy's) at a relative tolerance.
 
     Raises:
         PlantError: a method that does not get past an event at this tolerance.

@@ -38,7 +38,7 @@ class Wall:
     period_s: float = TICK_S
 
     def periods(self, stiffness_Nm_rad: float) -> int:
-        """How long to watch: eight swings, and not less than a light arm needs to show whether it settles."""
+        """Return the duration: eight swings, and enough for a light arm to show whether it settles."""
         swing_s = 2 * math.pi * math.sqrt(self.inertia_kg_m2 / stiffness_Nm_rad)
         least = 80 if self.inertia_kg_m2 < 0.1 * self.arm_damping_Nm_s_rad * self.period_s else 300
         return max(least, math.ceil(8 * swing_s / self.period_s))
@@ -50,17 +50,17 @@ class Wall:
 
 
 def light(damping_Nm_s_rad: float, share: float = 0.0) -> Wall:
-    """An arm whose own motion is over within a hundredth of a period: only its damping meets the wall."""
+    """Return an arm whose own motion ends within a hundredth of a period: only its damping meets the wall."""
     return Wall(damping_Nm_s_rad * TICK_S / 100, damping_Nm_s_rad, share * damping_Nm_s_rad)
 
 
 def heavy(damping_Nm_s_rad: float, share: float = 0.0) -> Wall:
-    """An arm that swings in the wall over some thirty periods at the limit of stability."""
+    """Return an arm that swings in the wall over some thirty periods at the limit of stability."""
     return Wall(50 * damping_Nm_s_rad * TICK_S, damping_Nm_s_rad, share * damping_Nm_s_rad)
 
 
 def stiffest(wall: Wall, start: Callable[[Wall, float], Move], halvings: int = 12) -> float:
-    """The largest stiffness, in N m/rad, at which a nudge dies away; 12 halvings leave 0.2 %."""
+    """Return the largest stiffness, in N m/rad, at which a nudge decays; 12 halvings leave 0.2 %."""
     low, high = 0.25 * wall.theory_Nm_rad, 8 * wall.arm_damping_Nm_s_rad / wall.period_s
     for _ in range(halvings):
         middle = math.sqrt(low * high)
@@ -69,7 +69,7 @@ def stiffest(wall: Wall, start: Callable[[Wall, float], Move], halvings: int = 1
 
 
 def dies_away(wall: Wall, stiffness_Nm_rad: float, start: Callable[[Wall, float], Move]) -> bool:
-    """Whether the arm comes to rest in the wall after a nudge: its swing late is smaller than early."""
+    """Return whether the arm comes to rest in the wall after a nudge: its late swing is smaller than the early one."""
     before = angle = WALL_RAD + DEPTH_RAD * (1 + NUDGE)
     move = start(wall, angle)
     swings = []
@@ -86,7 +86,7 @@ def dies_away(wall: Wall, stiffness_Nm_rad: float, start: Callable[[Wall, float]
 
 
 def by_default(wall: Wall, angle_rad: float) -> Move:
-    """The arm moved by the machine's own integrator."""
+    """Return the arm moved by the machine's own integrator."""
     arm = Arm(
         inertia_kg_m2=wall.inertia_kg_m2, viscous_Nm_s_rad=wall.arm_damping_Nm_s_rad, coulomb_Nm=0.0, high_stop_rad=3.0
     )
@@ -100,7 +100,7 @@ def by_default(wall: Wall, angle_rad: float) -> Move:
 
 
 def by_semi_implicit_euler(parts: int) -> Callable[[Wall, float], Move]:
-    """The arm moved by semi-implicit Euler, so many steps to a period."""
+    """Return the arm moved by semi-implicit Euler, so many steps to a period."""
 
     def start(wall: Wall, angle_rad: float) -> Move:
         state, h = [angle_rad, 0.0], wall.period_s / parts

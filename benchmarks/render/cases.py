@@ -37,7 +37,7 @@ Record = Mapping[str, Any]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Deadlines by priority, then ten minutes of extremes, then what a step costs around the model."""
+    """Yield deadlines by priority, then ten minutes of extremes, then the cost of a step around the model."""
     folder = Path(mkdtemp(prefix="palpate-bench-"))
     card = measured_card(folder)
     yield from _deadlines(card, PACED_QUICK_S if quick else PACED_S)
@@ -53,7 +53,7 @@ class Once:
     found: list[Any] = field(default_factory=list)
 
     def __call__(self) -> Any:
-        """The result, made at the first call."""
+        """Return the result, computed at the first call."""
         if not self.found:
             self.found.append(self.run())
         return self.found[0]
@@ -79,12 +79,12 @@ def _deadlines(card: Path, seconds: float) -> Iterator[Case]:
 
 
 def _allowed(error: Callable[[Record], float | None], real_time: bool) -> Callable[[Record], float | None]:
-    """No figure for a priority that was refused."""
+    """Return a reader that gives no figure for a refused priority."""
     return lambda told: None if real_time and not told["priority"].startswith("real-time") else error(told)
 
 
 def paced(card: Path, seconds: float, real_time: bool, busy: int = 1) -> Record:
-    """The record of a paced run beside so many busy processes."""
+    """Return the record of a paced run beside so many busy processes."""
     hand = simulated_hand(seconds, 1)
     job = Job(Sounds(card, 1), hand, real_time=real_time, seconds=seconds)
     with beside(busy), Rendering(job) as running:
@@ -93,7 +93,7 @@ def paced(card: Path, seconds: float, real_time: bool, busy: int = 1) -> Record:
 
 @contextmanager
 def beside(count: int) -> Iterator[None]:
-    """So many processes that do nothing, as hard as they can."""
+    """Run so many processes that only keep the processor busy."""
     others = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(count)]
     try:
         yield
@@ -122,17 +122,17 @@ class Nothing:
     runtime = "nothing"
 
     def __init__(self, card: Card) -> None:
-        """For a model's card."""
+        """Take a model's card."""
         self.card = card
         self._answer = np.array([0.0, -30.0][: card.gives.size])
 
     def run(self, given: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ARG002 - that is the point
-        """A mean of 0, without noise."""
+        """Return a mean of 0, without noise."""
         return self._answer
 
 
 def _around(card: Path, steps: int) -> Iterator[Case]:
-    """Median time of one step of a voice, with and without its model."""
+    """Yield the median time of one step of a voice, with and without its model."""
     model = read_model(card)
     ways: dict[str, Callable[[Model], Runs]] = {
         "voice without its model": lambda read: Nothing(read.card),
@@ -147,7 +147,7 @@ def _around(card: Path, steps: int) -> Iterator[Case]:
 
 
 def stepped(model: Model, runs: Callable[[Model], Runs], steps: int) -> tuple[float, float]:
-    """Median seconds of a step, and how far the largest sample lies beyond the peak."""
+    """Return the median seconds of a step, and how far the largest sample lies beyond the peak."""
     voice = open_voice(model, seed=1, runs=runs)
     took, largest = [], 0.0
     for _ in range(steps):

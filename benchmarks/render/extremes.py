@@ -64,7 +64,7 @@ def _judge(voice: Voice, samples: list[float], found: Extremes) -> None:
 
 
 def _spoil(voice: Voice, wrong: float, usual: float, found: Extremes) -> None:
-    """Calm, the window spoilt whole, 100 ms to mend, and the level of what follows."""
+    """Play calmly, spoil the whole window, wait 100 ms, and check the level of what follows."""
     _judge(voice, [voice.step(*CALM) for _ in range(500)], found)
     for window in windows(voice):
         window[:] = wrong
@@ -76,7 +76,7 @@ def _spoil(voice: Voice, wrong: float, usual: float, found: Extremes) -> None:
 
 
 def windows(voice: Voice) -> Iterator[NDArray[np.float64]]:
-    """What the model looks back on, where it does."""
+    """Yield the windows that the model looks back on, where it has any."""
     window = getattr(voice.sounding_model, "window", None)
     if isinstance(window, np.ndarray):
         yield window

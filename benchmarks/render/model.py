@@ -19,7 +19,7 @@ NAME = "texture-predictor-ar"
 
 
 def measured_card(folder: Path) -> Path:
-    """The card of the first shipped texture by the default method; else of a predictor, written into the folder."""
+    """Return the first shipped texture's card by the default method, or a predictor's, written into the folder."""
     for methods in available(folder).values():
         if DEFAULT_METHOD in methods:
             return methods[DEFAULT_METHOD]
@@ -27,7 +27,7 @@ def measured_card(folder: Path) -> Path:
 
 
 def predictor(folder: Path) -> Path:
-    """Two poles driven by noise of a constant scale, written as one dense layer on the window."""
+    """Write two poles driven by noise of a constant scale, as one dense layer on the window."""
     weight, sd = np.zeros((2, 3 * WINDOW), np.float32), LEVEL * _innovation()
     weight[0, WINDOW - 1], weight[0, WINDOW - 2] = _coefficients()
     start = LEVEL * np.sin(2 * np.pi * HERTZ / 1000 * np.arange(WINDOW))
@@ -53,6 +53,6 @@ def _coefficients() -> tuple[float, float]:
 
 
 def _innovation() -> float:
-    """The SD of noise that gives level 1: the variance of two poles (Box and Jenkins 3.2.23)."""
+    """Return the SD of noise that gives level 1: the variance of two poles (Box and Jenkins 3.2.23)."""
     first, second = _coefficients()
     return float(np.sqrt((1 + second) * ((1 - second) ** 2 - first**2) / (1 - second)))

@@ -28,7 +28,7 @@ WORST = "relative, worst of F, p, epsilon, eta squared"
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Every figure of this area; without `quick` also the largest table."""
+    """Yield every figure of this area; without `quick` also the largest table."""
     yield from _cases("ANOVA against R", reference_inputs(), (*ORDINARY, EXACT), f"{WORST}; against R")
     yield from _cases(
         "ANOVA, extreme tables", edge_inputs(), ORDINARY, "relative, worst of F and epsilon; exact answer"
@@ -57,7 +57,7 @@ def _bound(method: Method, given: Input) -> tuple[Callable[[], Any], Callable[[A
 
 
 def worst_error(numbers: Numbers, answer: Answer) -> float | None:
-    """The largest relative error over the numbers that both give; None for a refusal (no numbers at all).
+    """Return the largest relative error over the numbers that both give; None for a refusal (no numbers at all).
 
     Infinite where a method gives a number for something that has none; NaN where it gives none for something that
     has one, or gives NaN without a reason.

@@ -30,7 +30,7 @@ Way: TypeAlias = tuple[str, str, Callable[[Any], Floats | None]]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Scales, plain psychometric functions, answers that tell nothing; intervals against the profile's."""
+    """Yield scales, plain psychometric functions, uninformative answers; intervals against the profile's."""
     truth = json.loads(TRUTH.read_text())
     yield from _scales(truth)
     for fit in truth["plain"].values():
@@ -100,7 +100,7 @@ def _plain(table: pd.DataFrame, truth: Any, offset: float) -> Iterator[Case]:
 
 
 def _least_squares(function: str) -> Callable[[pd.DataFrame], Floats]:
-    """What is often done: least squares of the shares, as if each were equally sure."""
+    """Return a common fit: least squares of the shares, as if each were equally certain."""
 
     def fitted(given: pd.DataFrame) -> Floats:
         from scipy.optimize import curve_fit
@@ -115,7 +115,7 @@ def _least_squares(function: str) -> Callable[[pd.DataFrame], Floats]:
 
 
 def _nothing() -> Iterator[Case]:
-    """Answers that step from one side to the other have no slope: any number for it is wrong."""
+    """Yield answers that step from one side to the other and have no slope: any number for it is wrong."""
     step = pd.DataFrame({"level": [1.0, 2, 3, 4], "k": [0, 0, 20, 20], "n": 20})
 
     def ours(given: pd.DataFrame) -> Floats | None:
@@ -137,7 +137,7 @@ def _nothing() -> Iterator[Case]:
 
 
 def _intervals(table: pd.DataFrame, draws: int) -> Iterator[Case]:
-    """How far the ends of other intervals lie from the profile's, and what each costs."""
+    """Yield how far the ends of other intervals lie from the profile's, and what each costs."""
     fit: Psychometric = fit_psychometric(table, "level", "k", "n", task="yes_no", guess=0, lapse=0)
     right = np.array(profile_interval(fit, "threshold", draws=0)[:2])
     width = float(right[1] - right[0])

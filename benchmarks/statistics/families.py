@@ -34,7 +34,7 @@ TOST_R = {("m30-m36", "p_low"): 0.0200601723658991, ("m30-m36", "p_high"): 0.000
 
 
 def family_cases(quick: bool) -> Iterator[Case]:
-    """Every figure of this family; without `quick` with 5000 participants instead of 500."""
+    """Yield every figure of this family; without `quick` with 5000 participants instead of 500."""
     yield from _mixed()
     yield from _sphericity()
     yield from _equivalence()
@@ -49,7 +49,7 @@ def _cases(title: str, name: str, n: int, kind: str, expected: Numbers, methods:
 
 
 def _error(read: Read, expected: Numbers) -> Callable[[Any], float | None]:
-    """The largest relative error over the numbers that a method gives."""
+    """Return a function for the largest relative error over the numbers that a method gives."""
 
     def error(result: Any) -> float | None:
         found = read(result)
@@ -87,7 +87,7 @@ def _mixed_methods(table: pd.DataFrame, entry: dict[str, Any]) -> Methods:
 
 
 def _reader(kinds: Mapping[str, str]) -> Read:
-    """Numbers by effect and kind from a table with a column Source."""
+    """Return a reader of numbers by effect and kind from a table with a column Source."""
     return lambda table: packages.read_table(table, table["Source"], kinds)
 
 
@@ -147,7 +147,7 @@ def _equivalence() -> Iterator[Case]:
 
 
 def _large(quick: bool) -> Iterator[Case]:
-    """The whole analysis of one large table: ANOVA and every pair; and a mixed design of the same values."""
+    """Yield the whole analysis of one large table: ANOVA and every pair; and a mixed design of the same values."""
     n = 500 if quick else 5000
     cells = random_cells(n, 90, seed=n, effect=3 / n**0.5)
     table = long_table(cells).sample(frac=1, random_state=n, ignore_index=True)
@@ -177,7 +177,7 @@ def _pairs_of(t: Any) -> Numbers:
 
 
 def _pair_answers(cells: Floats) -> Numbers:
-    """Every paired t in extended precision (64-bit significand)."""
+    """Return every paired t in extended precision (64-bit significand)."""
     x = cells.astype(np.longdouble)
     t: list[float] = []
     for i in range(x.shape[1] - 1):
@@ -189,7 +189,7 @@ def _pair_answers(cells: Floats) -> Numbers:
 
 
 def _large_mixed(table: pd.DataFrame, n: int) -> Iterator[Case]:
-    """The same F with 1e9 added: what an offset costs."""
+    """Yield the same F with 1e9 added, to show the cost of an offset."""
     asked: Any = {"within": "A", "between": "group", "subject": "subject"}
     whole = table.assign(y=(1024 * table["y"]).round())
     right = _reader({"F": "F"})(mixed_anova(whole, "y", **asked))

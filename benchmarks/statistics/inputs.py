@@ -55,7 +55,7 @@ class Input:
 
 
 def reference_inputs() -> Iterator[Input]:
-    """The within-participant reference sets with R's values."""
+    """Yield the within-participant reference sets with R's values."""
     for name, entry in reference_values("r_reference").items():
         if "effects" in entry and not entry["between"]:
             table, within = reference_table(f"csv/{entry['csv']}"), tuple(entry["within"])
@@ -73,7 +73,7 @@ def _r_answer(effects: dict[str, Any]) -> Callable[[], Answer]:
 
 
 def edge_inputs() -> Iterator[Input]:
-    """The tables that break common implementations: those with stored exact answers, and five more."""
+    """Yield tables that break common implementations: those with stored exact answers, and five more."""
     stored = reference_values("edge_cases_exact")
     for name in edge_cases():
         yield Input(name, edge_table(name), ("cond",), _edge_answer(stored[name]))
@@ -96,7 +96,7 @@ def _edge_answer(values: dict[str, Any]) -> Callable[[], Answer]:
 
 
 def _exact_answer(cells: Floats, rounding_only: bool) -> Callable[[], Answer]:
-    """F and epsilon in exact arithmetic; no F where rounding alone makes the residual."""
+    """Return F and epsilon in exact arithmetic; no F where rounding alone makes the residual."""
 
     @cache
     def answer() -> Answer:
@@ -113,12 +113,12 @@ def _exact_answer(cells: Floats, rounding_only: bool) -> Callable[[], Answer]:
 
 
 def edge_cells(name: str) -> Floats:
-    """An edge case as an array (participants, conditions)."""
+    """Return an edge case as an array (participants, conditions)."""
     return gather(edge_table(name), "y", "cond", "subject").values
 
 
 def wide_input() -> Input:
-    """12 participants, 90 conditions: more conditions than participants."""
+    """Return 12 participants by 90 conditions: more conditions than participants."""
     cells = np.round(random_cells(12, 90, seed=90, effect=4.0), 1)
 
     def answer() -> Answer:
@@ -130,14 +130,14 @@ def wide_input() -> Input:
 
 
 def nist_inputs() -> Iterator[Input]:
-    """The NIST StRD one-way sets with the exact F of their binary doubles."""
+    """Yield the NIST StRD one-way sets with the exact F of their binary doubles."""
     for name, values in nist_values().items():
         exact = float(values["exact_of_doubles"]["F"])
         yield Input(name, nist_table(name), (), partial(dict, {("group", "F"): exact}))
 
 
 def big_inputs(quick: bool) -> Iterator[Input]:
-    """500 (and, unless quick, 5000) participants by 90 conditions, rows in random order."""
+    """Yield 500 (and, unless quick, 5000) participants by 90 conditions, rows in random order."""
     for n in (500,) if quick else (500, 5000):
         cells = random_cells(n, 90, seed=n, effect=3 / n**0.5)
         table = long_table(cells).sample(frac=1, random_state=n, ignore_index=True)
@@ -148,7 +148,7 @@ LABEL_TYPES = {"integers": "int64", "text": "str", "categories": "category", "ob
 
 
 def label_inputs(quick: bool) -> Iterator[Input]:
-    """5000 (500, if quick) participants by 90 conditions, rows in random order, labels of each type."""
+    """Yield 5000 (500, if quick) participants by 90 conditions, rows in random order, labels of each type."""
     n = 500 if quick else 5000
     cells = random_cells(n, 90, seed=n + 1, effect=3 / n**0.5)
     answer = cache(partial(extended_answer, cells))
@@ -160,7 +160,7 @@ def label_inputs(quick: bool) -> Iterator[Input]:
 
 
 def random_cells(n: int, k: int, seed: int, effect: float) -> Floats:
-    """Ratings around 50 with a participant's level, a condition's effect and noise; the same for every run."""
+    """Return ratings around 50 with a participant's level, a condition's effect and noise, the same in every run."""
     rng = np.random.default_rng(seed)
     people, conditions = rng.normal(50, 10, (n, 1)), rng.normal(0, effect, k)
     cells: Floats = people + conditions + rng.normal(0, 5, (n, k))
@@ -168,7 +168,7 @@ def random_cells(n: int, k: int, seed: int, effect: float) -> Floats:
 
 
 def long_table(cells: Floats) -> pd.DataFrame:
-    """One row per value, with columns subject, A (B, ...) and y."""
+    """Return one row per value, with columns subject, A (B, ...) and y."""
     where = np.indices(cells.shape).reshape(cells.ndim, -1)
     names = ("subject", *factor_names(cells))
     labels = {name: [f"{name[0]}{i:04d}" for i in axis] for name, axis in zip(names, where, strict=True)}
@@ -176,12 +176,12 @@ def long_table(cells: Floats) -> pd.DataFrame:
 
 
 def factor_names(cells: Floats) -> tuple[str, ...]:
-    """A, B, ... for the axes after the first."""
+    """Return A, B, ... for the axes after the first."""
     return tuple("ABCDEFGH"[: cells.ndim - 1])
 
 
 def extended_answer(cells: Floats) -> Answer:
-    """One-way statistics in extended precision (64-bit significand), from the textbook's residuals."""
+    """Return one-way statistics in extended precision (64-bit significand), from the textbook's residuals."""
     x = cells.astype(np.longdouble)
     n, k = x.shape
     x = x - x.mean()

@@ -46,7 +46,7 @@ def _run_ours(given: Input) -> pd.DataFrame | None:
 
 
 def _read_ours(table: pd.DataFrame | None) -> Numbers:
-    """A refusal, or F without a value in every row (each with a note that says why), is an empty answer."""
+    """Return an empty answer for a refusal, or for F without a value in every row (each with a note why)."""
     if table is None or table["F"].isna().all():
         return {}
     kinds = {"F": "F", "p": "p_unc", "p_GG": "p_GG_corr", "eps": "eps", "np2": "np2", "ng2": "ng2"}
@@ -84,7 +84,7 @@ def _read_exact(effects: list[ExactEffect]) -> Numbers:
 
 
 def _read_ours_reported(table: pd.DataFrame | None) -> Numbers:
-    """The p that our sentences show: always corrected."""
+    """Return the p that our sentences show: always corrected."""
     return {key: value for key, value in _read_ours(table).items() if key[1] == "p_GG"}
 
 
@@ -96,7 +96,7 @@ def _run_pingouin_auto(given: Input) -> pd.DataFrame:
 
 
 def _read_pingouin_reported(table: pd.DataFrame) -> Numbers:
-    """The p that pingouin leaves its user with: corrected only where its test of sphericity fails."""
+    """Return the p that pingouin leaves its user with: corrected only where its test of sphericity fails."""
     corrected = "p_GG_corr" in table and not table["sphericity"].iloc[0]
     return {(str(table["Source"].iloc[0]), "p_GG"): float(table["p_GG_corr" if corrected else "p_unc"].iloc[0])}
 

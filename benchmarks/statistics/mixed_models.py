@@ -49,7 +49,7 @@ class Input:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Every figure of the mixed models; without `quick` also 5,000 participants by 90 stimuli."""
+    """Yield every figure of the mixed models; without `quick` also 5,000 participants by 90 stimuli."""
     inputs = [*_shipped(), *_balanced(), *map(_crossed, ((200, 30),) if quick else ((200, 30), (5000, 90)))]
     for given in inputs:
         for method, run in _methods(given):
@@ -93,7 +93,7 @@ def _statsmodels(given: Input) -> Numbers | None:
 
 
 def _worst(found: Numbers | None, given: Input, place: int) -> float | None:
-    """The largest relative error of the fixed effects (place 0) or variances (1); None for a refusal."""
+    """Return the largest relative error of fixed effects (place 0) or variances (1); None for a refusal."""
     if found is None:
         return None
     errors = [abs(a - b) / abs(b) for a, b in zip(found[place], given.answer()[place], strict=True)]
@@ -101,7 +101,7 @@ def _worst(found: Numbers | None, given: Input, place: int) -> float | None:
 
 
 def _shipped() -> Iterator[Input]:
-    """The reference sets with R's values (lme4 by bobyqa, itself good to about 1e-8 in the variances)."""
+    """Yield the reference sets with R's values (lme4 by bobyqa, good to about 1e-8 in the variances)."""
     values = reference_values("r_reference")
     for name, (effect, slope, numeric) in SHIPPED.items():
         r = values[name]
@@ -117,7 +117,7 @@ def _given(fixed: list[float], variances: list[float]) -> Numbers:
 
 
 def _balanced() -> Iterator[Input]:
-    """12 x 4 with participants 1, 1e3 and 1e6 residuals apart: the closed form of the analysis of variance."""
+    """Yield 12 x 4 with participants 1, 1e3 and 1e6 residuals apart: the closed form of the analysis of variance."""
     for size in (1.0, 1e3, 1e6):
         rng = np.random.default_rng(5)
         cells = size * rng.normal(size=(12, 1)) + rng.normal(size=(12, 4)) + np.arange(4)
@@ -128,7 +128,7 @@ def _balanced() -> Iterator[Input]:
 
 
 def _one_way(cells: np.ndarray[Any, Any]) -> Numbers:
-    """Fixed effects in treatment coding and both variances, in extended precision."""
+    """Return fixed effects in treatment coding and both variances, in extended precision."""
     x = cells.astype(np.longdouble)
     n, k = x.shape
     columns, rows = x.mean(axis=0), x.mean(axis=1)
@@ -139,7 +139,7 @@ def _one_way(cells: np.ndarray[Any, Any]) -> Numbers:
 
 
 def _crossed(shape: tuple[int, int]) -> Input:
-    """Participants crossed with stimuli, complete: the closed form again."""
+    """Return participants crossed with stimuli, complete: the closed form again."""
     n, k = shape
     rng = np.random.default_rng(n)
     cells = 50 + 10 * rng.normal(size=(n, 1)) + 5 * rng.normal(size=(1, k)) + 7 * rng.normal(size=(n, k))

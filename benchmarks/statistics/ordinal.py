@@ -36,7 +36,7 @@ Method: TypeAlias = tuple[str, str, Callable[[Any], Numbers]]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Every figure of this area; without `quick` also a large Friedman table."""
+    """Yield every figure of this area; without `quick` also a large Friedman table."""
     for name, table in FRIEDMAN.items():
         yield from _cases("Friedman", name, table, table.size, _FRIEDMAN, exact_friedman(table))
     if not quick:
@@ -60,7 +60,7 @@ def _cases(title: str, name: str, given: Any, n: int, methods: tuple[Method, ...
 
 
 def _worst(truth: Numbers) -> Callable[[Numbers], float | None]:
-    """The largest relative error; infinite for a number where there is none, None for a refusal."""
+    """Return a function for the largest relative error: infinite where there is no number, None for a refusal."""
 
     def error(found: Numbers) -> float | None:
         known = [name for name in truth if name in found]

@@ -24,7 +24,7 @@ def _cells(name: str, factor: str) -> Floats:
 
 
 def _blurred() -> Floats:
-    """Twelve people whose first two answers are 0.3, written once as 0.1 + 0.2."""
+    """Return twelve people whose first two answers are 0.3, written once as 0.1 + 0.2."""
     third = [0.1, 0.5, 0.6, 0.7, 0.2, 0.9, 0.8, 0.4, 0.6, 0.5, 0.7, 0.9]
     return np.array([[0.1 + 0.2, 0.3, value] for value in third])
 
@@ -72,7 +72,7 @@ _WINE_COUNTS = {  # Randall 1989, in R's ordinal: answers 1 to 5
 
 
 def wine_table() -> pd.DataFrame:
-    """72 ratings of bitterness, 1 to 5, by temperature and contact with the skins."""
+    """Return 72 ratings of bitterness, 1 to 5, by temperature and contact with the skins."""
     rows = [
         (temp, contact, point)
         for (temp, contact), counts in _WINE_COUNTS.items()
@@ -83,7 +83,7 @@ def wine_table() -> pd.DataFrame:
 
 
 def separated_table() -> pd.DataFrame:
-    """Answers that the groups divide without overlap: no slope is finite."""
+    """Return answers that the groups divide without overlap: no slope is finite."""
     return pd.DataFrame({"group": ["a"] * 6 + ["b"] * 6, "y": [1, 1, 1, 2, 2, 2, 3, 3, 3, 3, 3, 3]})
 
 
@@ -92,7 +92,7 @@ def _written(value: float) -> Decimal:
 
 
 def _ranks(values: Sequence[Decimal]) -> list[Fraction]:
-    """Midranks of decimals."""
+    """Return midranks of decimals."""
     return [
         Fraction(sum(other < value for other in values)) + Fraction(1 + sum(other == value for other in values), 2)
         for value in values
@@ -100,7 +100,7 @@ def _ranks(values: Sequence[Decimal]) -> list[Fraction]:
 
 
 def exact_friedman(cells: Floats) -> dict[str, float]:
-    """Chi-squared corrected for ties in exact fractions of the decimals as written, and its p."""
+    """Return chi-squared corrected for ties in exact fractions of the decimals as written, and its p."""
     n, k = cells.shape
     if cells.size > 10_000:
         return _whole_friedman(cells)
@@ -113,7 +113,7 @@ def exact_friedman(cells: Floats) -> dict[str, float]:
 
 
 def _whole_friedman(cells: Floats) -> dict[str, float]:
-    """The same for many whole numbers, by counting."""
+    """Return the same for many whole numbers, by counting."""
     n, k = cells.shape
     doubled = np.stack([(row[:, None] > row).sum(1) * 2 + (row[:, None] == row).sum(1) + 1 for row in cells])
     between = sum((int(column) - n * (k + 1)) ** 2 for column in doubled.sum(axis=0))
@@ -122,7 +122,7 @@ def _whole_friedman(cells: Floats) -> dict[str, float]:
 
 
 def exact_signed_p(a: Floats, b: Floats) -> float:
-    """Wilcoxon's two-sided p over every pattern of signs of the differences that are not zero."""
+    """Return Wilcoxon's two-sided p over every pattern of signs of the differences that are not zero."""
     pairs = zip(a.tolist(), b.tolist(), strict=True)
     changes = [change for x, y in pairs if (change := _written(x) - _written(y)) != 0]
     ranks = _ranks([abs(change) for change in changes])

@@ -24,7 +24,7 @@ class _Lab:
     folder: tempfile.TemporaryDirectory[str] | None = None
 
     def again(self) -> Path:
-        """Regenerate into a fresh folder; before the first time the sessions are simulated and regenerated once."""
+        """Regenerate into a fresh folder; before the first time, simulate the sessions and regenerate once."""
         if self.folder is None:
             self.folder = tempfile.TemporaryDirectory()
             who = f"P001..P{self.people:03d}"
@@ -40,7 +40,7 @@ class _Lab:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """`palpate regenerate` of the door study as a process from the shell: 40 simulated participants, 8 when quick."""
+    """Yield `palpate regenerate` of the door study from the shell: 40 simulated participants, 8 when quick."""
     lab = _Lab(8 if quick else 40)
     told = f"{STUDY}, {lab.people} participants, statistics, figures and report"
     try:
@@ -63,7 +63,7 @@ def _palpate(*arguments: str) -> None:
 
 
 def _different(first: Path, folder: Path) -> list[str]:
-    """The files of one folder that the other lacks or holds with other bytes."""
+    """Return the files of one folder that the other lacks or holds with other bytes."""
     one, other = ({p.relative_to(at).as_posix(): p for p in at.rglob("*") if p.is_file()} for at in (first, folder))
     shared = set(one) & set(other)
     return sorted({*one, *other} - shared) + [n for n in shared if one[n].read_bytes() != other[n].read_bytes()]

@@ -49,7 +49,7 @@ class Way:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """ICC, alpha and W on R's sets, on huge offsets, and on a large table; kappa and Krippendorff's alpha."""
+    """Yield ICC, alpha and W on R's sets, huge offsets and a large table; kappa and Krippendorff's alpha."""
     sets = list(_r_sets())
     far = list(_extremes(sets[0].values))
     large = [_large(200 if quick else 2000)]
@@ -76,7 +76,7 @@ def _bound(way: Way, given: Given) -> tuple[Callable[[], Any], Callable[[Any], f
 
 
 def worst(found: Numbers, answer: Numbers) -> float | None:
-    """The largest relative error over the numbers that both give; None where none is given."""
+    """Return the largest relative error over the numbers that both give; None where none is given."""
     both = [key for key in answer if key in found]
     if not both:
         return None
@@ -91,7 +91,7 @@ def _long(values: Floats) -> pd.DataFrame:
 
 
 def _r_sets() -> Iterator[Given]:
-    """The reference sets with psych's intraclass correlations, and psych's alpha under "alpha"."""
+    """Yield the reference sets with psych's intraclass correlations, and psych's alpha under "alpha"."""
     for name, entry in reference_values("r_reference").items():
         if "icc" not in entry:
             continue
@@ -104,7 +104,7 @@ def _r_sets() -> Iterator[Given]:
 
 
 def _extremes(values: Floats) -> Iterator[Given]:
-    """Tables that cost a textbook formula its digits, made of one set."""
+    """Yield tables, made of one set, that cost a textbook formula its digits."""
     yield _exact("offset 1e12", values + 1e12)
     yield _exact("1 + 1e-12 x", 1 + 1e-12 * values)
     yield _exact("raters 1e9 apart", values + 1e9 * np.arange(values.shape[1]))
@@ -118,7 +118,7 @@ def _large(n: int) -> Given:
 
 
 def _exact(name: str, values: Floats) -> Given:
-    """The six values and alpha in exact fractions."""
+    """Return the six values and alpha in exact fractions."""
     x = [[Fraction(value) for value in row] for row in values.tolist()]
     n, k = values.shape
     rows, columns = [sum(row) for row in x], [sum(column) for column in zip(*x, strict=True)]
@@ -141,7 +141,7 @@ def _alpha_of(given: Given) -> Given:
 
 
 def _w_sets() -> Iterator[Given]:
-    """R's friedman.test: W is chi squared over m (n - 1)."""
+    """Yield R's friedman.test: W is chi squared over m (n - 1)."""
     for given in _r_sets():
         entry = reference_values("r_reference")[given.name]
         if found := entry.get("friedman"):
@@ -160,7 +160,7 @@ def _kappa_set() -> Given:
 
 
 def _coincidence_sets() -> Iterator[Given]:
-    """Krippendorff's published table with gaps (2011, part C), each answer an exact fraction."""
+    """Yield Krippendorff's published table with gaps (2011, part C), each answer an exact fraction."""
     rows = ("123321412...", "1233224125.3", ".3332342251.", "12332441251.")
     values = np.array([[math.nan if mark == "." else float(mark) for mark in row] for row in rows]).T
     for level, answer in (("nominal", Fraction(113, 152)), ("interval", Fraction(951, 1120))):

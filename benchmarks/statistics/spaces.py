@@ -30,7 +30,7 @@ Way: TypeAlias = tuple[str, str, Callable[[Any], Any]]  # name, package, what gi
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Components, maps and their comparison; without `quick` also non-metric maps from more starts."""
+    """Yield components, maps and their comparison; without `quick` also non-metric maps from more starts."""
     truth = json.loads(TRUTH.read_text())
     yield from _components(truth)
     for name in ("eurodist", "ekman"):
@@ -42,7 +42,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def sklearn(module: str) -> Any:
-    """A module of scikit-learn, which is optional."""
+    """Return a module of scikit-learn, which is optional."""
     return import_module(f"sklearn.{module}")
 
 

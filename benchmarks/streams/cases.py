@@ -28,7 +28,7 @@ Arrivals = list[tuple[int, float]]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Streams recorded through a real session into a real ledger, each run in a process of its own; then clocks."""
+    """Yield streams recorded through a real session and ledger, each run in its own process; then clocks."""
     whole, part = (STREAM_QUICK_S, DELAY_QUICK_S) if quick else (STREAM_S, DELAY_S)
     yield _recorded("to the disk", "palpate", whole, "samples lost", _lost)
     yield _recorded("memory above start", "palpate", whole, "MB", lambda found: _known(found["growth_MB"]))
@@ -43,7 +43,7 @@ def cases(quick: bool) -> Iterator[Case]:
 def _recorded(
     case: str, writer: str, stream_s: float, kind: str, error: Callable[[dict[str, Any]], float | None]
 ) -> Case:
-    """What `error` makes of a recording; the ledger is there as long as the answer is."""
+    """Return the `error` of a recording, while its ledger exists."""
     named = {"none": "readers alone, nothing written", "one thread": "one thread reads and writes"}
     told = f"17 channels, {stream_s:g} s at {FAST:g} times their pace, {_priority()}"
     return Case("streams", case, named.get(writer, writer), told, round(stream_s * 14_120), kind,
@@ -60,7 +60,7 @@ def run_apart(stream_s: float, fast: float, writer: str) -> dict[str, Any]:
 
 
 def kept(ledger: Path) -> dict[str, int]:
-    """How many samples of each stream stand in the verified ledger, in their place and with their value."""
+    """Return how many samples of each stream are in the verified ledger, in their place and with their value."""
     import numpy as np
 
     from benchmarks.streams.recordings import RAMP
@@ -81,7 +81,7 @@ def _lost(found: dict[str, Any]) -> float:
 
 
 def _known(growth_MB: float) -> float | None:
-    """Nothing is measured where the process cannot see its memory."""
+    """Return the growth; None where the process cannot see its memory."""
     return growth_MB or None
 
 
@@ -90,7 +90,7 @@ def _p999(what: str) -> Callable[[dict[str, Any]], float]:
 
 
 def _priority() -> str:
-    """What scheduling the recording process will get, tried in a thread that then ends."""
+    """Describe the scheduling of the recording process, tried in a thread that then ends."""
     from benchmarks.streams.run import in_real_time
 
     found: list[bool] = []
@@ -101,7 +101,7 @@ def _priority() -> str:
 
 
 def _clocks(seconds: float) -> Iterator[Case]:
-    """A device's rate from when its blocks arrived, by four methods; the error is the root mean square over many."""
+    """Yield a device's rate from its blocks' arrivals, by four methods; the error is the RMS over many."""
     laws: dict[str, Callable[[random.Random], float]] = {
         "exponential": lambda chance: chance.expovariate(500.0),
         "lognormal": lambda chance: 0.002 * chance.lognormvariate(0.0, 1.0),
@@ -125,7 +125,7 @@ def _each(method: Callable[[Arrivals], float], recorded: Sequence[Arrivals]) -> 
 
 
 def _arrivals(seconds: float, delay: Callable[[random.Random], float], seed: int) -> Arrivals:
-    """(number of a block's last sample, when it was there): a block of 100 samples comes late, and none overtakes."""
+    """Return (number of a block's last sample, arrival): blocks of 100 samples come late, and none overtakes."""
     chance, found, last_s = random.Random(seed), [], 0.0
     for block in range(1, round(seconds * BLOCKS_HZ) + 1):
         last_s = max(last_s, block / BLOCKS_HZ / (1 + PPM * 1e-6) + delay(chance))

@@ -56,34 +56,34 @@ class MadeUp:
         return (Signal("samples", self.channels, units, self.rate_hz * self.fast, self.name),)
 
     def open(self) -> None:
-        """Nothing to open."""
+        """Do nothing: nothing is to be opened."""
 
     def safe(self) -> None:
-        """Nothing moves."""
+        """Do nothing: nothing moves."""
 
     def close(self) -> None:
-        """Nothing to close."""
+        """Do nothing: nothing is open."""
 
     def describe(self) -> Mapping[str, Any]:
-        """What it is."""
+        """Return a description."""
         return {"kind": "made up"}
 
     def health(self, seconds: float) -> Health:
-        """It is well."""
+        """Return that it is well."""
         return Health(True, f"made up, {seconds} s")
 
     def expect(self, scene: Scene | None) -> None:
-        """It gives numbers, whatever comes."""
+        """Do nothing: it gives numbers for any scene."""
 
     def start(self, now_ns: NowNs) -> None:
         """Count from 0."""
         self.now_ns, self.begun_ns = now_ns, now_ns()
 
     def stop(self) -> None:
-        """Nothing runs."""
+        """Do nothing: nothing runs."""
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """Sleep until the next block is due, and give all that are due then."""
+        """Sleep until the next block is due, and return all that are due then."""
         if self.left_ns:
             self.handed_ns.append(time.perf_counter_ns() - self.left_ns)
         self._sleep(timeout_s)

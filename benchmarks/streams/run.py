@@ -43,23 +43,23 @@ class Nobody:
     memory_MB: list[float] = field(default_factory=list)
 
     def poll(self) -> Aside | None:
-        """Nothing was done."""
+        """Return None: the experimenter does nothing."""
         self.memory_MB.append(memory_MB())
         return None
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Nobody is there."""
+        """Do nothing: nobody is there."""
 
     def answer(self) -> bool:
-        """Always yes."""
+        """Return True at once."""
         return True
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Nobody looks."""
+        """Do nothing: nobody looks."""
 
 
 def memory_MB() -> float:
-    """What this process has in memory now (Linux; elsewhere 0 is said of a memory that cannot be seen)."""
+    """Return this process' memory now, in MB (Linux; elsewhere 0, which means unknown)."""
     try:
         pages = int(Path("/proc/self/statm").read_text().split()[1])
     except OSError:
@@ -82,7 +82,7 @@ class Watching(Windowless):
         return aside
 
     def kept(self, event: Event) -> None:
-        """The samples are on the disk."""
+        """Note that the samples are on the disk."""
         if event.samples:
             self.busy_ns.append((self.begun_ns, self.now_ns()))
 
@@ -92,12 +92,12 @@ class HandedOver:
     """The sample lies there."""
 
     def perform(self, _request: Present, _window: Pages, _desk: Desk, _now_ns: NowNs) -> Came:
-        """At once."""
+        """Reply at once."""
         return Reply({"presented": True})
 
 
 def past(until_ns: int, now_ns: NowNs) -> Callable[[], bool]:
-    """Whether that time has come."""
+    """Return a function that says whether that time has come."""
     return lambda: now_ns() >= until_ns
 
 
@@ -108,7 +108,7 @@ class Discarded:
     sensors: Mapping[str, MadeUp]
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
-        """For the request's seconds."""
+        """Present for the request's seconds."""
         recording = Recording(self.sensors, now_ns)
         recording.start()
         while now_ns() < recording.begun_ns + request.seconds * NS:
@@ -127,7 +127,7 @@ class OneThread:
     begun_ns: int | None = None
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
-        """A chunk, or the reply."""
+        """Return a chunk, or the reply."""
         if self.begun_ns is None:
             self.begun_ns = now_ns()
             for sensor in self.sensors.values():
@@ -152,7 +152,7 @@ class OneThread:
 
 
 def plan_of(seconds: float) -> Plan:
-    """One recording of so many seconds."""
+    """Return a plan of one recording of so many seconds."""
     study = {
         "study": "streams", "task": "capture", "stimuli": [{"id": "ramp", "columns": {}}], "needs": ["tool"],
         "capture": {"device": "tool", "seconds": seconds}, "order": {"design": "as_listed"},
@@ -161,7 +161,7 @@ def plan_of(seconds: float) -> Plan:
 
 
 def recorder(writer: str, sensors: Mapping[str, MadeUp], fast: float) -> Records:
-    """`palpate`; `none`, readers whose samples are thrown away; `one thread`, which reads and, at times, writes.
+    """Return the recorder: `palpate`; `none`, which throws samples away; `one thread`, which also writes at times.
 
     The room for what waits to be written is what it would be at the sensors' own pace.
     """
@@ -198,7 +198,7 @@ def run(lab: Path, stream_s: float, fast: float, writer: str) -> dict[str, Any]:
 
 
 def held_up(late: Sequence[tuple[int, int]], busy: Sequence[tuple[int, int]]) -> list[int]:
-    """Of every read, how long it was overdue while the writer was at work: all that the writer can be blamed for."""
+    """Return, for every read, how long it was overdue while the writer was busy: the writer's possible part."""
     starts = [begun for begun, _ in busy]
     found = []
     for due, ran in late:
@@ -208,7 +208,7 @@ def held_up(late: Sequence[tuple[int, int]], busy: Sequence[tuple[int, int]]) ->
 
 
 def spread(times_ns: Sequence[int]) -> dict[str, float]:
-    """Median, the 99th and the 99.9th percentile, and the largest, in milliseconds."""
+    """Return the median, the 99th and 99.9th percentile, and the largest, in milliseconds."""
     if not times_ns:
         return {}
     p50, p99, p999, most = np.percentile(np.asarray(times_ns) / 1e6, [50, 99, 99.9, 100])

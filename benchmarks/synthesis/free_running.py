@@ -53,7 +53,7 @@ class Hands:
     took: dict[str, list[float]] = field(default_factory=dict)
 
     def of(self, method: str) -> tuple[list[Numbers], list[float]]:
-        """What is said of each hand's run, and the seconds that the run took."""
+        """Return the figures of each hand's run, and the seconds that the run took."""
         if not self.numbers:
             for seed in self.seeds:
                 self._play(seed)
@@ -73,7 +73,7 @@ class Hands:
 
 
 def cases(quick: bool, simulator: TextureSimulator, cards: Cards, clock: Clock = time.perf_counter) -> Iterator[Case]:
-    """Each texture under each look, the default method beside autoregression and the truth made again."""
+    """Yield each texture under each view, the default method beside autoregression and the truth made again."""
     seeds, seconds = (QUICK_HANDS, QUICK_SECONDS) if quick else (HANDS, SECONDS)
     for texture, models in cards.items():
         chosen = {method: models[method] for method in METHODS if method in models}

@@ -50,7 +50,7 @@ class Value(Generic[T]):
 
     @property
     def lies(self) -> tuple[int, int]:
-        """Its two sides in the runtime."""
+        """The two sides of the value's shape in the runtime."""
         return (1, self.shape[0]) if len(self.shape) == 1 else (self.shape[1], self.shape[0])
 
 
@@ -62,7 +62,7 @@ class Tracer(Generic[T]):
         self.kept: dict[str, Value[T]] = {}
 
     def run(self, steps: Sequence[Step], value: Value[T]) -> Value[T]:
-        """The value that comes out."""
+        """Return the output value of the steps."""
         place = 0
         while place < len(steps):
             value, count = self._next(steps[place:], value)
@@ -70,7 +70,7 @@ class Tracer(Generic[T]):
         return value
 
     def _next(self, steps: Sequence[Step], value: Value[T]) -> tuple[Value[T], int]:
-        """After one step, or after two where a relu follows a product."""
+        """Return the value after one step, or after two where a relu follows a product."""
         step, relu = steps[0], len(steps) > 1 and _is_relu(steps[1])
         if isinstance(step, steps_of.Dense):
             return self._dense(step, value, relu), 1 + relu
@@ -103,7 +103,7 @@ class Tracer(Generic[T]):
         return Value(found, (len(weight), value.shape[1]))
 
     def _reshape(self, step: steps_of.Reshape, value: Value[T]) -> Value[T]:
-        """In C order of the card's shape: between a list and two sides, numbers change places unless one side is 1."""
+        """Reshape in C order of the card's shape: between a list and two sides, numbers move unless one side is 1."""
         graph, shape = self.graph, step.shape
         if len(value.shape) == 2:
             turned = value.x if 1 in value.shape else graph.permute(value.x, (1, 0))
@@ -153,7 +153,7 @@ class Tracer(Generic[T]):
         return Value(found, value.shape)
 
     def _attention(self, step: signals_of.Attention, value: Value[T]) -> Value[T]:
-        """1 / sqrt(depth) is in the queries' weights, as a converter would put it."""
+        """Add attention with 1 / sqrt(depth) in the queries' weights, as a converter would put it."""
         graph, (width, length) = self.graph, value.shape
         depth = width // step.heads
         weight, bias = self._reals(step.weight).copy(), self._reals(step.bias).copy()

@@ -18,7 +18,7 @@ UNARY = {"relu": "RELU", "sqrt": "SQRT", "cos": "COS", "sin": "SIN", "exp": "EXP
 
 
 def litert(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
-    """One step by LiteRT in float32, one thread, with its default delegate. Raises ImportError where it is missing."""
+    """Return one step by LiteRT in float32, one thread, its default delegate. Raise ImportError where it is missing."""
     interpreters = import_module("ai_edge_litert.interpreter")
     graph = _TfLite()
     given = graph.tensor((1, card.takes.size))
@@ -46,7 +46,7 @@ class _TfLite:
         self.codes: dict[int, int] = {}
 
     def tensor(self, shape: tuple[int, ...], buffer: int = 0, kind: str = "FLOAT32") -> int:
-        """A new tensor."""
+        """Add a new tensor and return its number."""
         tensor = self.schema.TensorT()
         tensor.shape, tensor.type = list(shape), getattr(self.schema.TensorType, kind)
         tensor.buffer, tensor.name = buffer, f"t{len(self.tensors)}"
@@ -54,14 +54,14 @@ class _TfLite:
         return len(self.tensors) - 1
 
     def constant(self, numbers: Numbers | np.ndarray[Any, np.dtype[np.int32]]) -> int:
-        """A tensor with numbers; whole ones are places and shapes."""
+        """Add a constant tensor and return its number; whole numbers are places and shapes."""
         buffer = self.schema.BufferT()
         buffer.data = np.frombuffer(np.ascontiguousarray(numbers).tobytes(), dtype=np.uint8)
         self.buffers.append(buffer)
         return self.tensor(numbers.shape, len(self.buffers) - 1, "INT32" if numbers.dtype == np.int32 else "FLOAT32")
 
     def op(self, name: str, inputs: Sequence[int], shape: tuple[int, ...], options: str = "", **fields: Any) -> int:
-        """An operation with one answer."""
+        """Add an operation with one output and return its number."""
         code = getattr(self.schema.BuiltinOperator, name)
         operator, out = self.schema.OperatorT(), self.tensor(shape)
         operator.opcodeIndex = self.codes.setdefault(code, len(self.codes))
@@ -75,7 +75,7 @@ class _TfLite:
         return out
 
     def shape(self, x: int) -> tuple[int, ...]:
-        """Of a tensor."""
+        """Return the shape of a tensor."""
         return tuple(self.tensors[x].shape)
 
     def reshape(self, x: int, shape: tuple[int, ...]) -> int:
@@ -142,7 +142,7 @@ class _TfLite:
         return self.op("ATAN2", (imaginary, real), self.shape(real))
 
     def finished(self, given: int, answer: int) -> bytes:
-        """The file."""
+        """Return the file."""
         flatbuffers = import_module("flatbuffers")
         schema = self.schema
         subgraph, model = schema.SubGraphT(), schema.ModelT()

@@ -18,7 +18,7 @@ UNARY = {"relu": "Relu", "sqrt": "Sqrt", "cos": "Cos", "sin": "Sin", "exp": "Exp
 
 
 def onnx_runtime(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
-    """One step by ONNX Runtime, one thread, input and output bound once. Raises ImportError where it is missing."""
+    """Return one step by ONNX Runtime, one thread, in- and output bound once. Raise ImportError where it is missing."""
     onnxruntime = import_module("onnxruntime")
 
     options = onnxruntime.SessionOptions()
@@ -39,7 +39,7 @@ def onnx_runtime(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
 
 
 def open_vino(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
-    """One step by OpenVINO in float32 (it would round to bfloat16 by itself), one thread. Raises ImportError."""
+    """Return one step by OpenVINO in float32 (by default it rounds to bfloat16), one thread. Raise ImportError."""
     openvino = import_module("openvino")
 
     core = openvino.Core()
@@ -86,7 +86,7 @@ class _Onnx:
         return name
 
     def op(self, kind: str, inputs: Sequence[str], out: str = "", **fields: Any) -> str:
-        """A node with one answer."""
+        """Add a node with one output and return its name."""
         helper = import_module("onnx.helper")
         name = out or f"v{len(self.nodes)}"
         self.nodes.append(helper.make_node(kind, list(inputs), [name], **fields))
@@ -131,7 +131,7 @@ class _Onnx:
         return self.op("LayerNormalization", [x, self.constant(weight), self.constant(bias)], axis=-1, epsilon=tiny)
 
     def angle(self, imaginary: str, real: str) -> str:
-        """There is no atan2: an arc tangent, and half a turn where the real part is negative."""
+        """Add an angle without atan2: an arc tangent, and half a turn where the real part is negative."""
         zero, turn = self.constant(np.zeros(1, np.float32)), self.constant(np.array([np.pi], np.float32))
         back, none = self.constant(np.array([-np.pi], np.float32)), self.constant(np.zeros(1, np.float32))
         near = self.op("Atan", [self.op("Div", [imaginary, real])])

@@ -32,12 +32,12 @@ class Rates:
     bytes_s: float
 
     def seconds(self, work: Work) -> tuple[float, float]:
-        """The least time for the products, and for the numbers."""
+        """Return the least time for the products, and for the numbers."""
         return work.flop / self.flop_s, work.bytes / self.bytes_s
 
 
 def work_of(native: Native) -> Work:
-    """Counted from the program: products of matrices and attention, all that costs."""
+    """Return the work of the program: products of matrices and attention, which make up the cost."""
     flop = 0
     for row in native.ops:
         kind, fields = KINDS[row[0]], [int(each) for each in row[1:]]
@@ -55,7 +55,7 @@ def work_of(native: Native) -> Work:
 
 
 def rates(library: Library, instructions: InstructionSet, size: int, clock: Clock) -> Rates:
-    """The best of a few tries, so that other work on the machine counts little; size: bytes of the buffer."""
+    """Return the best rates of a few tries, so that other work counts little; size: bytes of the buffer."""
     calls, number = library.calls, instructions.number
     calls.palpate_set_products.restype = ctypes.c_int64
     calls.palpate_most_products.argtypes = (ctypes.c_int64, ctypes.c_int64)

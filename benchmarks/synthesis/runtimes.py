@@ -19,7 +19,7 @@ Step = Callable[[Array], Array]
 
 
 def other_runtimes(card: Card, tensors: Tensors) -> tuple[Mapping[str, Step], tuple[str, ...]]:
-    """The runtimes that are here, and the names of those that are not; torch runs on one thread from now on."""
+    """Return the installed runtimes, and the names of the missing ones; set torch to one thread."""
     found, missing = {}, []
     for name, make in MAKERS.items():
         try:
@@ -30,7 +30,7 @@ def other_runtimes(card: Card, tensors: Tensors) -> tuple[Mapping[str, Step], tu
 
 
 def read_plainly(card: Path) -> tuple[Card, Tensors]:
-    """A card and its tensors, all in float32; the checks are the rig's (palpate.signals.models.file)."""
+    """Return a card and its tensors, all in float32; the checks are the rig's (palpate.signals.models.file)."""
     from safetensors.numpy import load_file
 
     found = Card.model_validate_json(card.read_bytes())

@@ -31,13 +31,13 @@ class _Maker:
         return name
 
     def drawn(self, name: str, *sides: int) -> str:
-        """As torch begins: uniform within 1 / sqrt(numbers that come in)."""
+        """Draw weights as torch does: uniform within 1 / sqrt(number of inputs)."""
         most = int(np.prod(sides[1:])) ** -0.5 if len(sides) > 1 else 0.1
         return self.put(name, self.chance.uniform(-most, most, sides))
 
 
 def foten(seed: int = 1, window: int = WINDOW) -> Model:
-    """471 235 numbers at a window of 20; the answer is one acceleration."""
+    """Return a model of 471 235 numbers at a window of 20, which gives one acceleration."""
     maker = _Maker(np.random.Generator(np.random.PCG64(seed)))
     scale = [maker.put("gain", 1 / SPREAD[:, None]), maker.put("offset", (-TYPICAL / SPREAD)[:, None])]
     steps: list[Step] = [Reshape(shape=(3, window)), Affine(gain=scale[0], offset=scale[1]), Keep(kept="given")]
@@ -55,14 +55,14 @@ def foten(seed: int = 1, window: int = WINDOW) -> Model:
 
 
 def windows(count: int, seed: int = 2, window: int = WINDOW) -> NDArray[np.float64]:
-    """(count, 3 window): what such a model could be asked about."""
+    """Return possible inputs of such a model, (count, 3 window)."""
     chance = np.random.Generator(np.random.PCG64(seed))
     drawn = chance.standard_normal((count, 3, window)) * SPREAD[:, None] + TYPICAL[:, None]
     return np.asarray(drawn.reshape(count, -1))
 
 
 def positions(window: int) -> NDArray[np.float64]:
-    """Equations 4.2 and 4.3: (width, window)."""
+    """Return the positions of equations 4.2 and 4.3: (width, window)."""
     turns = np.arange(window) / 10000.0 ** (np.arange(0, WIDTH, 2)[:, None] / WIDTH)
     return np.stack([np.sin(turns), np.cos(turns)], axis=1).reshape(WIDTH, window)
 
@@ -80,7 +80,7 @@ def _dense(maker: _Maker, name: str, inputs: int, outputs: int) -> Dense:
 
 
 def _each(maker: _Maker, name: str, inputs: int, outputs: int) -> Conv:
-    """A dense layer at every place."""
+    """Return a dense layer at every place."""
     return Conv(weight=maker.drawn(f"{name}.weight", outputs, inputs, 1), bias=maker.drawn(f"{name}.bias", outputs))
 
 
@@ -121,7 +121,7 @@ def _fourier(maker: _Maker, window: int) -> list[Step]:
 
 
 def transforms(window: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Equations 4.6 and 4.8 as matrices: (2 window, window), and the real part of the way back (window, 2 window)."""
+    """Return equations 4.6 and 4.8 as matrices: (2 window, window), and the real inverse (window, 2 window)."""
     bins = np.minimum(np.arange(window), window - np.arange(window))
     turns = 2 * np.pi * np.outer(bins, np.arange(window)) / window
     sign = np.where(np.arange(window) > window // 2, -1.0, 1.0)[:, None]
@@ -132,7 +132,7 @@ def transforms(window: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def parameters(model: Model) -> int:
-    """Numbers that are learned: all but those of scaling, positions and transforms."""
+    """Return the number of learned numbers: all but those of scaling, positions and transforms."""
     told = ("gain", "offset", "positions", "spectrum")
     learned: Mapping[str, NDArray[np.generic]] = {
         name: each for name, each in model.tensors.items() if not name.startswith(told)

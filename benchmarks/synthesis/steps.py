@@ -51,20 +51,20 @@ class Measured:
     _seconds: dict[str, Array] = field(default_factory=dict)
 
     def seconds(self, name: str) -> Array:
-        """(steps,) of one runtime."""
+        """Return the seconds (steps,) of one runtime."""
         if not self._seconds:
             self._seconds.update(taken(self.runtimes, self.given, self.steps, self.clock))
         return self._seconds[name]
 
     def error(self, name: str) -> float:
-        """Against the same numbers run in double precision by NumPy."""
+        """Return the error against the same numbers run in double precision by NumPy."""
         wanted = doubled(self.model).run(self.given)
         answers = np.array([self.runtimes[name](row) for row in self.given])
         return float(np.abs(answers[:, 0] - wanted[:, 0]).max() / self.scale)
 
 
 def cases(quick: bool, others: Others | None = None) -> Iterator[Case]:
-    """FoTEN's shape on every runtime, then every shipped model on ours."""
+    """Yield FoTEN's shape on every runtime, then every shipped model on ours."""
     steps = QUICK_STEPS if quick else STEPS
     model = foten()
     found, missing = others(model.card, model.tensors) if others is not None else ({}, ())
@@ -78,7 +78,7 @@ def cases(quick: bool, others: Others | None = None) -> Iterator[Case]:
 
 
 def taken(runtimes: Mapping[str, Step], given: Array, steps: int, clock: Clock) -> dict[str, Array]:
-    """Seconds of every step of every runtime, block by block in turn, after one block each to warm up."""
+    """Return the seconds of every step of every runtime, in blocks by turns, after one warm-up block each."""
     seconds = {name: np.empty(steps) for name in runtimes}
     for step in runtimes.values():
         _block(step, given, np.empty(min(BLOCK, steps)), clock)
@@ -102,13 +102,13 @@ def _block(step: Step, given: Array, into: Array, clock: Clock) -> None:
 
 
 def doubled(model: Model) -> Model:
-    """The same numbers in double precision."""
+    """Return the same numbers in double precision."""
     reals = {name: each.astype(np.float64) if each.dtype.kind == "f" else each for name, each in model.tensors.items()}
     return Model(model.card, reals)
 
 
 def _ours(model: Model) -> dict[str, Step]:
-    """The default one first, then the kernel's other instruction sets, then NumPy and the reference."""
+    """Return our runtimes: the default first, then the kernel's other instruction sets, NumPy and the reference."""
     default = fastest(model)
     found = {f"palpate, {default.runtime}": default.run}
     try:
@@ -134,7 +134,7 @@ def _percentile(measured: Measured, name: str, share: float, _error: float) -> f
 
 
 def _limits(model: Model, told: str, steps: int, clock: Clock) -> Iterator[Case]:
-    """What one step would take if only its products, or only its numbers, took time; both measured here."""
+    """Yield the time of a step with only its products, or only its numbers, by rates measured here."""
     native = fastest(model)
     if not isinstance(native, Native):
         return
@@ -150,7 +150,7 @@ def _limit(native: Native, work: Work, place: int, clock: Clock, _error: float) 
 
 
 def _shipped() -> Iterator[Model]:
-    """One shipped model of each method."""
+    """Yield one shipped model of each method."""
     from palpate.signals.models.file import read_model
 
     seen: set[str] = set()

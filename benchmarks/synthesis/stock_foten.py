@@ -33,7 +33,7 @@ class _Spectrum(nn.Module):
         self.dense = nn.Linear(SPECTRUM_WIDTH, 1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, length) to the same shape."""
+        """Map (batch, length) to the same shape."""
         found: Tensor = self.dense(self.encoder(self.embedding(x[..., None])))
         return found[..., 0]
 
@@ -55,7 +55,7 @@ class StockFoten(nn.Module):
         )
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, 3, window) to (batch, 1)."""
+        """Map (batch, 3, window) to (batch, 1)."""
         past = x[:, 0]
         encoded = self.encoder(self.embedding(past[..., None]) + self.place)
         spectrum = torch.fft.fft(past)
@@ -75,7 +75,7 @@ class Course:
 
 
 def train_plainly(train: Pairs, held: Pairs, window: int, epochs: int, seed: int, clock: Callable[[], float]) -> Course:
-    """Adam, batches of 16 from a DataLoader, validation after each epoch (thesis 4.4.5)."""
+    """Train with Adam, batches of 16 from a DataLoader, validating after each epoch (thesis 4.4.5)."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         network, loss = StockFoten(window), huber(DELTA)

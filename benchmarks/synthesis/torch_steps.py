@@ -26,7 +26,10 @@ ENCODER = (signals_of.Keep, signals_of.Attention, signals_of.Add, signals_of.Nor
 
 
 def torch_eager(card: Card, tensors: Tensors, stock: bool = False) -> Callable[[Array], Array]:
-    """One step by PyTorch without gradients; the caller sets the threads. `stock`: nn.TransformerEncoderLayer."""
+    """Return one step by PyTorch without gradients; the caller sets the threads.
+
+    `stock`: nn.TransformerEncoderLayer.
+    """
     graph = _Torch()
     given = graph.graph.placeholder("given")
     tracer = (_Stock if stock else _Own)(graph, tensors)
@@ -42,7 +45,7 @@ def torch_eager(card: Card, tensors: Tensors, stock: bool = False) -> Callable[[
 
 
 def _encoder(steps: Sequence[Step], tensors: Tensors, width: int) -> nn.Module:
-    """The stock layer with these steps' numbers."""
+    """Return the stock layer with these steps' numbers."""
     _, mix, _, first, _, wide, _, narrow, _, second = steps
     if not isinstance(mix, signals_of.Attention) or not isinstance(wide, Conv) or not isinstance(narrow, Conv):
         raise TypeError("no encoder layer")
@@ -70,20 +73,20 @@ class _Torch:
         self.count = 0
 
     def held(self, numbers: Numbers) -> fx.Node:
-        """A buffer."""
+        """Add a buffer."""
         self.count += 1
         self.root.register_buffer(f"b{self.count}", torch.tensor(numbers))
         return self.graph.get_attr(f"b{self.count}")
 
     def layer(self, module: nn.Module, x: fx.Node) -> fx.Node:
-        """What a module makes of x, as a batch of one."""
+        """Add a module's output for x, as a batch of one."""
         self.count += 1
         self.root.add_module(f"m{self.count}", module)
         inner = self.graph.call_module(f"m{self.count}", (self.call(torch.unsqueeze, x, 0),))
         return self.call(torch.squeeze, inner, 0)
 
     def call(self, function: Callable[..., Any], *inputs: Any, **named: Any) -> fx.Node:
-        """A function's answer."""
+        """Add a function's output."""
         return self.graph.call_function(function, inputs, named)
 
     def constant(self, numbers: Numbers) -> fx.Node:

@@ -71,7 +71,7 @@ class Came:
 def cases(
     quick: bool, simulator: TextureSimulator, recording: Recording | None = None, clock: Clock = time.process_time
 ) -> Iterator[Case]:
-    """Every figure of this area; `quick` learns from 3 s of texture, and compares after one epoch of the plain way."""
+    """Yield every figure of this area; `quick` learns from 3 s of texture, and compares after one plain epoch."""
     found = recording or captured(simulator, TEXTURE, QUICK_SECONDS if quick else SECONDS)
     rows = rows_of(Learning(found, split(found)), WINDOW)
     given = f"{len(rows.train)} windows of {WINDOW}, one thread"
@@ -112,7 +112,7 @@ def _case(what: str, way: Way, given: str, n: int, kind: str, came: Came) -> Cas
 
 
 def _nothing() -> None:
-    """Nothing is run again: it was timed while it trained."""
+    """Do nothing: the training was already timed."""
 
 
 def _error(came: Came, _found: object) -> float:

@@ -33,7 +33,7 @@ window.close()
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Every figure of the window: those that need no session first."""
+    """Yield every figure of the window: those that need no session first."""
     yield from window_cases(quick)
     if missing():
         return
@@ -56,20 +56,20 @@ class Starts:
     display: str
 
     def bare(self) -> float:
-        """A bare window: seconds to its first frame."""
+        """Return the seconds of a bare window to its first frame."""
         begun = time.perf_counter()
         with _bare_process(self.display) as process:
             return _until_shown(process, begun)
 
     def session(self) -> float:
-        """A session of door_ratings on a ledger of its own: seconds to its first question."""
+        """Return the seconds of a session of door_ratings, with a ledger of its own, to its first question."""
         begun = time.perf_counter()
         with session_on(self.display) as stage:
             stage.hear("shown")
             return time.perf_counter() - begun
 
     def ratio(self, pairs: int) -> float:
-        """How many times as long a session takes as a bare window: the median of so many pairs, one after the other."""
+        """Return how many times a bare window's time a session takes: the median of so many pairs."""
         return statistics.median(self.session() / self.bare() for _ in range(pairs))
 
 
@@ -92,7 +92,7 @@ def _until_shown(process: subprocess.Popen[bytes], begun: float) -> float:
 
 @contextmanager
 def session_on(display: str) -> Iterator[Stage]:
-    """A process that runs a session of door_ratings in the real window, through the real runner and ledger."""
+    """Start a process with a session of door_ratings in the real window, with the real runner and ledger."""
     with (
         TemporaryDirectory() as lab,
         process_on(display, ["-m", "benchmarks.window.session", lab, *map(str, SIZE), str(PX_PER_MM)]) as stage,
@@ -101,14 +101,14 @@ def session_on(display: str) -> Iterator[Stage]:
 
 
 def _on_disk(display: str, count: int) -> Case:
-    """The slowest hundredth of the answers is the case's error, in milliseconds."""
+    """Return the slowest hundredth of the answers as the case's error, in milliseconds."""
     return Case("window", "Next released, answer on disk", "palpate, XTEST to commit",
                 f"{count} answers, the 99th percentile", count, "ms",
                 lambda: slow_ms(display, count), float, 1)  # fmt: skip
 
 
 def slow_ms(display: str, count: int) -> float:
-    """The 99th percentile, in ms, of the time from the button's release at the X server to the ledger's commit."""
+    """Return the 99th percentile, in ms, of the time from the button's release at the X server to the commit."""
     hand = Hand(display)
     took: list[float] = []
     try:

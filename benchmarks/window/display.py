@@ -21,7 +21,7 @@ class NoVirtualDisplay(WindowError):
 
 
 def missing() -> list[str]:
-    """What is missing on this machine for a window on a virtual display, by name."""
+    """Return what is missing on this machine for a window on a virtual display, by name."""
     found = [] if shutil.which("Xvfb") else ["Xvfb (Debian: xvfb)"]
     packages = {"psychopy": "PsychoPy (palpate[lab])", "Xlib": "python-xlib (palpate[lab])"}
     return found + [name for package, name in packages.items() if find_spec(package) is None]
@@ -58,7 +58,7 @@ def _started(width: int, height: int) -> tuple[subprocess.Popen[bytes], str]:
 
 
 def _number(reading: int, server: subprocess.Popen[bytes]) -> int:
-    """The number that the server writes once it is ready."""
+    """Return the number that the server writes once it is ready."""
     written = b""
     while not written.endswith(b"\n"):
         ready, _, _ = select.select([reading], [], [], STARTS_WITHIN_S)

@@ -31,13 +31,13 @@ class Expected:
     keyed: int | None = None
 
     def put(self, row: int, value: int) -> None:
-        """A press on a line, wherever it was dragged to before it was let go."""
+        """Press on a line, wherever it was dragged before the release."""
         self.values[row] = value
         self.touches[row] = self.touches.get(row, 0) + 1
         self.focus, self.keyed = row, None
 
     def key(self, name: str) -> None:
-        """A key for the line that has the focus; keys in a row are one touch."""
+        """Send a key for the line that has the focus; consecutive keys are one touch."""
         if (row := self.focus) is None:
             return
         ends = {"home": 0, "end": STEPS}
@@ -48,7 +48,7 @@ class Expected:
         self.keyed = row
 
     def lost(self, reply: Mapping[str, Any]) -> int:
-        """How many gestures did not count, and how many values are not what they must be."""
+        """Return how many gestures did not count, and how many values are wrong."""
         names = FORM.items()
         counts = sum(abs(reply["touches"].get(names[row], 0) - count) for row, count in self.touches.items())
         wrong = sum(reply["answers"].get(names[row]) != value for row, value in self.values.items())
@@ -70,7 +70,7 @@ class Gestures:
             yield self._on(row, self.chance.choice(("click", "tap", "drag")))
 
     def anything(self) -> str:
-        """One more gesture."""
+        """Make one more gesture."""
         if self.expected.focus is not None and self.chance.random() < 0.3:
             key = self.chance.choice([*KEYS, "home", "end"])
             self.hand.key(key)
@@ -91,7 +91,7 @@ class Gestures:
         return kind
 
     def _drag(self, row: int, value: int, second: bool) -> None:
-        """From anywhere on the line across two others; `second`: another button goes down meanwhile."""
+        """Drag from anywhere on the line across two others; `second`: another button goes down meanwhile."""
         over = [self._at(self.chance.randrange(ROWS), self.chance.randint(0, STEPS)) for _ in range(2)]
         self.hand.move(*self._at(row, self.chance.randint(0, STEPS)))
         self.hand.press()

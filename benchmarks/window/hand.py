@@ -50,7 +50,7 @@ class Hand:
         self.release()
 
     def tap(self, x: float, y: float) -> None:
-        """The same, in one packet: no frame lies between the press and the release."""
+        """Press and release in one packet: no frame lies between them."""
         press, release = (self._x.ButtonPress, {"detail": 1}), (self._x.ButtonRelease, {"detail": 1})
         self._do([*self._motion(x, y), press, release])
 
@@ -91,7 +91,7 @@ class Hand:
             self._do([(self._x.KeyPress, {"detail": code}), (self._x.KeyRelease, {"detail": code})])
 
     def picture(self, left: int = 0, top: int = 0, width: int = 0, height: int = 0) -> Image.Image:
-        """What the display shows, as an RGB picture; without a size the whole of it."""
+        """Return the display's picture, in RGB; without a size the whole of it."""
         from PIL import Image
 
         screen = self.display.screen()
@@ -100,7 +100,7 @@ class Hand:
         return Image.frombytes("RGB", size, found.data, "raw", "BGRX")
 
     def windows(self, title: str) -> list[Any]:
-        """The top windows of that title."""
+        """Return the top windows of that title."""
         return [each for each in self.display.screen().root.query_tree().children if each.get_wm_name() == title]
 
     def close(self) -> None:

@@ -33,7 +33,7 @@ class Link:
 
     @classmethod
     def from_input(cls) -> Link:
-        """The link at this process' standard input, by a descriptor of its own: Python closes its own at the end."""
+        """Return the link at this process' standard input, by its own descriptor: Python closes its own at the end."""
         return cls(os.fdopen(os.dup(sys.stdin.fileno()), "rb", closefd=False)).listen()
 
     def _read(self) -> None:

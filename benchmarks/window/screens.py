@@ -35,7 +35,7 @@ STUDY = Study(
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Every figure that needs no session; where no virtual display can be had, none, and the reason is printed."""
+    """Yield every figure without a session; without a virtual display none, and the reason is printed."""
     if lacking := missing():
         click.echo(f"window: left out, for want of {', '.join(lacking)}", err=True)
         return
@@ -49,13 +49,13 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def _case(what: str, method: str, told: str, n: int, kind: str, run: Any) -> Case:
-    """A case whose run gives its own error."""
+    """Return a case whose run gives its own error."""
     return Case("window", what, method, told, n, kind, run, float, 1)
 
 
 @contextmanager
 def _window(width: int, height: int, px_per_mm: float) -> Iterator[tuple[Stage, Hand]]:
-    """The real window, filling a virtual display of that size."""
+    """Open the real window, filling a virtual display of that size."""
     setting = Setting(STUDY, Calibration((width, height), px_per_mm, 0, "never: a virtual display"), fullscreen=True)
     with virtual_display(width, height) as display:
         hand = Hand(display)
@@ -75,7 +75,7 @@ def _lengths(width: int, height: int, px_per_mm: float) -> Iterator[Case]:
 
 
 def length_error_mm(stage: Stage, hand: Hand, px_per_mm: float) -> float:
-    """How far the worst of four lines on the screen is from 127 mm."""
+    """Return how far the worst of four lines on the screen is from 127 mm."""
     stage.put_on(Ask(FINE))
     lines = _lines(stage.placed())
     drawn = [drawn_px(hand, placed) for placed in lines.values()]
@@ -84,7 +84,7 @@ def length_error_mm(stage: Stage, hand: Hand, px_per_mm: float) -> float:
 
 
 def drawn_px(hand: Hand, line: Placed) -> float:
-    """The length of a dark line in the display's pixels; one that is half dark counts half."""
+    """Return the length of a dark line in the display's pixels; a half dark one counts half."""
     box = line.box.grown(8)
     row = hand.picture(box.left, line.box.top + line.box.height // 2, box.width, 1).convert("L")
     greys = list(row.tobytes())
@@ -93,7 +93,7 @@ def drawn_px(hand: Hand, line: Placed) -> float:
 
 
 def drag_error_px(stage: Stage, hand: Hand) -> float:
-    """How far, in pixels, the worst answer lies from where a drag let go."""
+    """Return how far, in pixels, the worst answer lies from where a drag let go."""
     worst = 0.0
     for share in SHARES:
         stage.put_on(Ask(FINE))
@@ -115,7 +115,7 @@ def _lost(stage: Stage, hand: Hand, count: int) -> Case:
 
 
 def lost_answers(stage: Stage, hand: Hand, count: int, seed: int = 1) -> float:
-    """How many of so many gestures did not come to what they must, over forms of 25 gestures each."""
+    """Return how many of so many gestures did not have their effect, over forms of 25 gestures each."""
     lost, chance = 0, random.Random(seed)
     for _ in range(-(-count // GESTURES_EACH)):
         stage.put_on(Ask(FORM))
@@ -136,7 +136,7 @@ def _idle(stage: Stage, seconds: float) -> Case:
 
 
 def idle_percent(stage: Stage, seconds: float) -> float:
-    """How much of a core the window takes while nothing happens."""
+    """Return the window's share of a core while nothing happens, in percent."""
     stage.put_on(Ask(FORM))
     stage.look()
     before, begun = stage.cpu_s(), time.perf_counter()
@@ -152,7 +152,7 @@ def _memory(stage: Stage, hand: Hand, trials: int) -> Case:
 
 
 def grown_MB(stage: Stage, hand: Hand, trials: int) -> float:
-    """How much more memory the window's process holds after so many answered forms; 0 where it is less."""
+    """Return the growth of the window's memory after so many answered forms, in MB, not below 0."""
     for _ in range(WARM_UP_TRIALS):
         _answer(stage, hand)
     before = stage.resident_MB()
@@ -162,7 +162,7 @@ def grown_MB(stage: Stage, hand: Hand, trials: int) -> float:
 
 
 def _answer(stage: Stage, hand: Hand) -> None:
-    """One form of four lines, answered by keys."""
+    """Answer one form of four lines, by keys."""
     stage.put_on(Ask(FINE))
     for _ in FINE.attributes:
         hand.key("right")
@@ -178,6 +178,6 @@ def _leave(stage: Stage) -> None:
 
 
 def _lines(placed: dict[str, Placed]) -> dict[int, Placed]:
-    """The lines of a form by their row."""
+    """Return the lines of a form by their row."""
     found = {name.removesuffix(".line"): each for name, each in placed.items() if name.endswith(".line")}
     return {int(name.removeprefix("slider ")): each for name, each in found.items()}

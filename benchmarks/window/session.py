@@ -35,7 +35,7 @@ class World:
     desk: RemoteDesk
 
     def now(self) -> int:
-        """Nanoseconds of a clock that never runs backwards."""
+        """Return nanoseconds of a clock that never runs backwards."""
         return time.monotonic_ns()
 
     def perform(self, request: Request) -> Came:
@@ -62,7 +62,7 @@ def main(lab: str, width: str, height: str, px_per_mm: str) -> None:
 
 
 def _tell(out: IO[bytes], event: Event) -> None:
-    """The time at which an answer was on disk, as this and the bench's process count it."""
+    """Send the time at which an answer was on disk, on the clock of this and the bench's process."""
     if event.kind == "reply" and "answers" in event.value:
         send(out, "kept", time.monotonic_ns())
 

@@ -1,6 +1,6 @@
-"""A process of its own with the real window, told what to put on and asked what is on: `python -m` this module.
+"""A process of its own with the real window, controlled through pipes: `python -m` this module.
 
-It reads (name, ...) messages from its input and answers on its output; see `Stage` in bench_stagehand.
+It reads (name, ...) messages from its input and answers on its output; see `Stage` in benchmarks.window.stagehand.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class RemoteDesk:
         return self.asides.popleft() if self.asides else None
 
     def take(self, message: Message) -> None:
-        """One message of those that may come while something is being performed."""
+        """Handle one message of those that may come during a performance."""
         match message:
             case ("aside", value):
                 self.asides.append(Aside(value))
@@ -82,7 +82,7 @@ class RemoteDesk:
                 raise ValueError(f"{message[0]!r} cannot be done while something is performed")
 
     def look(self, painted: bool) -> dict[str, Any]:
-        """What is before the participant now, with the painted picture where it is wanted."""
+        """Return what is before the participant now, with the painted picture if `painted`."""
         on = None if self.presenter is None else self.presenter.on
         return {
             "on": None if on is None else on.name,
@@ -99,11 +99,11 @@ class RemoteDesk:
             self.prompt, self.given = prompt, None
 
     def answer(self) -> float | bool | None:
-        """The answer given to the demand that stands."""
+        """Return the answer given to the present demand."""
         return self.given
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Say that something came on."""
+        """Report what came on to the other process."""
         send(self.out, "shown", dict(state))
 
 

@@ -1,4 +1,4 @@
-"""The other end of a stage: starts the process with the window, tells it what to do, and waits for what it says."""
+"""The other end of a stage: start the process with the window, send it messages, and wait for its answers."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class Stage:
     link: Link
 
     def tell(self, *message: Any) -> None:
-        """Send a message; see bench_stage."""
+        """Send a message; see `benchmarks.window.stage`."""
         if self.process.stdin is None:
             raise StageError("the window's process has no input")
         send(self.process.stdin, *message)
 
     def hear(self, *names: str, patience_s: float = PATIENCE_S) -> Message:
-        """The next message of one of these names; others of known names in between are passed over."""
+        """Return the next message of one of these names; others of known names in between are skipped."""
         while True:
             try:
                 message = self.link.inbox.get(timeout=patience_s)
@@ -57,33 +57,33 @@ class Stage:
         self.hear("shown")
 
     def result(self) -> Any:
-        """What the performance came to: a Reply, an Aside, or None."""
+        """Return the performance's result: a Reply, an Aside, or None."""
         return self.hear("done")[1]
 
     def look(self, painted: bool = False) -> Mapping[str, Any]:
-        """What is before the participant, everything done so far taken in; `painted`: with its picture."""
+        """Return what is before the participant, after all inputs so far; `painted`: with its picture."""
         self.tell("look", painted)
         seen: Mapping[str, Any] = self.hear("seen")[1]
         return seen
 
     def placed(self) -> dict[str, Placed]:
-        """The elements on the screen by name."""
+        """Return the elements on the screen by name."""
         return {each.name: each for each in self.look()["placed"]}
 
     def cpu_s(self) -> float:
-        """Processor time that the process has used."""
+        """Return the processor time that the process has used, in seconds."""
         fields = Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def resident_MB(self) -> float:
-        """Memory that the process holds, in 10^6 bytes."""
+        """Return the memory that the process holds, in 10^6 bytes."""
         pages = int(Path(f"/proc/{self.process.pid}/statm").read_text().split()[1])
         return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 @contextmanager
 def process_on(display: str, arguments: Sequence[str], errors: IO[bytes] | None = None) -> Iterator[Stage]:
-    """A Python process on a display, talked to through pipes; ended when the block is left."""
+    """Start a Python process on a display, connected by pipes, and end it when the block is left."""
     scene = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
         [sys.executable, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, env=scene
@@ -99,7 +99,7 @@ def process_on(display: str, arguments: Sequence[str], errors: IO[bytes] | None 
 
 @contextmanager
 def stage_on(display: str, setting: Setting, *options: str, errors: IO[bytes] | None = None) -> Iterator[Stage]:
-    """The window of a setting, open; `options` are Python's own, `errors` takes what it complains of."""
+    """Open the window of a setting; `options` are Python's own, `errors` takes its error output."""
     with process_on(display, [*options, "-m", "benchmarks.window.stage"], errors) as stage:
         stage.tell("open", setting)
         stage.hear("open")
