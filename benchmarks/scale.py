@@ -205,7 +205,7 @@ def _update(lab: Path, told: str, sessions: int) -> Case:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a process took: seconds from its start to its end, and the most memory (10^6 bytes) that it held.
+    """The cost of a process: seconds from its start to its end, and its peak memory (10^6 bytes).
 
     `printed` is what the command wrote to its standard output.
     """

@@ -11,7 +11,7 @@ from palpate.protocols.requests import Aside, Confirm, Reply
 
 @dataclass(frozen=True)
 class Prompt:
-    """What the experimenter is asked for: a confirmation, or a number that may have a default.
+    """A demand on the experimenter: a confirmation, or a number that may have a default.
 
     With `codes`, a barcode that is scanned answers as well, by its text.
     """
@@ -32,7 +32,7 @@ def confirmed(request: Confirm, desk: Desk) -> Reply | None:
 
 
 class Desk(Protocol):
-    """Where the experimenter sits. Every method returns at once; only the main thread calls them."""
+    """The experimenter's desk. Every method returns at once; only the main thread calls them."""
 
     def poll(self) -> Aside | None:
         """Return the experimenter's next action since the last poll, or None.
@@ -51,7 +51,7 @@ class Desk(Protocol):
 
 
 class Pages(Protocol):
-    """What shows the participant a page while something else is waited for."""
+    """The pages that the participant sees while something else is waited for."""
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
         """Show the page of that text key until `ready` (None), or until the experimenter did something."""

@@ -173,14 +173,14 @@ class Sensor(Device, Protocol):
 
 
 class Presents(Protocol):
-    """What presents stimuli, while the window shows a page and the desk may break in."""
+    """A device that presents stimuli, while the window shows a page and the desk may break in."""
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """Perform the request; called again with it after anything but a Reply, it goes on where it was."""
 
 
 class Records(Protocol):
-    """What records a stimulus while it is explored, in the same way."""
+    """A device that records a stimulus while it is explored, in the same way."""
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """Perform the request; called again with it after anything but a Reply, it goes on where it was."""

@@ -39,7 +39,7 @@ class Strict(BaseModel):
 
 @dataclass(frozen=True)
 class CalibrationMethod:
-    """How `palpate rig calibrate` measures a device of the kind.
+    """The method of `palpate rig calibrate` for a device of the kind.
 
     `call` is the function ("module:name"), called with the job and those of the command's `options` that it takes.
     `required` says what to do where one of them is missing. `by_hand`: somebody has to turn a real device meanwhile.

@@ -22,7 +22,7 @@ EDGE_S = 0.75
 
 @dataclass(frozen=True)
 class Kind:
-    """What a stream is: its rate, its drift, samples to a block, mean delay of a block (exponential, least 0)."""
+    """A kind of stream: its rate, its drift, samples to a block, mean delay of a block (exponential, least 0)."""
 
     name: str
     rate_hz: float

@@ -36,7 +36,7 @@ ASKED = 50
 
 @dataclass(frozen=True)
 class Found:
-    """What was judged once, and the textures that the models are asked about."""
+    """The results of one evaluation, and the textures to predict."""
 
     evaluation: AttributeEvaluation
     folder: Path

@@ -55,7 +55,7 @@ class _Texture:
 
 @dataclass(frozen=True)
 class _Made:
-    """How far a texture's vibration was off, in percent, and what its process had of memory at most, in MB."""
+    """The error of a texture's vibration, in percent, and its process' peak memory in MB."""
 
     percent: float
     peak_MB: float

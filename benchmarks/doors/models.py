@@ -42,7 +42,7 @@ SINGLE = 25
 
 @dataclass(frozen=True)
 class Found:
-    """What was trained once: all results, where the exported models lie, how long it took in all."""
+    """The results of one training: all figures, the folder of the exported models, the time in all."""
 
     rated: Rated
     results: DoorResults

@@ -95,7 +95,7 @@ def _races(solved: Solved) -> Iterator[Case]:
 
 
 class Racer:
-    """Runs a problem at the coarsest setting that is good enough, found at the first run."""
+    """A runner of a problem at the coarsest setting that is good enough, found at the first run."""
 
     def __init__(self, solved: Solved, settings: tuple[Run, ...]) -> None:
         self.solved, self.settings = solved, settings

@@ -103,7 +103,7 @@ def past(until_ns: int, now_ns: NowNs) -> Callable[[], bool]:
 
 @dataclass
 class Discarded:
-    """Reads as Capture does, with the same threads and rings, and throws all of it away: the readers alone."""
+    """A recorder with Capture's threads and rings that throws all samples away, to measure the readers alone."""
 
     sensors: Mapping[str, MadeUp]
 
@@ -121,7 +121,7 @@ class Discarded:
 
 @dataclass
 class OneThread:
-    """What a script would do: one loop reads sensor after sensor, and gives away what it has twice a second."""
+    """A recorder as in a script: one loop reads sensor after sensor, and returns what it has twice a second."""
 
     sensors: Mapping[str, MadeUp]
     begun_ns: int | None = None

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class Graph(Protocol[T]):
-    """What a runtime is told. All values are float32; `linear` has weight (out, in) and an optional relu."""
+    """A runtime's graph. All values are float32; `linear` has weight (out, in) and an optional relu."""
 
     def constant(self, numbers: Numbers) -> T: ...
     def reshape(self, x: T, shape: tuple[int, ...]) -> T: ...

@@ -18,7 +18,7 @@ ROUNDS, READS, TRIES = 20_000, 20, 30
 
 @dataclass(frozen=True)
 class Work:
-    """What one step has to do: floating-point operations (a product added is two), and bytes of weights to read."""
+    """The work of one step: floating-point operations (a product added is two), and bytes of weights to read."""
 
     flop: int
     bytes: int
@@ -26,7 +26,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Rates:
-    """What one core does at best: FLOP a second in registers, and bytes a second from a buffer of that size."""
+    """The best rates of one core: FLOP a second in registers, and bytes a second from a buffer of that size."""
 
     flop_s: float
     bytes_s: float

@@ -39,7 +39,7 @@ class _Spectrum(nn.Module):
 
 
 class StockFoten(nn.Module):
-    """As many weights as `Foten`, (batch, 3, window) to (batch, 1)."""
+    """A network of as many weights as `Foten`, (batch, 3, window) to (batch, 1)."""
 
     place: Tensor
 

@@ -61,7 +61,7 @@ WAYS = (
 
 @dataclass(frozen=True)
 class Came:
-    """What a way came to: epochs, CPU seconds of them all, and the validation MAE."""
+    """The outcome of a way to train: epochs, CPU seconds of them all, and the validation MAE."""
 
     epochs: int
     seconds: float

@@ -23,7 +23,7 @@ FORM = Sliders(
 
 @dataclass
 class Expected:
-    """What the form must hold after every gesture: a model that shares no code with the screen."""
+    """The expected answers of the form after every gesture: a model that shares no code with the screen."""
 
     values: dict[int, int] = field(default_factory=dict)
     touches: dict[int, int] = field(default_factory=dict)

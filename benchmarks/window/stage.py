@@ -28,7 +28,7 @@ LOOKS_AFTER = 2
 
 @dataclass(frozen=True)
 class Setting:
-    """How the window is opened; with the plan all its forms are laid out first."""
+    """The settings of the window; with the plan all its forms are laid out first."""
 
     study: Study
     calibration: Calibration

@@ -16,7 +16,7 @@ Numbers = Annotated[list[Finite], Field(min_length=1, max_length=100_000)]
 
 
 class Calibration(Strict):
-    """Everything that the filter was made from, so that it can be looked at and made again.
+    """The inputs and figures of the filter, complete, so that it can be examined and computed again.
 
     Filter: weights at 1 kHz, volts for m/s^2. Response: real and imaginary part, m/s^2 per volt, at `hz`.
     """

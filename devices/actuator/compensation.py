@@ -46,7 +46,7 @@ class Compensation:
 
 @dataclass
 class Limiter:
-    """Keeps every sample within the peak, and the RMS over the thermal window within its limit, always.
+    """A limiter that always keeps every sample within the peak, and the RMS over the thermal window within its limit.
 
     The heat is the square of what is played, averaged with the window's time constant. From three quarters of the
     limit on, the gain falls in a straight line to nothing at the limit: a signal that is too loud is turned down

@@ -40,7 +40,7 @@ LEAST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Shaking:
-    """How the actuator is shaken: the kind of excitation, its peak, its seed, how many seconds are measured."""
+    """The excitation of the actuator: its kind, its peak, its seed, how many seconds are measured."""
 
     kind: Kind = "multisine"
     level_V: float = 0.5
@@ -50,7 +50,7 @@ class Shaking:
 
 @dataclass(frozen=True)
 class Identified:
-    """What shaking the actuator gave."""
+    """The result of shaking the actuator."""
 
     response: Response
     inverse: Inverse

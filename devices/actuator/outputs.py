@@ -95,7 +95,7 @@ class Coil:
 
 @dataclass
 class Shaken:
-    """What an accelerometer on the coil gives, one part after the other."""
+    """A simulated accelerometer on the coil, computed one part after the other."""
 
     coil: Coil = field(default_factory=Coil)
     seed: int = 1

@@ -30,7 +30,7 @@ class ResponseError(DeviceError):
 
 @dataclass(frozen=True)
 class Response:
-    """At `hz`: the response in units recorded per volt, its coherence, and its standard error in the same units.
+    """The response at `hz` in units recorded per volt, its coherence, and its standard error in the same units.
 
     `response` is the H1 estimate (noise in the recording does not bias it); `apart_dB` is how far H2 lies from it.
     """

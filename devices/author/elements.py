@@ -154,7 +154,7 @@ class Dot(Element):
 
 @dataclass(frozen=True)
 class Chip(Button):
-    """One of the two that are compared, in its own colour."""
+    """A button for one of the two compared designs, in its own colour."""
 
     colour: Colour = ACCENT
 

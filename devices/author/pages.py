@@ -142,7 +142,7 @@ class OpenScreen(Aside):
 
 
 class HelpScreen(Aside):
-    """How the window works."""
+    """The page of help."""
 
     def __init__(self, page: Page) -> None:
         texts = page.texts

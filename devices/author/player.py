@@ -25,7 +25,7 @@ ANGLE, TORQUE = CHANNELS.index("angle"), CHANNELS.index("torque")
 
 
 class Screen(Protocol):
-    """What shows the work meanwhile."""
+    """The screen that shows the work meanwhile."""
 
     def turn(self) -> None:
         """Take in what the designer did, and draw it."""
@@ -39,7 +39,7 @@ class Screen(Protocol):
 
 @dataclass(frozen=True)
 class Played:
-    """How it ended: a key of the texts, and the device's message where it failed."""
+    """The end of a presentation: a key of the texts, and the device's message where it failed."""
 
     key: str
     why: str = ""
@@ -78,7 +78,7 @@ class OneDesk:
 
 @dataclass
 class InWindow:
-    """What a device shows while it waits: the sliders, and its state beside them."""
+    """The page while a device waits: the sliders, and its state beside them."""
 
     screen: Screen
 

@@ -31,7 +31,7 @@ FILE = Path(__file__).resolve().with_name("rated_range.csv")
 
 @dataclass
 class Plotter:
-    """Makes the elements of the plot."""
+    """A builder of the plot's elements."""
 
     setter: Typesetter
     layout: Layout

@@ -47,7 +47,7 @@ class DesignerStatus(Status):
 
 @dataclass
 class DesignerView(AppView):
-    """Makes the elements. A door is made once for each setting."""
+    """A builder of the window's elements, which makes a door once for each setting."""
 
     maker: Maker
     _made: dict[Setting, Made] = field(default_factory=dict)

@@ -33,7 +33,7 @@ class Incomplete(ValueError):
 
 @dataclass(frozen=True)
 class Limits:
-    """What a picture should be: at least so many pixels on its shorter side, so sharp, and with no more white."""
+    """The demands on a picture: so many pixels on its shorter side, so sharp, and with no more white."""
 
     least_pixels: int
     least_sharpness: float
@@ -42,7 +42,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Look:
-    """What a picture is; `flags` are reasons to take it again: too_small, blurred, over_exposed.
+    """The figures of a picture; `flags` are reasons to take it again: too_small, blurred, over_exposed.
 
     Sharpness is the variance of the Laplacian over the variance of the brightness, in that square: contrast does
     not enter. White is the share of that square above 250 of 255. Both are None where the format is not decoded here.

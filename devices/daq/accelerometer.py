@@ -20,7 +20,7 @@ Three = tuple[Positive, Positive, Positive]
 
 
 class Settings(Strict):
-    """What a rig file may say of it. The defaults are the data sheet's typical values at a supply of 3 V."""
+    """The settings in a rig file. The defaults are the data sheet's typical values at a supply of 3 V."""
 
     kind: Literal["accelerometer"]
     driver: Literal["nidaqmx", "twin"]

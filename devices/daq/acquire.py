@@ -25,7 +25,7 @@ _RANGE = re.compile(r"^(?:(?P<device>[^/,\s]+)/)?(?P<line>[A-Za-z_]+)(?P<first>\
 
 @dataclass(frozen=True)
 class Wiring:
-    """What a card is asked for: which inputs, in which range, how fast, and how much it may hold back unread."""
+    """The request to a card: which inputs, in which range, at which rate, and how much it may buffer unread."""
 
     channels: tuple[str, ...]
     low_V: float
@@ -42,7 +42,7 @@ class Wiring:
 
 @dataclass(frozen=True)
 class Taken:
-    """What one read gave; `lost` samples are missing just before the first row."""
+    """The rows of one read; `lost` samples are missing just before the first row."""
 
     volts: Volts
     lost: int = 0
@@ -50,7 +50,7 @@ class Taken:
 
 @dataclass(frozen=True)
 class Pace:
-    """How time passes for who waits for samples: seconds since the start, and a way to let some pass."""
+    """The passing of time for a reader of samples: seconds since the start, and a way to let some pass."""
 
     elapsed_s: Elapsed
     wait: Callable[[float], None]

@@ -26,7 +26,7 @@ Six = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
 
 
 class Frame(Strict):
-    """Where the wrench is told: the origin moved in the sensor's axes, which are then turned about x, y and z."""
+    """The frame of the wrench: the origin moved in the sensor's axes, which are then turned about x, y and z."""
 
     dx_mm: Finite = 0.0
     dy_mm: Finite = 0.0
@@ -46,7 +46,7 @@ class Thermistor(Strict):
 
 
 class Settings(Strict):
-    """What a rig file may say of it."""
+    """The settings in a rig file."""
 
     kind: Literal["force_torque"]
     driver: Literal["nidaqmx", "twin"]

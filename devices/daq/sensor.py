@@ -38,7 +38,7 @@ MOST_S = 1.0
 
 
 class Transducer(Protocol):
-    """What the wires are connected to."""
+    """The transducer that the wires are connected to."""
 
     signal: Signal
 

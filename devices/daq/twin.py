@@ -37,7 +37,7 @@ Ideal = Callable[["Scene | None", float], Iterator[Volts]]
 
 @dataclass
 class TwinDaq:
-    """Makes samples as they fall due by its pace; what is not read in time is overwritten and counted as lost."""
+    """A card that makes samples as they fall due; unread samples are overwritten and counted as lost."""
 
     name: str
     wiring: Wiring

@@ -36,7 +36,7 @@ class Made(Protocol):
 
 
 class Maker(Protocol):
-    """What makes doors; see palpate.devices.door.designer.Designer."""
+    """A maker of doors; see palpate.devices.door.designer.Designer."""
 
     @property
     def attributes(self) -> Sequence[str]:

@@ -18,7 +18,7 @@ LONGEST = 1_000_000
 
 @dataclass(frozen=True)
 class DoorTelemetry:
-    """What the door's sensors gave during one opening, one entry per sample."""
+    """The door sensors' samples during one opening, one entry per sample."""
 
     rate_hz: float
     angle_deg: tuple[float, ...]

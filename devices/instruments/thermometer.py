@@ -115,7 +115,7 @@ COMMANDS: Mapping[str, Commands] = {
 
 
 class Port(Protocol):
-    """What a serial port can do, by pyserial's names."""
+    """The used part of a serial port, by pyserial's names."""
 
     @property
     def in_waiting(self) -> int:
@@ -144,7 +144,7 @@ class NoReading(Exception):
 
 @dataclass
 class Thermometer:
-    """Gives the signal `temperature` in degrees Celsius. A reading that is missed is a lost sample.
+    """A source of the signal `temperature` in degrees Celsius. A reading that is missed is a lost sample.
 
     `elapsed_s` stands in for the time since the start; then no reading comes too late.
     """

@@ -13,7 +13,7 @@ from palpate.signals.textures.sounds import Sounds
 
 @dataclass(frozen=True)
 class Job:
-    """How to render. `hand`: a script, the shape of a stylus whose reports are pushed, or the rig's own tablet (None).
+    """A job of rendering. `hand`: a script, the shape of a stylus whose reports are pushed, or the rig's tablet (None).
 
     `rig` is a rig file that provides texture_renderer; None: the twin of a voice coil. `ahead` in ms. `epoch_s` is the
     time.monotonic() that pushed reports count from.
@@ -37,7 +37,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Volume:
-    """How loud, from 0 to 1: 1 as it was recorded."""
+    """A volume, from 0 to 1: 1 as it was recorded."""
 
     gain: float
 

@@ -49,7 +49,7 @@ class Wall:
 
 
 class AtOnce:
-    """As fast as it goes: a clock that is always on time."""
+    """A clock that never waits and is always on time."""
 
     def __init__(self) -> None:
         self._now_ns = 0
@@ -115,7 +115,7 @@ class Deadlines:
 
 
 class Steps(Protocol):
-    """What gives the next sample: a renderer, or a voice."""
+    """A source of samples: a renderer, or a voice."""
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
         """Return the next sample in m/s^2."""
@@ -129,7 +129,7 @@ class Watches(Protocol):
 
 
 class Nobody:
-    """Looks on."""
+    """A listener that does nothing."""
 
     def note(self, acceleration_m_s2: float, speed_mm_s: float, force_N: float) -> None:
         """Do nothing."""

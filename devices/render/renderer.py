@@ -15,7 +15,7 @@ NEW = tuple(math.sin(math.pi * step / (2 * CROSS_MS)) for step in range(CROSS_MS
 
 
 class Renderer:
-    """Plays one voice, and goes over to another one within 20 ms.
+    """A player of one voice that can switch to another one within 20 ms.
 
     Any thread may ask for a switch; one steps it. A voice is made (read, checked, built) before it is handed over, so
     that the step has nothing to wait for. Of several that are asked for within 20 ms the last one is played.

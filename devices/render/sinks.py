@@ -20,7 +20,7 @@ MOST_AHEAD = 10
 
 
 class Sink(Protocol):
-    """Takes samples in m/s^2 at 1 kHz."""
+    """A sink of samples in m/s^2 at 1 kHz."""
 
     def free(self) -> int:
         """Return how many samples may be written now. Raise DeviceFault where the output failed."""
@@ -78,7 +78,7 @@ def on_coil(coil: VoiceCoil, ahead: int = MOST_AHEAD) -> Coil:
 
 @dataclass
 class Kept:
-    """Keeps everything; one sample may be written at each step, so that it is paced as a hand is."""
+    """A sink that keeps everything; one sample may be written at each step, so that it is paced as a hand is."""
 
     samples: list[float] = field(default_factory=list)
 

@@ -32,7 +32,7 @@ class UnfitMeasurement(Exception):
 
 @dataclass(frozen=True)
 class CalibrationResult:
-    """What calibrating gave: `settings` for the device's entry, and how good they are, in `lines` and as `figures`."""
+    """The result of calibrating: `settings` for the device's entry, and their quality in `lines` and as `figures`."""
 
     settings: Mapping[str, Any]
     lines: tuple[str, ...]

@@ -31,7 +31,7 @@ class RigFileError(DeviceError):
 
 @dataclass(frozen=True)
 class RigFile:
-    """What a rig file says: settings by the device's name, and the names of the devices that each need takes."""
+    """The content of a rig file: settings by the device's name, and the devices' names for each need."""
 
     path: Path
     name: str

@@ -97,7 +97,7 @@ MEANINGS: Mapping[str, str] = {
 
 @dataclass
 class MaskingNoise:
-    """Plays from `start` until it is made safe. `check` raises DeviceFault where it no longer does."""
+    """A player of noise from `start` until it is made safe. `check` raises DeviceFault where it no longer plays."""
 
     name: str
     settings: Settings

@@ -18,7 +18,7 @@ DRAIN_S = 0.25
 
 
 class Output(Protocol):
-    """Plays what `fill` gives, one sample after the other, at `rate_hz`.
+    """An output that plays the samples of `fill`, one after the other, at `rate_hz`.
 
     `latency_s` is how long a sample waits in the output before it sounds.
     """

@@ -38,7 +38,10 @@ class Fit:
 
 @dataclass
 class ClockFit:
-    """Takes arrivals one by one, in bounded memory; one thread only. A bin is (device's, host's) seconds of one."""
+    """A fit of arrivals, added one by one in bounded memory; one thread only.
+
+    A bin is (device's, host's) seconds of one.
+    """
 
     width_s: float = FIRST_BIN_S
     origin: tuple[float, int] | None = None

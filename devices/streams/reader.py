@@ -28,7 +28,7 @@ NO_ROOM = "no room: the disk was slower than the sensor"
 
 @dataclass
 class Reader:
-    """Reads one sensor into the rings of its signals until it is ended, or until the sensor fails."""
+    """A reader of one sensor into the rings of its signals, until it is ended or the sensor fails."""
 
     sensor: Sensor
     rings: Mapping[str, Ring]

@@ -43,7 +43,7 @@ class Gap:
 
 @dataclass
 class Standstill:
-    """Whether a sensor stood still while the host's clock went on, and counted its samples on as if it had not.
+    """A check for a sensor that stood still while the host's clock went on, and counted on as if it had not.
 
     After such a pause all samples come later than before, by as long as it stood: the least delay in a window of time
     rises. Where only the reading was held up, some come as promptly as ever within a window. `last_ns` is when the
@@ -76,7 +76,7 @@ class Standstill:
 
 @dataclass
 class Stream:
-    """What the writer knows of a stream; only the ring is shared with the thread that reads the sensor.
+    """The writer's state of a stream; only the ring is shared with the thread that reads the sensor.
 
     `next` is the number of the sample that is expected, lost ones counted. `broken` is set where the sensor's own
     account of its samples cannot be true.

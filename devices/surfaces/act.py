@@ -37,7 +37,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a batch goes on: the contact's state (7,), and the memory of the modes' filters (modes, 2)."""
+    """The state at a batch's start: the contact's state (7,), and the memory of the modes' filters (modes, 2)."""
 
     state: Array
     modes: Array

@@ -79,7 +79,7 @@ def law(surface: Surface, tool: Tool = HELD) -> Law:
 
 @dataclass(frozen=True)
 class Drive:
-    """What goes into the steps, SI units, all of one length n: ground and its rate, force, slopes, hand (2, n)."""
+    """The inputs of the steps, SI units, all of one length n: ground and its rate, force, slopes, hand (2, n)."""
 
     ground: Array
     rate: Array
@@ -99,7 +99,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Ride:
-    """What comes out of the steps: per step the state after it (7, n), normal force (n,) and friction (2, n)."""
+    """The results of the steps: per step the state after it (7, n), normal force (n,) and friction (2, n)."""
 
     states: Array
     normal: Array

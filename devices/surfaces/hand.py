@@ -38,7 +38,7 @@ class Motion:
 
 
 class Hand(Protocol):
-    """What moves the tool."""
+    """The motion of the tool."""
 
     def at(self, t_s: Array) -> Motion:
         """Return the motion at these times; arrays of shape (2, n), force (n,)."""

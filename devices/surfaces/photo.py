@@ -109,7 +109,7 @@ def photographs(surface: Surface, field: Relief, lamps: Iterable[Light], *key: K
 
 @dataclass(frozen=True)
 class _Still:
-    """What no light changes: heights, slopes, how long a step up the slope is, how open the sky is, and the paint."""
+    """The parts of a photo independent of the light: heights, slopes, a step's length up the slope, open sky, paint."""
 
     height_um: Field
     right: Field

@@ -56,7 +56,7 @@ def patch_mm(stiffness_N_mm: float, radius_mm: float = RADIUS_MM) -> float:
 
 @dataclass(frozen=True)
 class Ground:
-    """What the tip rides over: a smooth surface through the points, repeated without end. Heights in metres."""
+    """The ground under the tip: a smooth surface through the points, repeated without end. Heights in metres."""
 
     splined: Field
 

@@ -156,7 +156,7 @@ def _source(name: str, one: Settings, folder: Path, force: Force) -> TabletSourc
 
 @dataclass
 class Tablet:
-    """Gives the signal `stylus` at 1 kHz: x and y in mm (NaN while away), pressure, contact, speed, force.
+    """A source of the signal `stylus` at 1 kHz: x and y in mm (NaN while away), pressure, contact, speed, force.
 
     `felt` is the newest speed and force. `elapsed_s` stands in for the time since the start (twin and recording);
     `now_ns` times the reading for health.

@@ -45,7 +45,7 @@ NAMES = {ABS_X: "x", ABS_Y: "y", ABS_PRESSURE: "pressure"}
 
 @dataclass
 class State:
-    """What is known of the stylus, in the tablet's units; None: not known yet."""
+    """The known state of the stylus, in the tablet's units; None: not known yet."""
 
     x: int | None = None
     y: int | None = None
@@ -202,7 +202,7 @@ def _asked(ask: Ioctl, file: int, request: int, size: int, buffer: bytes = b"") 
 
 @dataclass
 class EventFile:
-    """Reads an event file; `axes` (x, y, pressure) stand in for what the kernel says of them, where they are given."""
+    """A reader of an event file; `axes` (x, y, pressure), where given, replace the kernel's."""
 
     name: str
     path: Path

@@ -23,7 +23,7 @@ Upsampling = Literal["hold", "line"]
 
 @dataclass(frozen=True)
 class Shape:
-    """How reports become speed and force; the limits are those of thesis 4.5.3."""
+    """The conversion of reports to speed and force; the limits are those of thesis 4.5.3."""
 
     force: Force = field(default_factory=Force)
     report_hz: float = 133.0
@@ -86,7 +86,7 @@ class Upsampled:
 
 
 class Stylus:
-    """Takes reports as they come and gives (speed in mm/s, force in N) every millisecond.
+    """A filter that takes reports as they come and gives (speed in mm/s, force in N) every millisecond.
 
     Reports and steps must be in time order, each for itself; a report counts from the step after it came. A touch
     begins at its first force and at its first speed, without a transient; lifting off ends both at once.

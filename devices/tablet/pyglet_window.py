@@ -27,7 +27,7 @@ KEPT = 4096
 
 @dataclass
 class PygletTablet:
-    """Listens to the tablet of a pyglet window (`window.winHandle` of PsychoPy's).
+    """A listener to the tablet of a pyglet window (`window.winHandle` of PsychoPy's).
 
     Without a window it opens a small one of its own and handles its events itself, in the thread that opened it: for
     a check of the tablet. `px_per_mm` comes from the screen's calibration.

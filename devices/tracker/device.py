@@ -106,7 +106,7 @@ def make(name: str, settings: Settings, folder: Path) -> Tracker:
 
 @dataclass
 class Tracker:
-    """Gives the signal `position`: x, y, z in mm, NaN while the marker is hidden, and whether it was seen (1 or 0).
+    """A source of the signal `position`: x, y, z in mm, NaN while the marker is hidden, and whether it was seen (0, 1).
 
     `elapsed_s` stands in for the time since the start (twin and recording); `now_ns` times the reading for health.
     """

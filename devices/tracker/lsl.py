@@ -198,7 +198,7 @@ def _describe_stream(info: Any) -> str:
 
 @dataclass(frozen=True)
 class Map:
-    """Where x, y, z (and how well they are seen) lie in a sample, and millimetres per unit of the stream."""
+    """The places of x, y, z (and of how well they are seen) in a sample, and millimetres per unit of the stream."""
 
     places: tuple[int, int, int]
     scale: float

@@ -78,7 +78,7 @@ def awaited(take: Callable[[], Batch], stopped: Event, timeout_s: float, step_s:
 
 @dataclass
 class OcclusionDetector:
-    """Takes samples one by one and turns those of a hidden marker into NaN; counts why.
+    """A detector that takes samples one by one and turns those of a hidden marker into NaN; it counts the reasons.
 
     A measured position is never equal to the one before in all three axes: noise far above the last bit stands
     against it. Where positions were rounded (a recording with few digits), `repeats` lets equal ones pass.

@@ -32,7 +32,7 @@ NEVER = "never: not measured"
 
 @dataclass(frozen=True, kw_only=True)
 class WindowOptions:
-    """How the window is opened. `rig` None: the station's rig file; `screen` None: the calibrated one."""
+    """The options of the window. `rig` None: the station's rig file; `screen` None: the calibrated one."""
 
     lab: Path
     rig: Path | None = None
@@ -44,7 +44,7 @@ class WindowOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Status:
-    """What the window says beside its controls; `wrong` in the colour of a warning."""
+    """The message beside the window's controls; `wrong` in the colour of a warning."""
 
     notice: str = ""
     wrong: bool = False
@@ -98,7 +98,7 @@ class AppScreen(Base):
 
 @dataclass
 class AppView:
-    """Makes the elements of the page."""
+    """A builder of the page's elements."""
 
     page: Page
 

@@ -34,7 +34,7 @@ KEPT = 12
 
 @dataclass(frozen=True)
 class Axes:
-    """Where forces and angles lie: the plot's box, and the forces at its bottom and top."""
+    """The axes of forces and angles: the plot's box, and the forces at its bottom and top."""
 
     box: Box
     low_N: float = LEAST_N
@@ -133,7 +133,7 @@ def _rows(force_N: Array, axes: Axes) -> Rows:
 
 @dataclass
 class Masks:
-    """What was painted last of the plot, so that what lies beside a change need not be made anew."""
+    """The last painted parts of the plot, so that what lies beside a change is not painted again."""
 
     lines: dict[tuple[object, ...], tuple[Piece, ...]] = field(default_factory=dict)
     pictures: dict[tuple[object, ...], Image.Image] = field(default_factory=dict)

@@ -13,7 +13,7 @@ PAUSE, END = "pause", "end"
 
 
 class Presenter(Protocol):
-    """What puts requests before a participant."""
+    """A presenter, which puts requests before a participant."""
 
     description: Mapping[str, Any]
     """For the ledger: what the window is and what it says."""

@@ -57,7 +57,7 @@ class Screen(Protocol):
 
 @dataclass(frozen=True)
 class Page:
-    """What every screen of a session shares.
+    """The common part of every screen of a session.
 
     `words` translates the study's own texts (empty: as written), `pages` are the texts of its pages by name
     (instructions), `total` is the number of trials and `length_mm` the length of a rating line. `hangul`: in fields

@@ -37,7 +37,7 @@ Copy = Callable[[Box], None]
 
 
 class Shell(Protocol):
-    """What carries the screens: it shows a picture and tells what the participant did."""
+    """The shell of the screens: it shows a picture and returns the participant's inputs."""
 
     size: tuple[int, int]
     renderer: str

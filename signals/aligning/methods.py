@@ -80,7 +80,7 @@ EVEN = 1e-3
 
 @dataclass(frozen=True)
 class Band:
-    """What a kernel keeps and removes, and how far it reaches to either side, in samples of the stream."""
+    """A kernel's pass band and stop band, and its reach to either side, in samples of the stream."""
 
     passes_hz: float
     stops_hz: float

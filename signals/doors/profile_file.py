@@ -15,7 +15,7 @@ HEADER = ("angle_deg", "force_N")
 
 @dataclass(frozen=True)
 class ProfileFormat(TableFormat):
-    """How a profile's file is written; `end` ends its messages, `advice` the one on another number of points."""
+    """The format of a profile's file; `end` ends its messages, `advice` the one on another number of points."""
 
     end: str = "."
     advice: str = ". A raw recording becomes a profile with `palpate doors normalise`."

@@ -32,7 +32,7 @@ FORMAT = "palpate-model/1"
 
 
 class Port(Strict):
-    """What goes in or comes out: `size` numbers in `unit`, named where they have names.
+    """An input or output: `size` numbers in `unit`, named where they have names.
 
     Ratings are on 0..100; `scale` holds what 0 and 100 are on the scale that people answered on. A model refuses an
     input with a number outside `within`. A texture window is (3, window) in C order: acceleration in m/s^2, speed in
@@ -217,7 +217,7 @@ class Interval(Strict):
 
 
 class Texture(Strict):
-    """What a texture's model continues, and within what: at `rate_hz`, from the last `window` samples.
+    """The texture that a model continues, and its bounds: at `rate_hz`, from the last `window` samples.
 
     `speed_mm_s` and `force_N` are the least and greatest of the recording; `rms_m_s2` is its level, and nothing beyond
     `peak_m_s2` is played. `start` names the acceleration (window) that it begins with, made by the model itself at

@@ -239,7 +239,7 @@ UNITS = {"AccelUnits": "m/s^2", "SpeedUnits": "mm/s", "ForceUnits": "N"}
 
 @dataclass(frozen=True)
 class Hatt:
-    """What a file says.
+    """The content of a file of the Penn Haptic Texture Toolkit.
 
     points (k, 2): mm/s and N; `ar` (k, p) and `ma` (k, q), q may be 0: line spectral frequencies of the polynomials;
     `variance` (k,) of the excitation, `gain` (k,) of it and of the moving average; triangles (t, 3) from 0.
@@ -271,7 +271,7 @@ def read_hatt_file(path: Path) -> tuple[Hatt, bytes]:
 
 
 class _Odd(Exception):
-    """What is not as it should be."""
+    """A problem of the file."""
 
 
 def _tree(content: bytes) -> ElementTree.Element:

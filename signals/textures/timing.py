@@ -21,7 +21,7 @@ LEAST = 10
 
 
 class Recorder:
-    """Runs a model and keeps what it was given."""
+    """A model that records its inputs."""
 
     def __init__(self, inner: Runs, steps: int) -> None:
         """Reserve room for so many inputs; no more are kept."""

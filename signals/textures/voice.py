@@ -38,7 +38,7 @@ class Tally:
 
 
 class Voice:
-    """Gives a sample each millisecond for a hand's speed and force; silent where the hand rests.
+    """A source of one sample each millisecond for a hand's speed and force; silent where the hand rests.
 
     Every sample is finite and within the card's peak, whatever comes in. Equal seeds and equal inputs give equal bits.
     One thread steps it.

@@ -252,7 +252,7 @@ def _sendable(value: float) -> float:
 
 @dataclass
 class Memory:
-    """What has come of an upload, and the last profile that was accepted."""
+    """The received part of an upload, and the last profile that was accepted."""
 
     limits: Limits
     profile: Profile | None = None

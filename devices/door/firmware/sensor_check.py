@@ -25,7 +25,7 @@ Found = tuple[Fault, float]
 
 @dataclass
 class SensorCheck:
-    """Looks at one reading a millisecond."""
+    """A check of one reading a millisecond."""
 
     limits: Limits
     t_us: int | None = None

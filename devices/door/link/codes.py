@@ -17,7 +17,7 @@ SAFE_WITHIN_MS = 50
 
 
 class State(IntEnum):
-    """What the device is doing. Only in `armed` and `playing` the motor is on."""
+    """The device's state. Only in `armed` and `playing` the motor is on."""
 
     boot = 0
     safe = 1

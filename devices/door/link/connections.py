@@ -98,7 +98,7 @@ class SerialPort:
 
 @dataclass
 class Threads:
-    """Runs a link until it is ended."""
+    """The threads that run a link until it is ended."""
 
     link: Link
     ending: threading.Event = field(default_factory=threading.Event)

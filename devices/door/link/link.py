@@ -44,7 +44,7 @@ class Port(Protocol):
 
 @dataclass(frozen=True)
 class Timing:
-    """How patient the host is."""
+    """The host's timeouts."""
 
     reply_s: float = REPLY_S
     patience_s: float = PATIENCE_S

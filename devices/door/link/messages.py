@@ -50,7 +50,7 @@ class Points(Message):
 
 @dataclass(frozen=True, slots=True)
 class Hello(Message):
-    """Who are you? Also forgets what was said before. Answered by Identity in every state."""
+    """A request for the identity, which also makes the device forget earlier messages; answered in every state."""
 
     version: int = VERSION
     KIND: ClassVar[int] = 0x01
@@ -182,7 +182,7 @@ class Nak(Message):
 
 @dataclass(frozen=True, slots=True)
 class Identity(Message):
-    """Who the device is, what it can do, how it is now. `profile_crc` is 0 where it holds no profile."""
+    """The device's identity, abilities and state. `profile_crc` is 0 where it holds no profile."""
 
     magic: bytes
     version: int
@@ -214,7 +214,7 @@ class Part(Points):
 
 @dataclass(frozen=True, slots=True)
 class Telemetry(Message):
-    """How the door is: device time, the number of this sample, sensors, state, latched fault. Not answered."""
+    """The door's state: device time, the number of this sample, sensors, state, latched fault. Not answered."""
 
     t_us: int
     sample: int
@@ -269,7 +269,7 @@ def kind_name(kind: int) -> str:
 
 @dataclass(frozen=True)
 class Profile:
-    """What is uploaded: torques in N m, as the device holds them (float32), and where its rendered stop stands."""
+    """An uploaded profile: torques in N m, as the device holds them (float32), and the place of its rendered stop."""
 
     torque_Nm: tuple[float, ...]
     end_deg: float

@@ -25,7 +25,7 @@ Steps = Generator[Aside | Chunk, None, None]
 
 
 class Recorded(Protocol):
-    """What keeps the telemetry meanwhile: palpate.devices.streams.recording.Recording."""
+    """The recorder of the telemetry: palpate.devices.streams.recording.Recording."""
 
     def start(self) -> None:
         """Begin."""
@@ -44,7 +44,7 @@ class Recorded(Protocol):
 
 
 class Changes(Protocol):
-    """Where the profile that is being felt changes from: palpate.devices.door.live.LiveDoor."""
+    """The source of changes to the profile that is being felt: palpate.devices.door.live.LiveDoor."""
 
     def newer(self, t_ns: int) -> Sequence[float] | None:
         """Return the new 621 forces to be felt from now on, in newtons; None while nothing has changed."""
@@ -60,7 +60,7 @@ class Changes(Protocol):
 
 
 class Door(Protocol):
-    """What a presentation needs of the door."""
+    """The door, as a presentation needs it."""
 
     name: str
     mending: Mending

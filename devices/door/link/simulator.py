@@ -51,7 +51,7 @@ class Connection:
 
 @dataclass(frozen=True)
 class Setup:
-    """What a rig file says of the door, as far as it does not concern the line."""
+    """The settings of the door in a rig file, except those of the line."""
 
     handle_radius_m: float
     limits: Limits

@@ -41,7 +41,7 @@ def untrue(name: str, sample: Telemetry) -> DeviceFault | None:
 
 @dataclass
 class TelemetryBlocks:
-    """Makes blocks of what arrived; the first sample after the start is number 0."""
+    """A builder of blocks from what arrived; the first sample after the start is number 0."""
 
     start: int | None = None
     next: int = 0
@@ -82,7 +82,7 @@ class TelemetryBlocks:
 
 @dataclass
 class Opening:
-    """Whether the door was opened to its end from closed, and brought back; sees every sample of telemetry."""
+    """A detector of an opening to the end from closed, and the return; it sees every sample of telemetry."""
 
     end_deg: float
     closed_deg: float = 3.0

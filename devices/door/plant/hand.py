@@ -16,7 +16,7 @@ Path = Callable[[float], tuple[float, float]]
 
 @dataclass(frozen=True)
 class Hand:
-    """What holds the handle; `torque_Nm` is added, and beyond `grip_Nm` the hand slips off for that millisecond."""
+    """The hand at the handle; `torque_Nm` is added, and beyond `grip_Nm` the hand slips off for that millisecond."""
 
     path: Path
     stiffness_Nm_rad: float

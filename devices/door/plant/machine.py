@@ -41,7 +41,7 @@ KEPT = 0.75
 
 @dataclass(slots=True)
 class Command:
-    """What the controller commands for the next period."""
+    """The controller's command for the next period."""
 
     motor_Nm: float = 0.0
     brake_A: float = 0.0

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Everything that a step needs: inertia, the linear torque f - k (x) - b w, friction, and the stops' places."""
+    """The inputs of a step: inertia, the linear torque f - k (x) - b w, friction, and the stops' places."""
 
     inertia: float
     f: float

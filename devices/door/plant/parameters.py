@@ -71,7 +71,7 @@ class Brake:
 
 @dataclass(frozen=True)
 class Sensors:
-    """What the machine knows: an encoder that counts, a torque sensor with noise (SD) and its converter's step."""
+    """The machine's sensors: an encoder that counts, a torque sensor with noise (SD) and its converter's step."""
 
     counts_per_turn: int = 1 << 20
     torque_noise_Nm: float = 0.02
@@ -107,7 +107,7 @@ class Control:
 
 @dataclass(frozen=True)
 class Limits:
-    """What the machine never asks for: a speed asked for, not a speed kept.
+    """The machine's limits of what it commands: a limit of the commanded speed, not of the real one.
 
     A hand that pushes hard moves the arm faster than `speed_rad_s`, against a motor that brakes it; the true speed is
     what the firmware watches: above its own limit, which is higher, the machine goes safe.

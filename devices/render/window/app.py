@@ -51,7 +51,7 @@ class RenderOptions(WindowOptions):
 
 
 class Plays(Protocol):
-    """What renders: `palpate.devices.render.process.Rendering`, or something that stands for it."""
+    """A renderer: `palpate.devices.render.process.Rendering`, or a substitute."""
 
     trace: Trace
 
@@ -74,7 +74,7 @@ class Plays(Protocol):
 
 @dataclass(frozen=True)
 class Hands:
-    """Where strokes come from. `hand`: the shape of reports that the window pushes, None: the rig's tablet, read by
+    """The sources of strokes. `hand`: the shape of reports that the window pushes, None: the rig's tablet, read by
     the loop itself. `tablet`: a pen tablet that only a window hears."""
 
     rig: Path | None
@@ -84,7 +84,7 @@ class Hands:
 
 @dataclass
 class Begun:
-    """What was started, to be ended with the window."""
+    """The started renderings, which end with the window."""
 
     running: list[Rendering] = field(default_factory=list)
 

@@ -107,7 +107,7 @@ class Spectrum(Element):
 
 @dataclass(frozen=True)
 class Gauge(Element):
-    """How much of what there may be."""
+    """A bar that shows a value as a share of its greatest."""
 
     share: float = 0.0
 

@@ -44,7 +44,7 @@ MINUS = "\N{MINUS SIGN}"
 
 @dataclass(frozen=True, kw_only=True)
 class RendererStatus(Status):
-    """How well time is kept (a rendering's record), the notice, and whether the renderer is silent."""
+    """The timing (a rendering's record), the notice, and whether the renderer is silent."""
 
     record: Mapping[str, Any] = field(default_factory=dict)
     silent: bool = False
@@ -61,7 +61,7 @@ class Picture:
 
 @dataclass
 class RendererView(AppView):
-    """Makes the elements. `by_mouse`: strokes come from the pointer, which presses as firmly as a slider says."""
+    """A builder of the elements. `by_mouse`: strokes come from the pointer, pressed as firmly as a slider says."""
 
     models: Models
     by_mouse: bool = True

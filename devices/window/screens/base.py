@@ -297,7 +297,7 @@ def back_and_next(page: Page, next_key: str = "next") -> tuple[tuple[Choice, ...
 
 @dataclass
 class Painted:
-    """What a screen looked like when it was painted last; None before."""
+    """The look of a screen when it was painted last; None before."""
 
     scene: Scene | None = None
 

@@ -220,7 +220,7 @@ def _expected(page: Page, question: Question) -> str:
 
 @dataclass(frozen=True)
 class Option:
-    """Something to choose: an answer, or None for preferring not to say."""
+    """An answer to choose, or None for preferring not to say."""
 
     name: str
     value: str | None
@@ -240,7 +240,7 @@ class PlacedQuestion:
 
 @dataclass(frozen=True)
 class _Cell:
-    """Something in the right column, before it has a place there: `name` is empty for a plain text."""
+    """An element of the right column without a place yet: `name` is empty for a plain text."""
 
     name: str
     width: int

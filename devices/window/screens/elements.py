@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Element:
-    """Something at a place; `within` names the element that it lies in."""
+    """An element at a place; `within` names the element that it lies in."""
 
     name: str
     box: Box
@@ -70,7 +70,7 @@ class Label(Element):
 
 @dataclass(frozen=True)
 class Progress(Element):
-    """How much is done: a bar."""
+    """A bar of progress."""
 
     share: float = 0.0
 

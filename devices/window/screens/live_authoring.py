@@ -32,7 +32,7 @@ TICKS_N, TICKS_DEG = (20.0, 40.0, 100.0), (0, 20, 40, 60)
 
 
 class LiveAuthoringScreen(AuthoringScreen):
-    """As AuthoringScreen; `playing` while the door is felt: the lines go on being moved, and Stop ends it."""
+    """An AuthoringScreen with lines that can be moved while the door is felt (`playing`), until Stop."""
 
     def __init__(self, ask: Ask, form: Sliders, page: Page, t0_ns: int, playing: bool) -> None:
         self.playing = playing
@@ -83,7 +83,7 @@ class LiveAuthoringScreen(AuthoringScreen):
 
 @dataclass
 class Plot:
-    """Where the force stands beside the lines, and what is drawn there."""
+    """The plot of the force beside the lines, and its content."""
 
     page: Page
     lines: Box

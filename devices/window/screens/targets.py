@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Target(Element):
-    """Something to press."""
+    """An element to press."""
 
     laid: Laid | None = None
     focused: bool = False

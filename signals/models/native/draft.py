@@ -85,7 +85,7 @@ class Numbers:
 
 @dataclass
 class Draft:
-    """What `program.py` writes into."""
+    """The program under construction, which `program.py` writes."""
 
     instructions: InstructionSet
     lines: list[Line] = field(default_factory=list)

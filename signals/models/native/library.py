@@ -32,7 +32,7 @@ class Program(ctypes.Structure):
 
 @dataclass(frozen=True)
 class InstructionSet:
-    """One of the kernel's versions: `lanes` numbers at once; weights lie in panels of `panel` columns."""
+    """A version of the kernel: `lanes` numbers at once; weights lie in panels of `panel` columns."""
 
     number: int
     name: str
